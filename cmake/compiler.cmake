@@ -1,0 +1,28 @@
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+
+# No contraction: the same bits from g++ and clang, SSE2 to AVX-512. No errno and no traps: square roots and selections vectorise.
+add_compile_options(-Wall -Wextra -Wpedantic -ffp-contract=off -fno-math-errno -fno-trapping-math)
+
+if(SCARP_WERROR)
+  add_compile_options(-Werror)
+endif()
+if(SCARP_NATIVE)
+  add_compile_options(-march=native)
+endif()
+if(SCARP_ASAN)
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()

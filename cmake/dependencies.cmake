@@ -1,0 +1,27 @@
+# OpenVDB's find module lives in its own folder, needs Boost.Iostreams and zlib, and sets BUILD_SHARED_LIBS for whoever calls it.
+file(GLOB openvdb_modules /usr/lib/*/cmake/OpenVDB)
+list(APPEND CMAKE_MODULE_PATH ${openvdb_modules})
+set(saved_shared_libs ${BUILD_SHARED_LIBS})
+find_package(OpenVDB REQUIRED)
+set(BUILD_SHARED_LIBS ${saved_shared_libs})
+
+find_package(embree 3 REQUIRED)
+find_package(TBB REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(pugixml REQUIRED)
+find_package(assimp REQUIRED)
+find_package(GTest REQUIRED)
+find_package(benchmark REQUIRED)
+find_package(Threads REQUIRED)
+
+# xxHash of Debian 12 ships no CMake file.
+find_path(XXHASH_INCLUDE xxhash.h REQUIRED)
+find_library(XXHASH_LIBRARY xxhash REQUIRED)
+add_library(xxhash INTERFACE)
+target_include_directories(xxhash SYSTEM INTERFACE ${XXHASH_INCLUDE})
+target_link_libraries(xxhash INTERFACE ${XXHASH_LIBRARY})

@@ -1,0 +1,28 @@
+# scarp_module(NAME SOURCES ... NEEDS ... HIDES ...)
+#
+# One folder, one static library scarp_NAME. NEEDS are folders below it; HIDES are libraries that only its sources may see.
+function(scarp_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 module "" "" "SOURCES;NEEDS;HIDES")
+  add_library(scarp_${name} STATIC ${module_SOURCES})
+  target_include_directories(scarp_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  list(TRANSFORM module_NEEDS PREPEND scarp_)
+  target_link_libraries(scarp_${name} PUBLIC ${module_NEEDS} PRIVATE ${module_HIDES})
+endfunction()
+
+# scarp_tests(NAME NEEDS ...)
+#
+# All tests/NAME/*_test.cpp in one program. A test whose name starts with Slow carries the label slow.
+function(scarp_tests name)
+  cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${name}_tests ${sources})
+  list(TRANSFORM tests_NEEDS PREPEND scarp_)
+  target_link_libraries(${name}_tests PRIVATE ${tests_NEEDS} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name}_tests PRIVATE
+    SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCARP_BINARY="${PROJECT_BINARY_DIR}/apps/scarp")
+  gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS "${name};slow" DISCOVERY_TIMEOUT 60)
+endfunction()

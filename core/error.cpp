@@ -1,0 +1,16 @@
+#include "core/error.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace scarp::detail {
+
+void assertion_failed(const char* text, const std::string& left, const std::string& right,
+                      const char* file, int line) {
+  std::fprintf(stderr,
+               "%s:%d: scarp made a mistake: %s does not hold: %s against %s. Please report it.\n",
+               file, line, text, left.c_str(), right.c_str());
+  std::abort();
+}
+
+}  // namespace scarp::detail

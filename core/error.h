@@ -1,0 +1,38 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace scarp {
+
+/// The input is wrong and the user can mend it. The message says where, what is wrong and what is
+/// allowed. Exit code 2.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The simulation could not go on. The message says step, time, place and value. Exit code 3.
+class NumericalError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+namespace detail {
+[[noreturn]] void assertion_failed(const char* text, const std::string& left,
+                                   const std::string& right, const char* file, int line);
+}  // namespace detail
+
+}  // namespace scarp
+
+/// A mistake of ours, not of the user: prints both operands and aborts. Checked in every build, so
+/// keep it out of inner loops.
+#define SCARP_ASSERT(left, op, right)                                                         \
+  do {                                                                                        \
+    const auto& scarp_left = (left);                                                          \
+    const auto& scarp_right = (right);                                                        \
+    if (!(scarp_left op scarp_right)) {                                                       \
+      ::scarp::detail::assertion_failed(#left " " #op " " #right, std::to_string(scarp_left), \
+                                        std::to_string(scarp_right), __FILE__, __LINE__);     \
+    }                                                                                         \
+  } while (false)

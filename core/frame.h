@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+
+namespace scarp {
+
+/// What happens at a pair of opposite lateral sides of the domain.
+enum class Boundary { reflective, periodic };
+
+/// The lateral sides of the domain: x and y are bounded, z is not.
+///
+/// Units: nm (for mesh files without a grid: the unit of the file).
+struct Sides {
+  std::array<double, 2> lower{};
+  std::array<double, 2> upper{};
+  std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
+
+  double width(int axis) const { return upper[axis] - lower[axis]; }
+  double area() const { return width(0) * width(1); }
+};
+
+/// The lattice on which a level set lives, centred on the origin.
+///
+/// Nodes 0..cells[axis] per lateral axis; nodes 0 and cells[axis] lie exactly on the sides. With
+/// periodic sides the two are the same node. Along z node k lies at k * spacing, any integer k. In
+/// two dimensions y is one cell wide and nothing varies along it.
+///
+/// Units: nm.
+struct Frame {
+  double spacing = 0;
+  std::array<int, 2> cells{};
+  std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
+  bool two_dimensional = false;
+
+  /// Antisymmetric about the middle to the last bit, so that a mirrored geometry gives mirrored
+  /// numbers.
+  double node_position(int axis, double index) const {
+    return axis == 2 ? index * spacing : (index - 0.5 * cells[axis]) * spacing;
+  }
+
+  Sides sides() const {
+    Sides sides;
+    for (int axis = 0; axis < 2; ++axis) {
+      sides.lower[axis] = node_position(axis, 0);
+      sides.upper[axis] = node_position(axis, cells[axis]);
+      sides.boundary[axis] = boundary[axis];
+    }
+    return sides;
+  }
+};
+
+}  // namespace scarp

@@ -1,0 +1,30 @@
+#include "core/parallel.h"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace scarp {
+
+void parallel_for(std::size_t count, std::size_t grain,
+                  const std::function<void(std::size_t begin, std::size_t end)>& body) {
+  const std::size_t ranges = (count + grain - 1) / grain;
+  tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t range) {
+    body(range * grain, std::min(count, (range + 1) * grain));
+  });
+}
+
+ThreadLimit::ThreadLimit(int threads)
+    : control_(threads > 0 ? new tbb::global_control(tbb::global_control::max_allowed_parallelism,
+                                                     static_cast<std::size_t>(threads))
+                           : nullptr) {}
+
+ThreadLimit::~ThreadLimit() { delete static_cast<tbb::global_control*>(control_); }
+
+int thread_count() {
+  return static_cast<int>(
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
+}  // namespace scarp

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace scarp {
+
+/// Calls body(begin, end) on disjoint ranges that cover 0..count, on all threads of the current
+/// limit.
+///
+/// Ranges are multiples of grain (the last may be shorter) and do not depend on the number of
+/// threads, so a body that sums per range gives the same bits on any machine. A body must not
+/// throw: write a status and throw after the join.
+void parallel_for(std::size_t count, std::size_t grain,
+                  const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+/// Limits the number of threads while it lives; 0 means all cores.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  void* control_;
+};
+
+/// The number of threads that parallel_for uses now.
+int thread_count();
+
+}  // namespace scarp

@@ -1,0 +1,43 @@
+#include "core/tri_mesh.h"
+
+#include <algorithm>
+
+namespace scarp {
+
+void Box::add(Vec3d r) {
+  for (int axis = 0; axis < 3; ++axis) {
+    lower[axis] = std::min(lower[axis], r[axis]);
+    upper[axis] = std::max(upper[axis], r[axis]);
+  }
+}
+
+Box bounding_box(const TriMesh& mesh) {
+  Box box;
+  for (const Vec3f& r : mesh.vertices) box.add(Vec3d(r));
+  return box;
+}
+
+std::array<Vec3d, 3> corners(const TriMesh& mesh, std::size_t triangle) {
+  const Triangle& t = mesh.triangles[triangle];
+  return {Vec3d(mesh.vertices[t[0]]), Vec3d(mesh.vertices[t[1]]), Vec3d(mesh.vertices[t[2]])};
+}
+
+Vec3d area_vector(const TriMesh& mesh, std::size_t triangle) {
+  const auto [a, b, c] = corners(mesh, triangle);
+  return 0.5 * cross(b - a, c - a);
+}
+
+std::vector<Vec3f> facet_normals(const TriMesh& mesh) {
+  std::vector<Vec3f> normals(mesh.triangles.size());
+  for (std::size_t f = 0; f < normals.size(); ++f)
+    normals[f] = Vec3f(normalized(area_vector(mesh, f)));
+  return normals;
+}
+
+std::vector<double> facet_areas(const TriMesh& mesh) {
+  std::vector<double> areas(mesh.triangles.size());
+  for (std::size_t f = 0; f < areas.size(); ++f) areas[f] = length(area_vector(mesh, f));
+  return areas;
+}
+
+}  // namespace scarp

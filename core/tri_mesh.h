@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/material.h"
+#include "core/vec3.h"
+
+namespace scarp {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// A triangle mesh with shared vertices and, when it comes from a wafer, a material per triangle.
+///
+/// Shape: triangles index into vertices, counter-clockwise seen from the gas; materials is empty or
+/// has one entry per triangle. Units: nm (for mesh files without a grid: the unit of the file).
+struct TriMesh {
+  std::vector<Vec3f> vertices;
+  std::vector<Triangle> triangles;
+  std::vector<MaterialId> materials;
+};
+
+/// An axis-aligned box; empty (lower > upper) until a point is added.
+struct Box {
+  Vec3d lower{1e300, 1e300, 1e300};
+  Vec3d upper{-1e300, -1e300, -1e300};
+
+  void add(Vec3d r);
+};
+
+Box bounding_box(const TriMesh& mesh);
+
+/// The three corners of a triangle in double precision.
+std::array<Vec3d, 3> corners(const TriMesh& mesh, std::size_t triangle);
+
+/// Half the cross product of two edges: length is the area, direction the outward normal.
+Vec3d area_vector(const TriMesh& mesh, std::size_t triangle);
+
+/// Outward unit normals, one per triangle; zero for triangles of zero area.
+std::vector<Vec3f> facet_normals(const TriMesh& mesh);
+
+/// Areas, one per triangle.
+std::vector<double> facet_areas(const TriMesh& mesh);
+
+}  // namespace scarp

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/frame.h"
+#include "core/tri_mesh.h"
+#include "flux/flux_field.h"
+#include "flux/species.h"
+
+namespace scarp {
+
+/// Units: lengths as in the mesh.
+struct FluxOptions {
+  enum class Engine { automatic, forward };
+  Engine engine = Engine::automatic;
+  Sides sides;                     ///< where rays are mirrored or wrapped
+  bool two_dimensional = false;    ///< rays travel in the x-z plane
+  double spacing = 0;              ///< of the grid: scale of the ray offset; patches are 4 x 4 spacings
+  double target_error = 0.01;      ///< rms over the exposed surface, by area, of the patch error / max(flux, 0.05)
+  std::uint64_t rays = 0;          ///< fixes the number of rays and switches the target off, when > 0
+  std::uint64_t max_rays = std::uint64_t{1} << 28;
+  std::uint64_t seed = 1;
+  std::uint32_t time_step = 0;     ///< part of the random number's key
+};
+
+/// What arrives on every facet, for each species, with standard errors and an audit.
+///
+/// Shape:  one FluxField per species; tallies are per facet.
+/// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles.
+std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
+                                  const FluxOptions& options);
+
+}  // namespace scarp

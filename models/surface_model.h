@@ -1,0 +1,36 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/material.h"
+#include "core/vec3.h"
+#include "flux/species.h"
+
+namespace scarp {
+
+/// Points of the surface at which a model is asked for speeds: facets, or corners of facets.
+///
+/// Shape: one entry per point. Normals are outward unit vectors.
+struct SurfacePoints {
+  std::span<const MaterialId> material;
+  std::span<const Vec3f> normal;
+};
+
+/// The chemistry of one process step: which species to trace, and speeds from their fluxes. Arrays in, arrays out.
+class SurfaceModel {
+ public:
+  virtual ~SurfaceModel() = default;
+
+  /// The particles to trace; none for a model of prescribed rates.
+  virtual std::vector<Species> species() const = 0;
+
+  /// The speed at each point along the outward normal, > 0 grows.
+  ///
+  /// Shape: flux[s][p] is the flux of species s at point p, relative to the source.
+  /// Units: nm/s.
+  virtual std::vector<float> speeds(const SurfacePoints& points,
+                                    std::span<const std::span<const float>> flux) const = 0;
+};
+
+}  // namespace scarp
