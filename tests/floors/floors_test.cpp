@@ -1,0 +1,106 @@
+// The house rules that CMake cannot check, because Debian puts all headers in one folder: who may include what.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Include {
+  fs::path file;  // relative to the project
+  int line;
+  std::string header;
+};
+
+const std::map<std::string, std::set<std::string>>& floors_below() {
+  static const std::map<std::string, std::set<std::string>> below{
+      {"core", {}},
+      {"levelset", {"core"}},
+      {"mesh", {"core"}},
+      {"flux", {"core"}},
+      {"models", {"core", "levelset", "mesh", "flux"}},
+      {"apps", {"core", "levelset", "mesh", "flux", "models"}}};
+  return below;
+}
+
+std::vector<Include> includes() {
+  static const std::regex pattern(R"re(^\s*#\s*include\s*[<"]([^>"]+)[>"])re");
+  std::vector<Include> found;
+  for (const auto& [folder, below] : floors_below()) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SCARP_SOURCE_DIR) / folder)) {
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+      std::ifstream in(entry.path());
+      std::string text;
+      for (int line = 1; std::getline(in, text); ++line) {
+        std::smatch match;
+        if (std::regex_search(text, match, pattern)) {
+          found.push_back({fs::relative(entry.path(), SCARP_SOURCE_DIR), line, match[1]});
+        }
+      }
+    }
+  }
+  return found;
+}
+
+std::string place(const Include& include) {
+  return include.file.string() + ":" + std::to_string(include.line) + ": " + include.header;
+}
+
+bool starts_with(const std::string& text, const std::string& start) {
+  return text.rfind(start, 0) == 0;
+}
+
+TEST(Floors, AFileIncludesItsOwnFolderAndFloorsBelow) {
+  int own = 0;
+  for (const Include& include : includes()) {
+    const std::string from = include.file.begin()->string();
+    const std::string to = include.header.substr(0, include.header.find('/'));
+    if (!floors_below().contains(to) || include.header.find('/') == std::string::npos) continue;
+    ++own;
+    EXPECT_TRUE(to == from || floors_below().at(from).contains(to)) << place(include);
+  }
+  EXPECT_GT(own, 0) << "no include was read: the test looks in the wrong place";
+}
+
+// Which files include a header that starts with one of the given names.
+std::set<fs::path> files_that_include(const std::vector<std::string>& starts) {
+  std::set<fs::path> files;
+  for (const Include& include : includes()) {
+    for (const std::string& start : starts) {
+      if (starts_with(include.header, start)) files.insert(include.file);
+    }
+  }
+  return files;
+}
+
+TEST(Floors, OpenVdbIsSeenInOnePrivateHeaderOnly) {
+  EXPECT_EQ(files_that_include({"openvdb/"}), (std::set<fs::path>{"levelset/vdb.h"}));
+}
+
+TEST(Floors, EmbreeIsSeenInOneFileOfFluxOnly) {
+  EXPECT_EQ(files_that_include({"embree3/", "embree"}),
+            (std::set<fs::path>{"flux/ray_scene.cpp"}));
+}
+
+TEST(Floors, TheTomlParserIsSeenInOneFileOfCoreOnly) {
+  const std::set<fs::path> files = files_that_include({"toml++/", "toml.hpp"});
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_EQ(files.begin()->begin()->string(), "core");
+  EXPECT_EQ(files.begin()->extension(), ".cpp");
+}
+
+TEST(Floors, NoHeaderIncludesTbb) {
+  for (const fs::path& file : files_that_include({"tbb/", "oneapi/tbb"})) {
+    EXPECT_EQ(file.extension(), ".cpp") << file;
+  }
+}
+
+}  // namespace
