@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <ostream>
+#include <string_view>
+
+namespace scarp {
+
+/// A file that appears whole or not at all.
+///
+/// Bytes go to `NAME.tmp-...` beside the target; commit() brings them to the disk and renames. A
+/// file that is not committed is removed and an older file of that name stays as it was. A link is
+/// followed; a device or a pipe is written as it is.
+///
+/// Throws: InputError if the file cannot be made where the user wants it (no folder, no
+/// permission); NumericalError if it could not be written to the end (full disk).
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// For text and binary content alike; can be positioned with seekp. An error of the disk makes it
+  /// bad, and commit() says which it was.
+  std::ostream& stream() { return *stream_; }
+
+  /// Appends bytes; a full disk is noticed when the buffer of 1 MB is written out.
+  void write(std::string_view bytes);
+
+  /// Flushes to the disk and puts the file in its place. Call it once, last.
+  void commit();
+
+ private:
+  class Buffer;
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;  ///< empty for a device and after commit()
+  std::unique_ptr<Buffer> buffer_;
+  std::unique_ptr<std::ostream> stream_;
+};
+
+/// Writes a whole file by way of AtomicFile.
+void write_file(const std::filesystem::path& target, std::string_view bytes);
+
+}  // namespace scarp

@@ -1,0 +1,148 @@
+#include "core/atomic_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class AtomicFileTest : public testing::Test {
+ protected:
+  AtomicFileTest() {
+    std::string pattern = (fs::temp_directory_path() / "scarp-XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~AtomicFileTest() override { fs::remove_all(folder_); }
+
+  static std::string content(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream bytes;
+    bytes << file.rdbuf();
+    return bytes.str();
+  }
+
+  std::ptrdiff_t file_count() const {
+    return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(AtomicFileTest, KeepsEveryByte) {
+  std::string bytes;
+  for (int i = 0; i < 3 << 20; ++i) bytes.push_back(static_cast<char>(i * 7));
+  write_file(folder_ / "all", bytes);
+  EXPECT_EQ(content(folder_ / "all"), bytes);
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(AtomicFileTest, CanGoBackAndOverwrite) {
+  AtomicFile file(folder_ / "header");
+  file.stream() << "???? body";
+  file.stream().seekp(0) << "head";
+  file.stream().seekp(0, std::ios::end) << ", end";
+  EXPECT_EQ(file.stream().tellp(), 14);
+  file.commit();
+  EXPECT_EQ(content(folder_ / "header"), "head body, end");
+}
+
+TEST_F(AtomicFileTest, IsNotThereBeforeCommit) {
+  AtomicFile file(folder_ / "late");
+  file.write("text");
+  EXPECT_FALSE(fs::exists(folder_ / "late"));
+  file.commit();
+  EXPECT_EQ(content(folder_ / "late"), "text");
+}
+
+TEST_F(AtomicFileTest, LeavesTheOldFileWhenItIsNotCommitted) {
+  write_file(folder_ / "old", "first");
+  { AtomicFile(folder_ / "old").write("second"); }
+  EXPECT_EQ(content(folder_ / "old"), "first");
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(AtomicFileTest, FollowsALink) {
+  write_file(folder_ / "real", "first");
+  fs::create_symlink(folder_ / "real", folder_ / "link");
+  write_file(folder_ / "link", "second");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(content(folder_ / "real"), "second");
+}
+
+TEST_F(AtomicFileTest, TwoWritersOfOneNameDoNotMix) {
+  AtomicFile a(folder_ / "name");
+  AtomicFile b(folder_ / "name");
+  a.write("aaaa");
+  b.write("bb");
+  a.commit();
+  b.commit();
+  EXPECT_EQ(content(folder_ / "name"), "bb");
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(AtomicFileTest, SaysThatTheFolderIsMissing) {
+  try {
+    AtomicFile file(folder_ / "none" / "file");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), (folder_ / "none" / "file").string() +
+                                             ": cannot be written: there is no folder " +
+                                             (folder_ / "none").string());
+  }
+}
+
+TEST_F(AtomicFileTest, RefusesAFolderAsAFile) {
+  EXPECT_THROW(AtomicFile{folder_}, InputError);
+  EXPECT_TRUE(fs::is_directory(folder_));
+}
+
+/// Whoever runs the tests as root may write anywhere, so the child process gives that up first.
+[[noreturn]] void write_without_permission(const fs::path& folder) {
+  if (geteuid() == 0 && seteuid(65534) != 0) std::_Exit(3);
+  try {
+    write_file(folder / "file", "text");
+  } catch (const InputError& error) {
+    std::fputs(error.what(), stderr);
+    std::_Exit(2);
+  }
+  std::_Exit(0);
+}
+
+TEST_F(AtomicFileTest, SaysThatPermissionIsMissing) {
+  fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_EXIT(write_without_permission(folder_), testing::ExitedWithCode(2),
+              "file: cannot be written: no permission to write in .*choose another folder");
+  fs::permissions(folder_, fs::perms::owner_all);
+  EXPECT_EQ(file_count(), 0);
+}
+
+TEST_F(AtomicFileTest, SaysThatTheDiskIsFull) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  try {
+    write_file("/dev/full", "text");
+    FAIL();
+  } catch (const NumericalError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/dev/full: cannot be written: the disk is full; free "));
+  }
+}
+
+TEST_F(AtomicFileTest, NoticesAFullDiskWhileWriting) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  AtomicFile file("/dev/full");
+  EXPECT_THROW(file.write(std::string(3 << 20, 'x')), NumericalError);
+  EXPECT_THROW(file.commit(), NumericalError);
+}
+
+}  // namespace
+}  // namespace scarp
