@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/tri_mesh.h"
+#include "core/vec3.h"
+
+namespace scarp {
+
+/// The point of a mesh that is closest to some place.
+struct ClosestPoint {
+  static constexpr std::uint32_t none = 0xffffffffU;
+
+  std::uint32_t triangle = none;
+  Vec3d point;
+  std::array<double, 3> barycentric{};  ///< weights of the triangle's corners, sum 1
+  double distance = std::numeric_limits<double>::infinity();
+
+  bool found() const { return triangle != none; }
+};
+
+/// The point of one triangle that is closest to r; a triangle of zero area is its edges. The
+/// member `triangle` is left at none.
+ClosestPoint closest_on_triangle(Vec3d r, const std::array<Vec3d, 3>& corners);
+
+/// Answers closest-point queries on a fixed mesh; keeps its own copy of the triangles.
+///
+/// The same mesh gives the same tree and the same answers, on any machine. Equal distances go to
+/// the lowest triangle. Reading from several threads is safe.
+///
+/// Units: as the mesh; distances in double precision.
+/// Cost:  build 0.3 us per triangle, 70 bytes each; a query near the surface about 1 us at 100 k
+///        triangles, far away more (every triangle at nearly the same distance is looked at).
+class TriangleTree {
+ public:
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+  TriangleTree() = default;
+  explicit TriangleTree(const TriMesh& mesh);
+
+  bool empty() const { return triangles_.empty(); }
+
+  /// Nothing is found if the mesh is further away than max_distance (or empty).
+  ClosestPoint closest(Vec3d r, double max_distance = unlimited) const;
+
+  /// As closest, but only among triangles whose outward normal has a positive dot product with
+  /// direction.
+  ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance = unlimited) const;
+
+ private:
+  struct Node {
+    Vec3f lower;
+    std::uint32_t
+        first;  ///< first triangle of a leaf; first of two neighbouring children otherwise
+    Vec3f upper;
+    std::uint32_t count;  ///< triangles of a leaf; 0 for an inner node
+  };
+  struct LeafTriangle {
+    std::array<Vec3f, 3> corners;
+    std::uint32_t id;
+  };
+  struct Builder;
+
+  template <class Accept>
+  ClosestPoint search(Vec3d r, double max_distance, const Accept& accept) const;
+
+  std::vector<Node> nodes_;
+  std::vector<LeafTriangle> triangles_;
+};
+
+}  // namespace scarp

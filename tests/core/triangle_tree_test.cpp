@@ -1,0 +1,156 @@
+#include "core/triangle_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/random.h"
+
+namespace scarp {
+namespace {
+
+/// A wavy sheet of 2 n^2 triangles over [0, n]^2.
+TriMesh wavy_sheet(int n) {
+  TriMesh mesh;
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) {
+      const float z = static_cast<float>(2 * std::sin(0.3 * i) * std::cos(0.2 * j));
+      mesh.vertices.push_back({static_cast<float>(i), static_cast<float>(j), z});
+    }
+  }
+  const auto node = [n](int i, int j) { return static_cast<std::uint32_t>(j * (n + 1) + i); };
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      mesh.triangles.push_back({node(i, j), node(i + 1, j), node(i + 1, j + 1)});
+      mesh.triangles.push_back({node(i, j), node(i + 1, j + 1), node(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+Vec3d random_point(RandomStream& random, double side) {
+  return {side * (1.4 * random.uniform_double() - 0.2),
+          side * (1.4 * random.uniform_double() - 0.2), 12 * random.uniform_double() - 6};
+}
+
+ClosestPoint brute_force(const TriMesh& mesh, Vec3d r) {
+  // Squares are compared, as in the tree: the root may make different squares equal.
+  ClosestPoint best;
+  double best_square = TriangleTree::unlimited;
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    ClosestPoint p = closest_on_triangle(r, corners(mesh, f));
+    p.triangle = f;
+    const double square = dot(r - p.point, r - p.point);
+    if (square < best_square) {
+      best_square = square;
+      best = p;
+    }
+  }
+  return best;
+}
+
+TEST(ClosestOnTriangle, FindsCornerEdgeAndInside) {
+  const std::array<Vec3d, 3> p{Vec3d{0, 0, 0}, Vec3d{4, 0, 0}, Vec3d{0, 4, 0}};
+
+  const auto expect = [&p](Vec3d r, Vec3d point) {
+    const ClosestPoint c = closest_on_triangle(r, p);
+    EXPECT_NEAR(length(c.point - point), 0, 1e-14);
+    EXPECT_NEAR(c.distance, length(r - point), 1e-14);
+    EXPECT_NEAR(c.barycentric[0] + c.barycentric[1] + c.barycentric[2], 1, 1e-14);
+  };
+  expect({-1, -2, 3}, {0, 0, 0});
+  expect({6, -1, 0}, {4, 0, 0});
+  expect({-1, 7, 1}, {0, 4, 0});
+  expect({2, -1, 1}, {2, 0, 0});
+  expect({-3, 1, 0}, {0, 1, 0});
+  expect({3, 3, 2}, {2, 2, 0});
+  expect({1, 1, -5}, {1, 1, 0});
+}
+
+TEST(ClosestOnTriangle, WithoutAreaIsItsEdges) {
+  const std::array<Vec3d, 3> line{Vec3d{0, 0, 0}, Vec3d{1, 0, 0}, Vec3d{3, 0, 0}};
+  EXPECT_DOUBLE_EQ(closest_on_triangle({2, 1, 0}, line).distance, 1);
+  EXPECT_DOUBLE_EQ(closest_on_triangle({5, 0, 0}, line).distance, 2);
+
+  const std::array<Vec3d, 3> point{Vec3d{1, 1, 1}, Vec3d{1, 1, 1}, Vec3d{1, 1, 1}};
+  EXPECT_DOUBLE_EQ(closest_on_triangle({1, 1, 3}, point).distance, 2);
+}
+
+TEST(TriangleTree, AgreesWithLookingAtEveryTriangle) {
+  const TriMesh mesh = wavy_sheet(24);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 5});
+
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3d r = random_point(random, 24);
+    const ClosestPoint expected = brute_force(mesh, r);
+    const ClosestPoint found = tree.closest(r);
+    ASSERT_EQ(found.triangle, expected.triangle);
+    ASSERT_EQ(found.distance, expected.distance);
+    ASSERT_EQ(found.point, expected.point);
+  }
+}
+
+TEST(TriangleTree, EqualDistancesGoToTheLowestTriangle) {
+  // Many copies of the same triangle, more than a leaf holds.
+  TriMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}};
+  mesh.triangles.assign(50, Triangle{0, 1, 2});
+  EXPECT_EQ(TriangleTree(mesh).closest({0.2, 0.2, 1}).triangle, 0U);
+
+  // Every inner node of a plane belongs to six triangles.
+  const int n = 16;
+  TriMesh plane = wavy_sheet(n);
+  for (Vec3f& r : plane.vertices) r.z = 0;
+  const TriangleTree tree(plane);
+  for (const Vec3f& v : plane.vertices) {
+    EXPECT_EQ(tree.closest(Vec3d(v) + Vec3d{0, 0, 2}).triangle,
+              brute_force(plane, Vec3d(v) + Vec3d{0, 0, 2}).triangle);
+  }
+}
+
+TEST(TriangleTree, FindsNothingBeyondTheLimitOrInAnEmptyMesh) {
+  const TriMesh plane{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}, {}};
+  const TriangleTree tree(plane);
+  EXPECT_FALSE(tree.closest({0.2, 0.2, 3}, 2.9).found());
+  EXPECT_TRUE(tree.closest({0.2, 0.2, 3}, 3).found());
+  EXPECT_FALSE(TriangleTree(TriMesh{}).closest({0, 0, 0}).found());
+}
+
+TEST(TriangleTree, FacingQueriesSkipTrianglesThatLookAway) {
+  // Two parallel sheets, the lower one looks up, the upper one down.
+  TriMesh mesh{{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 1}, {4, 0, 1}, {0, 4, 1}},
+               {{0, 1, 2}, {3, 5, 4}, {0, 0, 1}},
+               {}};
+  const TriangleTree tree(mesh);
+  const Vec3d r{1, 1, 0.9};
+  EXPECT_EQ(tree.closest(r).triangle, 1U);
+  EXPECT_EQ(tree.closest_facing(r, {0, 0, 1}).triangle, 0U);
+  EXPECT_EQ(tree.closest_facing(r, {0, 0, -1}).triangle, 1U);
+  EXPECT_FALSE(tree.closest_facing(r, {1, 0, 0}).found());
+}
+
+TEST(TriangleTree, GivesTheSameAnswersOnAnyNumberOfThreads) {
+  const TriMesh mesh = wavy_sheet(40);
+  const TriangleTree tree(mesh);
+  const auto query_all = [&](int threads) {
+    const ThreadLimit limit(threads);
+    std::vector<ClosestPoint> found(5000);
+    parallel_for(found.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        RandomStream random({.seed = 9, .ray = i});
+        found[i] = tree.closest(random_point(random, 40));
+      }
+    });
+    return found;
+  };
+  const auto one = query_all(1);
+  const auto two = query_all(2);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    ASSERT_EQ(one[i].triangle, two[i].triangle);
+    ASSERT_EQ(one[i].point, two[i].point);
+  }
+}
+
+}  // namespace
+}  // namespace scarp
