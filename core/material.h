@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,10 +25,12 @@ class Materials {
 
   const Material& operator[](MaterialId id) const { return materials_[id]; }
   std::size_t size() const { return materials_.size(); }
+  std::vector<std::string> names() const;
 
   /// Throws InputError that suggests the nearest name if there is none of that name.
   MaterialId id(std::string_view name) const;
-  bool contains(std::string_view name) const;
+  std::optional<MaterialId> find(std::string_view name) const;
+  bool contains(std::string_view name) const { return find(name).has_value(); }
 
   /// Adds a material, or replaces the density of one that is there.
   MaterialId add(Material material);

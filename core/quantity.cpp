@@ -1,0 +1,379 @@
+#include "core/quantity.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "core/error.h"
+
+namespace scarp {
+
+namespace {
+
+/// Powers of the base quantities.
+struct Powers {
+  int length = 0;
+  int time = 0;
+  int energy = 0;
+  int angle = 0;
+  int temperature = 0;
+  int pressure = 0;
+
+  friend bool operator==(const Powers&, const Powers&) = default;
+};
+
+Powers sum(const Powers& a, const Powers& b, int times_b) {
+  return {a.length + times_b * b.length,           a.time + times_b * b.time,
+          a.energy + times_b * b.energy,           a.angle + times_b * b.angle,
+          a.temperature + times_b * b.temperature, a.pressure + times_b * b.pressure};
+}
+
+struct DimensionRow {
+  std::string_view name;
+  std::string_view article;
+  Powers powers;
+  int inside_exponent;  ///< the unit of the inside is 10^this in nm, s, eV, rad, K, Pa
+  /// In order of preference for writing; the first one and the last one differ from the unit of the
+  /// inside by a power of ten only.
+  std::vector<std::string_view> units;
+};
+
+const DimensionRow& row(Dimension dimension) {
+  static const std::array<DimensionRow, 10> rows{{
+      {"length", "a length", {.length = 1}, 0, {"nm", "um"}},
+      {"time", "a time", {.time = 1}, 0, {"s", "min", "h"}},
+      {"energy", "an energy", {.energy = 1}, 0, {"eV", "keV"}},
+      {"angle", "an angle", {.angle = 1}, 0, {"deg", "rad"}},
+      {"rate", "a rate", {.length = 1, .time = -1}, 0, {"nm/s", "nm/min", "um/min"}},
+      {"flux", "a flux", {.length = -2, .time = -1}, 1, {"/cm2/s"}},
+      {"density", "a density", {.length = -3}, 1, {"/cm3"}},
+      {"temperature", "a temperature", {.temperature = 1}, 0, {"K"}},
+      {"pressure", "a pressure", {.pressure = 1}, 0, {"Pa"}},
+      {"number", "a number", {}, 0, {""}},
+  }};
+  return rows[static_cast<std::size_t>(dimension)];
+}
+
+/// A unit is scale * 10^exponent of the base units; degrees Celsius have an offset.
+struct Unit {
+  Powers powers;
+  int exponent = 0;
+  double scale = 1;
+  double offset = 0;
+};
+
+struct NamedUnit {
+  std::string_view name;
+  Unit unit;
+};
+
+std::optional<Unit> find_unit(std::string_view name) {
+  constexpr Powers length{.length = 1};
+  constexpr Powers time{.time = 1};
+  constexpr Powers energy{.energy = 1};
+  constexpr Powers angle{.angle = 1};
+  constexpr Powers temperature{.temperature = 1};
+  constexpr Powers pressure{.pressure = 1};
+  constexpr double degree = std::numbers::pi / 180;
+  static constexpr std::array<NamedUnit, 33> units{{
+      {"nm", {length, 0}},
+      {"um", {length, 3}},
+      {"\u00b5m", {length, 3}},
+      {"\u03bcm", {length, 3}},
+      {"A", {length, -1}},
+      {"angstrom", {length, -1}},
+      {"mm", {length, 6}},
+      {"cm", {length, 7}},
+      {"m", {length, 9}},
+      {"s", {time, 0}},
+      {"ms", {time, -3}},
+      {"us", {time, -6}},
+      {"min", {time, 0, 60}},
+      {"h", {time, 0, 3600}},
+      {"eV", {energy, 0}},
+      {"meV", {energy, -3}},
+      {"keV", {energy, 3}},
+      {"MeV", {energy, 6}},
+      {"deg", {angle, 0, degree}},
+      {"\u00b0", {angle, 0, degree}},
+      {"rad", {angle, 0}},
+      {"mrad", {angle, -3}},
+      {"K", {temperature, 0}},
+      {"degC", {temperature, 0, 1, 273.15}},
+      {"\u00b0C", {temperature, 0, 1, 273.15}},
+      {"Pa", {pressure, 0}},
+      {"mPa", {pressure, -3}},
+      {"kPa", {pressure, 3}},
+      {"bar", {pressure, 5}},
+      {"mbar", {pressure, 2}},
+      {"atm", {pressure, 0, 101325}},
+      {"Torr", {pressure, 0, 101325.0 / 760}},
+      {"mTorr", {pressure, -3, 101325.0 / 760}},
+  }};
+  for (const NamedUnit& unit : units) {
+    if (unit.name == name) return unit.unit;
+  }
+  return std::nullopt;
+}
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// One factor of a unit: a name and, behind it, "2", "^2" or "^-2".
+std::optional<Unit> parse_factor(std::string_view text, int direction) {
+  std::size_t end = text.size();
+  while (end > 0 && is_digit(text[end - 1])) --end;
+  int power = 1;
+  if (end < text.size()) {
+    if (std::from_chars(text.data() + end, text.data() + text.size(), power).ec != std::errc{}) {
+      return std::nullopt;
+    }
+    if (end > 0 && text[end - 1] == '-') {
+      power = -power;
+      --end;
+    }
+    if (end > 0 && text[end - 1] == '^') --end;
+  }
+  const std::optional<Unit> base = find_unit(text.substr(0, end));
+  if (!base || std::abs(power) > 9) return std::nullopt;
+  const int times = direction * power;
+  if (base->offset != 0 && times != 1) return std::nullopt;
+  // Repeated multiplication, so that no library function decides about bits.
+  double scale = 1;
+  for (int i = 0; i < std::abs(times); ++i) scale *= base->scale;
+  return Unit{sum({}, base->powers, times), times * base->exponent, times < 0 ? 1 / scale : scale,
+              base->offset};
+}
+
+/// A product of factors: "um/min", "cm^-2 s^-1", "/cm2/s", "1/cm3". A slash holds for the next
+/// factor only.
+std::optional<Unit> parse_unit(std::string_view text) {
+  Unit unit;
+  int direction = 1;
+  std::size_t factor_count = 0;
+  while (!text.empty()) {
+    if (text[0] == ' ' || text[0] == '*' || text[0] == '/') {
+      if (text[0] == '/') {
+        if (direction < 0) return std::nullopt;
+        direction = -1;
+      }
+      text.remove_prefix(1);
+      continue;
+    }
+    const std::string_view factor_text = text.substr(0, text.find_first_of(" */"));
+    text.remove_prefix(factor_text.size());
+    if (factor_text == "1" && factor_count == 0 && direction > 0) continue;
+    const std::optional<Unit> factor = parse_factor(factor_text, direction);
+    if (!factor || (factor->offset != 0 && factor_count > 0)) return std::nullopt;
+    unit = {sum(unit.powers, factor->powers, 1), unit.exponent + factor->exponent,
+            unit.scale * factor->scale, factor->offset};
+    direction = 1;
+    ++factor_count;
+  }
+  if (direction < 0 || factor_count == 0) return std::nullopt;
+  return unit;
+}
+
+/// A decimal number as digits and a power of ten, so that moving the point costs no rounding.
+struct Decimal {
+  std::string_view mantissa;  ///< sign, digits, perhaps a point
+  int exponent = 0;
+  std::size_t length = 0;  ///< characters read
+};
+
+std::optional<Decimal> parse_decimal(std::string_view text) {
+  std::size_t end = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
+  std::size_t digit_count = 0;
+  bool point = false;
+  for (; end < text.size() && (is_digit(text[end]) || (text[end] == '.' && !point)); ++end) {
+    if (text[end] == '.') {
+      point = true;
+    } else {
+      ++digit_count;
+    }
+  }
+  if (digit_count == 0) return std::nullopt;
+  Decimal decimal{text.substr(0, end), 0, end};
+  // An "e" that no digits follow belongs to the unit ("5 eV" without the space).
+  if (end < text.size() && (text[end] == 'e' || text[end] == 'E')) {
+    std::size_t digits = end + 1;
+    if (digits < text.size() && text[digits] == '+') ++digits;
+    const auto result =
+        std::from_chars(text.data() + digits, text.data() + text.size(), decimal.exponent);
+    if (result.ec == std::errc::result_out_of_range) return std::nullopt;
+    if (result.ec == std::errc{}) {
+      decimal.length = static_cast<std::size_t>(result.ptr - text.data());
+    }
+  }
+  return decimal;
+}
+
+/// The double next to mantissa * 10^exponent.
+std::optional<double> rounded(std::string_view mantissa, long exponent) {
+  if (mantissa.starts_with('+')) mantissa.remove_prefix(1);
+  const std::string text = std::string(mantissa) + 'e' + std::to_string(exponent);
+  double value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (result.ec != std::errc{} || result.ptr != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// "5 nm" for a text that has the 5 but not the unit.
+std::string example(Dimension dimension, std::string_view number) {
+  const DimensionRow& wanted = row(dimension);
+  const std::string unit(wanted.units.front());
+  if (dimension == Dimension::flux) return quoted("1e15 " + unit);
+  if (dimension == Dimension::density) return quoted("5e22 " + unit);
+  return quoted(std::string(number) + (unit.empty() ? "" : ' ' + unit));
+}
+
+[[noreturn]] void throw_wrong_unit(std::string_view text, std::string_view number,
+                                   std::string_view unit_text, Dimension dimension) {
+  const std::string for_example = "for example " + example(dimension, number);
+  const std::optional<Unit> unit = parse_unit(unit_text);
+  if (!unit) {
+    throw InputError(quoted(text) + ": " + quoted(unit_text) + " is not a unit; write " +
+                     for_example);
+  }
+  for (int other = 0; other < static_cast<int>(Dimension::number); ++other) {
+    const DimensionRow& found = row(static_cast<Dimension>(other));
+    if (found.powers == unit->powers) {
+      throw InputError(quoted(text) + " is " + std::string(found.article) + "; " +
+                       std::string(row(dimension).article) + " is wanted, " + for_example);
+    }
+  }
+  throw InputError(quoted(text) + " is not " + std::string(row(dimension).article) + "; write " +
+                   for_example);
+}
+
+/// The digits of a number and the power of ten of the first: 400 is "4", 2.
+struct Digits {
+  bool negative = false;
+  std::string digits;
+  int exponent = 0;
+};
+
+Digits split(std::string_view scientific) {
+  Digits result;
+  if (scientific.starts_with('-')) {
+    result.negative = true;
+    scientific.remove_prefix(1);
+  }
+  const auto e = scientific.find('e');
+  for (const char c : scientific.substr(0, e)) {
+    if (is_digit(c)) result.digits.push_back(c);
+  }
+  std::string_view exponent = scientific.substr(e + 1);
+  if (exponent.starts_with('+')) exponent.remove_prefix(1);
+  std::from_chars(exponent.data(), exponent.data() + exponent.size(), result.exponent);
+  while (result.digits.size() > 1 && result.digits.back() == '0') result.digits.pop_back();
+  if (result.digits == "0") result.exponent = 0;
+  return result;
+}
+
+Digits shortest_digits(double value) {
+  std::array<char, 64> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific);
+  return split({text.data(), end.ptr});
+}
+
+Digits digits_of(double value, int count) {
+  std::array<char, 64> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::scientific, count - 1);
+  return split({text.data(), end.ptr});
+}
+
+/// Plain from 0.0001 to 999999, with an exponent beyond.
+std::string decimal_text(const Digits& number) {
+  const int count = static_cast<int>(number.digits.size());
+  const int e = number.exponent;
+  std::string text(number.negative ? "-" : "");
+  const auto append = [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      text.push_back(i < count ? number.digits[static_cast<std::size_t>(i)] : '0');
+    }
+  };
+  const bool plain = e >= -4 && e <= 5;
+  const int whole = !plain ? 1 : e < 0 ? 0 : e + 1;
+  append(0, whole);
+  if (whole == 0) text.push_back('0');
+  if (whole < count) text.push_back('.');
+  if (plain && e < 0) text.append(static_cast<std::size_t>(-e - 1), '0');
+  append(whole, count);
+  if (!plain) text.append("e").append(std::to_string(e));
+  return text;
+}
+
+}  // namespace
+
+double parse_quantity(std::string_view text, Dimension dimension) {
+  const DimensionRow& wanted = row(dimension);
+  const std::string_view body = trimmed(text);
+  const std::optional<Decimal> decimal = parse_decimal(body);
+  if (!decimal) {
+    throw InputError(quoted(text) + " is not " + std::string(wanted.article) +
+                     "; write for example " + example(dimension, "5"));
+  }
+  const std::string_view number = body.substr(0, decimal->length);
+  const std::string_view unit_text = trimmed(body.substr(decimal->length));
+  Unit unit;
+  if (unit_text.empty() && dimension != Dimension::number) {
+    throw InputError(quoted(text) + " has no unit; write for example " +
+                     example(dimension, number));
+  }
+  if (!unit_text.empty()) {
+    const std::optional<Unit> found = parse_unit(unit_text);
+    if (!found || found->powers != wanted.powers) {
+      throw_wrong_unit(text, number, unit_text, dimension);
+    }
+    unit = *found;
+  }
+  const std::optional<double> scaled =
+      rounded(decimal->mantissa, long{decimal->exponent} + unit.exponent - wanted.inside_exponent);
+  const double value = scaled ? *scaled * unit.scale + unit.offset : HUGE_VAL;
+  if (!std::isfinite(value)) {
+    throw InputError(quoted(text) + " is beyond the numbers that can be held");
+  }
+  return value;
+}
+
+std::string format_number(double value) { return decimal_text(shortest_digits(value)); }
+
+std::string format_quantity(double value, Dimension dimension) {
+  const DimensionRow& wanted = row(dimension);
+  std::string shortest;
+  for (const std::string_view name : wanted.units) {
+    const Unit unit = name.empty() ? Unit{} : *parse_unit(name);
+    // By powers of ten the digits stay; otherwise as few digits as give the same bits, if any do.
+    for (int count = unit.scale == 1 ? 0 : 15; count <= 17; ++count) {
+      Digits digits = count == 0 ? shortest_digits(value) : digits_of(value / unit.scale, count);
+      if (digits.digits != "0") digits.exponent += wanted.inside_exponent - unit.exponent;
+      const std::string text = decimal_text(digits) + (name.empty() ? "" : ' ' + std::string(name));
+      if (parse_quantity(text, dimension) == value) {
+        if (shortest.empty() || text.size() < shortest.size()) shortest = text;
+        break;
+      }
+    }
+  }
+  return shortest;
+}
+
+std::string_view dimension_name(Dimension dimension) { return row(dimension).name; }
+
+std::string_view inside_unit(Dimension dimension) {
+  return dimension == Dimension::angle ? "rad" : row(dimension).units.front();
+}
+
+}  // namespace scarp

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace scarp {
+
+/// The kinds of values that a recipe holds.
+///
+/// Units: inside, in this order: nm, s, eV, rad, nm/s, 1e15 cm^-2 s^-1, 1e22 cm^-3, K, Pa, 1.
+enum class Dimension {
+  length,
+  time,
+  energy,
+  angle,
+  rate,
+  flux,
+  density,
+  temperature,
+  pressure,
+  number,
+};
+
+/// The value of a text such as "4 um", "1 um/min" or "12e15 /cm2/s" in the unit of the inside.
+///
+/// Texts that mean the same give the same bits as far as their units differ by powers of ten ("0.4
+/// um" and "400 nm"). Does not depend on the locale.
+/// Throws: InputError that says what is wrong and shows a text that is right; it names no place.
+double parse_quantity(std::string_view text, Dimension dimension);
+
+/// A short text that parse_quantity turns into the same bits. The value has to be finite.
+std::string format_quantity(double value, Dimension dimension);
+
+/// The shortest decimal text of the same bits, without a unit; dots and digits whatever the locale.
+std::string format_number(double value);
+
+/// "length", "rate", ...
+std::string_view dimension_name(Dimension dimension);
+
+/// The unit that the inside uses, as a recipe writes it: "nm", "nm/s", ...; empty for numbers.
+std::string_view inside_unit(Dimension dimension);
+
+}  // namespace scarp

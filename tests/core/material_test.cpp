@@ -1,0 +1,45 @@
+#include "core/material.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+TEST(Materials, KnowsTheDensitiesThatTheModelsUse) {
+  const Materials materials;
+  EXPECT_EQ(materials[materials.id("Si")].density, 5.02);
+  EXPECT_EQ(materials[materials.id("SiO2")].density, 2.2);
+  EXPECT_NEAR(materials[materials.id("W")].density, 6.32, 0.01);
+  EXPECT_NEAR(materials[materials.id("GaAs")].density, 2.21, 0.01);
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const Material& material = materials[static_cast<MaterialId>(i)];
+    EXPECT_EQ(materials.id(material.name), i);
+    EXPECT_GT(material.density, 0.5) << material.name;
+  }
+}
+
+TEST(Materials, SuggestsTheNameThatWasMeant) {
+  try {
+    Materials().id("SiO");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "there is no material \"SiO\" (did you mean SiO2?); a recipe adds one with "
+                 "[materials.SiO] density = \"5e22 /cm3\"");
+  }
+}
+
+TEST(Materials, TakesNewOnesAndOtherDensities) {
+  Materials materials;
+  const std::size_t count = materials.size();
+  const MaterialId id = materials.add({"SiCOH", 1.5});
+  EXPECT_EQ(id, count);
+  EXPECT_EQ(materials.add({"SiO2", 2.0}), materials.id("SiO2"));
+  EXPECT_EQ(materials[materials.id("SiO2")].density, 2.0);
+  EXPECT_EQ(materials.size(), count + 1);
+}
+
+}  // namespace
+}  // namespace scarp

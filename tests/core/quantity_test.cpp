@@ -1,0 +1,149 @@
+#include "core/quantity.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace scarp {
+namespace {
+
+std::string message(std::string_view text, Dimension dimension) {
+  try {
+    parse_quantity(text, dimension);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Quantity, ReadsEveryDimensionInTheUnitOfTheInside) {
+  EXPECT_EQ(parse_quantity("4 um", Dimension::length), 4000);
+  EXPECT_EQ(parse_quantity("3 A", Dimension::length), 0.3);
+  EXPECT_EQ(parse_quantity("2.5 mm", Dimension::length), 2.5e6);
+  EXPECT_EQ(parse_quantity("1.6 min", Dimension::time), 96);
+  EXPECT_EQ(parse_quantity("2 h", Dimension::time), 7200);
+  EXPECT_EQ(parse_quantity("100 eV", Dimension::energy), 100);
+  EXPECT_EQ(parse_quantity("0.1 keV", Dimension::energy), 100);
+  EXPECT_DOUBLE_EQ(parse_quantity("180 deg", Dimension::angle), std::numbers::pi);
+  EXPECT_EQ(parse_quantity("0.5 rad", Dimension::angle), 0.5);
+  EXPECT_DOUBLE_EQ(parse_quantity("1 um/min", Dimension::rate), 1000.0 / 60);
+  EXPECT_EQ(parse_quantity("4 nm/s", Dimension::rate), 4);
+  EXPECT_EQ(parse_quantity("12e15 /cm2/s", Dimension::flux), 12);
+  EXPECT_EQ(parse_quantity("1e19 /m2/s", Dimension::flux), 1);
+  EXPECT_EQ(parse_quantity("5.02e22 /cm3", Dimension::density), 5.02);
+  EXPECT_DOUBLE_EQ(parse_quantity("220 degC", Dimension::temperature), 493.15);
+  EXPECT_DOUBLE_EQ(parse_quantity("760 Torr", Dimension::pressure), 101325);
+  EXPECT_EQ(parse_quantity("0.1", Dimension::number), 0.1);
+}
+
+TEST(Quantity, ReadsTheUsualSpellingsOfAUnit) {
+  for (const char* text : {"12e15 /cm2/s", "1.2e16 1/cm2/s", "12e15 cm^-2 s^-1", "12E15 cm-2 s-1",
+                           "12e+15 s^-1 cm^-2", "12e15 cm^-2/s", "12e15/cm^2/s"}) {
+    EXPECT_EQ(parse_quantity(text, Dimension::flux), 12) << text;
+  }
+  for (const char* text :
+       {"4um", " 4 um ", "+4 um", "4.0 um", "4. um", ".4e1 \u00b5m", "4 \u03bcm"}) {
+    EXPECT_EQ(parse_quantity(text, Dimension::length), 4000) << text;
+  }
+  EXPECT_EQ(parse_quantity("5eV", Dimension::energy), 5);
+}
+
+TEST(Quantity, GivesTheSameBitsInUnitsThatDifferByPowersOfTen) {
+  EXPECT_EQ(parse_quantity("0.57 um", Dimension::length),
+            parse_quantity("570 nm", Dimension::length));
+  EXPECT_EQ(parse_quantity("1e-4 mm", Dimension::length), 100);
+  EXPECT_EQ(parse_quantity("0.0001003 m", Dimension::length), 100300);
+}
+
+TEST(Quantity, DoesNotDependOnTheLocale) {
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"}) {
+    if (std::setlocale(LC_ALL, name) == nullptr) continue;
+    EXPECT_EQ(parse_quantity("0.5 nm", Dimension::length), 0.5);
+    EXPECT_EQ(format_quantity(0.5, Dimension::length), "0.5 nm");
+  }
+  std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST(Quantity, SaysWhatIsWrongAndShowsWhatIsRight) {
+  EXPECT_EQ(message("5", Dimension::length), "\"5\" has no unit; write for example \"5 nm\"");
+  EXPECT_EQ(message("5 s", Dimension::length),
+            "\"5 s\" is a time; a length is wanted, for example \"5 nm\"");
+  EXPECT_EQ(message("1 um", Dimension::rate),
+            "\"1 um\" is a length; a rate is wanted, for example \"1 nm/s\"");
+  EXPECT_EQ(message("5 nmm", Dimension::length),
+            "\"5 nmm\": \"nmm\" is not a unit; write for example \"5 nm\"");
+  EXPECT_EQ(message("5 nm nm", Dimension::length),
+            "\"5 nm nm\" is not a length; write for example \"5 nm\"");
+  EXPECT_EQ(message("", Dimension::time), "\"\" is not a time; write for example \"5 s\"");
+  EXPECT_EQ(message("nan nm", Dimension::length),
+            "\"nan nm\" is not a length; write for example \"5 nm\"");
+  EXPECT_EQ(message("12", Dimension::flux),
+            "\"12\" has no unit; write for example \"1e15 /cm2/s\"");
+  EXPECT_EQ(message("1e400 nm", Dimension::length),
+            "\"1e400 nm\" is beyond the numbers that can be held");
+}
+
+TEST(Quantity, RefusesWhatIsNotANumberWithAUnit) {
+  for (const char* text :
+       {"inf nm", "-inf nm", "0x10 nm", "1,5 nm", "1..5 nm", "nm", "- nm", "5 nm!", "5 /nm",
+        "5 nm/", "5 //nm", "5 nm5", "5 1e9999 nm", "5 nm^99", "1e99999999999 nm", "5 degC nm"}) {
+    EXPECT_THROW(parse_quantity(text, Dimension::length), InputError) << text;
+  }
+  EXPECT_THROW(parse_quantity("5 degC/s", Dimension::temperature), InputError);
+  EXPECT_THROW(parse_quantity("5 nm", Dimension::number), InputError);
+}
+
+TEST(Quantity, WritesAShortText) {
+  EXPECT_EQ(format_quantity(4000, Dimension::length), "4 um");
+  EXPECT_EQ(format_quantity(0.6, Dimension::length), "0.6 nm");
+  EXPECT_EQ(format_quantity(-400, Dimension::length), "-400 nm");
+  EXPECT_EQ(format_quantity(1234567, Dimension::length), "1234.567 um");
+  EXPECT_EQ(format_quantity(96, Dimension::time), "96 s");
+  EXPECT_EQ(format_quantity(7200, Dimension::time), "2 h");
+  EXPECT_EQ(format_quantity(1000.0 / 60, Dimension::rate), "1 um/min");
+  EXPECT_EQ(format_quantity(parse_quantity("10 deg", Dimension::angle), Dimension::angle),
+            "10 deg");
+  EXPECT_EQ(format_quantity(12, Dimension::flux), "1.2e16 /cm2/s");
+  EXPECT_EQ(format_quantity(5.02, Dimension::density), "5.02e22 /cm3");
+  EXPECT_EQ(format_quantity(0, Dimension::time), "0 s");
+  EXPECT_EQ(format_quantity(0.1, Dimension::number), "0.1");
+}
+
+TEST(Quantity, WritesNumbersAsTheyAreRead) {
+  EXPECT_EQ(format_number(0.1), "0.1");
+  EXPECT_EQ(format_number(-250000), "-250000");
+  EXPECT_EQ(format_number(0.00025), "0.00025");
+  EXPECT_EQ(format_number(0.000025), "2.5e-5");
+  EXPECT_EQ(format_number(1e22), "1e22");
+  EXPECT_EQ(format_number(1.5e-300), "1.5e-300");
+}
+
+TEST(Quantity, ReadsWhatItWroteToTheLastBit) {
+  RandomStream random({.seed = 3});
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint64_t bits = (std::uint64_t{random.bits()} << 32) | random.bits();
+    double value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    // Beyond this a change of unit would leave the range of double.
+    if (!std::isfinite(value) || std::abs(value) > 1e280 || std::abs(value) < 1e-280) continue;
+    for (int d = 0; d <= static_cast<int>(Dimension::number); ++d) {
+      const auto dimension = static_cast<Dimension>(d);
+      const std::string text = format_quantity(value, dimension);
+      ASSERT_EQ(parse_quantity(text, dimension), value) << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp
