@@ -5,35 +5,39 @@
 
 namespace scarp {
 
-/// A quantity counted where particles arrive, relative to the flux of the source: an open flat wafer has arrivals 1.
+/// A quantity counted where particles arrive, relative to the flux of the source: an open flat
+/// wafer has arrivals 1.
 ///
 /// Shape: mean and std_error one per facet.
 struct Tally {
   enum class Quantity { arrivals };
   Quantity quantity = Quantity::arrivals;
-  std::vector<float> mean;
-  std::vector<float> std_error;
+  std::vector<float> mean{};
+  std::vector<float> std_error{};
 };
 
-/// Where the particles went. Units: number of particles by weight; emitted is the number that left the source.
+/// Where the particles went. Units: number of particles by weight; emitted is the number that left
+/// the source.
 struct FluxAudit {
   double emitted = 0;
   double absorbed = 0;
   double escaped = 0;
-  double lost_back_face = 0;    ///< arrived at the solid side of a facet
-  double lost_side_limit = 0;   ///< crossed the lateral sides too often without meeting anything
-  double roulette = 0;          ///< weight added (> 0) or removed (< 0) by Russian roulette; zero on average
+  double lost_back_face = 0;   ///< arrived at the solid side of a facet
+  double lost_below = 0;       ///< left below the lowest vertex
+  double lost_side_limit = 0;  ///< crossed the lateral sides too often without meeting anything
+  double roulette =
+      0;  ///< weight added (> 0) or removed (< 0) by Russian roulette; zero on average
 
-  double lost() const { return lost_back_face + lost_side_limit; }
-  /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero but for rounding.
+  double lost() const { return lost_back_face + lost_below + lost_side_limit; }
+  /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero for forward tracing.
   double balance_error() const;
 };
 
 /// What arrives on a mesh, of one species.
 struct FluxField {
-  std::vector<Tally> tallies;  ///< the first counts arrivals
-  FluxAudit audit;
-  std::uint64_t rays = 0;      ///< primary rays from the source (forward) or from facets (gather)
+  std::vector<Tally> tallies{};  ///< the first counts arrivals
+  FluxAudit audit{};
+  std::uint64_t rays = 0;  ///< primary rays from the source (forward) or from facets (gather, beam)
   std::uint64_t segments = 0;  ///< straight flights, side crossings not counted
   double error = 0;            ///< root mean square patch error, see FluxOptions::target_error
   double max_facet_error = 0;  ///< largest standard error of a facet divided by max(flux, 0.05)

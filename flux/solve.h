@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/frame.h"
 #include "core/tri_mesh.h"
@@ -14,20 +15,22 @@ namespace scarp {
 struct FluxOptions {
   enum class Engine { automatic, forward };
   Engine engine = Engine::automatic;
-  Sides sides;                     ///< where rays are mirrored or wrapped
-  bool two_dimensional = false;    ///< rays travel in the x-z plane
-  double spacing = 0;              ///< of the grid: scale of the ray offset; patches are 4 x 4 spacings
-  double target_error = 0.01;      ///< rms over the exposed surface, by area, of the patch error / max(flux, 0.05)
-  std::uint64_t rays = 0;          ///< fixes the number of rays and switches the target off, when > 0
+  Sides sides{};                 ///< where rays are mirrored or wrapped
+  bool two_dimensional = false;  ///< rays travel in the x-z plane
+  double spacing = 0;            ///< of the grid; 0: as of a mesh with two facets per grid cell
+  double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
+                                 ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
+  std::uint64_t rays = 0;        ///< fixes the number of rays and switches the target off, when > 0
   std::uint64_t max_rays = std::uint64_t{1} << 28;
   std::uint64_t seed = 1;
-  std::uint32_t time_step = 0;     ///< part of the random number's key
+  std::uint32_t time_step = 0;  ///< part of the random number's key
 };
 
 /// What arrives on every facet, for each species, with standard errors and an audit.
 ///
 /// Shape:  one FluxField per species; tallies are per facet.
-/// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles.
+/// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles, and
+///         options or species that make no sense; the message starts with "flux:" or "species".
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options);
 

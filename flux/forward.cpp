@@ -1,0 +1,273 @@
+#include "flux/forward.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/random.h"
+#include "flux/flight_order.h"
+#include "flux/sampling.h"
+#include "flux/sobol.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint32_t batch_count = 32;
+constexpr std::uint64_t first_round = std::uint64_t{1} << 16;
+constexpr std::size_t pool_size = std::size_t{1} << 16;
+
+// Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is the
+// weight of a particle at the source, and 2^33 of them fit in a sum.
+constexpr std::uint32_t unit_weight = 1U << 30;
+
+// Below the first a particle goes on with the second or not at all.
+constexpr std::uint32_t roulette_below = unit_weight / 10;
+constexpr std::uint32_t roulette_weight = 3 * (unit_weight / 10);
+
+struct Particle {
+  Ray ray;
+  std::uint32_t weight = unit_weight;
+  std::uint32_t batch = 0;
+  RandomStream random;
+};
+
+struct Counts {
+  std::int64_t emitted = 0;
+  std::int64_t absorbed = 0;
+  std::int64_t escaped = 0;
+  std::int64_t lost_back_face = 0;
+  std::int64_t lost_below = 0;
+  std::int64_t lost_side_limit = 0;
+  std::int64_t roulette = 0;
+  std::int64_t segments = 0;
+};
+
+class Tracer {
+ public:
+  explicit Tracer(const FluxProblem& problem);
+
+  // Follows the rays first..end; the sums are over all rays so far.
+  void trace(std::uint64_t first, std::uint64_t end);
+
+  FluxEstimate estimate_flux() const;
+  const Counts& counts() const { return counts_; }
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  Particle emit(std::uint64_t ray) const;
+  void trace_pool(std::uint64_t first, std::uint64_t end);
+  void sort(std::vector<Particle>& particles) const;
+  bool arrive(Particle& particle, const Flight& flight, Counts& counts);
+  Vec3d emission_normal(std::uint32_t facet) const;
+  static bool play_roulette(Particle& particle, Counts& counts);
+
+  const FluxProblem& problem_;
+  std::vector<ScrambledSobol> starts_;          // one per batch
+  std::vector<std::uint32_t> absorbed_weight_;  // of a particle of unit weight, per facet
+  std::vector<std::int64_t> tallies_;           // of facet f and batch b at f * batch_count + b
+  Counts counts_;
+  std::uint64_t rays_ = 0;
+};
+
+template <class Number>
+void add(Number& sum, Number term) {
+  std::atomic_ref<Number>(sum).fetch_add(term, std::memory_order_relaxed);
+}
+
+void add(Counts& sum, const Counts& term) {
+  add(sum.emitted, term.emitted);
+  add(sum.absorbed, term.absorbed);
+  add(sum.escaped, term.escaped);
+  add(sum.lost_back_face, term.lost_back_face);
+  add(sum.lost_below, term.lost_below);
+  add(sum.lost_side_limit, term.lost_side_limit);
+  add(sum.roulette, term.roulette);
+  add(sum.segments, term.segments);
+}
+
+Tracer::Tracer(const FluxProblem& problem)
+    : problem_(problem),
+      absorbed_weight_(problem.scene.facet_count()),
+      tallies_(problem.scene.facet_count() * batch_count) {
+  const FluxOptions& options = problem.options;
+  for (std::size_t f = 0; f < absorbed_weight_.size(); ++f) {
+    const double sticking = problem.sticking[f];
+    absorbed_weight_[f] = static_cast<std::uint32_t>(sticking * unit_weight + 0.5);
+  }
+  for (std::uint32_t b = 0; b < batch_count; ++b) {
+    // Ray numbers of the scramblings lie above those of all rays.
+    RandomStream random(
+        {options.seed, options.time_step, problem.species_index, (std::uint64_t{1} << 63) + b});
+    starts_.emplace_back(std::array{random.bits(), random.bits(), random.bits(), random.bits()});
+  }
+}
+
+Particle Tracer::emit(std::uint64_t ray) const {
+  const FluxOptions& options = problem_.options;
+  const RayScene& scene = problem_.scene;
+  const auto batch = static_cast<std::uint32_t>(ray % batch_count);
+  const auto xi = starts_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
+  Particle particle{
+      .ray = {.r = {xi[0] * scene.upper().x, xi[1] * scene.upper().y, scene.source_height()},
+              .u = sample_source({xi[2], xi[3]}, problem_.species.source.cosine_power)},
+      .batch = batch,
+      .random = RandomStream({options.seed, options.time_step, problem_.species_index, ray})};
+  if (options.two_dimensional) particle.ray.u = project_to_cross_section(particle.ray.u);
+  return particle;
+}
+
+void Tracer::trace(std::uint64_t first, std::uint64_t end) {
+  parallel_for(end - first, pool_size, [&](std::size_t pool_first, std::size_t pool_end) {
+    trace_pool(first + pool_first, first + pool_end);
+  });
+  rays_ = end;
+}
+
+// All particles of a pool fly once, then all that go on fly again. Sorted by place and direction,
+// consecutive flights meet the same part of Embree's tree, which halves the time.
+void Tracer::trace_pool(std::uint64_t first, std::uint64_t end) {
+  Counts counts;
+  std::vector<Particle> particles;
+  particles.reserve(end - first);
+  for (std::uint64_t ray = first; ray < end; ++ray) particles.push_back(emit(ray));
+  counts.emitted = static_cast<std::int64_t>(particles.size()) * unit_weight;
+  while (!particles.empty()) {
+    sort(particles);
+    counts.segments += static_cast<std::int64_t>(particles.size());
+    std::size_t kept = 0;
+    for (Particle& particle : particles) {
+      const Flight flight = problem_.scene.fly(particle.ray);
+      if (arrive(particle, flight, counts)) particles[kept++] = particle;
+    }
+    particles.erase(particles.begin() + static_cast<std::ptrdiff_t>(kept), particles.end());
+  }
+  add(counts_, counts);
+}
+
+void Tracer::sort(std::vector<Particle>& particles) const {
+  const RayScene& scene = problem_.scene;
+  const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
+  std::vector<std::uint32_t> keys(particles.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const Ray& ray = particles[i].ray;
+    keys[i] = flight_key({ray.r.x / size.x, ray.r.y / size.y, (ray.r.z - scene.lowest()) / size.z},
+                         ray.u);
+  }
+  std::vector<Particle> sorted;
+  sorted.reserve(particles.size());
+  for (const std::uint32_t i : sorted_order(keys)) sorted.push_back(particles[i]);
+  particles.swap(sorted);
+}
+
+Vec3d Tracer::emission_normal(std::uint32_t facet) const {
+  const Vec3d n = problem_.scene.normal(facet);
+  return problem_.options.two_dimensional ? project_to_cross_section(n) : n;
+}
+
+// Books the end of a flight and starts the next; false if there is none.
+bool Tracer::arrive(Particle& particle, const Flight& flight, Counts& counts) {
+  switch (flight.end) {
+    case Flight::End::sky:
+      counts.escaped += particle.weight;
+      return false;
+    case Flight::End::back:
+      counts.lost_back_face += particle.weight;
+      return false;
+    case Flight::End::below:
+      counts.lost_below += particle.weight;
+      return false;
+    case Flight::End::side_limit:
+      counts.lost_side_limit += particle.weight;
+      return false;
+    case Flight::End::front:
+      break;
+  }
+  const std::uint32_t f = flight.facet;
+  add(tallies_[std::size_t{f} * batch_count + particle.batch], std::int64_t{particle.weight});
+  const auto absorbed = static_cast<std::uint32_t>(
+      (std::uint64_t{particle.weight} * absorbed_weight_[f] + unit_weight / 2) / unit_weight);
+  counts.absorbed += absorbed;
+  particle.weight -= absorbed;
+  if (particle.weight < roulette_below && !play_roulette(particle, counts)) return false;
+
+  const UnitSquare xi{particle.random.uniform_double(), particle.random.uniform_double()};
+  Vec3d u = sample_cosine(xi, emission_normal(f));
+  if (problem_.options.two_dimensional) u = project_to_cross_section(u);
+  particle.ray = {.r = flight.r, .u = u, .from = f};
+  return true;
+}
+
+// Goes on with probability weight / roulette_weight, so the weight is kept on average.
+bool Tracer::play_roulette(Particle& particle, Counts& counts) {
+  if (particle.weight == 0) return false;
+  const bool goes_on = std::uint64_t{particle.random.bits()} * roulette_weight <
+                       (std::uint64_t{particle.weight} << 32);
+  const std::uint32_t weight = goes_on ? roulette_weight : 0;
+  counts.roulette += std::int64_t{weight} - std::int64_t{particle.weight};
+  particle.weight = weight;
+  return goes_on;
+}
+
+FluxEstimate Tracer::estimate_flux() const {
+  const double per_batch = static_cast<double>(rays_ / batch_count);
+  const double scale = problem_.scene.source_area() / (per_batch * unit_weight);
+  return estimate(problem_.scene, problem_.patches,
+                  {.count = batch_count,
+                   .flux =
+                       [&](std::size_t f, std::size_t b) {
+                         return static_cast<double>(tallies_[f * batch_count + b]) * scale /
+                                problem_.scene.area(f);
+                       },
+                   .unseen = problem_.scene.source_area() / static_cast<double>(rays_)});
+}
+
+std::uint64_t whole_batches(std::uint64_t rays) {
+  return (rays + batch_count - 1) / batch_count * batch_count;
+}
+
+// The error falls with one over the square root of the number of rays; a tenth more makes another
+// round unlikely, and at most eight times as many keeps a poor first estimate from overshooting.
+std::uint64_t predicted_rays(std::uint64_t rays, double error, double target) {
+  const double ratio = std::clamp(1.1 * (error / target) * (error / target), 1.1, 8.0);
+  return static_cast<std::uint64_t>(static_cast<double>(rays) * ratio);
+}
+
+FluxAudit audit_of(const Counts& counts) {
+  const auto particles = [](std::int64_t weight) {
+    return static_cast<double>(weight) / unit_weight;
+  };
+  return {.emitted = particles(counts.emitted),
+          .absorbed = particles(counts.absorbed),
+          .escaped = particles(counts.escaped),
+          .lost_back_face = particles(counts.lost_back_face),
+          .lost_below = particles(counts.lost_below),
+          .lost_side_limit = particles(counts.lost_side_limit),
+          .roulette = particles(counts.roulette)};
+}
+
+}  // namespace
+
+FluxField trace_forward(const FluxProblem& problem) {
+  const FluxOptions& options = problem.options;
+  const bool fixed = options.rays > 0;
+  const std::uint64_t cap = whole_batches(fixed ? options.rays : options.max_rays);
+  Tracer tracer(problem);
+  FluxEstimate estimate;
+  for (std::uint64_t rays = fixed ? cap : std::min(cap, first_round);;) {
+    tracer.trace(tracer.rays(), rays);
+    estimate = tracer.estimate_flux();
+    if (estimate.error <= options.target_error || rays == cap) break;
+    rays = std::min(cap, whole_batches(predicted_rays(rays, estimate.error, options.target_error)));
+  }
+  return {.tallies = {std::move(estimate.tally)},
+          .audit = audit_of(tracer.counts()),
+          .rays = tracer.rays(),
+          .segments = static_cast<std::uint64_t>(tracer.counts().segments),
+          .error = estimate.error,
+          .max_facet_error = estimate.max_facet_error,
+          .target_reached = fixed || estimate.error <= options.target_error};
+}
+
+}  // namespace scarp

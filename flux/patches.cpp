@@ -1,0 +1,152 @@
+#include "flux/patches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double patch_width = 4;
+constexpr double patch_area = patch_width * patch_width;
+constexpr double small_flux = 0.05;
+
+// The lowest vertex that is joined to each vertex, by union-find.
+std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {
+  std::vector<std::uint32_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : {t[1], t[2]}) {
+      const std::uint32_t a = root(t[0]);
+      const std::uint32_t b = root(v);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
+  return parent;
+}
+
+int main_direction(Vec3d n) {
+  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+  const int axis = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
+  return 2 * axis + (n[axis] < 0 ? 1 : 0);
+}
+
+struct Statistics {
+  double mean = 0;
+  double std_error = 0;
+};
+
+template <class Sample>
+Statistics statistics(std::size_t count, const Sample& sample) {
+  Statistics result;
+  for (std::size_t b = 0; b < count; ++b) result.mean += sample(b);
+  result.mean /= static_cast<double>(count);
+  double squares = 0;
+  for (std::size_t b = 0; b < count; ++b) {
+    const double deviation = sample(b) - result.mean;
+    squares += deviation * deviation;
+  }
+  result.std_error = std::sqrt(squares / static_cast<double>(count * (count - 1)));
+  return result;
+}
+
+}  // namespace
+
+Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
+  const std::vector<std::uint32_t> joined = joined_vertices(mesh);
+  using Key = std::tuple<std::uint32_t, int, int, int, int, std::uint32_t>;
+  std::vector<Key> keys(scene.facet_count());
+  for (std::uint32_t f = 0; f < keys.size(); ++f) {
+    const auto& [a, b, c] = scene.corners(f);
+    const Vec3d centroid = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3.0;
+    const auto cell = [&](int axis) {
+      return static_cast<int>(std::floor(centroid[axis] / patch_width));
+    };
+    keys[f] = {joined[mesh.triangles[f][0]],    cell(0), cell(1), cell(2),
+               main_direction(scene.normal(f)), f};
+  }
+  std::sort(keys.begin(), keys.end());
+
+  std::uint32_t last_root = Ray::no_facet;
+  const Key* last = nullptr;
+  for (const Key& key : keys) {
+    const auto group = [](const Key& k) {
+      return std::tuple(std::get<0>(k), std::get<1>(k), std::get<2>(k), std::get<3>(k),
+                        std::get<4>(k));
+    };
+    if (std::get<0>(key) != last_root) {
+      last_root = std::get<0>(key);
+      ++part_count_;
+    }
+    if (last == nullptr || group(*last) != group(key))
+      patches_.push_back({.part = part_count_ - 1, .area = 0, .facets = {}});
+    const std::uint32_t f = std::get<5>(key);
+    patches_.back().facets.push_back(f);
+    patches_.back().area += scene.area(f);
+    last = &key;
+  }
+}
+
+FluxEstimate estimate(const RayScene& scene, const Patches& patches,
+                      const FluxReplicates& replicates) {
+  const std::size_t facet_count = scene.facet_count();
+  FluxEstimate result;
+  result.tally.mean.resize(facet_count);
+  result.tally.std_error.resize(facet_count);
+  std::vector<Statistics> of_patch(patches.list().size());
+
+  parallel_for(patches.list().size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> sums(replicates.count);
+    for (std::size_t p = begin; p < end; ++p) {
+      const Patches::Patch& patch = patches.list()[p];
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (const std::uint32_t f : patch.facets) {
+        for (std::size_t b = 0; b < sums.size(); ++b)
+          sums[b] += replicates.flux(f, b) * scene.area(f);
+        const Statistics facet =
+            statistics(sums.size(), [&](std::size_t b) { return replicates.flux(f, b); });
+        result.tally.mean[f] = static_cast<float>(facet.mean);
+        result.tally.std_error[f] = static_cast<float>(
+            facet.mean > 0 ? facet.std_error : replicates.unseen / scene.area(f));
+      }
+      of_patch[p] = statistics(sums.size(), [&](std::size_t b) { return sums[b] / patch.area; });
+      if (of_patch[p].mean == 0) of_patch[p].std_error = replicates.unseen / patch.area;
+    }
+  });
+
+  std::vector<char> exposed(patches.part_count());
+  for (std::size_t p = 0; p < of_patch.size(); ++p)
+    if (of_patch[p].mean > 0) exposed[patches.list()[p].part] = 1;
+
+  double area = 0;
+  double squares = 0;
+  for (std::size_t p = 0; p < of_patch.size(); ++p) {
+    const Patches::Patch& patch = patches.list()[p];
+    if (exposed[patch.part] == 0) {
+      for (const std::uint32_t f : patch.facets) result.tally.std_error[f] = 0;
+      continue;
+    }
+    const double relative = of_patch[p].std_error / std::max(of_patch[p].mean, small_flux);
+    area += patch.area;
+    squares += patch.area * relative * relative * std::min(1.0, patch.area / patch_area);
+    for (const std::uint32_t f : patch.facets) {
+      const double flux = result.tally.mean[f];
+      result.max_facet_error =
+          std::max(result.max_facet_error, result.tally.std_error[f] / std::max(flux, small_flux));
+    }
+  }
+  result.error = area > 0 ? std::sqrt(squares / area) : 0;
+  return result;
+}
+
+}  // namespace scarp

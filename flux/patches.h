@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/tri_mesh.h"
+#include "flux/flux_field.h"
+#include "flux/ray_scene.h"
+
+namespace scarp {
+
+/// The facets of a surface in groups over which flux errors are judged: cells of 4 x 4 x 4 spacings
+/// by centroid, one of six main directions by normal, one connected part of the surface.
+class Patches {
+ public:
+  Patches(const TriMesh& mesh, const RayScene& scene);
+
+  struct Patch {
+    std::uint32_t part = 0;  ///< connected part of the surface
+    double area = 0;         ///< in squared spacings
+    std::vector<std::uint32_t> facets;
+  };
+  const std::vector<Patch>& list() const { return patches_; }
+  std::uint32_t part_count() const { return part_count_; }
+
+ private:
+  std::vector<Patch> patches_;
+  std::uint32_t part_count_ = 0;
+};
+
+/// Equally likely, independent estimates of the flux on each facet.
+struct FluxReplicates {
+  std::size_t count = 0;
+  std::function<double(std::size_t facet, std::size_t replicate)> flux;
+  double unseen = 0;  ///< standard error times area (squared spacings) where no replicate saw a
+                      ///< particle
+};
+
+struct FluxEstimate {
+  Tally tally;
+  double error = 0;            ///< see FluxField::error
+  double max_facet_error = 0;  ///< see FluxField::max_facet_error
+};
+
+/// Mean and standard error on facets, and the error over patches.
+///
+/// Only parts of the surface on which a particle arrived count: no path joins a closed void to the
+/// source. A patch cut smaller than 4 x 4 spacings counts with the error that a whole one of the
+/// same noise would have, so that the error does not depend on where the cells' borders fall.
+FluxEstimate estimate(const RayScene& scene, const Patches& patches,
+                      const FluxReplicates& replicates);
+
+}  // namespace scarp

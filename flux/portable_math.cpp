@@ -1,0 +1,51 @@
+#include "flux/portable_math.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace scarp {
+
+namespace {
+
+// ln(m) = 2 atanh((m - 1) / (m + 1)); |s| <= 0.172 for m in [sqrt(1/2), sqrt(2)], so nine terms
+// leave 1e-16.
+double portable_log(double x) {
+  int exponent = 0;
+  double m = std::frexp(x, &exponent);  // exact
+  if (m < std::numbers::sqrt2 / 2) {
+    m *= 2;
+    --exponent;
+  }
+  const double s = (m - 1) / (m + 1);
+  const double s2 = s * s;
+  double sum = 0;
+  for (int k = 19; k >= 1; k -= 2) sum = sum * s2 + 1.0 / k;
+  return exponent * std::numbers::ln2 + 2 * s * sum;
+}
+
+double portable_exp(double x) {
+  const double exponent = std::floor(x / std::numbers::ln2 + 0.5);
+  const double rest = x - exponent * std::numbers::ln2;  // |rest| <= ln(2) / 2
+  double sum = 1;
+  for (int k = 15; k >= 1; --k) sum = 1 + sum * rest / k;
+  return std::ldexp(sum, static_cast<int>(exponent));  // exact
+}
+
+}  // namespace
+
+double portable_power(double x, double y) {
+  if (x <= 0) return 0;
+  const double exponent = y * portable_log(x);
+  return exponent < -700 ? 0 : portable_exp(exponent);
+}
+
+SineCosine portable_sine_cosine(double angle) {
+  const double square = angle * angle;
+  double sine = 0;
+  double cosine = 0;
+  for (int k = 17; k >= 1; k -= 2) sine = 1 - sine * square / ((k + 1) * (k + 2));
+  for (int k = 16; k >= 0; k -= 2) cosine = 1 - cosine * square / ((k + 1) * (k + 2));
+  return {angle * sine, cosine};
+}
+
+}  // namespace scarp

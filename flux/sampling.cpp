@@ -1,0 +1,74 @@
+#include "flux/sampling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "flux/portable_math.h"
+
+namespace scarp {
+
+namespace {
+
+struct DiskPoint {
+  double x;
+  double y;
+  double radius_squared;
+};
+
+DiskPoint sample_disk(UnitSquare xi) {
+  const double a = 2 * xi.xi1 - 1;
+  const double b = 2 * xi.xi2 - 1;
+  if (a == 0 && b == 0) return {0, 0, 0};
+  if (std::abs(a) > std::abs(b)) {
+    const auto [sine, cosine] = portable_sine_cosine(std::numbers::pi / 4 * (b / a));
+    return {a * cosine, a * sine, a * a};
+  }
+  const auto [sine, cosine] = portable_sine_cosine(std::numbers::pi / 4 * (a / b));
+  return {b * sine, b * cosine, b * b};
+}
+
+// The point of the hemisphere about n whose projection along n is (x, y).
+// Source: Duff et al. 2017, "Building an orthonormal basis, revisited".
+Vec3d lift(double x, double y, double height, Vec3d n) {
+  const double sign = n.z < 0 ? -1.0 : 1.0;
+  const double a = -1.0 / (sign + n.z);
+  const double b = n.x * n.y * a;
+  const Vec3d tangent{1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
+  const Vec3d bitangent{b, sign + n.y * n.y * a, -n.y};
+  return x * tangent + y * bitangent + height * n;
+}
+
+// Keeps flights off the horizon, where they would never end.
+constexpr double smallest_cosine = 1e-6;
+
+}  // namespace
+
+Vec3d sample_cosine(UnitSquare xi, Vec3d n) {
+  const auto [x, y, radius_squared] = sample_disk(xi);
+  const double height = std::sqrt(std::max(1 - radius_squared, smallest_cosine * smallest_cosine));
+  return normalized(lift(x, y, height, n));
+}
+
+// The radius of the concentric map squared is a uniform number, so the map of the lobe keeps the
+// azimuth and takes cos(theta) = (1 - radius^2)^(1 / (power + 1)).
+Vec3d sample_source(UnitSquare xi, double power) {
+  const auto [x, y, radius_squared] = sample_disk(xi);
+  const double rest = std::max(1 - radius_squared, 0.0);
+  const double cosine = std::max(
+      power == 1 ? std::sqrt(rest) : portable_power(rest, 1 / (power + 1)), smallest_cosine);
+  if (radius_squared == 0) return {0, 0, -1};
+  const double stretch = std::sqrt(std::max(1 - cosine * cosine, 0.0) / radius_squared);
+  return normalized(Vec3d{x * stretch, y * stretch, -cosine});
+}
+
+Vec3d sample_triangle(UnitSquare xi) {
+  if (xi.xi2 > xi.xi1) {
+    const double half = xi.xi1 / 2;
+    return {half, xi.xi2 - half, 1 - xi.xi2};
+  }
+  const double half = xi.xi2 / 2;
+  return {xi.xi1 - half, half, 1 - xi.xi1};
+}
+
+}  // namespace scarp

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "core/vec3.h"
+
+namespace scarp {
+
+/// A pair of uniform random numbers in [0, 1).
+struct UnitSquare {
+  double xi1 = 0;
+  double xi2 = 0;
+};
+
+/// A unit direction with density cos(theta) / pi about the unit vector n (Lambert's law).
+///
+/// Continuous in xi, so that well spread pairs give well spread directions.
+/// Source: concentric map of the disk, Shirley and Chiu 1997.
+Vec3d sample_cosine(UnitSquare xi, Vec3d n);
+
+/// A unit direction with density (power + 1) / (2 pi) cos^power(theta) about -z.
+Vec3d sample_source(UnitSquare xi, double power);
+
+/// The direction of a flight in an infinitely long structure, seen along y. Exact for diffuse
+/// emission and for cosine sources; (0, 0, 0) if u points along y.
+inline Vec3d project_to_cross_section(Vec3d u) { return normalized(Vec3d{u.x, 0, u.z}); }
+
+/// Weights of a triangle's corners at a uniformly distributed point.
+/// Source: Heitz 2019, "A low-distortion map between triangle and square".
+Vec3d sample_triangle(UnitSquare xi);
+
+}  // namespace scarp

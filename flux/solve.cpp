@@ -1,0 +1,115 @@
+#include "flux/solve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "flux/beam.h"
+#include "flux/forward.h"
+#include "flux/patches.h"
+#include "flux/ray_scene.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint64_t most_rays = std::uint64_t{1} << 33;  // fixed-point sums hold as many
+
+void check(bool valid, const std::string& message) {
+  if (!valid) throw InputError(message);
+}
+
+void check_options(const FluxOptions& options) {
+  for (int axis = 0; axis < 2; ++axis) {
+    check(std::isfinite(options.sides.width(axis)) && options.sides.width(axis) > 0,
+          "flux: the domain has no width along " + std::string(axis == 0 ? "x" : "y"));
+  }
+  check(std::isfinite(options.spacing) && options.spacing >= 0,
+        "flux: spacing has to be a positive length");
+  check(options.rays > 0 || (std::isfinite(options.target_error) && options.target_error > 0),
+        "flux.target_error: " + std::to_string(options.target_error) +
+            " is not allowed; write a number above 0, for example 0.01");
+  check(options.rays > 0 || options.max_rays > 0, "flux.max_rays: 0 rays give no flux");
+  check(options.rays <= most_rays && options.max_rays <= most_rays,
+        "flux: more than 2^33 rays are not allowed");
+}
+
+void check_beam(const Species& species, const FluxOptions& options) {
+  const Vec3d d = species.source.direction;
+  const double norm = length(d);
+  const std::string where = "species " + species.name + ": ";
+  check(std::isfinite(norm) && norm > 0 && d.z < 0,
+        where + "the direction of a beam has to point down to the wafer");
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool tilted = std::abs(d[axis]) > 1e-12 * norm;
+    const bool reflective =
+        options.sides.boundary[static_cast<std::size_t>(axis)] == Boundary::reflective;
+    check(!tilted || !reflective,
+          where +
+              "a beam tilted towards a reflective side would mix both tilts; use periodic "
+              "sides, or tilt it parallel to the side");
+    check(!tilted || !options.two_dimensional || axis == 0,
+          where + "in two dimensions a beam has to lie in the cross-section");
+  }
+  for (const float s : species.sticking)
+    check(s == 1, where + "a beam is not followed after it arrives, so its sticking has to be 1");
+}
+
+void check_species(const Species& species, const FluxOptions& options) {
+  check(!species.name.empty(), "species: a name is missing");
+  const std::string where = "species " + species.name + ": ";
+  check(!species.sticking.empty(), where + "sticking is missing");
+  for (const float s : species.sticking)
+    check(s >= 0 && s <= 1, where + "sticking " + std::to_string(s) + " is outside [0, 1]");
+  if (species.source.kind == SourceLobe::Kind::beam) return check_beam(species, options);
+  const double power = species.source.cosine_power;
+  check(power >= 0 && power <= 1e6,
+        where + "cosine power " + std::to_string(power) + " is outside [0, 1e6]");
+}
+
+std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& species) {
+  std::vector<float> sticking(mesh.triangles.size(), species.sticking.front());
+  for (std::size_t f = 0; f < mesh.materials.size(); ++f) {
+    check(mesh.materials[f] < species.sticking.size(),
+          "species " + species.name + ": sticking of material number " +
+              std::to_string(mesh.materials[f]) + " is missing");
+    sticking[f] = species.sticking[mesh.materials[f]];
+  }
+  return sticking;
+}
+
+// Two facets per grid cell, as marching cubes gives them.
+double spacing_of(const TriMesh& mesh) {
+  double area = 0;
+  for (const double a : facet_areas(mesh)) area += a;
+  return std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
+}
+
+}  // namespace
+
+std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
+                                  const FluxOptions& options) {
+  check_options(options);
+  for (const Species& one : species) check_species(one, options);
+  check(!facets.triangles.empty(), "flux: the mesh has no triangles");
+
+  const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
+  const RayScene scene(facets, options.sides, {.spacing = spacing, .embree = ""});
+  const Patches patches(facets, scene);
+  std::vector<FluxField> fields;
+  for (std::uint32_t index = 0; index < species.size(); ++index) {
+    const std::vector<float> sticking = sticking_of_facets(facets, species[index]);
+    const FluxProblem problem{.scene = scene,
+                              .patches = patches,
+                              .sticking = sticking,
+                              .species = species[index],
+                              .species_index = index,
+                              .options = options};
+    fields.push_back(species[index].source.kind == SourceLobe::Kind::beam ? trace_beam(problem)
+                                                                          : trace_forward(problem));
+  }
+  return fields;
+}
+
+}  // namespace scarp

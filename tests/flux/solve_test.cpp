@@ -1,0 +1,310 @@
+#include "flux/solve.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tests/flux/reference_bins.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using testing::Shape;
+
+FluxField solve(const Shape& shape, const Species& species, FluxOptions options) {
+  options.sides.lower = shape.sides.lower;
+  options.sides.upper = shape.sides.upper;
+  options.spacing = options.spacing > 0 ? options.spacing : 1;
+  return solve_flux(shape.mesh, {&species, 1}, options).front();
+}
+
+Species gas(float sticking, double power = 1) {
+  return {.name = "gas", .source = {.cosine_power = power}, .sticking = {sticking}};
+}
+
+struct FlatCase {
+  float sticking;
+  double power;
+};
+
+class FlatWafer : public ::testing::TestWithParam<FlatCase> {};
+
+TEST_P(FlatWafer, ReceivesTheSourceFluxWhateverTheLobe) {
+  const Shape wafer = testing::flat_wafer(20, 5);
+  const FluxField flux =
+      solve(wafer, gas(GetParam().sticking, GetParam().power), {.rays = 1 << 18, .seed = 7});
+  const Tally& arrivals = flux.arrivals();
+  for (std::size_t f = 0; f < wafer.mesh.triangles.size(); ++f) {
+    EXPECT_GT(arrivals.std_error[f], 0);
+    EXPECT_NEAR(arrivals.mean[f], 1, 5 * arrivals.std_error[f]) << "facet " << f;
+  }
+  EXPECT_EQ(flux.audit.lost(), 0);
+  EXPECT_EQ(flux.audit.balance_error(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lobes, FlatWafer,
+                         ::testing::Values(FlatCase{1, 1}, FlatCase{0.1F, 1}, FlatCase{0, 1},
+                                           FlatCase{1, 0}, FlatCase{0.5F, 10}, FlatCase{1, 1000}));
+
+struct Mean {
+  double value = 0;
+  double std_error = 0;
+};
+
+// The mean flux over some facets, with the error from independent seeds.
+Mean mean_over(const std::vector<FluxField>& runs, const std::vector<std::uint32_t>& facets,
+               const std::vector<double>& areas) {
+  Mean mean;
+  std::vector<double> values;
+  for (const FluxField& run : runs) {
+    double sum = 0;
+    double area = 0;
+    for (const std::uint32_t f : facets) {
+      sum += run.arrivals().mean[f] * areas[f];
+      area += areas[f];
+    }
+    values.push_back(sum / area);
+    mean.value += values.back() / static_cast<double>(runs.size());
+  }
+  for (const double value : values) mean.std_error += (value - mean.value) * (value - mean.value);
+  const auto n = static_cast<double>(runs.size());
+  mean.std_error = std::sqrt(mean.std_error / (n * (n - 1)));
+  return mean;
+}
+
+void expect_reference_flux(const std::string& name, const Shape& shape, double aspect_ratio,
+                           double sticking, FluxOptions options) {
+  std::vector<FluxField> runs;
+  for (options.seed = 1; options.seed <= 16; ++options.seed) {
+    runs.push_back(solve(shape, gas(static_cast<float>(sticking)), options));
+    EXPECT_EQ(runs.back().audit.lost(), 0);
+    EXPECT_EQ(runs.back().audit.balance_error(), 0);
+  }
+  const std::vector<double> areas = facet_areas(shape.mesh);
+  const auto bins = testing::reference_bins(name, aspect_ratio, sticking);
+  ASSERT_EQ(bins.size(), 15U);
+  for (const testing::ReferenceBin& bin : bins) {
+    const auto facets = testing::facets_in(bin, shape.mesh, name);
+    ASSERT_FALSE(facets.empty());
+    const Mean mean = mean_over(runs, facets, areas);
+    EXPECT_NEAR(mean.value, bin.flux, 4 * mean.std_error + 0.01 * bin.flux)
+        << name << " A = " << aspect_ratio << " s = " << sticking << " " << bin.surface << " "
+        << bin.from << " error " << mean.std_error;
+  }
+}
+
+class Reference : public ::testing::TestWithParam<std::tuple<double, double>> {};
+
+TEST_P(Reference, TrenchGivesTheExactFlux) {
+  const auto [aspect_ratio, sticking] = GetParam();
+  expect_reference_flux("trench", testing::trench(aspect_ratio), aspect_ratio, sticking,
+                        {.rays = 1 << 13});
+}
+
+TEST_P(Reference, TrenchInTwoDimensionsGivesTheSameFlux) {
+  const auto [aspect_ratio, sticking] = GetParam();
+  expect_reference_flux("trench", testing::trench(aspect_ratio, 4, 4), aspect_ratio, sticking,
+                        {.two_dimensional = true, .rays = 1 << 13});
+}
+
+TEST_P(Reference, HoleGivesTheExactFlux) {
+  const auto [aspect_ratio, sticking] = GetParam();
+  expect_reference_flux("hole", testing::hole(aspect_ratio), aspect_ratio, sticking,
+                        {.rays = 1 << 13});
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, Reference,
+                         ::testing::Combine(::testing::Values(1.0, 2.0, 5.0),
+                                            ::testing::Values(1.0, 0.5, 0.1)));
+
+// Every point of a sphere sees every part of it alike, so the flux in a pit is the same all over:
+// with f the part of the sphere that is missing, F = f / (1 - (1 - s) (1 - f)).
+TEST(SphericalPit, HasTheSameFluxAllOver) {
+  struct Case {
+    double cut;
+    float sticking;
+    double flux;
+  };
+  for (const Case c : {Case{0, 0.5F, 0.66667}, Case{0.5, 0.2F, 0.625}, Case{0.8, 0.1F, 0.52632}}) {
+    const Shape pit = testing::spherical_pit(c.cut);
+    const std::vector<double> areas = facet_areas(pit.mesh);
+    std::vector<std::uint32_t> rim;
+    std::vector<std::uint32_t> bottom;
+    for (std::uint32_t f = 0; f < areas.size(); ++f) {
+      const double z = corners(pit.mesh, f)[0].z;
+      if (z < -0.01 && z > -4) rim.push_back(f);
+      if (z < -7 - 10 * c.cut) bottom.push_back(f);
+    }
+    std::vector<FluxField> runs;
+    for (std::uint64_t seed = 1; seed <= 16; ++seed)
+      runs.push_back(solve(pit, gas(c.sticking), {.rays = 1 << 13, .seed = seed}));
+    for (const auto& facets : {rim, bottom}) {
+      const Mean mean = mean_over(runs, facets, areas);
+      EXPECT_NEAR(mean.value, c.flux, 4 * mean.std_error + 0.005 * c.flux) << "cut " << c.cut;
+    }
+  }
+}
+
+// The error bars say the truth: pooled over seeds and facets, deviations from the mean of all seeds
+// in units of the stated error have a standard deviation of one.
+TEST(StandardError, IsCalibratedWhereParticlesArriveManyTimes) {
+  const Shape shape = testing::trench(2, 4, 8, 10);
+  constexpr int seeds = 128;
+  std::vector<FluxField> runs;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed)
+    runs.push_back(solve(shape, gas(0.1F), {.rays = 1 << 12, .seed = seed}));
+  double squares = 0;
+  int count = 0;
+  for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f) {
+    double mean = 0;
+    for (const FluxField& run : runs) mean += run.arrivals().mean[f] / seeds;
+    for (const FluxField& run : runs) {
+      const double z = (run.arrivals().mean[f] - mean) / run.arrivals().std_error[f];
+      squares += z * z;
+      ++count;
+    }
+  }
+  const double deviation = std::sqrt(squares / (count * (1 - 1.0 / seeds)));
+  EXPECT_GT(deviation, 0.95);
+  EXPECT_LT(deviation, 1.10);
+}
+
+TEST(TargetError, IsReachedAndTrue) {
+  const Shape shape = testing::trench(2, 4, 8, 10);
+  const FluxField precise = solve(shape, gas(0.5F), {.rays = 1 << 20});
+  const FluxField flux = solve(shape, gas(0.5F), {.target_error = 0.03, .seed = 5});
+  EXPECT_TRUE(flux.target_reached);
+  EXPECT_LE(flux.error, 0.03);
+  EXPECT_LT(flux.rays, precise.rays);
+  // Half the number of rays misses the target by less than two: not many more than needed.
+  EXPECT_GT(flux.error, 0.015);
+
+  const std::vector<double> areas = facet_areas(shape.mesh);
+  double squares = 0;
+  double bars = 0;
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const double deviation = flux.arrivals().mean[f] - precise.arrivals().mean[f];
+    squares += areas[f] * deviation * deviation;
+    bars += areas[f] * flux.arrivals().std_error[f] * flux.arrivals().std_error[f];
+  }
+  EXPECT_NEAR(std::sqrt(squares / bars), 1, 0.25);
+}
+
+TEST(TargetError, OutOfReachIsSaid) {
+  const FluxField flux =
+      solve(testing::trench(2), gas(0.5F), {.target_error = 1e-6, .max_rays = 100'000});
+  EXPECT_FALSE(flux.target_reached);
+  EXPECT_EQ(flux.rays, 100'000U);
+}
+
+TEST(SolveFlux, DoesNotDependOnTheNumberOfThreads) {
+  const Shape shape = testing::hole(2);
+  std::vector<FluxField> runs;
+  for (const int threads : {1, 2, 5}) {
+    const ThreadLimit limit(threads);
+    runs.push_back(solve(shape, gas(0.2F), {.rays = 100'000}));
+  }
+  for (const FluxField& run : runs) {
+    EXPECT_EQ(run.arrivals().mean, runs[0].arrivals().mean);
+    EXPECT_EQ(run.arrivals().std_error, runs[0].arrivals().std_error);
+    EXPECT_EQ(run.segments, runs[0].segments);
+    EXPECT_EQ(run.error, runs[0].error);
+    EXPECT_EQ(run.audit.absorbed, runs[0].audit.absorbed);
+  }
+}
+
+TEST(SolveFlux, PeriodicIsReflectiveOnASymmetricMesh) {
+  const Shape shape = testing::trench(2, 4, 8, 10);
+  const FluxField mirrored = solve(shape, gas(0.5F), {.rays = 1 << 18});
+  FluxOptions options{.rays = 1 << 18, .seed = 2};
+  options.sides.boundary = {Boundary::periodic, Boundary::periodic};
+  const FluxField wrapped = solve(shape, gas(0.5F), options);
+  double squares = 0;
+  for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f) {
+    const double difference = mirrored.arrivals().mean[f] - wrapped.arrivals().mean[f];
+    const double error =
+        std::hypot(mirrored.arrivals().std_error[f], wrapped.arrivals().std_error[f]);
+    squares += difference * difference / (error * error);
+  }
+  const auto count = static_cast<double>(shape.mesh.triangles.size());
+  EXPECT_NEAR(std::sqrt(squares / count), 1, 0.15);
+}
+
+// A closed bubble under the surface is joined to the source by no path: no flux, no say in the
+// error.
+TEST(SolveFlux, LeavesAVoidAlone) {
+  Shape shape = testing::flat_wafer(20, 10);
+  const FluxField open = solve(shape, gas(0.5F), {.rays = 1 << 14});
+  const auto void_begin = shape.mesh.triangles.size();
+  const auto v = static_cast<std::uint32_t>(shape.mesh.vertices.size());
+  for (const Vec3f r : {Vec3f{8, 8, -9}, Vec3f{12, 8, -9}, Vec3f{8, 12, -9}, Vec3f{8, 8, -5}})
+    shape.mesh.vertices.push_back(r);
+  for (const Triangle t :
+       {Triangle{0, 1, 2}, Triangle{0, 3, 1}, Triangle{1, 3, 2}, Triangle{2, 3, 0}})
+    shape.mesh.triangles.push_back({v + t[0], v + t[1], v + t[2]});
+  const FluxField flux = solve(shape, gas(0.5F), {.rays = 1 << 14});
+  for (std::size_t f = void_begin; f < shape.mesh.triangles.size(); ++f) {
+    EXPECT_EQ(flux.arrivals().mean[f], 0);
+    EXPECT_EQ(flux.arrivals().std_error[f], 0);
+  }
+  EXPECT_NEAR(flux.error, open.error, 0.2 * open.error);
+  EXPECT_EQ(flux.audit.lost(), 0);
+}
+
+TEST(Materials, DecideTheSticking) {
+  Shape shape = testing::flat_wafer(20, 2);
+  shape.mesh.materials.assign(shape.mesh.triangles.size(), 0);
+  for (std::size_t f = 0; f < shape.mesh.materials.size(); f += 2) shape.mesh.materials[f] = 1;
+  const Species species{.name = "gas", .sticking = {0.0F, 1.0F}};
+  const FluxField flux = solve(shape, species, {.rays = 1 << 14});
+  EXPECT_NEAR(flux.audit.absorbed / flux.audit.emitted, 0.5, 0.02);
+}
+
+TEST(BadInput, IsRefusedWithAClearText) {
+  const Shape wafer = testing::flat_wafer(20, 2);
+  const auto message = [&](const Shape& shape, const Species& species, FluxOptions options) {
+    options.sides.lower = shape.sides.lower;
+    options.sides.upper = shape.sides.upper;
+    try {
+      solve_flux(shape.mesh, {&species, 1}, options);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  using ::testing::HasSubstr;
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(message(wafer, gas(1.5F), {}), HasSubstr("1.500000 is outside [0, 1]"));
+  EXPECT_THAT(message(wafer, gas(-0.1F), {}), HasSubstr("outside [0, 1]"));
+  EXPECT_THAT(message(wafer, gas(nan), {}), HasSubstr("outside [0, 1]"));
+  EXPECT_THAT(message(wafer, gas(1, nan), {}), HasSubstr("cosine power"));
+  EXPECT_THAT(message(wafer, {.name = "gas", .sticking = {}}, {}),
+              HasSubstr("sticking is missing"));
+  EXPECT_THAT(message(wafer, {.name = ""}, {}), HasSubstr("name is missing"));
+  EXPECT_THAT(message(wafer, gas(1), {.target_error = 0}), HasSubstr("flux.target_error"));
+  EXPECT_THAT(message(wafer, gas(1), {.target_error = nan}), HasSubstr("flux.target_error"));
+  EXPECT_THAT(message(wafer, gas(1), {.max_rays = 0}), HasSubstr("flux.max_rays"));
+  EXPECT_THAT(message(wafer, gas(1), {.spacing = -1}), HasSubstr("spacing"));
+  EXPECT_THAT(message({{}, wafer.sides}, gas(1), {}), HasSubstr("no triangles"));
+  EXPECT_THAT(message({wafer.mesh, {}}, gas(1), {}), HasSubstr("no width along x"));
+
+  Shape bad = wafer;
+  bad.mesh.triangles[3] = {0, 1, 1};
+  EXPECT_THAT(message(bad, gas(1), {}), HasSubstr("facet 3"));
+  bad = wafer;
+  bad.mesh.vertices[2].z = nan;
+  EXPECT_THAT(message(bad, gas(1), {}), HasSubstr("flux:"));
+  bad = wafer;
+  bad.sides.upper[0] = 15;
+  EXPECT_THAT(message(bad, gas(1), {}), HasSubstr("lateral sides"));
+  bad = wafer;
+  bad.mesh.materials.assign(wafer.mesh.triangles.size(), 3);
+  EXPECT_THAT(message(bad, gas(1), {}), HasSubstr("material number 3"));
+}
+
+}  // namespace
+}  // namespace scarp
