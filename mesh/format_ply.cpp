@@ -1,0 +1,250 @@
+// Stanford PLY, text or binary of either byte order.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <optional>
+
+#include "core/error.h"
+#include "mesh/mesh_format.h"
+
+namespace scarp {
+
+namespace {
+
+enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+struct ScalarName {
+  std::string_view name;
+  Scalar scalar;
+};
+constexpr std::array<ScalarName, 16> scalar_names{{{"char", Scalar::int8},
+                                                   {"int8", Scalar::int8},
+                                                   {"uchar", Scalar::uint8},
+                                                   {"uint8", Scalar::uint8},
+                                                   {"short", Scalar::int16},
+                                                   {"int16", Scalar::int16},
+                                                   {"ushort", Scalar::uint16},
+                                                   {"uint16", Scalar::uint16},
+                                                   {"int", Scalar::int32},
+                                                   {"int32", Scalar::int32},
+                                                   {"uint", Scalar::uint32},
+                                                   {"uint32", Scalar::uint32},
+                                                   {"float", Scalar::float32},
+                                                   {"float32", Scalar::float32},
+                                                   {"double", Scalar::float64},
+                                                   {"float64", Scalar::float64}}};
+
+enum class Encoding { text, little_endian, big_endian };
+
+struct Property {
+  std::string name;
+  Scalar scalar{};
+  std::optional<Scalar> list_count;  ///< the type of a list's length
+};
+
+struct Element {
+  std::string name;
+  std::int64_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Encoding encoding = Encoding::text;
+  std::vector<Element> elements;
+};
+
+Scalar scalar_of(const WordReader& reader, std::string_view word) {
+  for (const ScalarName& entry : scalar_names) {
+    if (entry.name == word) return entry.scalar;
+  }
+  reader.fail("\"" + std::string(word) + "\" is not a type of PLY");
+}
+
+Encoding encoding_of(const WordReader& reader, std::string_view word) {
+  if (word == "ascii") return Encoding::text;
+  if (word == "binary_little_endian") return Encoding::little_endian;
+  if (word == "binary_big_endian") return Encoding::big_endian;
+  reader.fail("\"" + std::string(word) +
+              "\" is not a format of PLY (ascii, binary_little_endian, binary_big_endian)");
+}
+
+Property read_property(WordReader& reader) {
+  Property property;
+  std::string_view type = reader.word();
+  if (type == "list") {
+    property.list_count = scalar_of(reader, reader.word());
+    type = reader.word();
+  }
+  property.scalar = scalar_of(reader, type);
+  property.name = reader.word();
+  return property;
+}
+
+Header read_header(WordReader& reader) {
+  Header header;
+  if (!reader.next_line() || reader.word() != "ply") reader.fail("the first line is not \"ply\"");
+  while (reader.next_line()) {
+    const std::string_view keyword = reader.word();
+    if (keyword == "end_header") return header;
+    if (keyword == "format") {
+      header.encoding = encoding_of(reader, reader.word());
+    } else if (keyword == "element") {
+      Element element;
+      element.name = reader.word();
+      element.count = reader.integer(reader.word());
+      if (element.count < 0) reader.fail("an element has a negative count");
+      header.elements.push_back(element);
+    } else if (keyword == "property") {
+      if (header.elements.empty()) reader.fail("a property before any element");
+      header.elements.back().properties.push_back(read_property(reader));
+    }
+  }
+  reader.fail("the header has no end_header");
+}
+
+/// Gives the values of the body one after another, whatever the encoding.
+class Body {
+ public:
+  Body(const MeshText& text, WordReader& reader, Encoding encoding)
+      : text_(text), reader_(reader), encoding_(encoding), position_(reader.position()) {}
+
+  /// Which element is being read, for messages.
+  void at(const Element& element, std::int64_t index) {
+    element_ = &element;
+    index_ = index;
+  }
+
+  double value(Scalar scalar) {
+    if (encoding_ == Encoding::text) {
+      const std::string_view word = reader_.word_across_lines();
+      if (word.empty()) fail("the file ends");
+      return reader_.number(word);
+    }
+    switch (scalar) {
+      case Scalar::int8:
+        return take<std::int8_t>();
+      case Scalar::uint8:
+        return take<std::uint8_t>();
+      case Scalar::int16:
+        return take<std::int16_t>();
+      case Scalar::uint16:
+        return take<std::uint16_t>();
+      case Scalar::int32:
+        return take<std::int32_t>();
+      case Scalar::uint32:
+        return take<std::uint32_t>();
+      case Scalar::float32:
+        return take<float>();
+      case Scalar::float64:
+        return take<double>();
+    }
+    return 0;
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(text_.name + ": " + message + " at element " + element_->name + " " +
+                     std::to_string(index_) + " of " + std::to_string(element_->count));
+  }
+
+ private:
+  template <class T>
+  T take() {
+    std::array<char, sizeof(T)> bytes;
+    if (position_ + sizeof(T) > text_.content.size()) fail("the file ends");
+    std::memcpy(bytes.data(), text_.content.data() + position_, sizeof(T));
+    position_ += sizeof(T);
+    if (encoding_ == Encoding::big_endian) std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<T>(bytes);
+  }
+
+  const MeshText& text_;
+  WordReader& reader_;
+  Encoding encoding_;
+  std::size_t position_;
+  const Element* element_ = nullptr;
+  std::int64_t index_ = 0;
+};
+
+void read_element(const Element& element, Body& body, RawMesh& mesh) {
+  const bool is_vertex = element.name == "vertex";
+  const bool is_face = element.name == "face";
+  std::vector<std::int64_t> list;
+  for (std::int64_t i = 0; i < element.count; ++i) {
+    body.at(element, i);
+    Vec3f r;
+    for (const Property& property : element.properties) {
+      if (!property.list_count) {
+        const double value = body.value(property.scalar);
+        if (property.name == "x") r.x = static_cast<float>(value);
+        if (property.name == "y") r.y = static_cast<float>(value);
+        if (property.name == "z") r.z = static_cast<float>(value);
+        continue;
+      }
+      const auto count = static_cast<std::int64_t>(body.value(*property.list_count));
+      if (count < 0) body.fail("a list has a negative length");
+      list.clear();
+      for (std::int64_t k = 0; k < count; ++k) {
+        const double value = body.value(property.scalar);
+        list.push_back(value >= 0 && value < 4294967295.0 ? static_cast<std::int64_t>(value) : -1);
+      }
+      if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) {
+        continue;
+      }
+      if (list.size() < 3) body.fail("a face has fewer than three corners");
+      mesh.add_polygon(list);
+    }
+    if (is_vertex) mesh.vertices.push_back(r);
+  }
+}
+
+void check_header(const MeshText& text, const Header& header) {
+  for (const Element& element : header.elements) {
+    if (element.name != "vertex") continue;
+    for (const char* axis : {"x", "y", "z"}) {
+      const bool there =
+          std::any_of(element.properties.begin(), element.properties.end(),
+                      [axis](const Property& p) { return p.name == axis && !p.list_count; });
+      if (!there) throw InputError(text.name + ": its vertices have no property " + axis);
+    }
+    return;
+  }
+  throw InputError(text.name + ": its header names no vertices");
+}
+
+template <class T>
+void append(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+}  // namespace
+
+RawMesh read_ply(const MeshText& text) {
+  WordReader reader(text);
+  const Header header = read_header(reader);
+  check_header(text, header);
+  RawMesh mesh;
+  Body body(text, reader, header.encoding);
+  for (const Element& element : header.elements) read_element(element, body, mesh);
+  return mesh;
+}
+
+std::string ply_bytes(const TriMesh& mesh) {
+  static_assert(std::endian::native == std::endian::little);
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment written by scarp\nelement vertex " +
+      std::to_string(mesh.vertices.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  bytes.reserve(bytes.size() + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
+  for (const Vec3f& r : mesh.vertices) append(bytes, r);
+  for (const Triangle& t : mesh.triangles) {
+    append(bytes, std::uint8_t{3});
+    append(bytes, t);
+  }
+  return bytes;
+}
+
+}  // namespace scarp

@@ -1,0 +1,348 @@
+// VTK polydata in XML, and the .pvd list of them.
+// Source: VTK file formats, "XML file formats" (docs.vtk.org).
+
+#include <array>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <pugixml.hpp>
+#include <utility>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "mesh/mesh_format.h"
+
+namespace scarp {
+
+namespace {
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&') {
+      result += "&amp;";
+    } else if (c == '<') {
+      result += "&lt;";
+    } else if (c == '>') {
+      result += "&gt;";
+    } else if (c == '"') {
+      result += "&quot;";
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+// --- writing -----------------------------------------------------------------------------------
+
+template <class T>
+struct VtkType;
+template <>
+struct VtkType<float> {
+  static constexpr const char* name = "Float32";
+  static constexpr int components = 1;
+};
+template <>
+struct VtkType<double> {
+  static constexpr const char* name = "Float64";
+  static constexpr int components = 1;
+};
+template <>
+struct VtkType<std::int32_t> {
+  static constexpr const char* name = "Int32";
+  static constexpr int components = 1;
+};
+template <>
+struct VtkType<std::uint16_t> {
+  static constexpr const char* name = "UInt16";
+  static constexpr int components = 1;
+};
+template <>
+struct VtkType<Vec3f> {
+  static constexpr const char* name = "Float32";
+  static constexpr int components = 3;
+};
+
+/// The XML text and, behind it, the arrays: each its size in bytes and then its values.
+struct VtpWriter {
+  std::string xml;
+  std::string appended;
+
+  template <class T>
+  void add(std::string_view name, std::span<const T> values) {
+    xml += "        <DataArray type=\"" + std::string(VtkType<T>::name) + "\" Name=\"" +
+           escaped(name) + "\" NumberOfComponents=\"" + std::to_string(VtkType<T>::components) +
+           "\" format=\"appended\" offset=\"" + std::to_string(appended.size()) + "\"/>\n";
+    const std::uint64_t size = values.size_bytes();
+    appended.append(reinterpret_cast<const char*>(&size), sizeof(size));
+    appended.append(reinterpret_cast<const char*>(values.data()), size);
+  }
+
+  void add_fields(const std::vector<FieldView>& fields, std::size_t count) {
+    for (const FieldView& field : fields) {
+      std::visit(
+          [&](const auto& values) {
+            SCARP_ASSERT(values.size(), ==, count);
+            add(field.name, values);
+          },
+          field.values);
+    }
+  }
+};
+
+void add_polygons(VtpWriter& writer, const TriMesh& mesh) {
+  std::vector<std::int32_t> connectivity;
+  std::vector<std::int32_t> offsets;
+  connectivity.reserve(3 * mesh.triangles.size());
+  offsets.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) connectivity.push_back(static_cast<std::int32_t>(v));
+    offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
+  }
+  writer.add("connectivity", std::span<const std::int32_t>(connectivity));
+  writer.add("offsets", std::span<const std::int32_t>(offsets));
+}
+
+// --- reading -----------------------------------------------------------------------------------
+
+/// A parsed file. Data that is appended raw is no XML, so it is cut off before parsing.
+struct VtpFile {
+  const std::string& name;
+  pugi::xml_document xml;
+  std::string_view appended;
+  bool appended_is_base64 = false;
+  std::size_t size_bytes = 4;  ///< of the number in front of each array
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(name + ": " + message);
+  }
+};
+
+void parse_xml(VtpFile& file, std::string_view content) {
+  std::string head(content);
+  const std::size_t tag = content.find("<AppendedData");
+  if (tag != std::string_view::npos) {
+    const std::size_t begin = content.find('_', content.find('>', tag));
+    if (begin == std::string_view::npos) file.fail("ends before its appended data");
+    file.appended = content.substr(begin + 1);
+    file.appended_is_base64 =
+        content.substr(tag, begin - tag).find("base64") != std::string_view::npos;
+    head = std::string(content.substr(0, tag)) + "</VTKFile>";
+  }
+  const pugi::xml_parse_result result = file.xml.load_buffer(head.data(), head.size());
+  if (!result) {
+    file.fail("is not a complete XML file: " + std::string(result.description()) + " at byte " +
+              std::to_string(result.offset));
+  }
+  const pugi::xml_node root = file.xml.child("VTKFile");
+  if (std::string_view(root.attribute("type").value()) != "PolyData") {
+    file.fail("is not VTK polydata (VTKFile with type=\"PolyData\")");
+  }
+  if (std::string_view(root.attribute("byte_order").as_string("LittleEndian")) != "LittleEndian") {
+    file.fail("is big-endian; write it with byte_order LittleEndian");
+  }
+  if (root.attribute("compressor")) {
+    file.fail("is compressed; write it without compression (ParaView: Compressor Type None)");
+  }
+  if (std::string_view(root.attribute("header_type").value()) == "UInt64") file.size_bytes = 8;
+}
+
+std::string decode_base64(const VtpFile& file, std::string_view text) {
+  const auto digit = [](char c) -> int {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+  };
+  std::string bytes;
+  std::uint32_t bits = 0;
+  int bit_count = 0;
+  for (const char c : text) {
+    // The size may be encoded on its own: padding in the middle starts anew.
+    if (c == '=') {
+      bit_count = 0;
+      continue;
+    }
+    if (std::isspace(static_cast<unsigned char>(c)) != 0) continue;
+    const int value = digit(c);
+    if (value < 0) break;
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    bit_count += 6;
+    if (bit_count >= 8) {
+      bit_count -= 8;
+      bytes += static_cast<char>(bits >> bit_count & 0xff);
+    }
+  }
+  if (bytes.size() < file.size_bytes) file.fail("an array of base64 data ends early");
+  return bytes;
+}
+
+/// The values of bytes that start with their own length.
+std::string_view payload(const VtpFile& file, std::string_view bytes, const char* array) {
+  std::uint64_t size = 0;
+  if (bytes.size() >= file.size_bytes) std::memcpy(&size, bytes.data(), file.size_bytes);
+  if (bytes.size() < file.size_bytes || bytes.size() - file.size_bytes < size) {
+    file.fail(std::string("ends within the array ") + array);
+  }
+  return bytes.substr(file.size_bytes, size);
+}
+
+template <class Stored>
+std::vector<double> converted(std::string_view bytes) {
+  std::vector<double> values(bytes.size() / sizeof(Stored));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Stored value;
+    std::memcpy(&value, bytes.data() + i * sizeof(Stored), sizeof(Stored));
+    values[i] = static_cast<double>(value);
+  }
+  return values;
+}
+
+std::vector<double> numbers_of(const VtpFile& file, std::string_view type, std::string_view bytes) {
+  if (type == "Float32") return converted<float>(bytes);
+  if (type == "Float64") return converted<double>(bytes);
+  if (type == "Int8") return converted<std::int8_t>(bytes);
+  if (type == "UInt8") return converted<std::uint8_t>(bytes);
+  if (type == "Int16") return converted<std::int16_t>(bytes);
+  if (type == "UInt16") return converted<std::uint16_t>(bytes);
+  if (type == "Int32") return converted<std::int32_t>(bytes);
+  if (type == "UInt32") return converted<std::uint32_t>(bytes);
+  if (type == "Int64") return converted<std::int64_t>(bytes);
+  if (type == "UInt64") return converted<std::uint64_t>(bytes);
+  file.fail("has an array of the unknown type \"" + std::string(type) + "\"");
+}
+
+std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
+  WordReader reader(text);
+  std::vector<double> values;
+  for (std::string_view word = reader.word_across_lines(); !word.empty();
+       word = reader.word_across_lines()) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size()) {
+      file.fail("\"" + std::string(word) + "\" in an array is not a number");
+    }
+    values.push_back(value);
+  }
+  return values;
+}
+
+/// The values of a DataArray in any of the ways VTK stores them. Integers are exact up to 2^53.
+std::vector<double> read_array(const VtpFile& file, const pugi::xml_node& array) {
+  const std::string_view format = array.attribute("format").as_string("ascii");
+  const char* name = array.attribute("Name").as_string("without a name");
+  const std::string_view type = array.attribute("type").value();
+  if (format == "ascii") return numbers_of_text(file, {file.name, array.text().get()});
+  if (format == "binary") {
+    const std::string bytes = decode_base64(file, array.text().get());
+    return numbers_of(file, type, payload(file, bytes, name));
+  }
+  if (format != "appended") file.fail("has an array of the unknown format " + std::string(format));
+  const std::size_t offset = array.attribute("offset").as_ullong();
+  if (offset >= file.appended.size()) file.fail(std::string("ends before the array ") + name);
+  const std::string_view rest = file.appended.substr(offset);
+  if (!file.appended_is_base64) return numbers_of(file, type, payload(file, rest, name));
+  const std::string bytes = decode_base64(file, rest);
+  return numbers_of(file, type, payload(file, bytes, name));
+}
+
+std::vector<double> read_named(const VtpFile& file, const pugi::xml_node& parent,
+                               const char* name) {
+  const pugi::xml_node array = parent.find_child_by_attribute("DataArray", "Name", name);
+  if (!array) file.fail(std::string("has no array ") + name);
+  return read_array(file, array);
+}
+
+void read_polygons(const VtpFile& file, const pugi::xml_node& polys, RawMesh& mesh) {
+  const std::vector<double> connectivity = read_named(file, polys, "connectivity");
+  const std::vector<double> offsets = read_named(file, polys, "offsets");
+  std::vector<std::int64_t> polygon;
+  double begin = 0;
+  for (const double end : offsets) {
+    if (!(end >= begin + 3) || end > static_cast<double>(connectivity.size())) {
+      file.fail("has polygon offsets that do not fit its connectivity");
+    }
+    polygon.clear();
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const double index = connectivity[i];
+      polygon.push_back(index >= 0 && index < 4294967295.0 ? static_cast<std::int64_t>(index) : -1);
+    }
+    mesh.add_polygon(polygon);
+    begin = end;
+  }
+}
+
+}  // namespace
+
+std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields) {
+  static_assert(std::endian::native == std::endian::little);
+  VtpWriter writer;
+  writer.xml =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n    <Piece "
+      "NumberOfPoints=\"" +
+      std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" +
+      std::to_string(mesh.triangles.size()) + "\">\n      <PointData>\n";
+  writer.add_fields(fields.vertices, mesh.vertices.size());
+  writer.xml += "      </PointData>\n      <CellData>\n";
+  if (!mesh.materials.empty()) {
+    writer.add("material", std::span<const std::uint16_t>(mesh.materials));
+  }
+  writer.add_fields(fields.facets, mesh.triangles.size());
+  writer.xml += "      </CellData>\n      <Points>\n";
+  writer.add("points", std::span<const Vec3f>(mesh.vertices));
+  writer.xml += "      </Points>\n      <Polys>\n";
+  add_polygons(writer, mesh);
+  writer.xml += "      </Polys>\n    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n_";
+  return writer.xml + writer.appended + "\n  </AppendedData>\n</VTKFile>\n";
+}
+
+RawMesh read_vtp(const MeshText& text) {
+  VtpFile file{.name = text.name, .xml = {}, .appended = {}};
+  parse_xml(file, text.content);
+  const pugi::xml_node poly_data = file.xml.child("VTKFile").child("PolyData");
+  const pugi::xml_node piece = poly_data.child("Piece");
+  if (!piece) file.fail("has no piece of polydata");
+  if (piece.next_sibling("Piece")) file.fail("has several pieces; write it as one");
+
+  RawMesh mesh;
+  const pugi::xml_node points = piece.child("Points").child("DataArray");
+  if (!points) file.fail("has no points");
+  const std::vector<double> xyz = read_array(file, points);
+  if (xyz.size() != 3 * piece.attribute("NumberOfPoints").as_ullong()) {
+    file.fail("holds another number of coordinates than its points need");
+  }
+  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
+    mesh.vertices.push_back(Vec3f(Vec3d{xyz[i], xyz[i + 1], xyz[i + 2]}));
+  }
+  if (piece.attribute("NumberOfPolys").as_ullong() > 0) {
+    read_polygons(file, piece.child("Polys"), mesh);
+  }
+  const pugi::xml_node cells = piece.child("CellData");
+  if (cells.find_child_by_attribute("DataArray", "Name", "material")) {
+    for (const double id : read_named(file, cells, "material")) {
+      mesh.materials.push_back(static_cast<MaterialId>(id));
+    }
+    // Polygons that were cut into several triangles leave no one-to-one mapping.
+    if (mesh.materials.size() != mesh.triangles.size()) mesh.materials.clear();
+  }
+  return mesh;
+}
+
+void write_series(const std::filesystem::path& file, std::span<const SeriesEntry> entries) {
+  std::string xml =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
+      "byte_order=\"LittleEndian\">\n  <Collection>\n";
+  for (const SeriesEntry& entry : entries) {
+    std::array<char, 32> digits;
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), entry.time).ptr;
+    xml += "    <DataSet timestep=\"" + std::string(digits.data(), end) + "\" part=\"0\" file=\"" +
+           escaped(entry.file) + "\"/>\n";
+  }
+  write_file(file, xml + "  </Collection>\n</VTKFile>\n");
+}
+
+}  // namespace scarp

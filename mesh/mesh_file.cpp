@@ -1,0 +1,171 @@
+#include "mesh/mesh_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <system_error>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "mesh/mesh_format.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint32_t no_vertex = std::numeric_limits<std::uint32_t>::max();
+
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return ending;
+}
+
+[[noreturn]] void fail_unknown_ending(const std::filesystem::path& file) {
+  throw InputError(file.string() +
+                   ": the ending does not name a mesh format; use .obj, .ply, .stl or .vtp");
+}
+
+std::string read_all(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw InputError(file.string() + ": is a folder; give the name of a mesh file");
+  }
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (in.bad()) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  if (content.empty()) throw InputError(file.string() + ": the file is empty");
+  return content;
+}
+
+void check(const std::string& name, const RawMesh& mesh) {
+  if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
+  if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Vec3f r = mesh.vertices[v];
+    if (!std::isfinite(r.x) || !std::isfinite(r.y) || !std::isfinite(r.z)) {
+      throw InputError(name + ": vertex " + std::to_string(v) + " (counted from 0) at (" +
+                       std::to_string(r.x) + ", " + std::to_string(r.y) + ", " +
+                       std::to_string(r.z) + ") is not finite");
+    }
+  }
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    for (const std::uint32_t v : mesh.triangles[f]) {
+      if (v >= mesh.vertices.size()) {
+        throw InputError(name + ": triangle " + std::to_string(f) +
+                         " (counted from 0) has a corner that is not among the " +
+                         std::to_string(mesh.vertices.size()) + " vertices");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
+  const auto index = [](std::int64_t i) {
+    return i < 0 || i >= no_vertex ? no_vertex : static_cast<std::uint32_t>(i);
+  };
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    triangles.push_back({index(polygon[0]), index(polygon[i - 1]), index(polygon[i])});
+  }
+}
+
+bool WordReader::next_line() {
+  if (next_ >= text_.content.size()) return false;
+  const std::size_t end = std::min(text_.content.find('\n', next_), text_.content.size());
+  rest_ = text_.content.substr(next_, end - next_);
+  next_ = end + 1;
+  ++line_;
+  return true;
+}
+
+std::string_view WordReader::word() {
+  const std::size_t begin = rest_.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) {
+    rest_ = {};
+    return {};
+  }
+  const std::size_t end = std::min(rest_.find_first_of(" \t\r", begin), rest_.size());
+  const std::string_view found = rest_.substr(begin, end - begin);
+  rest_ = rest_.substr(end);
+  return found;
+}
+
+std::string_view WordReader::word_across_lines() {
+  std::string_view found = word();
+  while (found.empty() && next_line()) found = word();
+  return found;
+}
+
+double WordReader::number(std::string_view word) const {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    fail(word.empty() ? "a number is missing (does the file end early?)"
+                      : "\"" + std::string(word) + "\" is not a number");
+  }
+  return value;
+}
+
+std::int64_t WordReader::integer(std::string_view word) const {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    fail(word.empty() ? "an integer is missing (does the file end early?)"
+                      : "\"" + std::string(word) + "\" is not an integer");
+  }
+  return value;
+}
+
+float WordReader::coordinate(std::string_view word) const {
+  const auto value = static_cast<float>(number(word));
+  if (!std::isfinite(value)) fail("coordinate " + std::string(word) + " is not a finite number");
+  return value;
+}
+
+void WordReader::fail(const std::string& message) const {
+  throw InputError(text_.name + ":" + std::to_string(line_) + ": " + message);
+}
+
+TriMesh read_mesh(const std::filesystem::path& file) {
+  const std::string ending = ending_of(file);
+  RawMesh (*read)(const MeshText&) = nullptr;
+  if (ending == ".obj") read = read_obj;
+  if (ending == ".ply") read = read_ply;
+  if (ending == ".stl") read = read_stl;
+  if (ending == ".vtp") read = read_vtp;
+  if (read == nullptr) fail_unknown_ending(file);
+
+  const std::string content = read_all(file);
+  RawMesh mesh = read({file.string(), content});
+  check(file.string(), mesh);
+  return {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)};
+}
+
+void write_mesh(const std::filesystem::path& file, const TriMesh& mesh) {
+  const std::string ending = ending_of(file);
+  if (ending == ".obj") return write_file(file, obj_text(mesh));
+  if (ending == ".ply") return write_file(file, ply_bytes(mesh));
+  if (ending == ".stl") return write_file(file, stl_bytes(mesh));
+  if (ending == ".vtp") return write_file(file, vtp_bytes(mesh, {}));
+  fail_unknown_ending(file);
+}
+
+void write_vtp(const std::filesystem::path& file, const TriMesh& mesh, const MeshFields& fields) {
+  if (ending_of(file) != ".vtp") {
+    throw InputError(file.string() + ": only a file whose name ends in .vtp can carry arrays");
+  }
+  write_file(file, vtp_bytes(mesh, fields));
+}
+
+}  // namespace scarp

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/tri_mesh.h"
+
+namespace scarp {
+
+/// A named array over the facets or over the vertices of a mesh. The caller keeps the values alive.
+struct FieldView {
+  using Values =
+      std::variant<std::span<const float>, std::span<const double>, std::span<const std::int32_t>,
+                   std::span<const std::uint16_t>, std::span<const Vec3f>>;
+  std::string name;
+  Values values;
+};
+
+/// What a .vtp file carries besides the surface.
+///
+/// Shape: one value per triangle in each array of facets, one per vertex in each of vertices.
+struct MeshFields {
+  std::vector<FieldView> facets;
+  std::vector<FieldView> vertices;
+};
+
+/// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name.
+///
+/// Vertices keep their order and number, those that no triangle uses included; for .stl, corners
+/// with the same coordinates become one vertex, numbered by first use. Polygons are cut into fans.
+/// A facet array `material` of a .vtp file becomes the materials; other arrays are not read.
+///
+/// Units:  none; the file's own.
+/// Throws: InputError, with the line or the vertex, if the file cannot be read, ends early, holds
+///         coordinates that are not finite or indices without a vertex, or has no triangle.
+TriMesh read_mesh(const std::filesystem::path& file);
+
+/// Writes .obj (shortest text that reads back to the same bits), .ply, .stl (both binary) or .vtp
+/// (appended binary; materials as the facet array `material`). The file appears whole or not at
+/// all.
+///
+/// Throws: InputError if the ending is another one or the file cannot be made; NumericalError if
+///         the disk is full.
+void write_mesh(const std::filesystem::path& file, const TriMesh& mesh);
+
+/// As write_mesh for a .vtp file, with arrays on facets and vertices that ParaView shows by name.
+void write_vtp(const std::filesystem::path& file, const TriMesh& mesh, const MeshFields& fields);
+
+/// One output of a run, for write_series.
+struct SeriesEntry {
+  double time = 0;   ///< [s]
+  std::string file;  ///< relative to the folder of the series
+};
+
+/// Writes a .pvd file: ParaView opens it as one surface that changes with time.
+void write_series(const std::filesystem::path& file, std::span<const SeriesEntry> entries);
+
+}  // namespace scarp

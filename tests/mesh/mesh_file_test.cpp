@@ -1,0 +1,310 @@
+#include "mesh/mesh_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <set>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class MeshFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string("scarp_mesh_file_") + test->name();
+    for (char& c : name) c = c == '/' ? '_' : c;
+    folder_ = fs::temp_directory_path() / name;
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path file(const std::string& name) const { return folder_ / name; }
+
+  fs::path file_with(const std::string& name, const std::string& content) const {
+    std::ofstream(file(name), std::ios::binary) << content;
+    return file(name);
+  }
+
+  std::string content(const fs::path& path) const {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  }
+
+  fs::path folder_;
+};
+
+std::string message_of(const fs::path& path) {
+  try {
+    read_mesh(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// A tent of four triangles, coordinates without a short decimal form, one vertex unused.
+TriMesh tent() {
+  return {{{0.1F, 0, -1.0F / 3}, {1, 0.7F, 0}, {2e-7F, 1, 0}, {-1, 1e6F, 0}, {5, 5, 5}, {0, 0, 2}},
+          {{0, 1, 5}, {1, 2, 5}, {2, 3, 5}, {3, 0, 5}},
+          {}};
+}
+
+class MeshFileFormat : public MeshFile, public testing::WithParamInterface<const char*> {};
+
+TEST_P(MeshFileFormat, ReadsBackWhatWasWritten) {
+  const TriMesh mesh = tent();
+  const fs::path path = file(std::string("tent") + GetParam());
+  write_mesh(path, mesh);
+  const TriMesh back = read_mesh(path);
+  EXPECT_EQ(back.vertices, mesh.vertices);
+  EXPECT_EQ(back.triangles, mesh.triangles);
+}
+INSTANTIATE_TEST_SUITE_P(KeepsOrder, MeshFileFormat, testing::Values(".obj", ".ply", ".vtp"));
+
+TEST_F(MeshFile, StlJoinsEqualCornersInOrderOfFirstUse) {
+  const TriMesh mesh = tent();
+  write_mesh(file("tent.stl"), mesh);
+  const TriMesh back = read_mesh(file("tent.stl"));
+  ASSERT_EQ(back.vertices.size(), 5U);  // the unused one is gone
+  ASSERT_EQ(back.triangles.size(), 4U);
+  for (std::size_t f = 0; f < 4; ++f) EXPECT_EQ(corners(back, f), corners(mesh, f));
+  EXPECT_EQ(back.triangles[0], (Triangle{0, 1, 2}));
+}
+
+TEST_F(MeshFile, ReadsTextStl) {
+  const TriMesh mesh = read_mesh(file_with("a.stl",
+                                           "solid name\n facet normal 0 0 1\n  outer loop\n"
+                                           "   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n"
+                                           "  endloop\n endfacet\nendsolid\n"));
+  EXPECT_EQ(mesh.vertices.size(), 3U);
+  EXPECT_EQ(mesh.triangles.size(), 1U);
+}
+
+TEST_F(MeshFile, ReadsTheObjThatOthersWrite) {
+  const TriMesh mesh = read_mesh(file_with("a.obj",
+                                           "# comment\r\nmtllib a.mtl\nvn 0 0 1\nv 0 0 0 1\r\n"
+                                           "v 1 0 0\nv 1 1 0\nv +0 1e0 0\no square\n"
+                                           "f 1/1/1 2//1 3/2 4 # a square\nf -4 -3 -2\n"));
+  ASSERT_EQ(mesh.vertices.size(), 4U);
+  ASSERT_EQ(mesh.triangles.size(), 3U);
+  EXPECT_EQ(mesh.triangles[1], (Triangle{0, 2, 3}));
+  EXPECT_EQ(mesh.triangles[2], (Triangle{0, 1, 2}));
+}
+
+TEST_F(MeshFile, ReadsPlyOfTextWithOtherProperties) {
+  const TriMesh mesh = read_mesh(
+      file_with("a.ply",
+                "ply\nformat ascii 1.0\ncomment x\nelement vertex 3\nproperty double x\n"
+                "property float nx\nproperty double y\nproperty double z\nelement face 1\n"
+                "property uchar red\nproperty list uchar uint vertex_index\nend_header\n"
+                "0 9 0 0\n1 9 0 0\n0 9 1 0\n255 3 0 1 2\n"));
+  ASSERT_EQ(mesh.triangles.size(), 1U);
+  EXPECT_EQ(mesh.vertices[2], (Vec3f{0, 1, 0}));
+}
+
+TEST_F(MeshFile, ReadsPlyOfBothByteOrders) {
+  std::string body;
+  const auto append = [&body](auto value) {
+    std::string bytes(sizeof(value), '\0');
+    std::memcpy(bytes.data(), &value, sizeof(value));
+    body.append(bytes.rbegin(), bytes.rend());
+  };
+  for (const float x : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.5F}) append(x);
+  append(std::uint8_t{3});
+  for (const std::int32_t v : {0, 1, 2}) append(v);
+  const TriMesh mesh =
+      read_mesh(file_with("a.ply",
+                          "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\n"
+                          "property float y\nproperty float z\nelement face 1\n"
+                          "property list uchar int vertex_indices\nend_header\n" +
+                              body));
+  EXPECT_EQ(mesh.vertices[2], (Vec3f{0, 1, 0.5F}));
+  EXPECT_EQ(mesh.triangles[0], (Triangle{0, 1, 2}));
+}
+
+TEST_F(MeshFile, ReadsVtpOfTextAndOfBase64) {
+  const std::string start =
+      "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece "
+      "NumberOfPoints=\"4\" NumberOfPolys=\"1\">";
+  const std::string polys =
+      "<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>"
+      "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray></Polys>"
+      "</Piece></PolyData></VTKFile>";
+  const TriMesh text = read_mesh(
+      file_with("a.vtp", start +
+                             "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
+                             "format=\"ascii\">0 0 0 1 0 0\n1 1 0 0 1 0.5</DataArray></Points>" +
+                             polys));
+  EXPECT_EQ(text.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+
+  // The same points: 48 bytes in front of twelve floats.
+  const TriMesh base64 = read_mesh(file_with(
+      "b.vtp",
+      start +
+          "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
+          "format=\"binary\">\nMAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAIA/AAAAAAAAAAAAA"
+          "IA/AAAAPw==\n</DataArray></Points>" +
+          polys));
+  EXPECT_EQ(base64.vertices, text.vertices);
+}
+
+TEST_F(MeshFile, VtpKeepsMaterials) {
+  TriMesh mesh = tent();
+  mesh.materials = {7, 7, 2, 65535};
+  write_mesh(file("a.vtp"), mesh);
+  EXPECT_EQ(read_mesh(file("a.vtp")).materials, mesh.materials);
+}
+
+TEST_F(MeshFile, VtpCarriesNamedArraysOnFacetsAndVertices) {
+  const TriMesh mesh = tent();
+  const std::vector<float> flux{0.25F, 0.5F, 0.75F, 1};
+  const std::vector<std::int32_t> region{1, 2, 3, 4};
+  const std::vector<double> distance{0, 1, 2, 3, 4, 5};
+  const std::vector<Vec3f> normal(6, Vec3f{0, 0, 1});
+  write_vtp(file("a.vtp"), mesh,
+            {.facets = {{"flux <Si & \"SiO2\">", std::span(flux)}, {"region", std::span(region)}},
+             .vertices = {{"distance", std::span(distance)}, {"normal", std::span(normal)}}});
+  EXPECT_EQ(read_mesh(file("a.vtp")).triangles, mesh.triangles);
+
+  const std::string bytes = content(file("a.vtp"));
+  EXPECT_THAT(bytes, AllOf(HasSubstr("Name=\"flux &lt;Si &amp; &quot;SiO2&quot;&gt;\" "
+                                     "NumberOfComponents=\"1\""),
+                           HasSubstr("type=\"Int32\" Name=\"region\""),
+                           HasSubstr("type=\"Float64\" Name=\"distance\""),
+                           HasSubstr("Name=\"normal\" NumberOfComponents=\"3\"")));
+  // The bytes of the values stand behind the underscore, each array after its size.
+  std::string array(sizeof(std::uint64_t) + sizeof(float) * flux.size(), '\0');
+  const std::uint64_t size = sizeof(float) * flux.size();
+  std::memcpy(array.data(), &size, sizeof(size));
+  std::memcpy(array.data() + sizeof(size), flux.data(), size);
+  EXPECT_THAT(bytes, HasSubstr(array));
+}
+
+TEST_F(MeshFile, SeriesListsTimesAndFiles) {
+  const std::vector<SeriesEntry> entries{{0, "surface_0000.vtp"}, {0.1, "a&b.vtp"}};
+  write_series(file("surface.pvd"), entries);
+  EXPECT_THAT(content(file("surface.pvd")),
+              AllOf(HasSubstr("<VTKFile type=\"Collection\""),
+                    HasSubstr("timestep=\"0\" part=\"0\" file=\"surface_0000.vtp\""),
+                    HasSubstr("timestep=\"0.1\" part=\"0\" file=\"a&amp;b.vtp\"")));
+}
+
+TEST_F(MeshFile, UnknownEndingIsRefused) {
+  EXPECT_THAT(message_of(file_with("mesh.off", "OFF")), HasSubstr(".obj, .ply, .stl or .vtp"));
+  EXPECT_THROW(write_mesh(file("new.off"), tent()), InputError);
+  EXPECT_THROW(write_vtp(file("mesh.obj"), tent(), {}), InputError);
+  EXPECT_FALSE(fs::exists(file("new.off")));
+}
+
+TEST_F(MeshFile, UnreadableAndEmptyFilesAreRefusedWithTheirName) {
+  EXPECT_THAT(message_of(file("none.obj")),
+              AllOf(HasSubstr("none.obj"), HasSubstr("No such file")));
+  fs::create_directory(file("folder.obj"));
+  EXPECT_THAT(message_of(file("folder.obj")), HasSubstr("is a folder"));
+  for (const char* name : {"e.obj", "e.ply", "e.stl", "e.vtp"}) {
+    EXPECT_THAT(message_of(file_with(name, "")), AllOf(HasSubstr(name), HasSubstr("empty")))
+        << name;
+  }
+}
+
+TEST_F(MeshFile, ObjErrorsNameTheLine) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const auto message = [&](const std::string& text) {
+    return message_of(file_with("a.obj", text));
+  };
+  EXPECT_THAT(message("v 0 0 nan\n"), AllOf(HasSubstr("a.obj:1: "), HasSubstr("not a finite")));
+  EXPECT_THAT(message("v 0 0 0\nv 0 inf 0\n"), HasSubstr("a.obj:2: "));
+  EXPECT_THAT(message("v 0 0 1e60\n"), HasSubstr("a.obj:1: "));
+  EXPECT_THAT(message("v 0 0 zero\n"), HasSubstr("\"zero\" is not a number"));
+  EXPECT_THAT(message("v 0 0"), HasSubstr("end early"));
+  EXPECT_THAT(message(points + "f 1 2 4\n"), AllOf(HasSubstr("a.obj:4: "), HasSubstr("corner 4")));
+  EXPECT_THAT(message(points + "f 1 2 -4\n"), HasSubstr("a.obj:4: "));
+  EXPECT_THAT(message(points + "f 0 1 2\n"), HasSubstr("count from 1"));
+  EXPECT_THAT(message(points + "f 1 2"), AllOf(HasSubstr("a.obj:4: "), HasSubstr("end early")));
+  EXPECT_THAT(message(points), HasSubstr("no triangles"));
+  EXPECT_THAT(message("hello\n"), HasSubstr("no vertices"));
+}
+
+TEST_F(MeshFile, NonFiniteCoordinatesOfBinaryFilesNameTheVertex) {
+  TriMesh mesh = tent();
+  mesh.vertices[1].y = std::numeric_limits<float>::infinity();
+  mesh.vertices[5].z = std::numeric_limits<float>::quiet_NaN();
+  for (const char* name : {"n.ply", "n.stl", "n.vtp"}) {
+    write_mesh(file(name), mesh);
+    EXPECT_THAT(message_of(file(name)),
+                AllOf(HasSubstr(name), HasSubstr("vertex 1 "), HasSubstr("not finite")));
+  }
+}
+
+TEST_F(MeshFile, IndicesWithoutAVertexAreRefused) {
+  TriMesh mesh = tent();
+  mesh.triangles[2][1] = 6;
+  for (const char* name : {"i.ply", "i.vtp"}) {
+    write_mesh(file(name), mesh);
+    EXPECT_THAT(message_of(file(name)),
+                AllOf(HasSubstr("triangle 2 "), HasSubstr("not among the 6 vertices")));
+  }
+}
+
+TEST_F(MeshFile, NoPrefixOfAFileIsTakenForAMesh) {
+  TriMesh mesh = tent();
+  mesh.vertices.resize(6);
+  for (const char* name : {"t.obj", "t.ply", "t.stl", "t.vtp"}) {
+    write_mesh(file(name), mesh);
+    const std::string whole = content(file(name));
+    // The lines behind the last array of a .vtp and the last digits of an .obj carry no shape.
+    const std::size_t tail = name[2] == 'v' ? 30 : 2;
+    for (std::size_t size = 0; size + tail < whole.size(); size += 1 + size / 50) {
+      // An .obj may lose whole lines: only cuts that leave a face undone can be seen.
+      if (name[2] == 'o' && (size == 0 || whole.find('f') < size)) continue;
+      EXPECT_NE(message_of(file_with(name, whole.substr(0, size))), "no error")
+          << name << " cut after " << size << " of " << whole.size() << " bytes";
+    }
+  }
+}
+
+TEST_F(MeshFile, CompressedVtpSaysHowToWriteIt) {
+  EXPECT_THAT(message_of(file_with("c.vtp", "<VTKFile type=\"PolyData\" compressor=\"vtkZLib\"/>")),
+              HasSubstr("without compression"));
+  EXPECT_THAT(message_of(file_with("u.vtp", "<VTKFile type=\"UnstructuredGrid\"/>")),
+              HasSubstr("not VTK polydata"));
+}
+
+TEST_F(MeshFile, AFileThatCannotBeWrittenLeavesNothing) {
+  EXPECT_THROW(write_mesh(file("no/such/folder.ply"), tent()), InputError);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(MeshFile, LargeMeshesKeepCountAndOrder) {
+  TriMesh mesh;
+  const std::uint32_t count = 175000;
+  for (std::uint32_t v = 0; v < count; ++v) {
+    mesh.vertices.push_back({static_cast<float>(v % 400), static_cast<float>(v / 400), 0.1F * v});
+  }
+  for (std::uint32_t v = 2; v < count; ++v) mesh.triangles.push_back({v, v - 1, v - 2});
+  for (const char* name : {"l.obj", "l.ply", "l.stl", "l.vtp"}) {
+    write_mesh(file(name), mesh);
+    const TriMesh back = read_mesh(file(name));
+    EXPECT_EQ(back.vertices.size(), mesh.vertices.size());
+    EXPECT_EQ(back.triangles.size(), mesh.triangles.size());
+    if (name[2] != 's') {
+      EXPECT_TRUE(back.vertices == mesh.vertices && back.triangles == mesh.triangles);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp
