@@ -1,0 +1,99 @@
+#include "flux/reconstruct.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/parallel.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using testing::Shape;
+
+double integral(const TriMesh& mesh, const std::vector<std::array<float, 3>>& values) {
+  const std::vector<double> areas = facet_areas(mesh);
+  double sum = 0;
+  for (std::size_t f = 0; f < areas.size(); ++f)
+    sum += areas[f] * (values[f][0] + values[f][1] + values[f][2]) / 3;
+  return sum;
+}
+
+std::vector<float> facet_values(const TriMesh& mesh, auto&& value_at) {
+  std::vector<float> values;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    values.push_back(static_cast<float>(value_at((a + b + c) / 3.0)));
+  }
+  return values;
+}
+
+double integral(const TriMesh& mesh, const std::vector<float>& values) {
+  const std::vector<double> areas = facet_areas(mesh);
+  double sum = 0;
+  for (std::size_t f = 0; f < areas.size(); ++f) sum += areas[f] * static_cast<double>(values[f]);
+  return sum;
+}
+
+TEST(CornerValues, AreLinearInsideAFlatSurface) {
+  const Shape wafer = testing::flat_wafer(20, 10);
+  const auto linear = [](Vec3d r) { return 1 + 0.1 * r.x - 0.05 * r.y; };
+  const auto values = corner_values(wafer.mesh, facet_values(wafer.mesh, linear));
+  for (std::size_t f = 0; f < values.size(); ++f) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const Vec3d r = corners(wafer.mesh, f)[corner];
+      const bool inside = r.x > 0 && r.x < 20 && r.y > 0 && r.y < 20;
+      if (inside) {
+        EXPECT_NEAR(values[f][corner], linear(r), 1e-5);
+      }
+    }
+  }
+}
+
+TEST(CornerValues, StepAtAnEdge) {
+  const Shape shape = testing::trench(1);
+  const auto normals = facet_normals(shape.mesh);
+  std::vector<float> values(normals.size());
+  for (std::size_t f = 0; f < values.size(); ++f) values[f] = normals[f].z > 0.5F ? 1 : 0;
+  const auto result = corner_values(shape.mesh, values);
+  for (std::size_t f = 0; f < values.size(); ++f)
+    EXPECT_EQ(result[f], (std::array{values[f], values[f], values[f]}));
+}
+
+TEST(CornerValues, StepAtABorderOfMaterials) {
+  Shape wafer = testing::flat_wafer(20, 10);
+  std::vector<float> values(wafer.mesh.triangles.size());
+  wafer.mesh.materials.resize(values.size());
+  for (std::size_t f = 0; f < values.size(); ++f) {
+    wafer.mesh.materials[f] = f < values.size() / 2 ? 1 : 0;
+    values[f] = static_cast<float>(wafer.mesh.materials[f]);
+  }
+  const auto result = corner_values(wafer.mesh, values);
+  for (std::size_t f = 0; f < values.size(); ++f)
+    EXPECT_EQ(result[f], (std::array{values[f], values[f], values[f]}));
+}
+
+TEST(CornerValues, KeepTheIntegral) {
+  const auto wave = [](Vec3d r) { return 1 + std::cos(0.3 * r.x) * std::cos(0.2 * r.z); };
+  for (const Shape& shape : {testing::trench(2), testing::hole(2), testing::spherical_pit(0.5)}) {
+    const auto values = facet_values(shape.mesh, wave);
+    const auto result = corner_values(shape.mesh, values);
+    const double exact = integral(shape.mesh, values);
+    EXPECT_NEAR(integral(shape.mesh, result), exact, 1e-5 * exact);
+  }
+}
+
+TEST(CornerValues, DoNotDependOnTheNumberOfThreads) {
+  const Shape shape = testing::hole(2);
+  const auto values = facet_values(shape.mesh, [](Vec3d r) { return r.x * r.z; });
+  std::vector<std::vector<std::array<float, 3>>> results;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    results.push_back(corner_values(shape.mesh, values));
+  }
+  EXPECT_EQ(results[0], results[1]);
+}
+
+}  // namespace
+}  // namespace scarp
