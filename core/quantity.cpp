@@ -33,7 +33,6 @@ Powers sum(const Powers& a, const Powers& b, int times_b) {
 
 struct DimensionRow {
   std::string_view name;
-  std::string_view article;
   Powers powers;
   int inside_exponent;  ///< the unit of the inside is 10^this in nm, s, eV, rad, K, Pa
   /// In order of preference for writing; the first one and the last one differ from the unit of the
@@ -43,16 +42,16 @@ struct DimensionRow {
 
 const DimensionRow& row(Dimension dimension) {
   static const std::array<DimensionRow, 10> rows{{
-      {"length", "a length", {.length = 1}, 0, {"nm", "um"}},
-      {"time", "a time", {.time = 1}, 0, {"s", "min", "h"}},
-      {"energy", "an energy", {.energy = 1}, 0, {"eV", "keV"}},
-      {"angle", "an angle", {.angle = 1}, 0, {"deg", "rad"}},
-      {"rate", "a rate", {.length = 1, .time = -1}, 0, {"nm/s", "nm/min", "um/min"}},
-      {"flux", "a flux", {.length = -2, .time = -1}, 1, {"/cm2/s"}},
-      {"density", "a density", {.length = -3}, 1, {"/cm3"}},
-      {"temperature", "a temperature", {.temperature = 1}, 0, {"K"}},
-      {"pressure", "a pressure", {.pressure = 1}, 0, {"Pa"}},
-      {"number", "a number", {}, 0, {""}},
+      {"a length", {.length = 1}, 0, {"nm", "um"}},
+      {"a time", {.time = 1}, 0, {"s", "min", "h"}},
+      {"an energy", {.energy = 1}, 0, {"eV", "keV"}},
+      {"an angle", {.angle = 1}, 0, {"deg", "rad"}},
+      {"a rate", {.length = 1, .time = -1}, 0, {"nm/s", "nm/min", "um/min"}},
+      {"a flux", {.length = -2, .time = -1}, 1, {"/cm2/s"}},
+      {"a density", {.length = -3}, 1, {"/cm3"}},
+      {"a temperature", {.temperature = 1}, 0, {"K"}},
+      {"a pressure", {.pressure = 1}, 0, {"Pa"}},
+      {"a number", {}, 0, {""}},
   }};
   return rows[static_cast<std::size_t>(dimension)];
 }
@@ -230,11 +229,11 @@ std::optional<double> rounded(std::string_view mantissa, long exponent) {
 
 /// "5 nm" for a text that has the 5 but not the unit.
 std::string example(Dimension dimension, std::string_view number) {
-  const DimensionRow& wanted = row(dimension);
-  const std::string unit(wanted.units.front());
-  if (dimension == Dimension::flux) return quoted("1e15 " + unit);
-  if (dimension == Dimension::density) return quoted("5e22 " + unit);
-  return quoted(std::string(number) + (unit.empty() ? "" : ' ' + unit));
+  std::string unit(row(dimension).units.front());
+  if (unit.empty()) return quoted(number);
+  if (dimension == Dimension::flux) number = "1e15";
+  if (dimension == Dimension::density) number = "5e22";
+  return quoted(std::string(number).append(" ").append(unit));
 }
 
 [[noreturn]] void throw_wrong_unit(std::string_view text, std::string_view number,
@@ -248,11 +247,11 @@ std::string example(Dimension dimension, std::string_view number) {
   for (int other = 0; other < static_cast<int>(Dimension::number); ++other) {
     const DimensionRow& found = row(static_cast<Dimension>(other));
     if (found.powers == unit->powers) {
-      throw InputError(quoted(text) + " is " + std::string(found.article) + "; " +
-                       std::string(row(dimension).article) + " is wanted, " + for_example);
+      throw InputError(quoted(text) + " is " + std::string(found.name) + "; " +
+                       std::string(row(dimension).name) + " is wanted, " + for_example);
     }
   }
-  throw InputError(quoted(text) + " is not " + std::string(row(dimension).article) + "; write " +
+  throw InputError(quoted(text) + " is not " + std::string(row(dimension).name) + "; write " +
                    for_example);
 }
 
@@ -323,8 +322,8 @@ double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string_view body = trimmed(text);
   const std::optional<Decimal> decimal = parse_decimal(body);
   if (!decimal) {
-    throw InputError(quoted(text) + " is not " + std::string(wanted.article) +
-                     "; write for example " + example(dimension, "5"));
+    throw InputError(quoted(text) + " is not " + std::string(wanted.name) + "; write for example " +
+                     example(dimension, "5"));
   }
   const std::string_view number = body.substr(0, decimal->length);
   const std::string_view unit_text = trimmed(body.substr(decimal->length));
@@ -371,6 +370,11 @@ std::string format_quantity(double value, Dimension dimension) {
 }
 
 std::string_view dimension_name(Dimension dimension) { return row(dimension).name; }
+
+std::string quantity_example(Dimension dimension) {
+  const std::string text = example(dimension, "5");
+  return text.substr(1, text.size() - 2);
+}
 
 std::string_view inside_unit(Dimension dimension) {
   return dimension == Dimension::angle ? "rad" : row(dimension).units.front();

@@ -34,8 +34,11 @@ std::string format_quantity(double value, Dimension dimension);
 /// The shortest decimal text of the same bits, without a unit; dots and digits whatever the locale.
 std::string format_number(double value);
 
-/// "length", "rate", ...
+/// "a length", "an angle", ...
 std::string_view dimension_name(Dimension dimension);
+
+/// A text that parse_quantity accepts, to show how one is written: "5 nm".
+std::string quantity_example(Dimension dimension);
 
 /// The unit that the inside uses, as a recipe writes it: "nm", "nm/s", ...; empty for numbers.
 std::string_view inside_unit(Dimension dimension);

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/toml.h"
+
+namespace scarp {
+
+/// What is wrong with a recipe, gathered to be said at once.
+class RecipeErrors {
+ public:
+  struct Entry {
+    std::string path;  ///< `step[0].sticking`
+    TomlPlace place;
+    std::string text;
+    bool missing = false;  ///< the key is not there
+  };
+
+  explicit RecipeErrors(std::string file) : file_(std::move(file)) {}
+
+  void add(Entry entry);
+  /// Forgets that a key is missing, because it is there misspelt.
+  void forget_missing(std::string_view path);
+
+  bool empty() const { return entries_.empty(); }
+  /// No error at the path nor within it.
+  bool ok(std::string_view path) const;
+
+  /// One line per error, by line of the file, those of the command line last.
+  std::string text() const;
+
+ private:
+  std::string file_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace scarp

@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/recipe_node.h"
+#include "core/recipe_path.h"
+#include "core/recipe_table.h"
+#include "core/suggestion.h"
+#include "core/toml.h"
+
+namespace scarp {
+
+namespace detail {
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+}  // namespace detail
+
+namespace {
+
+using detail::inner_path;
+using detail::RecipeContent;
+using detail::RecipeNode;
+
+std::string content_of(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    throw InputError(path.string() + ": is a folder; give the name of a recipe");
+  }
+  if (!std::filesystem::exists(path, ignored)) throw InputError(path.string() + ": no such file");
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!file.is_open() || file.bad()) {
+    throw InputError(path.string() + ": cannot be read; is there permission to?");
+  }
+  return text;
+}
+
+void set_place(TomlValue& value, const TomlPlace& place) {
+  value.place = place;
+  for (TomlValue& entry : value.list) set_place(entry, place);
+  for (TomlEntry& entry : value.table) {
+    entry.place = place;
+    set_place(entry.value, place);
+  }
+}
+
+/// VALUE of PATH=VALUE.
+TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
+                               std::string_view path) {
+  try {
+    TomlValue document = parse_toml("value = " + std::string(text), "");
+    if (document.table.size() == 1) {
+      set_place(document, place);
+      return std::move(document.table.front().value);
+    }
+  } catch (const InputError&) {
+    // Said below in the words of the command line.
+  }
+  throw InputError(place.source + ": " + std::string(text) +
+                   " is not a value of TOML; a text keeps its quotes: --set " + std::string(path) +
+                   "='\"" + std::string(text) + "\"'");
+}
+
+/// The value at a path, made if it is a key that is not there yet.
+TomlValue& value_to_set(TomlValue& root, const RecipePath& path, const TomlPlace& place) {
+  TomlValue* at = &root;
+  RecipePath walked;
+  for (const auto& part : path) {
+    const std::string here = format_recipe_path(walked);
+    const auto fail = [&](const std::string& text) -> void {
+      throw InputError(place.source + ": " + here + text);
+    };
+    if (const auto* const key = std::get_if<std::string>(&part)) {
+      if (at->kind == TomlValue::Kind::list) fail(" is a list; write for example " + here + "[0]");
+      if (at->kind != TomlValue::Kind::table) fail(" is not a table");
+      if (at->find(*key) == nullptr) {
+        at->table.push_back({*key, place, {}});
+        at->table.back().value.place = place;
+      }
+      at = at->find(*key);
+    } else {
+      const std::size_t index = std::get<std::size_t>(part);
+      if (at->kind != TomlValue::Kind::list) fail(" is not a list");
+      if (index >= at->list.size()) {
+        fail(" has no entry " + std::to_string(index) + "; they are counted from 0 and there are " +
+             std::to_string(at->list.size()));
+      }
+      at = &at->list[index];
+    }
+    walked.push_back(part);
+  }
+  return *at;
+}
+
+void apply_override(TomlValue& recipe, const std::string& text) {
+  const TomlPlace place{.source = "--set " + text};
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) {
+    throw InputError(place.source + ": write PATH=VALUE, for example step[0].sticking=0.5");
+  }
+  const std::string path_text = text.substr(0, equals);
+  RecipePath path;
+  try {
+    path = parse_recipe_path(path_text);
+  } catch (const InputError& error) {
+    throw InputError(place.source + ": " + error.what());
+  }
+  TomlValue value = parse_override_value(text.substr(equals + 1), place, path_text);
+  value_to_set(recipe, path, place) = std::move(value);
+}
+
+void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
+  if (node.toml == nullptr || node.rest_accepted) return;
+  for (const TomlEntry& entry : node.toml->table) {
+    if (std::find(node.asked.begin(), node.asked.end(), entry.key) != node.asked.end()) continue;
+    const std::string nearest = nearest_name(entry.key, node.asked);
+    std::string text = "unknown key";
+    if (!nearest.empty()) {
+      text += suggestion(entry.key, node.asked);
+      errors.forget_missing(inner_path(node, nearest));
+    } else if (!node.asked.empty()) {
+      text += "; known here: " + detail::joined(node.asked);
+    }
+    errors.add({inner_path(node, entry.key), entry.place, text});
+  }
+}
+
+}  // namespace
+
+RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
+    : RecipeFile(content_of(path), path.string(), overrides) {}
+
+RecipeFile::RecipeFile(std::string_view text, std::string name,
+                       std::span<const std::string> overrides)
+    : content_(new RecipeContent{.toml = parse_toml(text, name),
+                                 .errors = RecipeErrors(name),
+                                 .record = {},
+                                 .nodes = {}}) {
+  if (content_->toml.table.empty()) {
+    throw InputError(name + ": the recipe is empty; start from one in configs/");
+  }
+  for (const std::string& change : overrides) apply_override(content_->toml, change);
+  content_->nodes.push_back(
+      {.content = content_.get(), .record = &content_->record, .toml = &content_->toml});
+}
+
+RecipeFile::~RecipeFile() = default;
+RecipeFile::RecipeFile(RecipeFile&&) noexcept = default;
+RecipeFile& RecipeFile::operator=(RecipeFile&&) noexcept = default;
+
+RecipeTable RecipeFile::root() const { return RecipeTable(content_->nodes.front()); }
+
+bool RecipeFile::ok() const { return content_->errors.empty(); }
+
+void RecipeFile::finish() const {
+  RecipeErrors errors = content_->errors;
+  for (const RecipeNode& node : content_->nodes) add_unknown_keys(node, errors);
+  if (!errors.empty()) throw InputError(errors.text());
+}
+
+std::string RecipeFile::resolved() const { return content_->record.toml(); }
+
+}  // namespace scarp

@@ -1,0 +1,519 @@
+#include "core/recipe_table.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/recipe_node.h"
+#include "core/recipe_path.h"
+#include "core/suggestion.h"
+#include "core/toml.h"
+
+namespace scarp {
+
+namespace {
+
+using detail::inner_path;
+using detail::joined;
+using detail::RecipeContent;
+using detail::RecipeNode;
+
+/// A value that the recipe has: what, and where.
+struct Item {
+  RecipeErrors& errors;
+  const TomlValue& value;
+  std::string path;
+};
+
+void note(const Item& item, std::string text) {
+  item.errors.add({item.path, item.value.place, std::move(text)});
+}
+
+std::string indexed(const std::string& path, std::size_t index) {
+  return path + '[' + std::to_string(index) + ']';
+}
+
+std::optional<Item> find(RecipeNode& node, std::string_view key) {
+  if (std::find(node.asked.begin(), node.asked.end(), key) == node.asked.end()) {
+    node.asked.emplace_back(key);
+  }
+  const TomlValue* const value = node.toml == nullptr ? nullptr : node.toml->find(key);
+  if (value == nullptr) return std::nullopt;
+  return Item{node.content->errors, *value, inner_path(node, key)};
+}
+
+void note_missing(const RecipeNode& node, std::string_view key, const std::string& text) {
+  if (!node.missing_is_noted) return;
+  node.content->errors.add({inner_path(node, key), node.place, "missing; " + text, true});
+}
+
+/// A fallback as TOML.
+std::string format_fallback(std::string_view fallback, Dimension dimension) {
+  return dimension == Dimension::number ? std::string(fallback) : toml_string(fallback);
+}
+
+bool is_allowed(double value, const Limits& limits) {
+  if (limits.exclusive) return value > limits.minimum && value < limits.maximum;
+  return value >= limits.minimum && value <= limits.maximum;
+}
+
+std::string outside(const Limits& limits, Dimension dimension) {
+  const auto shown = [&](double limit) {
+    return limit == 0 ? "0" : format_quantity(limit, dimension);
+  };
+  if (std::isinf(limits.maximum)) {
+    return (limits.exclusive ? " is not above " : " is below ") + shown(limits.minimum);
+  }
+  if (std::isinf(limits.minimum)) {
+    return (limits.exclusive ? " is not below " : " is above ") + shown(limits.maximum);
+  }
+  return std::string(" is outside ") + (limits.exclusive ? '(' : '[') + shown(limits.minimum) +
+         ", " + shown(limits.maximum) + (limits.exclusive ? ')' : ']');
+}
+
+/// An allowed value for a reader that goes on although the recipe has none.
+double stand_in(const Limits& limits, Dimension dimension) {
+  if (!limits.fallback.empty()) return parse_quantity(limits.fallback, dimension);
+  if (is_allowed(1, limits)) return 1;
+  if (std::isinf(limits.maximum)) return limits.minimum + std::max(1.0, std::abs(limits.minimum));
+  if (std::isinf(limits.minimum)) return limits.maximum - std::max(1.0, std::abs(limits.maximum));
+  return limits.minimum + 0.5 * (limits.maximum - limits.minimum);
+}
+
+std::string example(const Limits& limits, Dimension dimension) {
+  if (dimension == Dimension::number) return format_number(stand_in(limits, dimension));
+  return toml_string(quantity_example(dimension));
+}
+
+std::optional<double> read_number(const Item& item) {
+  if (item.value.kind == TomlValue::Kind::integer) return static_cast<double>(item.value.integer);
+  if (std::isfinite(item.value.decimal)) return item.value.decimal;
+  note(item, described(item.value) + " is not a finite number");
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> read_integer(const Item& item) {
+  constexpr double largest_exact = 9007199254740992.0;  // 2^53
+  if (item.value.kind == TomlValue::Kind::integer) return item.value.integer;
+  // 1e6 is a float in TOML, and the natural way to write a number of rays.
+  const double decimal = item.value.decimal;
+  if (item.value.kind == TomlValue::Kind::decimal && std::abs(decimal) <= largest_exact &&
+      decimal == std::trunc(decimal)) {
+    return static_cast<std::int64_t>(decimal);
+  }
+  note(item, described(item.value) + " is not a whole number");
+  return std::nullopt;
+}
+
+std::optional<double> checked(const Item& item, std::optional<double> value, Dimension dimension,
+                              const Limits& limits) {
+  if (!value || is_allowed(*value, limits)) return value;
+  note(item, described(item.value) + outside(limits, dimension));
+  return std::nullopt;
+}
+
+std::optional<double> parse_noted(const Item& item, Dimension dimension) {
+  try {
+    return parse_quantity(item.value.text, dimension);
+  } catch (const InputError& error) {
+    note(item, error.what());
+    return std::nullopt;
+  }
+}
+
+std::optional<double> read_quantity(const Item& item, Dimension dimension, const Limits& limits) {
+  const bool is_number = item.value.is_number();
+  if (dimension == Dimension::number && is_number) {
+    return checked(item, read_number(item), dimension, limits);
+  }
+  if (dimension != Dimension::number && item.value.kind == TomlValue::Kind::text) {
+    return checked(item, parse_noted(item, dimension), dimension, limits);
+  }
+  if (dimension == Dimension::number && item.value.kind == TomlValue::Kind::text) {
+    note(item, described(item.value) + " is a text; a number is wanted, for example " +
+                   example(limits, dimension));
+  } else {
+    const bool lacks_unit = is_number && std::isfinite(item.value.decimal);
+    note(item,
+         described(item.value) +
+             (lacks_unit ? " has no unit" : " is not " + std::string(dimension_name(dimension))) +
+             "; write for example " + example(limits, dimension));
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> read_text(const Item& item) {
+  if (item.value.kind == TomlValue::Kind::text) return item.value.text;
+  note(item, described(item.value) + " is not a text; write it in quotes");
+  return std::nullopt;
+}
+
+std::optional<std::size_t> read_choice(const Item& item, const std::vector<std::string>& names) {
+  const std::optional<std::string> text = read_text(item);
+  if (!text) return std::nullopt;
+  const auto name = std::find(names.begin(), names.end(), *text);
+  if (name != names.end()) return static_cast<std::size_t>(name - names.begin());
+  note(item, toml_string(*text) + " is not one of " + joined(names) + suggestion(*text, names));
+  return std::nullopt;
+}
+
+std::optional<MaterialId> read_material(const Item& item, const Materials& materials) {
+  const std::optional<std::string> name = read_text(item);
+  if (!name) return std::nullopt;
+  try {
+    return materials.id(*name);
+  } catch (const InputError& error) {
+    note(item, error.what());
+    return std::nullopt;
+  }
+}
+
+/// The entries of a list of the right size; none, and an error, if it is not one.
+std::vector<Item> read_list(const Item& item, ListSize size) {
+  if (item.value.kind != TomlValue::Kind::list) {
+    note(item, described(item.value) + " is not a list; write it in brackets, [...]");
+    return {};
+  }
+  if (item.value.list.size() < size.minimum || item.value.list.size() > size.maximum) {
+    std::string wanted = std::to_string(size.minimum);
+    if (size.maximum == ListSize{}.maximum) {
+      wanted += " or more";
+    } else if (size.maximum != size.minimum) {
+      wanted += " to " + std::to_string(size.maximum);
+    }
+    note(item,
+         "has " + std::to_string(item.value.list.size()) + " entries; " + wanted + " are wanted");
+    return {};
+  }
+  std::vector<Item> entries;
+  for (const TomlValue& entry : item.value.list) {
+    entries.push_back({item.errors, entry, indexed(item.path, entries.size())});
+  }
+  return entries;
+}
+
+/// The table that an item is; an empty one for an item that is not there or is no table.
+RecipeNode& make_node(const RecipeNode& parent, RecipeRecord& record, std::string path,
+                      const std::optional<Item>& item) {
+  RecipeNode& node = parent.content->nodes.emplace_back();
+  node.content = parent.content;
+  node.record = &record;
+  node.path = std::move(path);
+  node.place = item ? item->value.place : parent.place;
+  node.missing_is_noted = parent.missing_is_noted;
+  if (item && item->value.kind == TomlValue::Kind::table) {
+    node.toml = &item->value;
+  } else if (item) {
+    node.missing_is_noted = false;
+    note(*item, described(item->value) + " is not a table");
+  }
+  return node;
+}
+
+/// The value at a path from a table on, if there is one.
+const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
+  for (const auto& part : path) {
+    if (value == nullptr) return nullptr;
+    if (const auto* key = std::get_if<std::string>(&part)) {
+      value = value->find(*key);
+    } else {
+      const std::size_t index = std::get<std::size_t>(part);
+      value = index < value->list.size() ? &value->list[index] : nullptr;
+    }
+  }
+  return value;
+}
+
+}  // namespace
+
+double RecipeTable::quantity(std::string_view key, Dimension dimension,
+                             const Limits& limits) const {
+  const auto item = find(*node_, key);
+  if (item) {
+    const auto value = read_quantity(*item, dimension, limits);
+    if (value) node_->record->set(key, format_toml(item->value));
+    return value ? *value : stand_in(limits, dimension);
+  }
+  if (limits.fallback.empty()) {
+    note_missing(*node_, key,
+                 "write for example " + std::string(key) + " = " + example(limits, dimension));
+  } else {
+    node_->record->set(key, format_fallback(limits.fallback, dimension));
+  }
+  return stand_in(limits, dimension);
+}
+
+double RecipeTable::length(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::length, limits);
+}
+double RecipeTable::time(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::time, limits);
+}
+double RecipeTable::energy(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::energy, limits);
+}
+double RecipeTable::angle(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::angle, limits);
+}
+double RecipeTable::rate(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::rate, limits);
+}
+double RecipeTable::number(std::string_view key, const Limits& limits) const {
+  return quantity(key, Dimension::number, limits);
+}
+double RecipeTable::fraction(std::string_view key, std::string_view fallback) const {
+  return quantity(key, Dimension::number, {.fallback = fallback, .minimum = 0, .maximum = 1});
+}
+
+std::int64_t RecipeTable::integer(std::string_view key, const Limits& limits) const {
+  const auto item = find(*node_, key);
+  if (!item) return static_cast<std::int64_t>(quantity(key, Dimension::number, limits));
+  const std::optional<std::int64_t> value = read_integer(*item);
+  if (value && checked(*item, static_cast<double>(*value), Dimension::number, limits)) {
+    node_->record->set(key, std::to_string(*value));
+    return *value;
+  }
+  return static_cast<std::int64_t>(stand_in(limits, Dimension::number));
+}
+
+bool RecipeTable::flag(std::string_view key, std::optional<bool> fallback) const {
+  const auto item = find(*node_, key);
+  bool value = fallback.value_or(false);
+  if (item && item->value.kind == TomlValue::Kind::flag) {
+    value = item->value.flag;
+  } else if (item) {
+    note(*item, described(item->value) + " is not true or false");
+  } else if (!fallback) {
+    note_missing(*node_, key, "write true or false");
+  }
+  node_->record->set(key, value ? "true" : "false");
+  return value;
+}
+
+std::string RecipeTable::text(std::string_view key,
+                              std::optional<std::string_view> fallback) const {
+  const auto item = find(*node_, key);
+  if (!item && !fallback) {
+    note_missing(*node_, key, "write " + std::string(key) + " = \"...\"");
+  }
+  const std::string result =
+      (item ? read_text(*item) : std::nullopt).value_or(std::string(fallback.value_or("")));
+  node_->record->set(key, toml_string(result));
+  return result;
+}
+
+double RecipeTable::length_or_multiple(std::string_view key, double unit_length,
+                                       const Limits& limits) const {
+  const auto item = find(*node_, key);
+  if (!item || item->value.kind != TomlValue::Kind::text) {
+    return quantity(key, Dimension::number, limits) * unit_length;
+  }
+  const auto length = parse_noted(*item, Dimension::length);
+  if (!length) return stand_in(limits, Dimension::number) * unit_length;
+  if (!is_allowed(*length / unit_length, limits)) {
+    note(*item, described(item->value) + ", " + format_number(*length / unit_length) + " times " +
+                    format_quantity(unit_length, Dimension::length) + "," +
+                    outside(limits, Dimension::number));
+  }
+  node_->record->set(key, format_toml(item->value));
+  return *length;
+}
+
+std::vector<double> RecipeTable::quantities(std::string_view key, Dimension dimension,
+                                            ListSize size, const Limits& limits) const {
+  const auto item = find(*node_, key);
+  std::vector<double> values;
+  if (item) {
+    for (const Item& entry : read_list(*item, size)) {
+      values.push_back(
+          read_quantity(entry, dimension, limits).value_or(stand_in(limits, dimension)));
+    }
+    node_->record->set(key, format_toml(item->value));
+  } else if (limits.fallback.empty()) {
+    note_missing(*node_, key,
+                 "write for example " + std::string(key) + " = [" + example(limits, dimension) +
+                     (size.minimum > 1 ? ", " + example(limits, dimension) : "") + ']');
+  } else {
+    std::string text = format_fallback(limits.fallback, dimension);
+    for (std::size_t i = 1; i < size.maximum; ++i)
+      text += ", " + format_fallback(limits.fallback, dimension);
+    node_->record->set(key, '[' + text + ']');
+    values.assign(size.maximum, stand_in(limits, dimension));
+  }
+  if (values.empty()) values.assign(size.minimum, stand_in(limits, dimension));
+  return values;
+}
+
+std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {
+  const auto item = find(*node_, key);
+  if (!item) note_missing(*node_, key, "write " + std::string(key) + " = [\"...\"]");
+  std::vector<std::string> values;
+  for (const Item& entry : item ? read_list(*item, size) : std::vector<Item>()) {
+    values.push_back(read_text(entry).value_or(""));
+  }
+  if (item) node_->record->set(key, format_toml(item->value));
+  if (values.empty()) values.resize(size.minimum);
+  return values;
+}
+
+std::size_t RecipeTable::choice_index(std::string_view key, std::span<const std::string_view> names,
+                                      std::string_view fallback) const {
+  const std::vector<std::string> all(names.begin(), names.end());
+  const auto item = find(*node_, key);
+  if (!item && fallback.empty()) note_missing(*node_, key, "one of " + joined(all));
+  const auto name = std::find(names.begin(), names.end(), fallback);
+  std::size_t index = name == names.end() ? 0 : static_cast<std::size_t>(name - names.begin());
+  if (item) index = read_choice(*item, all).value_or(index);
+  node_->record->set(key, toml_string(names[index]));
+  return index;
+}
+
+std::vector<std::size_t> RecipeTable::choice_indices(std::string_view key,
+                                                     std::span<const std::string_view> names,
+                                                     ListSize size,
+                                                     std::string_view fallback) const {
+  const std::vector<std::string> all(names.begin(), names.end());
+  const auto item = find(*node_, key);
+  if (!item && fallback.empty()) note_missing(*node_, key, "a list of " + joined(all));
+  std::vector<std::size_t> indices;
+  for (const Item& entry : item ? read_list(*item, size) : std::vector<Item>()) {
+    indices.push_back(read_choice(entry, all).value_or(0));
+  }
+  if (indices.empty()) {
+    const auto name = std::find(names.begin(), names.end(), fallback);
+    const bool found = !item && name != names.end();
+    indices.assign(found ? size.maximum : size.minimum,
+                   found ? static_cast<std::size_t>(name - names.begin()) : 0);
+  }
+  std::string text;
+  for (const std::size_t index : indices) {
+    text += (text.empty() ? "" : ", ") + toml_string(names[index]);
+  }
+  node_->record->set(key, '[' + text + ']');
+  return indices;
+}
+
+MaterialId RecipeTable::material(std::string_view key, const Materials& materials,
+                                 std::string_view fallback) const {
+  const auto item = find(*node_, key);
+  if (!item && fallback.empty()) {
+    note_missing(*node_, key, "write for example " + std::string(key) + " = \"Si\"");
+  }
+  std::optional<MaterialId> id = item ? read_material(*item, materials) : std::nullopt;
+  if (!id) id = fallback.empty() ? MaterialId{0} : materials.id(fallback);
+  node_->record->set(key, toml_string(materials[*id].name));
+  return *id;
+}
+
+std::vector<MaterialId> RecipeTable::material_list(std::string_view key, const Materials& materials,
+                                                   ListSize size) const {
+  const auto item = find(*node_, key);
+  if (!item) note_missing(*node_, key, "write for example " + std::string(key) + " = [\"Si\"]");
+  std::vector<MaterialId> ids;
+  for (const Item& entry : item ? read_list(*item, size) : std::vector<Item>()) {
+    ids.push_back(read_material(entry, materials).value_or(MaterialId{0}));
+  }
+  if (item) node_->record->set(key, format_toml(item->value));
+  return ids;
+}
+
+std::vector<double> RecipeTable::per_material(std::string_view key, Dimension dimension,
+                                              const MaterialScope& scope,
+                                              const Limits& limits) const {
+  const auto item = find(*node_, key);
+  if (!item || item->value.kind != TomlValue::Kind::table) {
+    return std::vector<double>(scope.materials.size(), quantity(key, dimension, limits));
+  }
+  std::vector<std::optional<double>> values(scope.materials.size());
+  std::optional<double> rest;
+  std::vector<std::string> names = scope.materials.names();
+  names.emplace_back("default");
+  for (const TomlEntry& row : item->value.table) {
+    const Item entry{item->errors, row.value, item->path + '.' + row.key};
+    const auto known = std::find(names.begin(), names.end(), row.key);
+    if (known == names.end()) {
+      item->errors.add({entry.path, row.place, "is not a material" + suggestion(row.key, names)});
+      continue;
+    }
+    const double value =
+        read_quantity(entry, dimension, limits).value_or(stand_in(limits, dimension));
+    (row.key == "default" ? rest : values[static_cast<std::size_t>(known - names.begin())]) = value;
+  }
+  node_->record->set(key, format_toml(item->value));
+
+  std::vector<std::string> without;
+  for (const MaterialId id : scope.reachable) {
+    if (!values[id] && !rest) without.push_back(scope.materials[id].name);
+  }
+  if (!without.empty()) {
+    note(*item, "no value for " + joined(without) +
+                    ", which this step can reach; add it, or default = ...");
+  }
+  std::vector<double> result;
+  for (const auto& value : values) result.push_back(value.value_or(rest.value_or(0)));
+  return result;
+}
+
+RecipeTable RecipeTable::table(std::string_view key) const {
+  const auto item = find(*node_, key);
+  std::vector<RecipeNode*>& known = node_->inner[std::string(key)];
+  if (known.empty()) {
+    known.push_back(&make_node(*node_, node_->record->table(key), inner_path(*node_, key), item));
+  }
+  return RecipeTable(*known.front());
+}
+
+std::vector<RecipeTable> RecipeTable::tables(std::string_view key) const {
+  const auto item = find(*node_, key);
+  std::vector<RecipeNode*>& known = node_->inner[std::string(key)];
+  const auto append = [&](const TomlValue& value) {
+    const std::string path = indexed(item->path, known.size());
+    known.push_back(
+        &make_node(*node_, node_->record->append(key), path, Item{item->errors, value, path}));
+  };
+  if (item && known.empty()) {
+    if (item->value.kind == TomlValue::Kind::list) {
+      for (const TomlValue& value : item->value.list) append(value);
+    } else {
+      note(*item, (item->value.kind == TomlValue::Kind::table
+                       ? "is one table; write [["
+                       : described(item->value) + " is not a table; write [[") +
+                      item->path + "]]");
+      if (item->value.kind == TomlValue::Kind::table) append(item->value);
+    }
+  }
+  std::vector<RecipeTable> tables;
+  for (RecipeNode* const node : known) tables.push_back(RecipeTable(*node));
+  return tables;
+}
+
+bool RecipeTable::has(std::string_view key) const { return find(*node_, key).has_value(); }
+
+bool RecipeTable::has_table(std::string_view key) const {
+  const auto item = find(*node_, key);
+  return item && item->value.kind == TomlValue::Kind::table;
+}
+
+std::vector<std::string> RecipeTable::keys() const {
+  std::vector<std::string> keys;
+  if (node_->toml == nullptr) return keys;
+  for (const TomlEntry& entry : node_->toml->table) keys.push_back(entry.key);
+  return keys;
+}
+
+void RecipeTable::error(std::string_view key, std::string_view text) const {
+  const TomlValue* const value =
+      key.empty() ? nullptr : value_at(node_->toml, parse_recipe_path(key));
+  node_->content->errors.add(
+      {inner_path(*node_, key), value != nullptr ? value->place : node_->place, std::string(text)});
+}
+
+bool RecipeTable::ok(std::string_view key) const {
+  return node_->content->errors.ok(inner_path(*node_, key));
+}
+
+void RecipeTable::accept_rest() const { node_->rest_accepted = true; }
+
+const std::string& RecipeTable::path() const { return node_->path; }
+
+}  // namespace scarp

@@ -1,0 +1,148 @@
+#include "core/toml.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/quantity.h"
+
+namespace scarp {
+
+namespace {
+
+TomlPlace place_of(const toml::source_region& region) {
+  return {region.begin.line, region.begin.column};
+}
+
+bool stands_before(const TomlEntry& a, const TomlEntry& b) {
+  if (a.place.line != b.place.line) return a.place.line < b.place.line;
+  return a.place.column < b.place.column;
+}
+
+TomlValue converted(const toml::node& node) {
+  TomlValue value;
+  value.place = place_of(node.source());
+  if (const auto* text = node.as_string()) {
+    value.kind = TomlValue::Kind::text;
+    value.text = text->get();
+  } else if (const auto* integer = node.as_integer()) {
+    value.kind = TomlValue::Kind::integer;
+    value.integer = integer->get();
+  } else if (const auto* decimal = node.as_floating_point()) {
+    value.kind = TomlValue::Kind::decimal;
+    value.decimal = decimal->get();
+  } else if (const auto* flag = node.as_boolean()) {
+    value.kind = TomlValue::Kind::flag;
+    value.flag = flag->get();
+  } else if (const auto* list = node.as_array()) {
+    value.kind = TomlValue::Kind::list;
+    for (const toml::node& entry : *list) value.list.push_back(converted(entry));
+  } else if (const auto* table = node.as_table()) {
+    for (const auto& [key, entry] : *table) {
+      value.table.push_back({std::string(key.str()), place_of(key.source()), converted(entry)});
+    }
+    std::stable_sort(value.table.begin(), value.table.end(), stands_before);
+  } else {
+    value.kind = TomlValue::Kind::date;
+  }
+  return value;
+}
+
+std::string decimal_text(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  const std::string text = format_number(value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+}  // namespace
+
+const TomlValue* TomlValue::find(std::string_view key) const {
+  const auto entry = std::find_if(table.begin(), table.end(),
+                                  [&](const TomlEntry& other) { return other.key == key; });
+  return entry == table.end() ? nullptr : &entry->value;
+}
+
+TomlValue* TomlValue::find(std::string_view key) {
+  return const_cast<TomlValue*>(static_cast<const TomlValue*>(this)->find(key));
+}
+
+TomlValue parse_toml(std::string_view text, const std::string& name) {
+  try {
+    return converted(toml::parse(text));
+  } catch (const toml::parse_error& error) {
+    const TomlPlace place = place_of(error.source());
+    throw InputError(name + ':' + std::to_string(place.line) + ':' + std::to_string(place.column) +
+                     ": " + std::string(error.description()));
+  }
+}
+
+std::string described(const TomlValue& value) {
+  switch (value.kind) {
+    case TomlValue::Kind::list:
+      return "a list";
+    case TomlValue::Kind::table:
+      return "a table";
+    case TomlValue::Kind::date:
+      return "a date or a time of day";
+    default:
+      return format_toml(value);
+  }
+}
+
+std::string format_toml(const TomlValue& value) {
+  std::string inner;
+  switch (value.kind) {
+    case TomlValue::Kind::text:
+      return toml_string(value.text);
+    case TomlValue::Kind::integer:
+      return std::to_string(value.integer);
+    case TomlValue::Kind::decimal:
+      return decimal_text(value.decimal);
+    case TomlValue::Kind::flag:
+      return value.flag ? "true" : "false";
+    case TomlValue::Kind::list:
+      for (const TomlValue& entry : value.list) {
+        inner.append(inner.empty() ? "" : ", ").append(format_toml(entry));
+      }
+      return '[' + inner + ']';
+    default:
+      for (const TomlEntry& entry : value.table) {
+        inner.append(inner.empty() ? " " : ", ").append(toml_key(entry.key));
+        inner.append(" = ").append(format_toml(entry.value));
+      }
+      return '{' + inner + " }";
+  }
+}
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out.append({'\\', c});
+    } else if (c == '\n') {
+      out += "\\n";
+    } else if (c == '\t') {
+      out += "\\t";
+    } else if (byte < 0x20 || byte == 0x7f) {
+      constexpr std::string_view digits = "0123456789ABCDEF";
+      out.append("\\u00").append({digits[byte >> 4], digits[byte & 15]});
+    } else {
+      out += c;
+    }
+  }
+  return out += '"';
+}
+
+std::string toml_key(std::string_view key) {
+  const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  });
+  return bare ? std::string(key) : toml_string(key);
+}
+
+}  // namespace scarp

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace scarp {
+
+/// Where something stands: in the file, or, when source is not empty, on the command line.
+struct TomlPlace {
+  std::uint32_t line = 1;
+  std::uint32_t column = 1;
+  std::string source{};
+};
+
+struct TomlEntry;
+
+/// A value of a TOML document.
+struct TomlValue {
+  enum class Kind { text, integer, decimal, flag, list, table, date };
+
+  Kind kind = Kind::table;
+  TomlPlace place;
+  std::string text{};
+  std::int64_t integer = 0;
+  double decimal = 0;
+  bool flag = false;
+  std::vector<TomlValue> list{};
+  std::vector<TomlEntry> table{};  ///< in the order of the file
+
+  bool is_number() const { return kind == Kind::integer || kind == Kind::decimal; }
+  /// The value of a key; null if there is none, or this is no table.
+  const TomlValue* find(std::string_view key) const;
+  TomlValue* find(std::string_view key);
+};
+
+struct TomlEntry {
+  std::string key;
+  TomlPlace place;  ///< of the key
+  TomlValue value;
+};
+
+/// Throws: InputError with name:line:column if the text is not TOML.
+TomlValue parse_toml(std::string_view text, const std::string& name);
+
+/// One value in the words of a message: as TOML, or "a table".
+std::string described(const TomlValue& value);
+
+/// The value as TOML on one line, to the last bit.
+std::string format_toml(const TomlValue& value);
+
+/// A TOML string with its quotes.
+std::string toml_string(std::string_view text);
+
+/// A TOML key: bare where that is allowed, else with quotes.
+std::string toml_key(std::string_view key);
+
+}  // namespace scarp

@@ -1,0 +1,369 @@
+#include "core/recipe_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+using testing::ElementsAre;
+
+enum class Method { paper, length };
+const Choices<Method> methods{{"paper", Method::paper}, {"length", Method::length}};
+
+/// All errors that reading a recipe ends with; empty if there are none.
+std::string errors(std::string_view text, const std::function<void(const RecipeTable&)>& read,
+                   const std::vector<std::string>& overrides = {}) {
+  try {
+    RecipeFile file(text, "r.toml", overrides);
+    read(file.root());
+    file.finish();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void read_spacing(const RecipeTable& root) {
+  root.table("domain").length("spacing", {.minimum = 0, .exclusive = true});
+}
+
+void read_sticking(const RecipeTable& root) {
+  for (const RecipeTable& step : root.tables("step")) step.fraction("sticking");
+}
+
+TEST(RecipeTable, GivesValuesInTheUnitOfTheInside) {
+  const RecipeFile file(R"(
+title = "a trench"
+[domain]
+spacing = "0.1 um"
+extent = ["10 um", "8 um"]
+sides = ["length", "paper"]
+[flux]
+rays = 1e6
+seed = 7
+exact = true
+part = 1
+[[step]]
+duration = "1.6 min"
+tilt = "90 deg"
+rate = "6 um/min"
+energy = "100 eV"
+)",
+                        "r.toml");
+  const RecipeTable root = file.root();
+  EXPECT_EQ(root.text("title"), "a trench");
+  const RecipeTable domain = root.table("domain");
+  EXPECT_EQ(domain.length("spacing"), 100);
+  EXPECT_THAT(domain.quantities("extent", Dimension::length, {2, 2}), ElementsAre(10000, 8000));
+  EXPECT_THAT(domain.choices<Method>("sides", methods, {2, 2}),
+              ElementsAre(Method::length, Method::paper));
+  const RecipeTable flux = root.table("flux");
+  EXPECT_EQ(flux.integer("rays"), 1000000);
+  EXPECT_EQ(flux.integer("seed"), 7);
+  EXPECT_TRUE(flux.flag("exact"));
+  EXPECT_EQ(flux.fraction("part"), 1);
+  ASSERT_EQ(root.tables("step").size(), 1U);
+  const RecipeTable step = root.tables("step")[0];
+  EXPECT_EQ(step.time("duration"), 96);
+  EXPECT_DOUBLE_EQ(step.angle("tilt"), std::numbers::pi / 2);
+  EXPECT_EQ(step.rate("rate"), 100);
+  EXPECT_EQ(step.energy("energy"), 100);
+  EXPECT_EQ(step.path(), "step[0]");
+  file.finish();
+}
+
+TEST(RecipeTable, GivesTheFallbackOfWhatIsNotThere) {
+  const RecipeFile file("[domain]\n", "r.toml");
+  const RecipeTable table = file.root().table("simplify");
+  EXPECT_EQ(table.number("l0", {.fallback = "0.6"}), 0.6);
+  EXPECT_EQ(table.angle("taper", {.fallback = "0 deg"}), 0);
+  EXPECT_EQ(table.choice<Method>("method", methods, "length"), Method::length);
+  EXPECT_TRUE(table.flag("enabled", true));
+  EXPECT_EQ(table.text("name", "none"), "none");
+  EXPECT_EQ(table.integer("seed", {.fallback = "1"}), 1);
+  EXPECT_THAT(table.quantities("origin", Dimension::length, {2, 2}, {.fallback = "0 nm"}),
+              ElementsAre(0, 0));
+  EXPECT_THAT(table.choices<Method>("sides", methods, {1, 2}, "paper"),
+              ElementsAre(Method::paper, Method::paper));
+  EXPECT_TRUE(file.root().tables("step").empty());
+  file.root().table("domain");
+  file.finish();
+}
+
+TEST(RecipeTable, CountsLengthsInAGivenUnitOrTakesThemWithTheirOwn) {
+  const RecipeFile file("a = 0.6\nb = \"30 nm\"\n", "r.toml");
+  EXPECT_EQ(file.root().length_or_multiple("a", 50), 30);
+  EXPECT_EQ(file.root().length_or_multiple("b", 50), 30);
+  EXPECT_EQ(file.root().length_or_multiple("c", 50, {.fallback = "2"}), 100);
+  file.finish();
+  EXPECT_EQ(errors("a = \"300 nm\"",
+                   [](const RecipeTable& root) {
+                     root.length_or_multiple("a", 100, {.minimum = 0, .maximum = 2});
+                   }),
+            "r.toml:1:5: a: \"300 nm\", 3 times 100 nm, is outside [0, 2]");
+}
+
+// The kinds of bad input, in the words that users see.
+
+TEST(RecipeErrors, MissingUnit) {
+  EXPECT_EQ(errors("[domain]\nspacing = \"5\"\n", read_spacing),
+            "r.toml:2:11: domain.spacing: \"5\" has no unit; write for example \"5 nm\"");
+  EXPECT_EQ(errors("[domain]\nspacing = 5\n", read_spacing),
+            "r.toml:2:11: domain.spacing: 5 has no unit; write for example \"5 nm\"");
+}
+
+TEST(RecipeErrors, WrongUnit) {
+  EXPECT_EQ(errors("[domain]\nspacing = \"5 s\"\n", read_spacing),
+            "r.toml:2:11: domain.spacing: \"5 s\" is a time; a length is wanted, for example \"5 "
+            "nm\"");
+}
+
+TEST(RecipeErrors, UnknownKey) {
+  EXPECT_EQ(errors("[domain]\nspacing = \"5 nm\"\nspaccing = \"5 nm\"\n", read_spacing),
+            "r.toml:3:1: domain.spaccing: unknown key (did you mean spacing?)");
+  EXPECT_EQ(errors("[domain]\nspacing = \"5 nm\"\n  colour = 1\n", read_spacing),
+            "r.toml:3:3: domain.colour: unknown key; known here: spacing");
+  EXPECT_EQ(errors("[domain]\nspacing = \"5 nm\"\n[doman]\nx = 1\n", read_spacing),
+            "r.toml:3:2: doman: unknown key (did you mean domain?)");
+}
+
+TEST(RecipeErrors, MisspeltKeyIsNotReportedAsMissingAsWell) {
+  EXPECT_EQ(errors("[domain]\nspaccing = \"5 nm\"\n", read_spacing),
+            "r.toml:2:1: domain.spaccing: unknown key (did you mean spacing?)");
+}
+
+TEST(RecipeErrors, MissingKeyPointsAtItsTable) {
+  EXPECT_EQ(errors("title = 1\n\n[domain]\n",
+                   [](const RecipeTable& root) {
+                     read_spacing(root);
+                     root.number("title");
+                   }),
+            "r.toml:3:1: domain.spacing: missing; write for example spacing = \"5 nm\"");
+  EXPECT_EQ(errors("[[step]]\nsticking = 1\n[[step]]\n", read_sticking),
+            "r.toml:3:1: step[1].sticking: missing; write for example sticking = 1");
+  EXPECT_EQ(errors("x = 1\n",
+                   [](const RecipeTable& root) {
+                     root.number("x");
+                     read_spacing(root);
+                   }),
+            "r.toml:1:1: domain.spacing: missing; write for example spacing = \"5 nm\"");
+}
+
+TEST(RecipeErrors, WrongType) {
+  const auto read = [](const RecipeTable& root) {
+    root.length("a");
+    root.number("b");
+    root.text("c");
+    root.flag("d");
+    root.integer("e");
+    root.quantities("f", Dimension::length, {2, 2});
+    root.table("g");
+    root.tables("h");
+    root.tables("i");
+    root.quantities("j", Dimension::length, {1, 2});
+    root.number("k");
+    root.length("l");
+  };
+  EXPECT_EQ(errors(R"(a = true
+b = "0.1"
+c = 5
+d = "yes"
+e = 1.5
+f = "5 nm"
+g = 5
+h = {}
+i = "x"
+j = ["1 nm", "2 nm", "3 nm"]
+k = 2026-01-01
+l = ["5 nm"]
+)",
+                   read),
+            R"(r.toml:1:5: a: true is not a length; write for example "5 nm"
+r.toml:2:5: b: "0.1" is a text; a number is wanted, for example 1
+r.toml:3:5: c: 5 is not a text; write it in quotes
+r.toml:4:5: d: "yes" is not true or false
+r.toml:5:5: e: 1.5 is not a whole number
+r.toml:6:5: f: "5 nm" is not a list; write it in brackets, [...]
+r.toml:7:5: g: 5 is not a table
+r.toml:8:5: h: is one table; write [[h]]
+r.toml:9:5: i: "x" is not a table; write [[i]]
+r.toml:10:5: j: has 3 entries; 1 to 2 are wanted
+r.toml:11:5: k: a date or a time of day is not a number; write for example 1
+r.toml:12:5: l: a list is not a length; write for example "5 nm")");
+}
+
+TEST(RecipeErrors, NotANumberAndInfinity) {
+  EXPECT_EQ(errors("[[step]]\nsticking = nan\n[[step]]\nsticking = -inf\n", read_sticking),
+            "r.toml:2:12: step[0].sticking: nan is not a finite number\n"
+            "r.toml:4:12: step[1].sticking: -inf is not a finite number");
+  EXPECT_EQ(errors("[domain]\nspacing = \"inf nm\"\n", read_spacing),
+            "r.toml:2:11: domain.spacing: \"inf nm\" is not a length; write for example \"5 nm\"");
+  EXPECT_EQ(errors("[domain]\nspacing = nan\n", read_spacing),
+            "r.toml:2:11: domain.spacing: nan is not a length; write for example \"5 nm\"");
+}
+
+TEST(RecipeErrors, OutOfRange) {
+  EXPECT_EQ(errors("[[step]]\nsticking = 1.5\n", read_sticking),
+            "r.toml:2:12: step[0].sticking: 1.5 is outside [0, 1]");
+  EXPECT_EQ(errors("[domain]\nspacing = \"0 nm\"\n", read_spacing),
+            "r.toml:2:11: domain.spacing: \"0 nm\" is not above 0");
+  EXPECT_EQ(
+      errors("a = \"-1 um/min\"", [](const RecipeTable& root) { root.rate("a", {.minimum = 0}); }),
+      "r.toml:1:5: a: \"-1 um/min\" is below 0");
+  EXPECT_EQ(
+      errors("rays = 0", [](const RecipeTable& root) { root.integer("rays", {.minimum = 1}); }),
+      "r.toml:1:8: rays: 0 is below 1");
+  EXPECT_EQ(errors("a = \"2 rad\"",
+                   [](const RecipeTable& root) {
+                     root.angle("a", {.minimum = 0, .maximum = 1.5, .exclusive = true});
+                   }),
+            "r.toml:1:5: a: \"2 rad\" is outside (0, 1.5 rad)");
+}
+
+TEST(RecipeErrors, WrongChoice) {
+  EXPECT_EQ(
+      errors("method = \"papr\"",
+             [](const RecipeTable& root) { root.choice<Method>("method", methods, "paper"); }),
+      "r.toml:1:10: method: \"papr\" is not one of paper, length (did you mean paper?)");
+  EXPECT_EQ(errors("x = [\"paper\", \"z\"]",
+                   [](const RecipeTable& root) { root.choices<Method>("x", methods); }),
+            "r.toml:1:15: x[1]: \"z\" is not one of paper, length");
+}
+
+TEST(RecipeErrors, AreAllSaidAtOnceByLine) {
+  const auto read = [](const RecipeTable& root) {
+    read_sticking(root);
+    read_spacing(root);
+    for (const RecipeTable& shape : root.tables("geometry")) {
+      shape.angle("taper", {.fallback = "0 deg"});
+    }
+  };
+  EXPECT_EQ(errors(R"([domain]
+spacing = "5"
+[[geometry]]
+[[geometry]]
+taper = "5 nm"
+[[step]]
+sticking = 2
+typo = 1
+)",
+                   read),
+            R"(r.toml:2:11: domain.spacing: "5" has no unit; write for example "5 nm"
+r.toml:5:9: geometry[1].taper: "5 nm" is a length; an angle is wanted, for example "5 deg"
+r.toml:7:12: step[0].sticking: 2 is outside [0, 1]
+r.toml:8:1: step[0].typo: unknown key; known here: sticking)");
+}
+
+TEST(RecipeErrors, NamePlacesInNestedSteps) {
+  EXPECT_EQ(errors(R"([[step]]
+sticking = 1
+[[step]]
+[[step.step]]
+sticking = 3
+)",
+                   [](const RecipeTable& root) {
+                     const auto steps = root.tables("step");
+                     steps.at(0).fraction("sticking");
+                     steps.at(1).tables("step").at(0).fraction("sticking");
+                   }),
+            "r.toml:5:12: step[1].step[0].sticking: 3 is outside [0, 1]");
+}
+
+TEST(RecipeErrors, OfTheReaderStandAtTheirKey) {
+  EXPECT_EQ(errors("[domain]\nspacing = \"5 nm\"\nextent = [\"1 um\",\n  \"3 nm\"]\n",
+                   [](const RecipeTable& root) {
+                     const RecipeTable domain = root.table("domain");
+                     read_spacing(root);
+                     domain.quantities("extent", Dimension::length);
+                     EXPECT_TRUE(domain.ok());
+                     domain.error("extent[1]", "is thinner than two cells");
+                     domain.error("", "is wrong");
+                     domain.error("boundary", "is not there");
+                     EXPECT_FALSE(domain.ok("extent"));
+                     EXPECT_TRUE(domain.ok("spacing"));
+                     EXPECT_TRUE(root.ok("step"));
+                     EXPECT_FALSE(root.ok());
+                   }),
+            "r.toml:1:1: domain: is wrong\n"
+            "r.toml:1:1: domain.boundary: is not there\n"
+            "r.toml:4:3: domain.extent[1]: is thinner than two cells");
+}
+
+TEST(RecipeErrors, AReaderThatGivesUpLeavesTheRest) {
+  EXPECT_EQ(errors("[[step]]\nmodel = 1\nrate = 2\n",
+                   [](const RecipeTable& root) {
+                     const RecipeTable step = root.tables("step").at(0);
+                     step.text("model");
+                     step.accept_rest();
+                   }),
+            "r.toml:2:9: step[0].model: 1 is not a text; write it in quotes");
+}
+
+TEST(RecipeErrors, LetTheReaderGoOnWithAnAllowedValue) {
+  const RecipeFile file("a = 7\nb = \"x\"", "r.toml");
+  const RecipeTable root = file.root();
+  EXPECT_EQ(root.number("a", {.fallback = "0.5", .maximum = 1}), 0.5);
+  EXPECT_EQ(root.number("a", {.minimum = 8, .maximum = 10}), 9);
+  EXPECT_GT(root.length("b", {.minimum = 5, .exclusive = true}), 5);
+  EXPECT_LT(root.length("b", {.maximum = -5, .exclusive = true}), -5);
+  EXPECT_EQ(root.quantities("c", Dimension::length, {2, 2}).size(), 2U);
+  EXPECT_FALSE(file.ok());
+}
+
+TEST(RecipePerMaterial, TakesOneValueOrATable) {
+  const Materials materials;
+  const MaterialId si = materials.id("Si");
+  const MaterialId oxide = materials.id("SiO2");
+  const std::vector<MaterialId> reachable{si, oxide};
+  const MaterialScope scope{materials, reachable};
+  const RecipeFile file(R"(one = "2 nm/s"
+all = { Si = "1 nm/s", default = "3 nm/s" }
+listed = { Si = "1 nm/s", SiO2 = "0 nm/s" }
+)",
+                        "r.toml");
+  const RecipeTable root = file.root();
+  const auto one = root.per_material("one", Dimension::rate, scope);
+  EXPECT_EQ(one.size(), materials.size());
+  EXPECT_EQ(one[oxide], 2);
+  const auto all = root.per_material("all", Dimension::rate, scope);
+  EXPECT_EQ(all[si], 1);
+  EXPECT_EQ(all[oxide], 3);
+  EXPECT_EQ(root.per_material("listed", Dimension::rate, scope)[oxide], 0);
+  EXPECT_EQ(root.per_material("none", Dimension::rate, scope, {.fallback = "4 nm/s"})[si], 4);
+  file.finish();
+  EXPECT_EQ(file.resolved(), R"(one = "2 nm/s"
+all = { Si = "1 nm/s", default = "3 nm/s" }
+listed = { Si = "1 nm/s", SiO2 = "0 nm/s" }
+none = "4 nm/s"
+)");
+}
+
+TEST(RecipePerMaterial, SaysWhichMaterialIsWrong) {
+  const Materials materials;
+  const std::vector<MaterialId> reachable{materials.id("Si"), materials.id("SiO2")};
+  const auto read = [&](const RecipeTable& root) {
+    root.per_material("rate", Dimension::rate, {materials, reachable}, {.minimum = 0});
+  };
+  EXPECT_EQ(errors("rate = { Si = \"1 nm/s\" }", read),
+            "r.toml:1:8: rate: no value for SiO2, which this step can reach; add it, or default = "
+            "...");
+  EXPECT_EQ(errors("rate = { default = \"1 nm/s\", Si02 = \"1 nm/s\" }", read),
+            "r.toml:1:30: rate.Si02: is not a material (did you mean SiO2?)");
+  EXPECT_EQ(errors("[rate]\ndefault = \"-1 nm/s\"\n", read),
+            "r.toml:2:11: rate.default: \"-1 nm/s\" is below 0");
+  EXPECT_EQ(errors("rate = { default = 5 }", read),
+            "r.toml:1:20: rate.default: 5 has no unit; write for example \"5 nm/s\"");
+  EXPECT_THAT(errors("material = \"Sii\"",
+                     [&](const RecipeTable& root) { root.material("material", materials); }),
+              testing::HasSubstr("r.toml:1:12: material: there is no material \"Sii\" (did you "
+                                 "mean Si?)"));
+}
+
+}  // namespace
+}  // namespace scarp
