@@ -1,0 +1,31 @@
+#pragma once
+
+#include "levelset/layers.h"
+#include "levelset/speed_field.h"
+
+namespace scarp {
+
+/// Order in space and time: first order upwind with one Euler step, or ENO2 with TVD Runge-Kutta 2.
+enum class Scheme { first_order, second_order };
+
+/// Largest part of a spacing by which the surface may move in one time step: Godunov's scheme is
+/// monotone up to 1 / sqrt(3), the band follows up to 1.
+inline constexpr double max_cfl = 0.577;
+
+/// The time in which the fastest place of the surface moves by cfl spacings; infinite if nothing
+/// moves. Units: s.
+double stable_time_step(const Layers& layers, const SpeedField& field, double cfl);
+
+/// Moves the top layer by its speeds for dt, re-distances it, and cuts the lower layers by it.
+///
+/// Bit for bit the same for any number of threads; symmetric to the last bit under mirroring in x
+/// and y and under exchange of the two.
+///
+/// Units:  dt in s, at most stable_time_step of max_cfl.
+/// Throws: NumericalError for a speed that is not finite.
+/// Cost:   see docs; linear in the area of the surface.
+/// Source: Osher and Sethian 1988; Shu and Osher 1988 (ENO, TVD Runge-Kutta).
+void advect(Layers& layers, const SpeedField& field, double dt,
+            Scheme scheme = Scheme::second_order);
+
+}  // namespace scarp

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/frame.h"
+#include "levelset/level_set.h"
+
+namespace scarp {
+
+inline constexpr int leaf_edge = 8;
+inline constexpr int leaf_size = leaf_edge * leaf_edge * leaf_edge;
+
+/// Offset of a node in its leaf; z runs fastest, as in OpenVDB.
+inline constexpr int leaf_offset(int i, int j, int k) {
+  return ((i & 7) << 6) | ((j & 7) << 3) | (k & 7);
+}
+
+/// One 8x8x8 block of nodes; values and mask live in OpenVDB.
+struct Leaf {
+  std::array<int, 3> origin{};  ///< its lowest node
+  float* phi = nullptr;
+  std::uint64_t* active = nullptr;  ///< one bit per node, a word per i
+};
+
+/// A leaf that is to be made, filled with +-half_width.
+struct NewLeaf {
+  std::array<int, 3> origin{};
+  bool solid = false;
+
+  friend auto operator<=>(const NewLeaf&, const NewLeaf&) = default;
+};
+
+/// The leaves of a narrow band in a fixed order, over an OpenVDB tree that no header shows.
+///
+/// Missing leaves lie wholly in the solid or wholly in the gas. Which of the two needs no storage:
+/// the band is wide enough that a missing leaf has the sign of the lowest nodes of the next leaf
+/// above it, and lies in the gas if there is none.
+class Band {
+ public:
+  static constexpr int missing_gas = -1;
+  static constexpr int missing_solid = -2;
+
+  struct Storage;
+
+  explicit Band(const Frame& frame);
+  Band(const Frame& frame, std::unique_ptr<Storage> storage);
+  ~Band();
+  Band(const Band&) = delete;
+  Band& operator=(const Band&) = delete;
+
+  std::unique_ptr<Band> copy() const;
+
+  const Frame& frame() const { return frame_; }
+
+  /// Ordered by column (x, then y), then upwards.
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+
+  /// Nodes that are stored along a lateral axis: one less than 0..cells if it is periodic.
+  int node_count(int axis) const { return node_count_[axis]; }
+
+  /// Leaf columns along a lateral axis.
+  int column_count(int axis) const { return column_count_[axis]; }
+
+  /// Range of the leaves of a column.
+  std::array<std::size_t, 2> column(int x, int y) const {
+    const std::size_t c = static_cast<std::size_t>(x) * column_count_[1] + y;
+    return {columns_[c], columns_[c + 1]};
+  }
+
+  /// The stored node that a lateral index stands for: mirrored or wrapped at the sides.
+  int fold(int axis, int index) const {
+    const int cells = frame_.cells[axis];
+    if (frame_.boundary[axis] == Boundary::periodic) {
+      const int wrapped = index % cells;
+      return wrapped < 0 ? wrapped + cells : wrapped;
+    }
+    const int period = 2 * cells;
+    int wrapped = index % period;
+    wrapped = wrapped < 0 ? wrapped + period : wrapped;
+    return wrapped > cells ? period - wrapped : wrapped;
+  }
+
+  /// Leaf that holds the stored nodes from 8 (x, y, z); or missing_gas or missing_solid.
+  int find(int x, int y, int z) const;
+
+  /// Leaves across the six faces (-x, +x, -y, +y, -z, +z) as find gives them, without mirror or
+  /// wrap: beyond the stored nodes missing_gas.
+  const std::array<int, 6>& neighbours(std::size_t leaf) const { return neighbours_[leaf]; }
+
+  /// phi at a node; lateral indices are folded.
+  float node(int i, int j, int k) const;
+
+  /// Makes leaves that are missing and drops leaves that exist. Pointers into leaves() change.
+  void change_leaves(std::span<const NewLeaf> added, std::span<const std::size_t> dropped);
+
+  /// Sets inactive what is not in the band or not in the domain, so that |phi| < half_width and
+  /// the mask agree. Drops leaves without active nodes.
+  void trim();
+
+  std::size_t memory_bytes() const;
+
+  Storage& storage() { return *storage_; }
+  const Storage& storage() const { return *storage_; }
+
+ private:
+  void rebuild_index();
+
+  Frame frame_;
+  std::array<int, 2> node_count_{};
+  std::array<int, 2> column_count_{};
+  std::unique_ptr<Storage> storage_;
+  std::vector<Leaf> leaves_;
+  std::vector<std::size_t> columns_;
+  std::vector<std::array<int, 6>> neighbours_;
+};
+
+/// 512 times +half_width or -half_width, for what is read in a missing leaf.
+const float* missing_values(int index);
+
+/// The values of every leaf in one array, beside those in the tree.
+class LeafValues {
+ public:
+  explicit LeafValues(std::size_t leaf_count) : values_(leaf_count * leaf_size) {}
+
+  float* operator[](std::size_t leaf) { return values_.data() + leaf * leaf_size; }
+  const float* operator[](std::size_t leaf) const { return values_.data() + leaf * leaf_size; }
+
+ private:
+  std::vector<float> values_;
+};
+
+}  // namespace scarp

@@ -1,0 +1,141 @@
+#include "levelset/cell_cases.h"
+
+#include <span>
+
+namespace scarp {
+
+namespace {
+
+/// The edge between two corners that differ in one bit.
+int edge_between(int a, int b) {
+  for (int edge = 0; edge < 12; ++edge) {
+    const int from = edge_corner(edge);
+    const int to = from | (1 << (edge / 4));
+    if ((from == a && to == b) || (from == b && to == a)) {
+      return edge;
+    }
+  }
+  return -1;
+}
+
+/// The corners of a face, counter-clockwise seen from outside the cell.
+std::array<int, 4> face_corners(int face) {
+  const int axis = face / 2;
+  const int upper = face % 2;
+  const int b = 1 << ((axis + 1) % 3);
+  const int c = 1 << ((axis + 2) % 3);
+  const int base = upper << axis;
+  if (upper == 1) {
+    return {base, base | b, base | b | c, base | c};
+  }
+  return {base, base | c, base | b | c, base | b};
+}
+
+/// One bit per face that holds the edge.
+int faces_of(int edge) {
+  int faces = 0;
+  for (int face = 0; face < 6; ++face) {
+    const auto corners = face_corners(face);
+    for (int n = 0; n < 4; ++n) {
+      if (edge_between(corners[n], corners[(n + 1) % 4]) == edge) {
+        faces |= 1 << face;
+      }
+    }
+  }
+  return faces;
+}
+
+/// For every cut edge the next one around its loop, -1 elsewhere.
+///
+/// On each face every run of gas corners is cut off by one segment, from the edge where the run
+/// ends to the edge where it starts. So on a face with two gas corners across the diagonal the gas
+/// is parted and the solid joined, from whichever cell one looks: neighbours always fit.
+std::array<int, 12> next_edges(int solid_mask) {
+  std::array<int, 12> next;
+  next.fill(-1);
+  const auto solid = [&](int corner) { return ((solid_mask >> corner) & 1) != 0; };
+  for (int face = 0; face < 6; ++face) {
+    const auto corners = face_corners(face);
+    for (int n = 0; n < 4; ++n) {
+      if (!solid(corners[n]) || solid(corners[(n + 1) % 4])) {
+        continue;
+      }
+      int last = n + 1;
+      while (!solid(corners[(last + 1) % 4])) {
+        ++last;
+      }
+      const int run_starts = edge_between(corners[n], corners[(n + 1) % 4]);
+      const int run_ends = edge_between(corners[last % 4], corners[(last + 1) % 4]);
+      next[run_ends] = run_starts;
+    }
+  }
+  return next;
+}
+
+/// Cuts a loop into triangles so that no inner edge lies in a face of the cell: there it could
+/// meet the same edge of the neighbour, and four triangles would share it.
+bool triangulate(std::span<const int> loop, const std::array<int, 12>& faces, int first, int last,
+                 std::vector<std::array<int, 3>>& triangles) {
+  if (last - first < 2) {
+    return true;
+  }
+  const auto allowed = [&](int a, int b) {
+    const bool side = b - a == 1;
+    return side || (faces[loop[a]] & faces[loop[b]]) == 0;
+  };
+  for (int middle = first + 1; middle < last; ++middle) {
+    if (!allowed(first, middle) || !allowed(middle, last)) {
+      continue;
+    }
+    const std::size_t before = triangles.size();
+    triangles.push_back({first, middle, last});
+    if (triangulate(loop, faces, first, middle, triangles) &&
+        triangulate(loop, faces, middle, last, triangles)) {
+      return true;
+    }
+    triangles.resize(before);
+  }
+  return false;
+}
+
+CellCase make_case(int solid_mask, const std::array<int, 12>& faces) {
+  CellCase result;
+  std::array<int, 12> next = next_edges(solid_mask);
+  for (int start = 0; start < 12; ++start) {
+    std::vector<int> loop;
+    for (int edge = start; next[edge] >= 0;) {
+      loop.push_back(edge);
+      const int following = next[edge];
+      next[edge] = -1;
+      edge = following;
+    }
+    if (!loop.empty()) {
+      std::vector<std::array<int, 3>> triangles;
+      triangulate(loop, faces, 0, static_cast<int>(loop.size()) - 1, triangles);
+      result.loops.push_back(std::move(loop));
+      result.triangles.push_back(std::move(triangles));
+    }
+  }
+  return result;
+}
+
+std::vector<CellCase> make_cases() {
+  std::array<int, 12> faces{};
+  for (int edge = 0; edge < 12; ++edge) {
+    faces[edge] = faces_of(edge);
+  }
+  std::vector<CellCase> cases;
+  for (int mask = 0; mask < 256; ++mask) {
+    cases.push_back(make_case(mask, faces));
+  }
+  return cases;
+}
+
+}  // namespace
+
+const CellCase& cell_case(int solid_mask) {
+  static const std::vector<CellCase> cases = make_cases();
+  return cases[solid_mask];
+}
+
+}  // namespace scarp

@@ -1,0 +1,240 @@
+#include "levelset/extend.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/triangle_tree.h"
+#include "levelset/band.h"
+#include "levelset/stencil.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr float half_width = LevelSet::half_width;
+constexpr std::size_t grain = 8;
+
+/// Nodes this near to the surface, in spacings, ask for their closest point.
+constexpr float near_surface = 1.5F;
+
+/// A surface further from a node than phi says by more than this, in spacings, is not its own.
+constexpr double own_surface = 0.5;
+
+/// From the near nodes to the edge of the band: each pass reaches 1 / sqrt(3) further at least.
+constexpr int pass_count = 8;
+
+/// Marks a node that has no speed yet.
+constexpr float unset = std::numeric_limits<float>::infinity();
+
+class Extension {
+ public:
+  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+            std::span<const std::array<float, 3>> corner_speeds)
+      : frame_(layers.frame),
+        sides_(layers.frame.sides()),
+        band_(layers.top().band()),
+        gas_(gas),
+        tree_(facets),
+        corner_speeds_(corner_speeds) {}
+
+  std::vector<float> run();
+
+ private:
+  void query_leaf(std::size_t n, Block& block, float* speed) const;
+  float query(Vec3d r, Vec3d normal, double phi) const;
+  void closest_image(Vec3d r, Vec3d normal, double limit, ClosestPoint& best) const;
+  bool is_void(std::size_t leaf, int node, const Block& block) const;
+
+  const Frame& frame_;
+  Sides sides_;
+  const Band& band_;
+  const OpenGas& gas_;
+  TriangleTree tree_;
+  std::span<const std::array<float, 3>> corner_speeds_;
+};
+
+Vec3d gradient(const float* p) {
+  return {static_cast<double>(p[Block::x_stride]) - p[-Block::x_stride],
+          static_cast<double>(p[Block::y_stride]) - p[-Block::y_stride],
+          static_cast<double>(p[1]) - p[-1]};
+}
+
+void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
+  if (candidate.found() &&
+      (candidate.distance < best.distance ||
+       (candidate.distance == best.distance && candidate.triangle < best.triangle))) {
+    best = candidate;
+  }
+}
+
+/// Asks at r and at its images beyond the sides: what is near there is near r as well.
+void Extension::closest_image(Vec3d r, Vec3d normal, double limit, ClosestPoint& best) const {
+  for (int image_x = -1; image_x <= 1; ++image_x) {
+    for (int image_y = -1; image_y <= 1; ++image_y) {
+      Vec3d image = r;
+      Vec3d direction = normal;
+      bool near = true;
+      for (int axis = 0; axis < 2; ++axis) {
+        const int side = axis == 0 ? image_x : image_y;
+        if (side == 0) {
+          continue;
+        }
+        const double wall = side < 0 ? sides_.lower[axis] : sides_.upper[axis];
+        near = near && std::abs(r[axis] - wall) < limit;
+        if (frame_.boundary[axis] == Boundary::periodic) {
+          image[axis] -= side * sides_.width(axis);
+        } else {
+          image[axis] = 2 * wall - r[axis];
+          direction[axis] = -direction[axis];
+        }
+      }
+      // A mirror image is never nearer than the point itself: only wrapped images count.
+      const bool mirrored = direction != normal;
+      if (near && !mirrored) {
+        take_closer(tree_.closest_facing(image, direction, limit), best);
+      }
+    }
+  }
+}
+
+float Extension::query(Vec3d r, Vec3d normal, double phi) const {
+  if (frame_.two_dimensional) {
+    r.y = 0;  // both rows of nodes ask at the same point
+  }
+  const double limit = (std::abs(phi) + own_surface) * frame_.spacing;
+  ClosestPoint closest;
+  closest_image(r, normal, limit, closest);
+  if (!closest.found()) {
+    return 0;
+  }
+  const auto& speeds = corner_speeds_[closest.triangle];
+  double speed = 0;
+  for (int c = 0; c < 3; ++c) {
+    speed += closest.barycentric[c] * speeds[c];
+  }
+  return static_cast<float>(speed);
+}
+
+/// Gas of a void; or solid all of whose gas neighbours belong to voids.
+bool Extension::is_void(std::size_t leaf, int node, const Block& block) const {
+  const int i = node >> 6;
+  const int j = (node >> 3) & 7;
+  const int k = node & 7;
+  const float* p = block.row(i, j) + k;
+  if (!(*p < 0)) {
+    return !gas_.is_open(leaf, node);
+  }
+  const auto [i0, j0, k0] = band_.leaves()[leaf].origin;
+  bool any_gas = false;
+  for (int face = 0; face < 6; ++face) {
+    std::array<int, 3> other{i0 + i, j0 + j, k0 + k};
+    other[face / 2] += face % 2 == 0 ? -1 : 1;
+    const int stride = face / 2 == 0 ? Block::x_stride : face / 2 == 1 ? Block::y_stride : 1;
+    if (p[face % 2 == 0 ? -stride : stride] < 0) {
+      continue;
+    }
+    any_gas = true;
+    const int x = band_.fold(0, other[0]);
+    const int y = band_.fold(1, other[1]);
+    const int other_leaf = band_.find(x >> 3, y >> 3, other[2] >> 3);
+    if (gas_.is_open(static_cast<std::size_t>(other_leaf), leaf_offset(x, y, other[2]))) {
+      return false;
+    }
+  }
+  return any_gas;
+}
+
+void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
+  const Leaf& leaf = band_.leaves()[n];
+  if (std::none_of(leaf.phi, leaf.phi + leaf_size,
+                   [](float phi) { return std::abs(phi) < near_surface; })) {
+    return;
+  }
+  gather(
+      band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+  for (int node = 0; node < leaf_size; ++node) {
+    const float phi = leaf.phi[node];
+    if (std::abs(phi) >= near_surface) {
+      continue;
+    }
+    const int i = node >> 6;
+    const int j = (node >> 3) & 7;
+    const int k = node & 7;
+    if (is_void(n, node, block)) {
+      speed[node] = 0;
+      continue;
+    }
+    const Vec3d r{frame_.node_position(0, leaf.origin[0] + i),
+                  frame_.node_position(1, leaf.origin[1] + j),
+                  frame_.node_position(2, leaf.origin[2] + k)};
+    speed[node] = query(r, gradient(block.row(i, j) + k), phi);
+  }
+}
+
+/// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
+float carried_speed(const float* phi, const float* speed) {
+  double weights = 0;
+  double sum = 0;
+  for (const int stride : {Block::x_stride, Block::y_stride, 1}) {
+    const int nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
+    const double weight = std::abs(*phi) - std::abs(phi[nearer]);
+    if (weight > 0 && speed[nearer] != unset) {
+      weights += weight;
+      sum += weight * speed[nearer];
+    }
+  }
+  return weights > 0 ? static_cast<float>(sum / weights) : unset;
+}
+
+std::vector<float> Extension::run() {
+  const std::size_t count = band_.leaves().size();
+  std::vector<float> speed(count * leaf_size, unset);
+  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    Block block;
+    for (std::size_t n = begin; n < end; ++n) {
+      query_leaf(n, block, &speed[n * leaf_size]);
+    }
+  });
+
+  std::vector<float> next = speed;
+  for (int pass = 0; pass < pass_count; ++pass) {
+    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+      Block phi;
+      Block known;
+      for (std::size_t n = begin; n < end; ++n) {
+        const Leaf& leaf = band_.leaves()[n];
+        gather(
+            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, phi);
+        gather(
+            band_, n, [&](std::size_t m) { return &speed[m * leaf_size]; }, known);
+        for (int node = 0; node < leaf_size; ++node) {
+          if (std::abs(leaf.phi[node]) < half_width && speed[n * leaf_size + node] == unset) {
+            const int i = node >> 6;
+            const int j = (node >> 3) & 7;
+            const int k = node & 7;
+            next[n * leaf_size + node] = carried_speed(phi.row(i, j) + k, known.row(i, j) + k);
+          }
+        }
+      }
+    });
+    speed = next;
+  }
+  // What no surface reaches does not move.
+  std::replace(speed.begin(), speed.end(), unset, 0.0F);
+  return speed;
+}
+
+}  // namespace
+
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const std::array<float, 3>> corner_speeds) {
+  SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
+  SpeedField field;
+  field.speed = Extension(layers, gas, facets, corner_speeds).run();
+  update_max_speed(layers, field);
+  return field;
+}
+
+}  // namespace scarp

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/material.h"
+#include "levelset/level_set.h"
+
+namespace scarp {
+
+/// One material and the union of itself with everything below it.
+struct Layer {
+  MaterialId material = 0;
+  LevelSet phi;
+};
+
+/// The materials of a wafer in wrapping order: layer k is the union of materials 0..k, the last
+/// one is the exposed surface.
+///
+/// phi never grows from a layer to the next; where two are equal, the upper material is absent.
+struct Layers {
+  Frame frame;
+  std::vector<Layer> stack;
+
+  const LevelSet& top() const { return stack.back().phi; }
+  LevelSet& top() { return stack.back().phi; }
+
+  Layers copy() const;
+};
+
+/// Lets what is deposited from now on be of the given material: a copy of the top, unless the top
+/// is of that material already.
+void add_layer(Layers& layers, MaterialId material);
+
+/// Cuts every layer by the top one: what is gas for the top is gas for all.
+void cut_lower_layers(Layers& layers);
+
+/// Drops layers (all but the lowest) that add less than a thousandth of a spacing anywhere to the
+/// one below them.
+void remove_empty_layers(Layers& layers);
+
+/// The material at a node, as it is seen from the nearest surface: that of the lowest layer that
+/// equals the top.
+MaterialId material_at_node(const Layers& layers, int i, int j, int k);
+
+/// Over all layers with their materials.
+std::uint64_t hash(const Layers& layers);
+
+}  // namespace scarp

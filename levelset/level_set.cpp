@@ -1,0 +1,192 @@
+#include "levelset/level_set.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "levelset/band.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr float half_width = LevelSet::half_width;
+
+/// A node whose phi is smaller than this is moved off the surface, to the side it is on.
+constexpr float smallest_phi = 1e-6F;
+
+/// Distance from the centre of a leaf to its outermost nodes, in spacings.
+const double leaf_radius = 3.5 * std::sqrt(3.0);
+
+struct Sampler {
+  const Frame& frame;
+  const std::function<double(Vec3d)>& distance;
+
+  Vec3d position(double i, double j, double k) const {
+    return {frame.node_position(0, i), frame.node_position(1, j), frame.node_position(2, k)};
+  }
+
+  bool near_band(const std::array<int, 3>& origin) const {
+    const double d = distance(position(origin[0] + 3.5, origin[1] + 3.5, origin[2] + 3.5));
+    return !(std::abs(d) > (half_width + leaf_radius) * frame.spacing);
+  }
+
+  float phi(int i, int j, int k) const {
+    const auto value = static_cast<float>(distance(position(i, j, k)) / frame.spacing);
+    const float inside = std::clamp(value, -half_width, half_width);
+    return std::abs(inside) < smallest_phi ? std::copysign(smallest_phi, inside) : inside;
+  }
+};
+
+std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int lowest,
+                                 int highest) {
+  const auto columns = static_cast<std::size_t>(band.column_count(0)) *
+                       static_cast<std::size_t>(band.column_count(1));
+  std::vector<std::vector<NewLeaf>> found(columns);
+  parallel_for(columns, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const int x = static_cast<int>(c) / band.column_count(1);
+      const int y = static_cast<int>(c) % band.column_count(1);
+      for (int z = lowest; z <= highest; ++z) {
+        const NewLeaf leaf{.origin = {x * leaf_edge, y * leaf_edge, z * leaf_edge}};
+        if (sampler.near_band(leaf.origin)) {
+          found[c].push_back(leaf);
+        }
+      }
+    }
+  });
+  std::vector<NewLeaf> all;
+  for (const auto& column : found) {
+    all.insert(all.end(), column.begin(), column.end());
+  }
+  return all;
+}
+
+void sample(Band& band, const Sampler& sampler) {
+  parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const Leaf& leaf = band.leaves()[n];
+      const int i_end = std::min(leaf_edge, band.node_count(0) - leaf.origin[0]);
+      const int j_end = std::min(leaf_edge, band.node_count(1) - leaf.origin[1]);
+      for (int i = 0; i < i_end; ++i) {
+        for (int j = 0; j < j_end; ++j) {
+          for (int k = 0; k < leaf_edge; ++k) {
+            leaf.phi[leaf_offset(i, j, k)] =
+                sampler.phi(leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k);
+          }
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+
+LevelSet::LevelSet(const Frame& frame, const std::function<double(Vec3d)>& distance, double lower,
+                   double upper)
+    : band_(std::make_unique<Band>(frame)) {
+  SCARP_ASSERT(lower, <=, upper);
+  const Sampler sampler{frame, distance};
+  const double leaf_height = leaf_edge * frame.spacing;
+  const int lowest = static_cast<int>(std::floor(lower / leaf_height)) - 1;
+  const int highest = static_cast<int>(std::ceil(upper / leaf_height)) + 1;
+  band_->change_leaves(leaves_near(*band_, sampler, lowest, highest), {});
+  sample(*band_, sampler);
+  band_->trim();
+}
+
+LevelSet::LevelSet(std::unique_ptr<Band> band) : band_(std::move(band)) {}
+LevelSet::LevelSet(LevelSet&&) noexcept = default;
+LevelSet& LevelSet::operator=(LevelSet&&) noexcept = default;
+LevelSet::~LevelSet() = default;
+
+LevelSet LevelSet::copy() const { return LevelSet(band_->copy()); }
+
+const Frame& LevelSet::frame() const { return band_->frame(); }
+
+float LevelSet::node(int i, int j, int k) const { return band_->node(i, j, k); }
+
+double LevelSet::distance(Vec3d r) const {
+  const Frame& frame = band_->frame();
+  std::array<int, 3> cell{};
+  std::array<double, 3> t{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double index = r[axis] / frame.spacing + (axis < 2 ? 0.5 * frame.cells[axis] : 0.0);
+    const double below = std::floor(index);
+    cell[axis] = static_cast<int>(below);
+    t[axis] = index - below;
+  }
+  double phi = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const std::array<int, 3> up{corner & 1, (corner >> 1) & 1, corner >> 2};
+    double weight = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      weight *= up[axis] != 0 ? t[axis] : 1 - t[axis];
+    }
+    if (weight > 0) {
+      phi += weight * node(cell[0] + up[0], cell[1] + up[1], cell[2] + up[2]);
+    }
+  }
+  return phi * frame.spacing;
+}
+
+Vec3d LevelSet::normal(Vec3d r) const {
+  const double step = 0.5 * frame().spacing;
+  Vec3d gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3d offset;
+    offset[axis] = step;
+    gradient[axis] = distance(r + offset) - distance(r - offset);
+  }
+  return normalized(gradient);
+}
+
+bool LevelSet::empty() const { return band_->leaves().empty(); }
+
+std::size_t LevelSet::active_count() const {
+  std::size_t count = 0;
+  for (const Leaf& leaf : band_->leaves()) {
+    for (int i = 0; i < leaf_edge; ++i) {
+      count += static_cast<std::size_t>(std::popcount(leaf.active[i]));
+    }
+  }
+  return count;
+}
+
+std::size_t LevelSet::memory_bytes() const { return band_->memory_bytes(); }
+
+double LevelSet::lower() const {
+  int lowest = 0;
+  bool first = true;
+  for (const Leaf& leaf : band_->leaves()) {
+    lowest = first ? leaf.origin[2] : std::min(lowest, leaf.origin[2]);
+    first = false;
+  }
+  return lowest * frame().spacing;
+}
+
+double LevelSet::upper() const {
+  int highest = 0;
+  bool first = true;
+  for (const Leaf& leaf : band_->leaves()) {
+    highest = first ? leaf.origin[2] : std::max(highest, leaf.origin[2]);
+    first = false;
+  }
+  return (highest + leaf_edge - 1) * frame().spacing;
+}
+
+std::uint64_t LevelSet::hash() const {
+  XXH64_hash_t hash = 0;
+  for (const Leaf& leaf : band_->leaves()) {
+    hash = XXH3_64bits_withSeed(leaf.origin.data(), sizeof leaf.origin, hash);
+    hash = XXH3_64bits_withSeed(leaf.active, leaf_edge * sizeof *leaf.active, hash);
+    hash = XXH3_64bits_withSeed(leaf.phi, leaf_size * sizeof *leaf.phi, hash);
+  }
+  return hash;
+}
+
+}  // namespace scarp

@@ -1,0 +1,163 @@
+#include "levelset/redistance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "core/parallel.h"
+#include "levelset/band.h"
+#include "levelset/stencil.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr float half_width = LevelSet::half_width;
+constexpr std::size_t grain = 16;
+
+/// Steps per call and their length in spacings; explicit Godunov is stable up to 1 / sqrt(3).
+constexpr int step_count = 4;
+constexpr float step_length = 0.5F;
+
+/// No node that is not next to the surface comes nearer to it than this.
+constexpr float smallest_free_phi = 1e-3F;
+
+/// A node that enters the band has a neighbour along an axis that is nearer to the surface by at
+/// least 1 / sqrt(3): only such neighbours need leaves beyond them.
+constexpr float reaches_out = half_width - 0.577F;
+
+/// Leaves to make because the band reaches them from this leaf across a face.
+void leaves_reached_from(const Band& band, std::size_t n, std::vector<NewLeaf>& added) {
+  const Leaf& leaf = band.leaves()[n];
+  const std::array<int, 2> count{stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)};
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2;
+    const int step = face % 2 == 0 ? -1 : 1;
+    std::array<int, 3> origin = leaf.origin;
+    origin[axis] += step * leaf_edge;
+    int next = band.neighbours(n)[face];
+    if (axis < 2) {
+      // Mirrored nodes exist already; wrapped ones may not.
+      const int beyond = step < 0 ? leaf.origin[axis] - 1 : leaf.origin[axis] + count[axis];
+      const int folded = band.fold(axis, beyond);
+      origin[axis] = folded & ~7;
+      next = band.find(origin[0] >> 3, origin[1] >> 3, origin[2] >> 3);
+    }
+    if (next >= 0) {
+      continue;
+    }
+    const int last = axis < 2 ? count[axis] - 1 : leaf_edge - 1;
+    bool reached = false;
+    for (int a = 0; a < leaf_edge && !reached; ++a) {
+      for (int b = 0; b < leaf_edge && !reached; ++b) {
+        std::array<int, 3> node{};
+        node[axis] = step < 0 ? 0 : last;
+        node[(axis + 1) % 3] = a;
+        node[(axis + 2) % 3] = b;
+        reached = std::abs(leaf.phi[leaf_offset(node[0], node[1], node[2])]) < reaches_out;
+      }
+    }
+    if (reached) {
+      added.push_back({.origin = origin, .solid = next == Band::missing_solid});
+    }
+  }
+}
+
+void grow_band(Band& band) {
+  const std::size_t count = band.leaves().size();
+  std::vector<std::vector<NewLeaf>> found((count + grain - 1) / grain);
+  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      leaves_reached_from(band, n, found[begin / grain]);
+    }
+  });
+  std::vector<NewLeaf> added;
+  for (const auto& range : found) {
+    added.insert(added.end(), range.begin(), range.end());
+  }
+  std::sort(added.begin(), added.end());
+  added.erase(std::unique(added.begin(), added.end()), added.end());
+  band.change_leaves(added, {});
+}
+
+/// Writes one row of eight nodes: the band's nodes as they are, the nodes just outside at one
+/// spacing beyond their nearest neighbour.
+void extend_row(const float* row, float* out) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    const float* p = row + k;
+    const float side = *p < 0 ? -1.0F : 1.0F;
+    float nearest = half_width;
+    for (const int stride : {1, Block::y_stride, Block::x_stride}) {
+      nearest = std::min(nearest, std::min(std::abs(p[-stride]), std::abs(p[stride])));
+    }
+    out[k] = std::abs(*p) < half_width ? *p : side * std::min(nearest + 1, half_width);
+  }
+}
+
+/// One step of phi_tau = -sign (|grad phi| - 1) for one row of eight nodes.
+void step_row(const float* row, float* out) {
+  constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
+  for (int k = 0; k < leaf_edge; ++k) {
+    const float* p = row + k;
+    const float side = *p < 0 ? -1.0F : 1.0F;
+    float squares = 0;
+    bool frozen = false;
+    for (const int stride : strides) {
+      squares += upwind_square(p, stride, side, true);
+      frozen = frozen || (p[-stride] < 0) != (*p < 0) || (p[stride] < 0) != (*p < 0);
+    }
+    const float moved = std::abs(*p) - step_length * (std::sqrt(squares) - 1);
+    const float kept = side * std::clamp(moved, smallest_free_phi, half_width);
+    out[k] = frozen || std::abs(*p) >= half_width ? *p : kept;
+  }
+}
+
+/// Applies a row function to all nodes of the domain, from the tree's values to `to` or back.
+template <class Row, class Source, class Target>
+void for_each_row(const Band& band, const Source& from, const Target& to, const Row& row) {
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    Block block;
+    for (std::size_t n = begin; n < end; ++n) {
+      gather(band, n, from, block);
+      const int i_count = stored_nodes(band, band.leaves()[n], 0);
+      const int j_count = stored_nodes(band, band.leaves()[n], 1);
+      float* out = to(n);
+      for (int i = 0; i < i_count; ++i) {
+        for (int j = 0; j < j_count; ++j) {
+          row(block.row(i, j), out + leaf_offset(i, j, 0));
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+
+void redistance(Band& band) {
+  grow_band(band);
+
+  LeafValues other(band.leaves().size());
+  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
+  const auto aside = [&](std::size_t n) { return other[n]; };
+
+  for_each_row(band, in_tree, aside, extend_row);
+  for (int step = 0; step < step_count; ++step) {
+    if (step % 2 == 0) {
+      for_each_row(band, aside, in_tree, step_row);
+    } else {
+      for_each_row(band, in_tree, aside, step_row);
+    }
+  }
+  static_assert(step_count % 2 == 0);
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      std::memcpy(band.leaves()[n].phi, other[n], leaf_size * sizeof(float));
+    }
+  });
+
+  band.trim();
+}
+
+}  // namespace scarp

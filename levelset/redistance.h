@@ -1,0 +1,17 @@
+#pragma once
+
+namespace scarp {
+
+class Band;
+
+/// Makes phi a distance again after it was moved, and moves the band along.
+///
+/// Nodes next to the surface (a neighbour along an axis has the other sign) keep their phi, so the
+/// surface does not drift: not one bit of these nodes changes. The others take a few steps of the
+/// Hamilton-Jacobi equation of the distance away from them. Signs never change. Reaches one node
+/// beyond the old band: the surface may have moved by a spacing at most.
+///
+/// Source: Sussman, Smereka, Osher 1994, with frozen nodes instead of a smeared sign.
+void redistance(Band& band);
+
+}  // namespace scarp

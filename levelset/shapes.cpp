@@ -1,0 +1,278 @@
+#include "levelset/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "core/error.h"
+#include "levelset/distance.h"
+
+namespace scarp {
+
+namespace {
+
+using Solid = std::function<Distance(Vec3d)>;
+
+/// All solid grows by this many spacings.
+constexpr double dilation = 1e-3;
+
+/// Images of a shape beyond a side count within this many spacings of the side: more than a leaf
+/// and the band.
+constexpr double image_reach = 16;
+
+Solid below(double z) {
+  return [z](Vec3d r) { return Distance{r.z - z, {0, 0, 1}}; };
+}
+
+Solid above(double z) {
+  return [z](Vec3d r) { return Distance{z - r.z, {0, 0, -1}}; };
+}
+
+/// Between two planes that are width apart at height z; opens upwards by the angle slope on each
+/// side. axis is the one across.
+Solid slab(int axis, double centre, double width, double z, double slope) {
+  return [=, cosine = std::cos(slope), sine = std::sin(slope)](Vec3d r) {
+    const double half = 0.5 * width;
+    const auto wall = [&](double side) {
+      Vec3d normal;
+      normal[axis] = side * cosine;
+      normal.z = -sine;
+      return Distance{(side * (r[axis] - centre) - half) * cosine - (r.z - z) * sine, normal};
+    };
+    return intersect(wall(-1), wall(1));
+  };
+}
+
+/// A round cone of the given radius at height z that opens upwards by the angle slope.
+Solid cone(std::array<double, 2> centre, double radius, double z, double slope) {
+  return [=, cosine = std::cos(slope), sine = std::sin(slope)](Vec3d r) {
+    const Vec3d from_axis{r.x - centre[0], r.y - centre[1], 0};
+    const double rho = length(from_axis);
+    const Vec3d outward = rho > 0 ? from_axis / rho : Vec3d{1, 0, 0};
+    return Distance{(rho - radius) * cosine - (r.z - z) * sine,
+                    cosine * outward - Vec3d{0, 0, sine}};
+  };
+}
+
+Solid common(Solid a, Solid b) {
+  return [a = std::move(a), b = std::move(b)](Vec3d r) { return intersect(a(r), b(r)); };
+}
+
+Solid outside(Solid a) {
+  return [a = std::move(a)](Vec3d r) { return complement(a(r)); };
+}
+
+/// The shape together with what the domain sides make of it: mirror images or copies.
+Solid with_images(const Frame& frame, int axis, Solid shape) {
+  return [frame, axis, sides = frame.sides(), shape = std::move(shape)](Vec3d r) {
+    Distance all = shape(r);
+    for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
+      if (std::abs(r[axis] - wall) > image_reach * frame.spacing) {
+        continue;
+      }
+      const bool periodic = frame.boundary[axis] == Boundary::periodic;
+      const double shift = wall == sides.lower[axis] ? sides.width(axis) : -sides.width(axis);
+      Vec3d image = r;
+      image[axis] = periodic ? r[axis] + shift : 2 * wall - r[axis];
+      Distance seen = shape(image);
+      seen.normal[axis] *= periodic ? 1 : -1;
+      all = unite(all, seen);
+    }
+    return all;
+  };
+}
+
+Solid with_images(const Frame& frame, Solid shape) {
+  return with_images(frame, 1, with_images(frame, 0, std::move(shape)));
+}
+
+Solid outline_solid(const Outline& outline, double z, double slope) {
+  if (const auto* slot = std::get_if<SlotOutline>(&outline)) {
+    return slab(1 - slot->along, slot->centre, slot->width, z, slope);
+  }
+  if (const auto* circle = std::get_if<CircleOutline>(&outline)) {
+    return cone(circle->centre, circle->radius, z, slope);
+  }
+  const auto& box = std::get<RectangleOutline>(outline);
+  return common(slab(0, box.centre[0], box.size[0], z, slope),
+                slab(1, box.centre[1], box.size[1], z, slope));
+}
+
+/// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
+class Builder {
+ public:
+  explicit Builder(const Frame& frame) : frame_(frame) {}
+
+  void apply(const WaferShape& shape) { grow(shape.material, 0, below(0)); }
+
+  void apply(const LayerShape& shape) {
+    const double top = highest() + shape.thickness;
+    grow(shape.material, top, below(top));
+  }
+
+  void apply(const TrenchShape& shape) {
+    const double z = cut_from(shape.cut);
+    cut(shape.cut, z, slab(1 - shape.along, shape.centre, shape.width, z, shape.cut.taper));
+  }
+
+  void apply(const HoleShape& shape) {
+    const double z = cut_from(shape.cut);
+    cut(shape.cut, z, cone(shape.centre, shape.radius, z, shape.cut.taper));
+  }
+
+  void apply(const FinShape& shape) {
+    const double foot = highest();
+    Solid ridge = slab(1 - shape.along, shape.centre, shape.width, foot, -shape.taper);
+    grow(shape.material, foot + shape.height,
+         with_images(frame_, common(std::move(ridge), below(foot + shape.height))));
+  }
+
+  void apply(const MaskShape& shape) {
+    const double foot = highest();
+    const double top = foot + shape.thickness;
+    const bool opening = shape.outlines == MaskShape::Outlines::opening;
+    Solid outline = with_images(
+        frame_, outline_solid(shape.outline, foot, opening ? shape.taper : -shape.taper));
+    Solid stays = opening ? outside(std::move(outline)) : std::move(outline);
+    grow(shape.material, top, common(below(top), std::move(stays)));
+  }
+
+  Layers build() const;
+
+ private:
+  struct Part {
+    MaterialId material = 0;
+    double top = 0;
+  };
+  /// Changes the distances of all layers at a point.
+  using Operation = std::function<void(Vec3d, std::vector<Distance>&)>;
+
+  double highest() const {
+    double z = 0;
+    for (const Part& part : parts_) {
+      z = std::max(z, part.top);
+    }
+    return z;
+  }
+
+  double top_of(MaterialId material) const {
+    double z = 0;
+    for (const Part& part : parts_) {
+      z = part.material == material ? part.top : z;
+    }
+    return z;
+  }
+
+  double cut_from(const Cut& cut) const {
+    if (cut.depth_from) {
+      return top_of(*cut.depth_from);
+    }
+    double z = cut.through.empty() ? highest() : -1e300;
+    for (const MaterialId material : cut.through) {
+      z = std::max(z, top_of(material));
+    }
+    return z;
+  }
+
+  /// Adds solid; it joins the top layer if that is of the same material.
+  void grow(MaterialId material, double top, Solid solid) {
+    upper_ = std::max(upper_, top);
+    const bool joins = !parts_.empty() && parts_.back().material == material;
+    if (joins) {
+      parts_.back().top = std::max(parts_.back().top, top);
+    } else {
+      parts_.push_back({material, top});
+    }
+    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, std::vector<Distance>& all) {
+      const Distance added = solid(r);
+      if (all.empty()) {
+        all.push_back(added);
+      } else if (joins) {
+        all.back() = unite(all.back(), added);
+      } else {
+        all.push_back(unite(all.back(), added));
+      }
+    });
+  }
+
+  void cut(const Cut& cut, double z, Solid walls) {
+    lower_ = std::min(lower_, z - cut.depth);
+    const Solid gone = with_images(frame_, common(std::move(walls), above(z - cut.depth)));
+    const auto is_cut = [&](std::size_t layer) {
+      return cut.through.empty() || std::find(cut.through.begin(), cut.through.end(),
+                                              parts_[layer].material) != cut.through.end();
+    };
+    // Runs of neighbouring layers that are cut, from the top down.
+    for (std::size_t end = parts_.size(); end > 0;) {
+      if (!is_cut(end - 1)) {
+        --end;
+        continue;
+      }
+      std::size_t first = end - 1;
+      while (first > 0 && is_cut(first - 1)) {
+        --first;
+      }
+      cut_run(first, end - 1, gone);
+      end = first;
+    }
+  }
+
+  /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
+  /// only what lies in the run.
+  void cut_run(std::size_t first, std::size_t last, const Solid& gone) {
+    operations_.push_back([=](Vec3d r, std::vector<Distance>& all) {
+      const Distance open = gone(r);
+      const Distance open_in_run = intersect(open, all[last]);
+      for (std::size_t layer = all.size(); layer-- > first;) {
+        const Distance& hole = layer <= last ? open : open_in_run;
+        all[layer] = intersect(all[layer], complement(hole));
+        if (first > 0) {
+          all[layer] = unite(all[layer], all[first - 1]);
+        }
+      }
+    });
+  }
+
+  Frame frame_;
+  std::vector<Part> parts_;
+  std::vector<Operation> operations_;
+  double lower_ = 0;
+  double upper_ = 0;
+};
+
+Layers Builder::build() const {
+  Layers layers{.frame = frame_, .stack = {}};
+  const double margin = LevelSet::half_width * frame_.spacing;
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    const auto distance = [&](Vec3d r) {
+      std::vector<Distance> all;
+      for (const Operation& operation : operations_) {
+        operation(r, all);
+      }
+      return all[k].value - dilation * frame_.spacing;
+    };
+    layers.stack.push_back(
+        {parts_[k].material, LevelSet(frame_, distance, lower_ - margin, upper_ + margin)});
+  }
+  cut_lower_layers(layers);
+  return layers;
+}
+
+}  // namespace
+
+Layers build_layers(const Frame& frame, std::span<const Shape> shapes) {
+  const std::vector<ShapeProblem> problems = check_shapes(frame, shapes);
+  if (!problems.empty()) {
+    const ShapeProblem& first = problems.front();
+    throw InputError("geometry[" + std::to_string(first.shape) + "]." + first.key + ": " +
+                     first.message);
+  }
+  Builder builder(frame);
+  for (const Shape& shape : shapes) {
+    std::visit([&](const auto& s) { builder.apply(s); }, shape);
+  }
+  return builder.build();
+}
+
+}  // namespace scarp

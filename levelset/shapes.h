@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/material.h"
+#include "levelset/layers.h"
+
+namespace scarp {
+
+// Start geometries, applied in order from the bottom up. Lengths in nm, angles in rad. Positive
+// tapers narrow an opening downwards and a solid upwards. z = 0 is the surface of the wafer.
+
+/// Solid below z = 0. The first shape, and only the first.
+struct WaferShape {
+  MaterialId material = 0;
+};
+
+/// Fills everything below the highest point, and the given thickness more.
+struct LayerShape {
+  MaterialId material = 0;
+  double thickness = 0;
+};
+
+/// What a trench or a hole cuts, and from which height its depth and its width are measured.
+struct Cut {
+  double depth = 0;
+  double taper = 0;
+  std::optional<MaterialId>
+      depth_from{};                   ///< top of this material; else the highest of what is cut
+  std::vector<MaterialId> through{};  ///< only these are cut; empty: everything
+};
+
+/// A groove through the whole domain, along y (axis 1) or x (axis 0).
+struct TrenchShape {
+  double width = 0;
+  double centre = 0;
+  int along = 1;
+  Cut cut{};
+};
+
+/// A round hole.
+struct HoleShape {
+  double radius = 0;
+  std::array<double, 2> centre{};
+  Cut cut{};
+};
+
+/// A ridge through the whole domain, along y (axis 1) or x (axis 0); width is that of its foot.
+struct FinShape {
+  MaterialId material = 0;
+  double width = 0;
+  double height = 0;
+  double centre = 0;
+  int along = 1;
+  double taper = 0;
+};
+
+/// Outlines of mask openings and of resist.
+struct SlotOutline {
+  double width = 0;
+  double centre = 0;
+  int along = 1;
+};
+struct CircleOutline {
+  double radius = 0;
+  std::array<double, 2> centre{};
+};
+struct RectangleOutline {
+  std::array<double, 2> size{};
+  std::array<double, 2> centre{};
+};
+using Outline = std::variant<SlotOutline, CircleOutline, RectangleOutline>;
+
+/// A flat mask on top of everything; the outline, at the mask's foot, is cut out or is what stays.
+struct MaskShape {
+  enum class Outlines { opening, resist };
+  MaterialId material = 0;
+  double thickness = 0;
+  double taper = 0;
+  Outlines outlines = Outlines::opening;
+  Outline outline{};
+};
+
+using Shape = std::variant<WaferShape, LayerShape, TrenchShape, HoleShape, FinShape, MaskShape>;
+
+/// What is wrong with one key of one shape; key is as in a recipe ("width", "opening.width").
+struct ShapeProblem {
+  std::size_t shape = 0;
+  std::string key;
+  std::string message;
+};
+
+/// Everything that is wrong with a list of shapes; empty if nothing is.
+std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes);
+
+/// The layers that the shapes describe.
+///
+/// phi is the exact distance for planes, cones and the edges where two of them meet. All solid is
+/// dilated by a thousandth of a spacing, so that surfaces on nodes keep their corners.
+///
+/// Throws: InputError with the first problem that check_shapes finds.
+Layers build_layers(const Frame& frame, std::span<const Shape> shapes);
+
+}  // namespace scarp

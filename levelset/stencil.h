@@ -1,0 +1,120 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "levelset/band.h"
+
+namespace scarp {
+
+/// phi of one leaf with a halo of two nodes along each axis; corners of the halo are not filled.
+///
+/// Node (i, j, k) of the leaf is at [i + 2][j + 2][k + 4]: rows start on cache lines.
+struct Block {
+  static constexpr int halo = 2;
+  static constexpr int z_offset = 4;
+  static constexpr int x_stride = (leaf_edge + 2 * halo) * 16;
+  static constexpr int y_stride = 16;
+
+  alignas(64) float values[leaf_edge + 2 * halo][leaf_edge + 2 * halo][16];
+
+  const float* row(int i, int j) const { return &values[i + halo][j + halo][z_offset]; }
+  float* row(int i, int j) { return &values[i + halo][j + halo][z_offset]; }
+};
+
+/// Reads a leaf and its halo, mirrored or wrapped at the domain sides.
+///
+/// source(n) gives the 512 values of leaf n.
+template <class Source>
+void gather(const Band& band, std::size_t leaf, const Source& source, Block& block) {
+  const auto values = [&](int index) { return index >= 0 ? source(index) : missing_values(index); };
+  const auto [i0, j0, k0] = band.leaves()[leaf].origin;
+  const auto inside = [](int origin, int count) {
+    return origin >= leaf_edge && origin + leaf_edge + Block::halo <= count;
+  };
+
+  if (inside(i0, band.node_count(0)) && inside(j0, band.node_count(1))) {
+    const auto& next = band.neighbours(leaf);
+    const float* centre = source(leaf);
+    const float* below = values(next[4]);
+    const float* above = values(next[5]);
+    for (int ij = 0; ij < 64; ++ij) {
+      float* row = block.row(ij >> 3, ij & 7);
+      std::memcpy(row, centre + ij * 8, 8 * sizeof(float));
+      std::memcpy(row - 2, below + ij * 8 + 6, 2 * sizeof(float));
+      std::memcpy(row + 8, above + ij * 8, 2 * sizeof(float));
+    }
+    const float* left = values(next[0]);
+    const float* right = values(next[1]);
+    const float* front = values(next[2]);
+    const float* back = values(next[3]);
+    for (int n = 0; n < 8; ++n) {
+      for (int h = 0; h < Block::halo; ++h) {
+        std::memcpy(block.row(h - 2, n), left + leaf_offset(h + 6, n, 0), 8 * sizeof(float));
+        std::memcpy(block.row(h + 8, n), right + leaf_offset(h, n, 0), 8 * sizeof(float));
+        std::memcpy(block.row(n, h - 2), front + leaf_offset(n, h + 6, 0), 8 * sizeof(float));
+        std::memcpy(block.row(n, h + 8), back + leaf_offset(n, h, 0), 8 * sizeof(float));
+      }
+    }
+    return;
+  }
+
+  // At a side every row is looked up, because mirrored rows may come from any leaf nearby.
+  const int z = k0 >> 3;
+  for (int i = -Block::halo; i < leaf_edge + Block::halo; ++i) {
+    const bool i_inner = i >= 0 && i < leaf_edge;
+    const int x = band.fold(0, i0 + i);
+    for (int j = -Block::halo; j < leaf_edge + Block::halo; ++j) {
+      const bool j_inner = j >= 0 && j < leaf_edge;
+      if (!i_inner && !j_inner) {
+        continue;
+      }
+      const int y = band.fold(1, j0 + j);
+      const int offset = leaf_offset(x, y, 0);
+      float* row = block.row(i, j);
+      std::memcpy(row, values(band.find(x >> 3, y >> 3, z)) + offset, 8 * sizeof(float));
+      if (i_inner && j_inner) {
+        const float* below = values(band.find(x >> 3, y >> 3, z - 1));
+        const float* above = values(band.find(x >> 3, y >> 3, z + 1));
+        std::memcpy(row - 2, below + offset + 6, 2 * sizeof(float));
+        std::memcpy(row + 8, above + offset, 2 * sizeof(float));
+      }
+    }
+  }
+}
+
+/// Nodes of a leaf that lie in the domain, along one lateral axis.
+inline int stored_nodes(const Band& band, const Leaf& leaf, int axis) {
+  return std::min(leaf_edge, band.node_count(axis) - leaf.origin[axis]);
+}
+
+/// The smaller of two numbers of one sign, zero if the signs differ.
+inline float minmod(float a, float b) {
+  const float smaller = std::abs(a) < std::abs(b) ? a : b;
+  return a * b > 0 ? smaller : 0.0F;
+}
+
+/// Square of the upwind derivative along one axis (Godunov), for information that travels towards
+/// growing phi (side = 1) or falling phi (side = -1).
+///
+/// Symmetric to the last bit under reversal of the axis. Source: Osher and Sethian 1988, second
+/// order by minmod of neighbouring second differences (ENO2).
+inline float upwind_square(const float* p, int stride, float side, bool second_order) {
+  const float centre = p[0];
+  float backward = centre - p[-stride];
+  float forward = p[stride] - centre;
+  if (second_order) {
+    const float here = forward - backward;
+    const float before = (centre - p[-stride]) - (p[-stride] - p[-2 * stride]);
+    const float after = (p[2 * stride] - p[stride]) - (p[stride] - centre);
+    backward += 0.5F * minmod(here, before);
+    forward -= 0.5F * minmod(here, after);
+  }
+  const float from_below = std::max(side * backward, 0.0F);
+  const float from_above = std::max(-side * forward, 0.0F);
+  const float larger = std::max(from_below, from_above);
+  return larger * larger;
+}
+
+}  // namespace scarp

@@ -1,0 +1,7 @@
+#include "levelset/vdb.h"
+
+namespace scarp {
+
+void initialize_openvdb() { openvdb::initialize(); }
+
+}  // namespace scarp

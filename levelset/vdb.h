@@ -1,0 +1,27 @@
+#pragma once
+
+// The only header that includes OpenVDB: it takes seconds to compile, so few source files see it.
+#include <openvdb/openvdb.h>
+
+#include "levelset/band.h"
+
+namespace scarp {
+
+using PhiGrid = openvdb::FloatGrid;
+using PhiTree = openvdb::FloatTree;
+
+/// OpenVDB registers its types once per process.
+void initialize_openvdb();
+
+/// The grid behind a band.
+struct Band::Storage {
+  Storage() {
+    initialize_openvdb();
+    grid = PhiGrid::create(LevelSet::half_width);
+  }
+  explicit Storage(PhiGrid::Ptr existing) : grid(std::move(existing)) {}
+
+  PhiGrid::Ptr grid;
+};
+
+}  // namespace scarp

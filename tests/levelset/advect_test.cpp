@@ -1,0 +1,70 @@
+#include "levelset/advect.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "levelset/extract_surface.h"
+#include "surfaces.h"
+
+namespace scarp {
+namespace {
+
+class Plane : public testing::TestWithParam<Scheme> {};
+
+TEST_P(Plane, MovesByRateTimesTime) {
+  const Frame frame{.spacing = 2, .cells = {20, 12}};
+  for (const double speed : {1.5, -1.5}) {
+    Layers layers = single_layer(
+        frame, [](Vec3d r) { return r.z - 0.31; }, -8, 8);
+    move(
+        layers, 20, 0.5, [&](Vec3d, MaterialId) { return speed; }, GetParam());
+    for (const Vec3f& v : extract_surface(layers).vertices) {
+      ASSERT_NEAR(v.z, 0.31 + speed * 20, 1e-3 * frame.spacing);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Schemes, Plane,
+                         testing::Values(Scheme::first_order, Scheme::second_order));
+
+/// Error of the radius, in nm, of a sphere of 10 nm that grows to 14 nm or shrinks to 6 nm.
+double sphere_error(double spacing, double speed) {
+  const int cells = static_cast<int>(std::lround(36 / spacing));
+  const Frame frame{.spacing = spacing, .cells = {cells, cells}};
+  Layers layers = single_layer(
+      frame, [](Vec3d r) { return length(r) - 10; }, -10, 10);
+  move(layers, 4, 0.4 * spacing, [&](Vec3d, MaterialId) { return speed; });
+  const TriMesh mesh = extract_surface(layers);
+  double error = 0;
+  for (const Vec3f& v : mesh.vertices) {
+    error += std::abs(length(Vec3d(v)) - (10 + 4 * speed));
+  }
+  return error / static_cast<double>(mesh.vertices.size());
+}
+
+TEST(Sphere, ConvergesAtSecondOrder) {
+  for (const double speed : {1.0, -1.0}) {
+    const double coarse = sphere_error(1.0, speed);
+    const double middle = sphere_error(0.5, speed);
+    const double fine = sphere_error(0.25, speed);
+    std::printf("sphere V=%g: %g %g %g\n", speed, coarse, middle, fine);
+    EXPECT_LT(coarse, 0.05);
+    EXPECT_GT(std::log2(coarse / middle), 1.6);
+    EXPECT_GT(std::log2(middle / fine), 1.6);
+  }
+}
+
+TEST(Advect, RefusesSpeedsThatAreNotFinite) {
+  const Frame frame{.spacing = 1, .cells = {8, 8}};
+  Layers layers = single_layer(
+      frame, [](Vec3d r) { return r.z - 0.3; }, -8, 8);
+  SpeedField field = prescribe_speeds(layers, [](Vec3d, MaterialId) { return 1.0; });
+  field.speed[100] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(advect(layers, field, 0.1), NumericalError);
+}
+
+}  // namespace
+}  // namespace scarp
