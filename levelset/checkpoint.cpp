@@ -1,8 +1,5 @@
 #include "levelset/checkpoint.h"
 
-#include <openvdb/io/File.h>
-#include <openvdb/io/Stream.h>
-
 #include <fstream>
 #include <string_view>
 

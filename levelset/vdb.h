@@ -1,6 +1,7 @@
 #pragma once
 
 // The only header that includes OpenVDB: it takes seconds to compile, so few source files see it.
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include "levelset/band.h"
