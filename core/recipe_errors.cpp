@@ -24,7 +24,9 @@ void RecipeErrors::add(Entry entry) {
 }
 
 void RecipeErrors::forget_missing(std::string_view path) {
-  std::erase_if(entries_, [&](const Entry& entry) { return entry.missing && entry.path == path; });
+  std::erase_if(entries_, [&](const Entry& entry) {
+    return std::find(entry.missing.begin(), entry.missing.end(), path) != entry.missing.end();
+  });
 }
 
 bool RecipeErrors::ok(std::string_view path) const {

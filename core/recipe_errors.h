@@ -15,7 +15,7 @@ class RecipeErrors {
     std::string path;  ///< `step[0].sticking`
     TomlPlace place;
     std::string text;
-    bool missing = false;  ///< the key is not there
+    std::vector<std::string> missing{};  ///< paths of keys of which one has to be there
   };
 
   explicit RecipeErrors(std::string file) : file_(std::move(file)) {}

@@ -44,7 +44,8 @@ std::optional<Item> find(RecipeNode& node, std::string_view key) {
 
 void note_missing(const RecipeNode& node, std::string_view key, const std::string& text) {
   if (!node.missing_is_noted) return;
-  node.content->errors.add({inner_path(node, key), node.place, "missing; " + text, true});
+  node.content->errors.add(
+      {inner_path(node, key), node.place, "missing; " + text, {inner_path(node, key)}});
 }
 
 /// A fallback as TOML.
@@ -499,6 +500,16 @@ std::vector<std::string> RecipeTable::keys() const {
   if (node_->toml == nullptr) return keys;
   for (const TomlEntry& entry : node_->toml->table) keys.push_back(entry.key);
   return keys;
+}
+
+void RecipeTable::missing(std::span<const std::string_view> keys, std::string_view text) const {
+  if (!node_->missing_is_noted) return;
+  std::vector<std::string> paths;
+  for (const std::string_view key : keys) {
+    find(*node_, key);
+    paths.push_back(inner_path(*node_, key));
+  }
+  node_->content->errors.add({node_->path, node_->place, std::string(text), paths});
 }
 
 void RecipeTable::error(std::string_view key, std::string_view text) const {

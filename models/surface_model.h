@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,7 +19,8 @@ struct SurfacePoints {
   std::span<const Vec3f> normal;
 };
 
-/// The chemistry of one process step: which species to trace, and speeds from their fluxes. Arrays in, arrays out.
+/// The chemistry of one process step: which species to trace, and speeds from their fluxes. Arrays
+/// in, arrays out.
 class SurfaceModel {
  public:
   virtual ~SurfaceModel() = default;
@@ -27,10 +30,16 @@ class SurfaceModel {
 
   /// The speed at each point along the outward normal, > 0 grows.
   ///
-  /// Shape: flux[s][p] is the flux of species s at point p, relative to the source.
-  /// Units: nm/s.
+  /// Shape: flux[t][p] is tally t at point p: species in their order, of each one its tallies in
+  /// theirs, arrivals first. Units: nm/s; flux relative to the source.
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
+};
+
+/// What a step of a recipe comes to.
+struct StepModel {
+  std::shared_ptr<const SurfaceModel> model;  ///< null if the step could not be read
+  std::optional<MaterialId> deposits;         ///< the material that grows; none if it only etches
 };
 
 }  // namespace scarp

@@ -1,0 +1,163 @@
+#include "models/directional.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "flux/portable_math.h"
+
+namespace scarp {
+
+namespace {
+
+Parameter rate(std::string_view name, std::string_view needed, std::string_view fallback,
+               std::string_view meaning) {
+  return {.name = name,
+          .kind = Parameter::Kind::per_material,
+          .dimension = Dimension::rate,
+          .limits = {.fallback = fallback, .minimum = 0},
+          .needed = needed,
+          .meaning = meaning,
+          .source = "blanket wafer"};
+}
+
+const Parameter directional_growth_rate =
+    rate("directional_growth_rate", "this or directional_etch_rate", "",
+         "speed of growth of a surface that faces the beam");
+const Parameter directional_etch_rate =
+    rate("directional_etch_rate", "this or directional_growth_rate", "",
+         "speed of etching of a surface that faces the beam");
+const Parameter isotropic_growth_rate =
+    rate("isotropic_growth_rate", "", "0 nm/s", "speed of growth in all directions, to be added");
+const Parameter isotropic_etch_rate =
+    rate("isotropic_etch_rate", "", "0 nm/s", "speed of etching in all directions, to be added");
+const Parameter visibility{.name = "visibility",
+                           .kind = Parameter::Kind::flag,
+                           .limits = {.fallback = "true"},
+                           .meaning = "a beam does not reach what lies in the shadow"};
+const Parameter tilt{
+    .name = "beam.tilt",
+    .dimension = Dimension::angle,
+    .limits = {.fallback = "0 deg", .minimum = 0, .maximum = 89 * (std::numbers::pi / 180)},
+    .meaning = "angle of the beam to the vertical"};
+const Parameter azimuth{.name = "beam.azimuth",
+                        .dimension = Dimension::angle,
+                        .limits = {.fallback = "0 deg"},
+                        .meaning = "where the beam leans, from x towards y"};
+const Parameter share{.name = "beam.share",
+                      .limits = {.fallback = "1", .minimum = 0, .exclusive = true},
+                      .meaning = "strength relative to the other beams"};
+
+/// Sine and cosine of any angle, exact at multiples of 90 degrees.
+SineCosine sine_cosine(double angle) {
+  constexpr double quarter = std::numbers::pi / 2;
+  const double turns = std::floor(angle / quarter + 0.5);
+  double rest = angle - turns * quarter;
+  // What is left at a multiple of 90 degrees is the rounding of the multiple.
+  if (std::abs(rest) < 1e-14 * std::max(1.0, std::abs(turns))) rest = 0;
+  const auto [s, c] = portable_sine_cosine(rest);
+  switch (static_cast<int>(turns - 4 * std::floor(turns / 4))) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
+/// `beam.tilt` is `tilt` in the table of its beam.
+Parameter in_beam(Parameter parameter) {
+  parameter.name.remove_prefix(std::string_view("beam.").size());
+  return parameter;
+}
+
+std::vector<Directional::Beam> read_beams(const RecipeTable& step) {
+  std::vector<Directional::Beam> beams;
+  double sum = 0;
+  for (const RecipeTable& table : step.tables("beam")) {
+    const double theta = read_value(table, in_beam(tilt));
+    const double towards = read_value(table, in_beam(azimuth));
+    const double strength = read_value(table, in_beam(share));
+    beams.push_back({beam_direction(theta, towards), strength});
+    sum += strength;
+  }
+  if (beams.empty()) return {Directional::Beam{}};
+  for (Directional::Beam& beam : beams) beam.share /= sum;
+  return beams;
+}
+
+}  // namespace
+
+Vec3d beam_direction(double tilt_angle, double azimuth_angle) {
+  const SineCosine theta = sine_cosine(tilt_angle);
+  const SineCosine phi = sine_cosine(azimuth_angle);
+  return {theta.sine * phi.cosine, theta.sine * phi.sine, -theta.cosine};
+}
+
+std::vector<Species> Directional::species() const {
+  std::vector<Species> species;
+  if (!values_.visibility) return species;
+  for (const Beam& beam : values_.beams) {
+    species.push_back(
+        {.name = values_.beams.size() == 1 ? "beam" : "beam " + std::to_string(species.size()),
+         .source = {.kind = SourceLobe::Kind::beam, .direction = beam.direction},
+         .sticking = std::vector<float>(values_.directional_speed.size(), 1.0F)});
+  }
+  return species;
+}
+
+std::vector<float> Directional::speeds(const SurfacePoints& points,
+                                       std::span<const std::span<const float>> flux) const {
+  std::vector<float> speeds(points.material.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    double arrivals = 0;
+    for (std::size_t b = 0; b < values_.beams.size(); ++b) {
+      const Beam& beam = values_.beams[b];
+      const double facing = values_.visibility
+                                ? flux[b][p]
+                                : std::max(0.0, -dot(beam.direction, Vec3d(points.normal[p])));
+      arrivals += beam.share * facing;
+    }
+    const MaterialId material = points.material[p];
+    speeds[p] = values_.directional_speed[material] * static_cast<float>(arrivals) +
+                values_.isotropic_speed[material];
+  }
+  return speeds;
+}
+
+std::span<const Parameter> directional_parameters() {
+  static const std::array parameters{directional_growth_rate,
+                                     directional_etch_rate,
+                                     isotropic_growth_rate,
+                                     isotropic_etch_rate,
+                                     deposited_parameter("directional_growth_rate"),
+                                     visibility,
+                                     tilt,
+                                     azimuth,
+                                     share};
+  return parameters;
+}
+
+StepModel read_directional(const RecipeTable& step, const StepScope& scope) {
+  const std::optional<Action> action = read_action(
+      step, directional_growth_rate, directional_etch_rate, directional_parameters(), scope);
+  if (!action) return {};
+  Directional::Values values;
+  values.directional_speed =
+      read_per_material(step, action->grows ? directional_growth_rate : directional_etch_rate,
+                        scope, action->deposited);
+  values.isotropic_speed = read_per_material(
+      step, action->grows ? isotropic_growth_rate : isotropic_etch_rate, scope, action->deposited);
+  for (float& v : values.directional_speed) v = action->speed(v);
+  for (float& v : values.isotropic_speed) v = action->speed(v);
+  values.visibility = read_flag(step, visibility);
+  values.beams = read_beams(step);
+  return {std::make_shared<Directional>(std::move(values)), action->deposited};
+}
+
+}  // namespace scarp

@@ -1,0 +1,61 @@
+#include "models/parameter.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace scarp {
+
+double read_value(const RecipeTable& table, const Parameter& parameter) {
+  return table.quantity(parameter.name, parameter.dimension, parameter.limits);
+}
+
+bool read_flag(const RecipeTable& table, const Parameter& parameter) {
+  return table.flag(parameter.name, parameter.limits.fallback == "true");
+}
+
+std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
+                                     const StepScope& scope, std::optional<MaterialId> deposited) {
+  std::vector<MaterialId> reachable = scope.reachable;
+  if (deposited && std::find(reachable.begin(), reachable.end(), *deposited) == reachable.end()) {
+    reachable.push_back(*deposited);
+  }
+  const std::vector<double> values = table.per_material(
+      parameter.name, parameter.dimension, {scope.materials, reachable}, parameter.limits);
+  return {values.begin(), values.end()};
+}
+
+Parameter deposited_parameter(std::string_view growth_name) {
+  return {.name = "material",
+          .kind = Parameter::Kind::material,
+          .needed = growth_name == "growth_rate" ? "with growth_rate" : "when it grows",
+          .meaning = "what is deposited"};
+}
+
+std::optional<Action> read_action(const RecipeTable& step, const Parameter& growth,
+                                  const Parameter& etch, std::span<const Parameter> all,
+                                  const StepScope& scope) {
+  const bool grows = step.has(growth.name);
+  const bool etches = step.has(etch.name);
+  if (grows && etches) {
+    step.error(etch.name, "there is " + std::string(growth.name) +
+                              ", too; a step grows or etches: leave one out");
+  }
+  if (!grows && !etches) {
+    step.missing(std::array{growth.name, etch.name},
+                 std::string(growth.name) + " or " + std::string(etch.name) +
+                     " is missing; write for example " + std::string(etch.name) + " = \"" +
+                     quantity_example(etch.dimension) + '"');
+  }
+  if (grows == etches) {
+    // The other keys of the model are not read, but they are known.
+    for (const Parameter& parameter : all) {
+      step.has(parameter.name.substr(0, parameter.name.find('.')));
+    }
+    return std::nullopt;
+  }
+  if (etches) return Action{};
+  return Action{.grows = true, .deposited = step.material("material", scope.materials)};
+}
+
+}  // namespace scarp

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/material.h"
+#include "core/recipe_table.h"
+#include "models/surface_model.h"
+
+namespace scarp {
+
+/// One parameter of a process model: its row in `scarp models`, and how it is read from a recipe.
+struct Parameter {
+  enum class Kind { value, per_material, material, flag };
+
+  std::string_view name;
+  Kind kind = Kind::value;
+  Dimension dimension = Dimension::number;
+  Limits limits{};                       ///< without a fallback, the key has to be given ...
+  std::string_view needed = "required";  ///< ... when this says
+  std::string_view meaning;
+  std::string_view source = "the tool";  ///< where its value comes from
+};
+
+/// What the reader of a step has to know of the rest of the recipe.
+struct StepScope {
+  const Materials& materials;
+  std::vector<MaterialId> reachable;  ///< what the step can meet when it starts
+};
+
+/// Readers of parameters by their rows.
+double read_value(const RecipeTable& table, const Parameter& parameter);
+bool read_flag(const RecipeTable& table, const Parameter& parameter);
+/// Shape: one per material. Reachable are those of the scope and what the step deposits.
+std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
+                                     const StepScope& scope, std::optional<MaterialId> deposited);
+
+/// What a step does: it grows a material, or it etches.
+struct Action {
+  bool grows = false;
+  std::optional<MaterialId> deposited;  ///< set when it grows
+
+  /// A rate as a speed: etching is negative.
+  float speed(float rate) const { return grows || rate == 0 ? rate : -rate; }
+};
+
+/// The row `material`, which says what is deposited.
+Parameter deposited_parameter(std::string_view growth_name);
+
+/// Reads which of two rates a step has, and the material that grows. Exactly one has to be there;
+/// nothing, and an error, otherwise. All are the parameters of the model.
+std::optional<Action> read_action(const RecipeTable& step, const Parameter& growth,
+                                  const Parameter& etch, std::span<const Parameter> all,
+                                  const StepScope& scope);
+
+}  // namespace scarp

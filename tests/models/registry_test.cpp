@@ -1,0 +1,97 @@
+#include "models/registry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+
+TEST(Registry, HasTheModelsOfTheHouse) {
+  std::set<std::string_view> names;
+  for (const ModelDescription& model : models()) {
+    EXPECT_TRUE(names.insert(model.name).second) << model.name;
+    EXPECT_EQ(find_model(model.name), &model);
+    EXPECT_FALSE(model.summary.empty());
+    EXPECT_FALSE(model.equation.empty());
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"isotropic", "directional", "single_particle"}));
+  EXPECT_EQ(find_model("none"), nullptr);
+}
+
+TEST(Registry, DescribesEveryParameterInFull) {
+  for (const ModelDescription& model : models()) {
+    std::set<std::string_view> names;
+    for (const Parameter& parameter : model.parameters) {
+      EXPECT_TRUE(names.insert(parameter.name).second) << model.name << ' ' << parameter.name;
+      EXPECT_FALSE(parameter.meaning.empty()) << parameter.name;
+      EXPECT_FALSE(parameter.source.empty()) << parameter.name;
+      EXPECT_FALSE(default_text(parameter).empty()) << parameter.name;
+      const std::string_view fallback = parameter.limits.fallback;
+      if (fallback.empty() || parameter.kind == Parameter::Kind::flag) continue;
+      const double value = parse_quantity(fallback, parameter.dimension);
+      EXPECT_GE(value, parameter.limits.minimum) << parameter.name;
+      EXPECT_LE(value, parameter.limits.maximum) << parameter.name;
+    }
+  }
+}
+
+TEST(Registry, SuggestsTheModelThatWasMeant) {
+  EXPECT_EQ(unknown_model_text("single_partcle"),
+            "there is no model \"single_partcle\" (did you mean single_particle?); there are "
+            "isotropic, directional, single_particle");
+}
+
+TEST(Registry, PrintsAPageThatShowsUnitsDefaultsAndRanges) {
+  EXPECT_THAT(model_list(), HasSubstr("isotropic        the same speed in all directions"));
+  const std::string page = model_page(*find_model("single_particle"));
+  EXPECT_THAT(page, HasSubstr("single_particle: one species"));
+  EXPECT_THAT(page, HasSubstr("F = 1 on an open flat wafer"));
+  EXPECT_THAT(page, ContainsRegex("sticking +- +1 +\\[0, 1\\] +yes +probability"));
+  EXPECT_THAT(page, ContainsRegex("growth_rate +nm/s +this or etch_rate +>= 0 +yes"));
+  EXPECT_THAT(model_page(*find_model("directional")),
+              ContainsRegex("beam.tilt +deg +0 deg +\\[0, 89 deg\\]"));
+}
+
+/// A step with every parameter of a model's page but those of growth, or of etching.
+std::string step_with_all(const ModelDescription& model, const std::string& leave_out) {
+  std::string keys = "[[step]]\n";
+  std::string beam;
+  for (const Parameter& parameter : model.parameters) {
+    const std::string name(parameter.name);
+    const bool is_material = parameter.kind == Parameter::Kind::material;
+    if (name.find(leave_out) != std::string::npos) continue;
+    if (is_material && leave_out == "growth") continue;
+    std::string value = is_material ? "\"Si\"" : "1";
+    if (parameter.kind == Parameter::Kind::flag) value = "false";
+    if (parameter.dimension != Dimension::number) {
+      value = '"' + quantity_example(parameter.dimension) + '"';
+    }
+    const bool of_beam = name.starts_with("beam.");
+    (of_beam ? beam : keys) += (of_beam ? name.substr(5) : name) + " = " + value + '\n';
+  }
+  return beam.empty() ? keys : keys + "[[step.beam]]\n" + beam;
+}
+
+TEST(Registry, ReadsEveryParameterOfItsPage) {
+  const Materials materials;
+  for (const ModelDescription& model : models()) {
+    for (const std::string leave_out : {"growth", "etch"}) {
+      const RecipeFile file(step_with_all(model, leave_out), "r.toml");
+      const StepModel step =
+          model.read(file.root().tables("step")[0], {materials, {materials.id("Si")}});
+      EXPECT_NE(step.model, nullptr);
+      EXPECT_NO_THROW(file.finish()) << model.name;
+      EXPECT_EQ(step.deposits.has_value(), leave_out == "etch");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,52 @@
+#include "models/single_particle.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/models/model_fixture.h"
+
+namespace scarp {
+namespace {
+
+TEST(SingleParticle, GrowsWithTheRateTimesTheFlux) {
+  const StepModel step = read_step(
+      "single_particle", "growth_rate = \"6 um/min\"\nmaterial = \"SiO2\"\nsticking = 0.1");
+  EXPECT_EQ(step.deposits, Materials().id("SiO2"));
+  const std::vector<float> flux{1, 0.25F, 0};
+  const std::vector<std::span<const float>> tallies{flux};
+  EXPECT_THAT(step.model->speeds(Points({"Si", "SiO2", "SiO2"}), tallies),
+              testing::ElementsAre(100, 25, 0));
+}
+
+TEST(SingleParticle, EtchesByMaterial) {
+  const StepModel step =
+      read_step("single_particle", R"(etch_rate = { Si = "8 nm/s", SiO2 = "1 nm/s" })");
+  EXPECT_FALSE(step.deposits);
+  const std::vector<float> flux{0.5F, 0.5F};
+  const std::vector<std::span<const float>> tallies{flux};
+  EXPECT_THAT(step.model->speeds(Points({"Si", "SiO2"}), tallies), testing::ElementsAre(-4, -0.5F));
+}
+
+TEST(SingleParticle, HandsItsSpeciesToTheTracer) {
+  const StepModel step = read_step("single_particle", R"(etch_rate = "1 nm/s"
+sticking = { Si = 0.5, default = 0.02 }
+source_power = 30)");
+  const std::vector<Species> species = step.model->species();
+  ASSERT_EQ(species.size(), 1U);
+  EXPECT_EQ(species[0].source.kind, SourceLobe::Kind::cosine);
+  EXPECT_EQ(species[0].source.cosine_power, 30);
+  const Materials materials;
+  ASSERT_EQ(species[0].sticking.size(), materials.size());
+  EXPECT_EQ(species[0].sticking[materials.id("Si")], 0.5F);
+  EXPECT_EQ(species[0].sticking[materials.id("SiO2")], 0.02F);
+}
+
+TEST(SingleParticle, SticksAndComesFromAGasInEquilibriumByDefault) {
+  const Species species =
+      read_step("single_particle", "etch_rate = \"1 nm/s\"").model->species()[0];
+  EXPECT_EQ(species.source.cosine_power, 1);
+  for (const float s : species.sticking) EXPECT_EQ(s, 1);
+}
+
+}  // namespace
+}  // namespace scarp
