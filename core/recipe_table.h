@@ -40,9 +40,9 @@ struct MaterialScope {
   std::span<const MaterialId> reachable;
 };
 
-/// The names that a key may have, and what they stand for: a constant array or vector of pairs.
+/// The names that a key may have, and what they stand for.
 template <class T>
-using Choices = std::span<const std::pair<std::string_view, T>>;
+using Choices = std::vector<std::pair<std::string_view, T>>;
 
 namespace detail {
 struct RecipeContent;
@@ -83,10 +83,10 @@ class RecipeTable {
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
 
   template <class T>
-  T choice(std::string_view key, Choices<std::type_identity_t<T>> choices,
+  T choice(std::string_view key, const Choices<std::type_identity_t<T>>& choices,
            std::string_view fallback = {}) const;
   template <class T>
-  std::vector<T> choices(std::string_view key, Choices<std::type_identity_t<T>> choices,
+  std::vector<T> choices(std::string_view key, const Choices<std::type_identity_t<T>>& choices,
                          ListSize size = {}, std::string_view fallback = {}) const;
 
   MaterialId material(std::string_view key, const Materials& materials,
@@ -166,7 +166,7 @@ class RecipeFile {
 };
 
 template <class T>
-T RecipeTable::choice(std::string_view key, Choices<std::type_identity_t<T>> choices,
+T RecipeTable::choice(std::string_view key, const Choices<std::type_identity_t<T>>& choices,
                       std::string_view fallback) const {
   std::vector<std::string_view> names;
   for (const auto& [name, value] : choices) names.push_back(name);
@@ -174,8 +174,9 @@ T RecipeTable::choice(std::string_view key, Choices<std::type_identity_t<T>> cho
 }
 
 template <class T>
-std::vector<T> RecipeTable::choices(std::string_view key, Choices<std::type_identity_t<T>> choices,
-                                    ListSize size, std::string_view fallback) const {
+std::vector<T> RecipeTable::choices(std::string_view key,
+                                    const Choices<std::type_identity_t<T>>& choices, ListSize size,
+                                    std::string_view fallback) const {
   std::vector<std::string_view> names;
   for (const auto& [name, value] : choices) names.push_back(name);
   std::vector<T> values;

@@ -61,6 +61,15 @@ const ModelDescription* find_model(std::string_view name) {
   return nullptr;
 }
 
+StepModel read_model(const RecipeTable& step, const StepScope& scope) {
+  const std::string name = step.text("model");
+  const ModelDescription* const model = find_model(name);
+  if (model != nullptr) return model->read(step, scope);
+  if (step.ok("model")) step.error("model", unknown_model_text(name));
+  step.accept_rest();
+  return {};
+}
+
 std::string unknown_model_text(std::string_view name) {
   std::string known;
   for (const std::string& other : model_names()) known.append(known.empty() ? "" : ", ") += other;

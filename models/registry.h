@@ -25,6 +25,11 @@ std::span<const ModelDescription> models();
 /// Null if there is none of that name.
 const ModelDescription* find_model(std::string_view name);
 
+/// Reads `model` and the keys of that model from the table of a step.
+///
+/// Errors are noted in the recipe; there is no model then, or one that must not be used.
+StepModel read_model(const RecipeTable& step, const StepScope& scope);
+
 /// What to tell a user who asked for a model that there is not: the nearest name, and all of them.
 std::string unknown_model_text(std::string_view name);
 

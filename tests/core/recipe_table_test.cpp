@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <functional>
 #include <numbers>
 
@@ -15,8 +14,7 @@ namespace {
 using testing::ElementsAre;
 
 enum class Method { paper, length };
-constexpr std::array<std::pair<std::string_view, Method>, 2> methods{
-    {{"paper", Method::paper}, {"length", Method::length}}};
+const Choices<Method> methods{{"paper", Method::paper}, {"length", Method::length}};
 
 /// All errors that reading a recipe ends with; empty if there are none.
 std::string errors(std::string_view text, const std::function<void(const RecipeTable&)>& read,

@@ -59,6 +59,26 @@ TEST(Registry, PrintsAPageThatShowsUnitsDefaultsAndRanges) {
               ContainsRegex("beam.tilt +deg +0 deg +\\[0, 89 deg\\]"));
 }
 
+TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
+  const auto errors = [](const std::string& text) -> std::string {
+    const RecipeFile file(text, "r.toml");
+    const Materials materials;
+    EXPECT_EQ(read_model(file.root().tables("step")[0], {materials, {}}).model, nullptr);
+    try {
+      file.finish();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(errors("[[step]]\nmodel = \"isotropc\"\netch_rate = 1\n"),
+            "r.toml:2:9: step[0].model: " + unknown_model_text("isotropc"));
+  EXPECT_EQ(errors("[[step]]\nmodel = 5\netch_rate = 1\n"),
+            "r.toml:2:9: step[0].model: 5 is not a text; write it in quotes");
+  EXPECT_EQ(errors("[[step]]\netch_rate = 1\n"),
+            "r.toml:1:1: step[0].model: missing; write model = \"...\"");
+}
+
 /// A step with every parameter of a model's page but those of growth, or of etching.
 std::string step_with_all(const ModelDescription& model, const std::string& leave_out) {
   std::string keys = "[[step]]\n";
