@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "apps/estimate.h"
+#include "apps/recipe.h"
+
+namespace scarp {
+
+namespace {
+
+int check_recipe(const RecipeArguments& arguments, const CommonOptions& common) {
+  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const CostEstimate cost = estimate_cost(recipe);
+  if (common.json) {
+    const nlohmann::ordered_json result{{"valid", true},
+                                        {"recipe", recipe.resolved},
+                                        {"active_nodes", cost.active_nodes},
+                                        {"lowest_nm", cost.lowest},
+                                        {"highest_nm", cost.highest},
+                                        {"facets_full", cost.facets_full},
+                                        {"facets", cost.facets},
+                                        {"time_steps", cost.time_steps},
+                                        {"rays_per_time_step", cost.rays_per_time_step},
+                                        {"memory_mb", cost.memory_mb},
+                                        {"seconds", cost.seconds}};
+    std::cout << result.dump(2) << '\n';
+    return done;
+  }
+  fmt::print("{}\n", recipe.resolved);
+  if (common.quiet) return done;
+  fmt::print(
+      "# Cost, good to about a factor of two:\n"
+      "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
+      "#   facets      {} of {} after simplification\n"
+      "#   time steps  {:.0f}\n"
+      "#   rays        {:.2g} per time step\n"
+      "#   memory      {:.0f} MB\n"
+      "#   time        {:.0f} s on this machine\n",
+      cost.active_nodes, cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
+      cost.rays_per_time_step, cost.memory_mb, cost.seconds);
+  return done;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, const CommonOptions& common, CommandAction& action) {
+  CLI::App* command =
+      app.add_subcommand("check", "Check a recipe and print it with every default and its cost");
+  const auto arguments = std::make_shared<RecipeArguments>();
+  add_recipe_arguments(*command, *arguments);
+  command->callback([&common, &action, arguments] {
+    action = [&common, arguments] { return check_recipe(*arguments, common); };
+  });
+}
+
+}  // namespace scarp

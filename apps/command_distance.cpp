@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "mesh/distance.h"
+#include "mesh/mesh_file.h"
+
+namespace scarp {
+
+namespace {
+
+struct DistanceArguments {
+  std::string a;
+  std::string b;
+  std::string output;
+};
+
+nlohmann::ordered_json as_json(const DistanceStatistics& distance) {
+  return {
+      {"max", distance.max}, {"mean", distance.mean}, {"rms", distance.rms}, {"p99", distance.p99}};
+}
+
+int measure_distance(const DistanceArguments& arguments, const CommonOptions& common) {
+  const TriMesh a = read_mesh(arguments.a);
+  const TriMesh b = read_mesh(arguments.b);
+  const std::vector<double> forward = vertex_distances(a, b);
+  const DistanceStatistics there = statistics(forward);
+  const DistanceStatistics back = statistics(vertex_distances(b, a));
+  if (!arguments.output.empty()) {
+    write_vtp(arguments.output, a, {.vertices = {{"distance", std::span(forward)}}});
+  }
+  const nlohmann::ordered_json result{{"forward", as_json(there)},
+                                      {"reverse", as_json(back)},
+                                      {"symmetric_max", std::max(there.max, back.max)}};
+  if (common.json) {
+    std::cout << result.dump(2) << '\n';
+    return done;
+  }
+  fmt::print("{:22} {:>12} {:>12} {:>12} {:>12}\n", "distance", "max", "mean", "rms", "p99");
+  for (const auto& [name, d] :
+       {std::pair{"vertices of A to B", there}, std::pair{"vertices of B to A", back}}) {
+    fmt::print("{:22} {:12.6g} {:12.6g} {:12.6g} {:12.6g}\n", name, d.max, d.mean, d.rms, d.p99);
+  }
+  fmt::print("{:22} {:12.6g}\n", "symmetric", std::max(there.max, back.max));
+  return done;
+}
+
+}  // namespace
+
+void add_distance(CLI::App& app, const CommonOptions& common, CommandAction& action) {
+  CLI::App* command = app.add_subcommand("distance", "Distance between two surfaces");
+  const auto arguments = std::make_shared<DistanceArguments>();
+  command->add_option("a", arguments->a, "Mesh: .obj .ply .stl .vtp")->required();
+  command->add_option("b", arguments->b, "Mesh to compare with")->required();
+  command->add_option("-o,--output", arguments->output,
+                      "A with the distance to B at every vertex (.vtp)");
+  command->callback([&common, &action, arguments] {
+    action = [&common, arguments] { return measure_distance(*arguments, common); };
+  });
+}
+
+}  // namespace scarp

@@ -1,0 +1,64 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "core/error.h"
+#include "models/registry.h"
+
+namespace scarp {
+
+namespace {
+
+nlohmann::ordered_json as_json(const ModelDescription& model) {
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
+  for (const Parameter& parameter : model.parameters) {
+    parameters.push_back({{"name", parameter.name},
+                          {"unit", unit_text(parameter)},
+                          {"default", default_text(parameter)},
+                          {"range", range_text(parameter)},
+                          {"meaning", parameter.meaning},
+                          {"source", parameter.source}});
+  }
+  return {{"name", model.name},
+          {"summary", model.summary},
+          {"equation", model.equation},
+          {"parameters", parameters}};
+}
+
+const ModelDescription& model_named(const std::string& name) {
+  const ModelDescription* model = find_model(name);
+  if (model == nullptr) throw InputError(unknown_model_text(name));
+  return *model;
+}
+
+int print_models(const std::string& name, const CommonOptions& common) {
+  if (!common.json) {
+    std::cout << (name.empty() ? model_list() : model_page(model_named(name)));
+    return done;
+  }
+  nlohmann::ordered_json result;
+  if (name.empty()) {
+    for (const ModelDescription& model : models()) result[model.name] = as_json(model);
+  } else {
+    result = as_json(model_named(name));
+  }
+  std::cout << result.dump(2) << '\n';
+  return done;
+}
+
+}  // namespace
+
+void add_models(CLI::App& app, const CommonOptions& common, CommandAction& action) {
+  CLI::App* command =
+      app.add_subcommand("models", "The process models with their parameters, units and sources");
+  const auto name = std::make_shared<std::string>();
+  command->add_option("name", *name, "Print the reference page of this model");
+  command->callback([&common, &action, name] {
+    action = [&common, name] { return print_models(*name, common); };
+  });
+}
+
+}  // namespace scarp

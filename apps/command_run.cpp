@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+
+#include "apps/commands.h"
+#include "apps/recipe.h"
+#include "apps/run.h"
+
+namespace scarp {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct RunArguments : RecipeArguments {
+  std::string output;
+  bool resume = false;
+};
+
+std::string duration_text(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+// One line that is written over on a terminal; elsewhere a line at least every few seconds.
+class Progress {
+ public:
+  Progress(const Recipe& recipe, bool quiet)
+      : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+    for (const ProcessStep& step : recipe.steps) whole_ += step.duration;
+  }
+
+  ~Progress() {
+    if (terminal_ && shown_) fmt::print(stderr, "\n");
+  }
+
+  void operator()(const State& state, const Survey& survey) {
+    if (quiet_) return;
+    const auto now = Clock::now();
+    if (first_) {
+      first_ = false;
+      start_ = now;
+      start_time_ = state.time;
+    }
+    const bool last = finished(state, recipe_);
+    if (!last && now - printed_ < (terminal_ ? std::chrono::milliseconds(100)
+                                             : std::chrono::milliseconds(5000))) {
+      return;
+    }
+    printed_ = now;
+    shown_ = true;
+    const std::string line = fmt::format(
+        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}  {}", terminal_ ? "\r\x1b[K" : "",
+        current_step(state, recipe_).name, state.time, whole_, survey.facets.triangles.size(),
+        survey.facets_full, time_left(state, now));
+    fmt::print(stderr, "{}{}", line, terminal_ ? "" : "\n");
+  }
+
+ private:
+  // From the pace since the first time step of this process.
+  std::string time_left(const State& state, Clock::time_point now) const {
+    const double done = state.time - start_time_;
+    if (done <= 0) return "";
+    const double wall = std::chrono::duration<double>(now - start_).count();
+    return duration_text(wall * (whole_ - state.time) / done) + " left";
+  }
+
+  const Recipe& recipe_;
+  bool quiet_;
+  bool terminal_;
+  double whole_ = 0;
+  bool first_ = true;
+  bool shown_ = false;
+  double start_time_ = 0;
+  Clock::time_point start_;
+  Clock::time_point printed_;
+};
+
+std::filesystem::path result_folder(const RunArguments& arguments) {
+  if (!arguments.output.empty()) return arguments.output;
+  return std::filesystem::path("results") / std::filesystem::path(arguments.recipe).stem();
+}
+
+int run_recipe(const RunArguments& arguments, const CommonOptions& common) {
+  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const std::filesystem::path folder = result_folder(arguments);
+  RunEnd end{};
+  {
+    Progress progress(recipe, common.quiet);
+    end = run(
+        recipe, folder,
+        {.resume = arguments.resume,
+         .stop = &interrupt_requested,
+         .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
+  }
+  if (end == RunEnd::interrupted) {
+    fmt::print(stderr, "interrupted; go on with: scarp run {} --resume -o {}\n", arguments.recipe,
+               folder.string());
+    return interrupted;
+  }
+  if (common.json) {
+    std::ifstream summary(folder / "summary.json");
+    std::cout << summary.rdbuf();
+  } else if (!common.quiet) {
+    fmt::print("{} in {}; look at profile_*.svg, surface.pvd (ParaView) and metrics.csv\n",
+               end == RunEnd::was_complete ? "was complete" : "complete", folder.string());
+  }
+  return done;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, const CommonOptions& common, CommandAction& action) {
+  CLI::App* command = app.add_subcommand("run", "Run a recipe");
+  const auto arguments = std::make_shared<RunArguments>();
+  add_recipe_arguments(*command, *arguments);
+  command->add_option("-o,--output", arguments->output,
+                      "Result folder (default: results/<recipe name>)");
+  command->add_flag("--resume", arguments->resume, "Go on from the last checkpoint in the folder");
+  command->callback([&common, &action, arguments] {
+    action = [=, &common] { return run_recipe(*arguments, common); };
+  });
+}
+
+}  // namespace scarp

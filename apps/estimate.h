@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+
+#include "apps/recipe.h"
+
+namespace scarp {
+
+/// What a run is going to cost, from the start geometry and a short trial of the flux on it.
+///
+/// Good to about a factor of two: the surface changes while the recipe runs.
+/// Units: heights in nm, seconds of wall time on this machine, memory in MB.
+struct CostEstimate {
+  std::size_t active_nodes = 0;
+  double lowest = 0;  ///< of the start geometry's band
+  double highest = 0;
+  std::size_t facets_full = 0;
+  std::size_t facets = 0;
+  double time_steps = 0;
+  double rays_per_time_step = 0;
+  double memory_mb = 0;
+  double seconds = 0;
+};
+
+CostEstimate estimate_cost(const Recipe& recipe);
+
+}  // namespace scarp

@@ -1,0 +1,245 @@
+#include "apps/recipe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "apps/recipe_geometry.h"
+#include "core/recipe_table.h"
+#include "levelset/advect.h"
+#include "models/registry.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr Limits positive{.minimum = 0, .exclusive = true};
+
+const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
+                                   {"periodic", Boundary::periodic}};
+
+// A number of cells from an extent; at least two, or a mirror plane would meet its neighbour.
+int read_cells(const RecipeTable& table, double extent, double spacing, std::size_t axis) {
+  const double cells = extent / spacing;
+  const double whole = std::round(cells);
+  if (std::abs(cells - whole) > 1e-6 * whole || whole < 2 || whole > 1e6) {
+    table.error(fmt::format("extent[{}]", axis),
+                fmt::format("{} is {:.6g} spacings; it has to be a whole number of them, at least "
+                            "2, for example {}",
+                            format_quantity(extent, Dimension::length), cells,
+                            format_quantity(std::max(whole, 2.0) * spacing, Dimension::length)));
+    return 2;
+  }
+  return static_cast<int>(whole);
+}
+
+Frame read_domain(const RecipeTable& table) {
+  const Choices<bool> modes{{"3d", false}, {"2d", true}};
+  Frame frame;
+  frame.spacing = table.length("spacing", positive);
+  frame.two_dimensional = table.choice<bool>("mode", modes, "3d");
+  const std::size_t axes = frame.two_dimensional ? 1 : 2;
+  const std::vector<double> extent =
+      table.quantities("extent", Dimension::length, {axes, axes}, positive);
+  const std::vector<Boundary> boundary =
+      table.choices<Boundary>("boundary", boundaries, {axes, axes}, "reflective");
+  frame.cells = {2, 1};
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    frame.boundary[axis] = boundary[axis];
+    if (table.ok("extent") && table.ok("spacing")) {
+      frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
+    }
+  }
+  return frame;
+}
+
+void read_materials(const RecipeTable& table, Materials& materials) {
+  for (const std::string& name : table.keys()) {
+    const RecipeTable material = table.table(name);
+    materials.add({name, material.quantity("density", Dimension::density, positive)});
+  }
+}
+
+std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Frame& frame) {
+  // The last has a name but no method yet.
+  const Choices<std::optional<SimplifyMethod>> methods{
+      {"paper", SimplifyMethod::paper},
+      {"lindstrom-turk", SimplifyMethod::lindstrom_turk},
+      {"length", SimplifyMethod::length},
+      {"curvature", std::nullopt}};
+  const bool enabled = table.flag("enabled", !frame.two_dimensional);
+  if (enabled && frame.two_dimensional) {
+    table.error("enabled", "the mesh is not simplified in two dimensions; leave this out");
+  }
+  const double h = frame.spacing;
+  constexpr Limits multiple{.minimum = 0};
+  SimplifyOptions options;
+  const auto method = table.choice<std::optional<SimplifyMethod>>("method", methods, "paper");
+  if (!method) table.error("method", "curvature does not exist yet; use \"paper\"");
+  options.method = method.value_or(SimplifyMethod::paper);
+  options.sides = frame.sides();
+  // options.spacing = h;
+  options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
+  options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
+  options.l_max = table.length_or_multiple("l_max", h, {.fallback = "8", .minimum = 0});
+  options.max_error = table.length_or_multiple(
+      "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
+  if (table.has("curvature_threshold")) {
+    options.curvature_threshold = table.number("curvature_threshold", multiple) / h;
+  }
+  if (table.has("remove")) options.remove = table.fraction("remove");
+  if (!enabled) return std::nullopt;
+  return options;
+}
+
+FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
+  const Choices<FluxOptions::Engine> engines{{"auto", FluxOptions::Engine::automatic},
+                                             {"forward", FluxOptions::Engine::forward}};
+  FluxOptions options;
+  options.sides = frame.sides();
+  options.two_dimensional = frame.two_dimensional;
+  options.spacing = frame.spacing;
+  options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
+  options.target_error =
+      table.number("target_error", {.fallback = "0.01", .minimum = 1e-6, .maximum = 1});
+  if (table.has("rays")) {
+    options.rays =
+        static_cast<std::uint64_t>(table.integer("rays", {.minimum = 1, .maximum = 1e15}));
+  }
+  options.max_rays = static_cast<std::uint64_t>(
+      table.integer("max_rays", {.fallback = "1000000000", .minimum = 1, .maximum = 1e15}));
+  options.seed = static_cast<std::uint64_t>(
+      table.integer("seed", {.fallback = "1", .minimum = 0, .maximum = 9e15}));
+  return options;
+}
+
+// Reflective sides mirror a beam; a tilted one that is not symmetric about them would be another
+// process on every other copy of the domain.
+void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
+                           const Frame& frame) {
+  for (const Species& species : model.species()) {
+    if (species.source.kind != SourceLobe::Kind::beam) continue;
+    for (int axis = 0; axis < 2; ++axis) {
+      const bool tilted = std::abs(species.source.direction[axis]) > 1e-9;
+      if (!tilted || frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic) continue;
+      table.error("", fmt::format("the beam is tilted along {}, where the sides of the domain are "
+                                  "reflective and would mirror it; make them periodic",
+                                  axis == 0 ? 'x' : 'y'));
+    }
+  }
+}
+
+// What later steps can meet grows with every deposited material, so steps are read in order.
+class StepReader {
+ public:
+  StepReader(Recipe& recipe, std::vector<MaterialId> reachable)
+      : recipe_(recipe), reachable_(std::move(reachable)) {}
+
+  std::vector<ProcessStep> read(std::span<const RecipeTable> tables) {
+    std::vector<ProcessStep> steps;
+    for (const RecipeTable& table : tables) {
+      const std::vector<ProcessStep> some =
+          table.has("step") || table.has("repeat") ? read_cycle(table) : read_one(table);
+      steps.insert(steps.end(), some.begin(), some.end());
+    }
+    return steps;
+  }
+
+ private:
+  std::vector<ProcessStep> read_cycle(const RecipeTable& table) {
+    const auto count = table.integer("repeat", {.fallback = "1", .minimum = 1, .maximum = 1e6});
+    const std::string name = table.text("name", "cycle");
+    const std::vector<RecipeTable> inner = table.tables("step");
+    if (inner.empty()) {
+      table.error("repeat", "there is nothing to repeat; add [[step.step]] tables below it");
+    }
+    // In the second round the steps meet what the first one left.
+    const auto known = reachable_;
+    std::vector<ProcessStep> round = read(inner);
+    if (count > 1 && reachable_ != known) round = read(inner);
+    std::vector<ProcessStep> all;
+    for (std::int64_t cycle = 1; cycle <= count; ++cycle) {
+      for (ProcessStep step : round) {
+        step.name = fmt::format("{} {}: {}", name, cycle, step.name);
+        all.push_back(std::move(step));
+      }
+    }
+    return all;
+  }
+
+  std::vector<ProcessStep> read_one(const RecipeTable& table) {
+    ProcessStep step;
+    step.model_name = table.text("model");
+    step.name = table.text("name", step.model_name);
+    step.duration = table.time("duration", positive);
+    StepModel made = read_model(table, {recipe_.materials, reachable_});
+    if (made.model == nullptr) return {};
+    step.deposits = made.deposits;
+    step.model = std::move(made.model);
+    if (step.deposits &&
+        std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
+      reachable_.push_back(*step.deposits);
+    }
+    if (table.ok()) refuse_mirrored_beams(table, *step.model, recipe_.frame);
+    return {step};
+  }
+
+  Recipe& recipe_;
+  std::vector<MaterialId> reachable_;
+};
+
+std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
+  std::vector<MaterialId> found;
+  for (const Shape& shape : shapes) {
+    std::visit(
+        [&](const auto& each) {
+          if constexpr (requires { each.material; }) {
+            if (std::find(found.begin(), found.end(), each.material) == found.end()) {
+              found.push_back(each.material);
+            }
+          }
+        },
+        shape);
+  }
+  return found;
+}
+
+}  // namespace
+
+Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  const RecipeFile file(path, overrides);
+  const RecipeTable root = file.root();
+  Recipe recipe;
+  recipe.title = root.text("title", path.stem().string());
+  recipe.frame = read_domain(root.table("domain"));
+  read_materials(root.table("materials"), recipe.materials);
+
+  const std::vector<RecipeTable> shapes = root.tables("geometry");
+  recipe.geometry = read_geometry(shapes, recipe.materials);
+  if (file.ok()) {
+    for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
+      if (shapes.empty()) {
+        root.error("geometry", problem.message);
+      } else {
+        shapes[problem.shape].error(problem.key, problem.message);
+      }
+    }
+  }
+
+  recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
+  recipe.flux = read_flux(root.table("flux"), recipe.frame);
+  recipe.cfl = root.table("advection")
+                   .number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
+  const std::vector<RecipeTable> steps = root.tables("step");
+  recipe.steps = StepReader(recipe, materials_of(recipe.geometry)).read(steps);
+  if (steps.empty()) root.error("step", "there is no step; add a [[step]] table");
+  recipe.output_every = root.table("output").time("every", {.fallback = "0 s", .minimum = 0});
+  file.finish();
+  recipe.resolved = file.resolved();
+  return recipe;
+}
+
+}  // namespace scarp

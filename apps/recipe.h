@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/material.h"
+#include "flux/solve.h"
+#include "levelset/shapes.h"
+#include "mesh/simplify.h"
+#include "models/surface_model.h"
+
+namespace scarp {
+
+/// One step of a recipe, repeats written out. Units: duration in s.
+struct ProcessStep {
+  std::string name;
+  std::string model_name;
+  double duration = 0;
+  std::optional<MaterialId> deposits;
+  std::shared_ptr<const SurfaceModel> model;
+};
+
+/// A recipe as the simulator needs it: checked, complete, in internal units.
+///
+/// Units: output_every in s, 0 for start and end only.
+struct Recipe {
+  std::string title;
+  Frame frame;
+  Materials materials;
+  std::vector<Shape> geometry;
+  std::optional<SimplifyOptions> simplify;
+  FluxOptions flux;
+  std::vector<ProcessStep> steps;
+  double cfl = 0;
+  double output_every = 0;
+  std::string resolved;  ///< the recipe as TOML with every default written out
+};
+
+/// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.
+///
+/// Throws: InputError with all that is wrong, a line each: file:line:column: key: what is allowed.
+Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+
+}  // namespace scarp

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/simulator.h"
+#include "mesh/mesh_file.h"
+
+namespace scarp {
+
+/// The folder that a run writes, see the README's table of files. Held by one process at a time.
+///
+/// Files appear whole or not at all; metrics.csv grows by whole lines.
+/// Throws: InputError when the folder cannot be made or written, or another process holds it;
+///         NumericalError when the disk is full.
+class ResultFolder {
+ public:
+  explicit ResultFolder(std::filesystem::path folder);
+  ~ResultFolder();
+  ResultFolder(const ResultFolder&) = delete;
+  ResultFolder& operator=(const ResultFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  /// True when a run of the same recipe has come to its end here.
+  bool complete(const Recipe& recipe) const;
+
+  /// Removes what an earlier run left and starts anew.
+  void start(const Recipe& recipe);
+
+  /// Reads the last checkpoint and drops what came after it. Empty when there is none.
+  ///
+  /// Throws: InputError when the folder holds a run of another recipe.
+  std::optional<State> resume(const Recipe& recipe);
+
+  /// The number of outputs so far; the next one gets this number.
+  int output_count() const { return output_count_; }
+
+  /// surface_NNNN.vtp, surface.pvd, profile_NNNN.csv, profile_NNNN.svg and state_NNNN.vdb.
+  void write_output(const State& state, const Survey& survey, const Recipe& recipe);
+
+  /// A checkpoint between outputs, for an interrupted run.
+  void write_checkpoint(const State& state, const Recipe& recipe);
+
+  /// One line of metrics.csv: the state after the time step, which belonged to the given step.
+  void append_metrics(const State& after, std::size_t step, const Survey& survey, const Move& move,
+                      const Recipe& recipe);
+
+  /// summary.json; marks the run as complete.
+  void write_summary(const State& state, const Survey& survey, const Recipe& recipe,
+                     const StageTimer& total, double wall_seconds);
+
+ private:
+  std::filesystem::path file(const std::string& name) const { return path_ / name; }
+
+  void restore_series();
+
+  std::filesystem::path path_;
+  std::vector<SeriesEntry> series_;
+  int lock_ = -1;
+  int output_count_ = 0;
+};
+
+/// The hash over phi with its band, materials and process time by which runs are compared.
+std::string state_hash(const State& state, const Recipe& recipe);
+
+}  // namespace scarp

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+
+#include "apps/recipe.h"
+#include "apps/simulator.h"
+
+namespace scarp {
+
+struct RunOptions {
+  bool resume = false;
+  const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
+  /// Told after every time step; may be empty.
+  std::function<void(const State&, const Survey&)> progress;
+};
+
+enum class RunEnd { complete, interrupted, was_complete };
+
+/// Runs a recipe from start to end, with all result files in the folder.
+///
+/// A run that is interrupted leaves a checkpoint, and so does one that cannot go on.
+/// Throws: InputError, NumericalError; the latter names the checkpoint with the last good state.
+RunEnd run(const Recipe& recipe, const std::filesystem::path& folder, const RunOptions& options);
+
+}  // namespace scarp

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "apps/recipe.h"
+#include "core/stage_timer.h"
+#include "flux/flux_field.h"
+#include "levelset/connectivity.h"
+#include "levelset/layers.h"
+
+namespace scarp {
+
+/// Everything the next time step depends on; what a checkpoint holds.
+///
+/// Units: s from the start of the recipe.
+struct State {
+  Layers layers;
+  double time = 0;
+  std::size_t step = 0;
+  double step_start = 0;
+  std::uint32_t time_step = 0;
+};
+
+/// The surface at one moment with all that the current step of the recipe does to it. A pure
+/// function of state and recipe: an interrupted run finds the same numbers again.
+///
+/// Shape: std_error and flux per facet and species; speeds per facet and corner.
+/// Units: nm/s along the outward normal.
+struct Survey {
+  OpenGas gas;
+  std::size_t vertices_full = 0;
+  std::size_t facets_full = 0;
+  double simplify_max_distance = 0;
+  TriMesh facets;
+  std::vector<FluxField> flux;
+  std::vector<std::array<float, 3>> corner_speeds;
+  StageTimer timer;
+};
+
+/// How far one time step went, and what the grid part of it cost.
+struct Move {
+  double dt = 0;
+  StageTimer timer;
+};
+
+/// The step that the next time step belongs to; the last one when the recipe is complete.
+const ProcessStep& current_step(const State& state, const Recipe& recipe);
+
+/// The start geometry of a recipe.
+State start_state(const Recipe& recipe);
+
+/// Opens the layer that the current step deposits, if it is not there yet. Before the first survey
+/// of a step.
+void begin_step(State& state, const Recipe& recipe);
+
+/// Extracts and simplifies the surface, solves the flux on it and asks the model for speeds.
+///
+/// Throws: NumericalError with step, time and place when a speed is not finite.
+Survey survey(const State& state, const Recipe& recipe);
+
+/// Carries the surface through one time step, at most to the end of the recipe's step and to the
+/// time limit; both are hit exactly and never leave a tiny remainder.
+///
+/// Units: time limit in s from the start of the recipe.
+Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);
+
+/// True when the last step of the recipe is complete.
+bool finished(const State& state, const Recipe& recipe);
+
+}  // namespace scarp
