@@ -1,0 +1,115 @@
+#include "mesh/collapse.h"
+
+#include <cmath>
+
+namespace scarp {
+
+namespace {
+
+/// Cosine of the angle that the normal of a facet may turn by in one collapse.
+constexpr double lowest_cosine = 0.5;
+
+/// The same for needles, against the mean normal around.
+constexpr double lowest_cosine_of_needle = 0.2;
+
+// Measures of shape: twice the area over the square of the longest edge, .87 for equal sides.
+
+/// A collapse may not leave a facet thinner than this, unless it was thinner before.
+constexpr double too_thin = 1e-3;
+
+/// The normal of a facet thinner than this may lie anywhere; it has to agree with its neighbours.
+constexpr double needle = 0.05;
+
+/// What float coordinates cannot tell from no area at all.
+constexpr double without_area = 1e-5;
+
+double squared_longest_edge(Vec3d a, Vec3d b, Vec3d c) {
+  return std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
+}
+
+/// Distance from r to the segment between a and b.
+double distance_to_segment(Vec3d r, Vec3d a, Vec3d b) {
+  const Vec3d ab = b - a;
+  const double square = dot(ab, ab);
+  const double t = square > 0 ? std::clamp(dot(r - a, ab) / square, 0.0, 1.0) : 0;
+  return length(r - (a + t * ab));
+}
+
+}  // namespace
+
+CollapseChecks::CollapseChecks(const CollapseMesh& mesh, std::optional<double> max_error,
+                               double border_error)
+    : border_shift_(mesh.materials.empty() ? 0 : mesh.r.size(), 0), border_error_(border_error) {
+  if (max_error) bound_.emplace(mesh.normals.size(), *max_error);
+}
+
+bool CollapseChecks::allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+  if (!mesh.topology.can_collapse(h) || !star_.gather(mesh.topology, h)) return false;
+  if (!keeps_facets(mesh, r)) return false;
+  if (!keeps_border(mesh, h, r)) return false;
+  if (bound_ && !bound_->allows(mesh, star_, r)) {
+    bound_was_met_ = true;
+    return false;
+  }
+  return true;
+}
+
+bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
+  Vec3d around;
+  for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
+  for (int i = 0; i < star_.count; ++i) {
+    const Vec3d x = mesh.r[star_.ring[i]];
+    const Vec3d y = mesh.r[star_.ring[i + 1]];
+    const Vec3d corner = mesh.r[star_.at_target[i] ? star_.v : star_.u];
+    const Vec3d old_n = mesh.normals[star_.facet[i]];
+    const Vec3d n = cross(x - r, y - r);
+    normals_[i] = n;
+    const double square = dot(n, n);
+    const double longest = squared_longest_edge(r, x, y);
+    const double old_longest = squared_longest_edge(corner, x, y);
+    // Squares of the measure of shape, without dividing.
+    const double scale = longest * longest;
+    const double old_scale = old_longest * old_longest;
+    const double old_square = dot(old_n, old_n);
+    if (!(square > without_area * without_area * scale)) return false;
+    if (square < too_thin * too_thin * scale && square * old_scale < old_square * scale) {
+      return false;
+    }
+    const bool was_needle = !(old_square > needle * needle * old_scale);
+    const Vec3d reference = was_needle ? around : old_n;
+    const double cosine = dot(n, reference);
+    const double lowest = was_needle ? lowest_cosine_of_needle : lowest_cosine;
+    if (cosine <= 0 || cosine * cosine < lowest * lowest * square * dot(reference, reference)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+  new_border_shift_ = 0;
+  if (mesh.materials.empty() || !mesh.is_border(h)) return true;
+  // The end that goes away, and the next vertex of the border beyond it.
+  const bool target_goes = r == mesh.r[star_.u];
+  const std::uint32_t gone = target_goes ? star_.v : star_.u;
+  const std::uint32_t stays = target_goes ? star_.u : star_.v;
+  std::uint32_t beyond = stays;
+  mesh.topology.for_each_outgoing(gone, [&](std::uint32_t g) {
+    const std::uint32_t w = mesh.topology.target(g);
+    if (mesh.is_border(g) && w != stays) beyond = w;
+  });
+  new_border_shift_ = std::max({border_shift_[gone], border_shift_[stays], border_shift_[beyond]}) +
+                      distance_to_segment(mesh.r[gone], mesh.r[stays], mesh.r[beyond]);
+  return new_border_shift_ <= border_error_;
+}
+
+void CollapseChecks::accept(const CollapseMesh& mesh, std::uint32_t h) {
+  if (!mesh.materials.empty() && mesh.is_border(h)) border_shift_[star_.u] = new_border_shift_;
+  if (bound_) bound_->accept(star_);
+}
+
+double CollapseChecks::proven_error(const HalfEdges& topology) const {
+  return bound_ ? bound_->largest(topology) : 0;
+}
+
+}  // namespace scarp

@@ -1,0 +1,136 @@
+#include "mesh/collapse_mesh.h"
+
+namespace scarp {
+
+namespace {
+
+/// Corners of the domain and vertices on periodic sides stay. The latter keep opposite sides
+/// congruent.
+bool stays(SideMask mask, const Sides& sides) {
+  if (is_corner(mask)) return true;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (fixes(mask, axis) && sides.boundary[axis] == Boundary::periodic) return true;
+  }
+  return false;
+}
+
+void classify_borders(CollapseMesh& mesh) {
+  std::vector<std::uint8_t> borders(mesh.r.size(), 0);
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    if (!mesh.is_border(h) || !mesh.topology.is_edge(h)) continue;
+    for (const std::uint32_t v : {mesh.topology.origin(h), mesh.topology.target(h)}) {
+      if (borders[v] < 3) ++borders[v];
+    }
+  }
+  for (std::size_t v = 0; v < borders.size(); ++v) {
+    if (borders[v] == 0 || mesh.kind[v] == VertexKind::fixed) continue;
+    const bool inside = borders[v] == 2 && mesh.sides[v] == 0;
+    mesh.kind[v] = inside ? VertexKind::border : VertexKind::fixed;
+  }
+}
+
+}  // namespace
+
+CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : topology(mesh) {
+  const SidePlanes planes_of_sides(side_positions);
+  const Box box = bounding_box(mesh);
+  if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
+  const std::uint32_t vertex_count = topology.vertex_count();
+  r.resize(vertex_count);
+  sides.resize(vertex_count);
+  kind.resize(vertex_count, VertexKind::free);
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    const bool copy = v >= mesh.vertices.size();
+    const Vec3d place(mesh.vertices[copy ? topology.copies()[v - mesh.vertices.size()] : v]);
+    r[v] = place - centre;
+    sides[v] = planes_of_sides.mask(place);
+    if (stays(sides[v], side_positions)) kind[v] = VertexKind::fixed;
+    if (topology.outgoing(v) != HalfEdges::none) ++live_vertices;
+  }
+  // Touching sheets go on touching.
+  for (std::uint32_t i = 0; i < topology.copies().size(); ++i) {
+    kind[topology.copies()[i]] = VertexKind::fixed;
+    kind[mesh.vertices.size() + i] = VertexKind::fixed;
+  }
+  normals.resize(topology.facet_count());
+  for (std::uint32_t f = 0; f < normals.size(); ++f) normals[f] = normal_of(f);
+  if (!mesh.materials.empty()) {
+    for (const std::uint32_t f : topology.input_triangles()) materials.push_back(mesh.materials[f]);
+    classify_borders(*this);
+  }
+}
+
+Vec3d CollapseMesh::normal_of(std::uint32_t f) const {
+  const Vec3d a = r[topology.origin(3 * f)];
+  const Vec3d b = r[topology.origin(3 * f + 1)];
+  const Vec3d c = r[topology.origin(3 * f + 2)];
+  return cross(b - a, c - a);
+}
+
+bool CollapseMesh::is_border(std::uint32_t h) const {
+  const std::uint32_t o = topology.opposite(h);
+  return !materials.empty() && o != HalfEdges::none &&
+         materials[HalfEdges::facet(h)] != materials[HalfEdges::facet(o)];
+}
+
+double CollapseMesh::squared_length(std::uint32_t h) const {
+  const Vec3d e = r[topology.target(h)] - r[topology.origin(h)];
+  return dot(e, e);
+}
+
+TriMesh CollapseMesh::extract() const {
+  TriMesh mesh;
+  std::vector<std::uint32_t> index(r.size(), HalfEdges::none);
+  mesh.vertices.reserve(live_vertices);
+  for (std::uint32_t v = 0; v < r.size(); ++v) {
+    if (topology.outgoing(v) == HalfEdges::none) continue;
+    index[v] = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(Vec3f(r[v] + centre));
+  }
+  for (std::uint32_t f = 0; f < topology.facet_count(); ++f) {
+    if (!topology.alive(f)) continue;
+    mesh.triangles.push_back({index[topology.origin(3 * f)], index[topology.origin(3 * f + 1)],
+                              index[topology.origin(3 * f + 2)]});
+    if (!materials.empty()) mesh.materials.push_back(materials[f]);
+  }
+  return mesh;
+}
+
+Merge merge_rule(const CollapseMesh& mesh, std::uint32_t h) {
+  const std::uint32_t u = mesh.topology.origin(h);
+  const std::uint32_t v = mesh.topology.target(h);
+  const SideMask sides_u = mesh.sides[u];
+  const SideMask sides_v = mesh.sides[v];
+  const VertexKind kind_u = mesh.kind[u];
+  const VertexKind kind_v = mesh.kind[v];
+  if (kind_u == VertexKind::free && kind_v == VertexKind::free) {
+    return sides_u == sides_v || sides_u == 0 || sides_v == 0 ? Merge::free : Merge::forbidden;
+  }
+  // The end that is bound less moves to the other one, unless it would leave its side or border.
+  const bool both_bound = kind_u != VertexKind::free && kind_v != VertexKind::free;
+  const bool both_fixed = kind_u == VertexKind::fixed && kind_v == VertexKind::fixed;
+  if (both_fixed || (both_bound && !mesh.is_border(h))) return Merge::forbidden;
+  const bool u_may_go = (sides_u & ~sides_v) == 0;
+  const bool v_may_go = (sides_v & ~sides_u) == 0;
+  if (kind_u == kind_v) return u_may_go && v_may_go ? Merge::onto_either : Merge::forbidden;
+  if (kind_u > kind_v) return v_may_go ? Merge::onto_origin : Merge::forbidden;
+  return u_may_go ? Merge::onto_target : Merge::forbidden;
+}
+
+Subspace allowed_places(const CollapseMesh& mesh, std::uint32_t h) {
+  const std::uint32_t u = mesh.topology.origin(h);
+  const std::uint32_t v = mesh.topology.target(h);
+  const Vec3d edge = mesh.r[v] - mesh.r[u];
+  Subspace places;
+  places.origin = 0.5 * edge;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (fixes(mesh.sides[u], axis)) {
+      places.fix(axis, 0);
+    } else if (fixes(mesh.sides[v], axis)) {
+      places.fix(axis, edge[axis]);
+    }
+  }
+  return places;
+}
+
+}  // namespace scarp

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/tri_mesh.h"
+#include "mesh/half_edges.h"
+#include "mesh/quadric.h"
+#include "mesh/sides.h"
+
+namespace scarp {
+
+/// What a vertex may do.
+enum class VertexKind : std::uint8_t {
+  free,    ///< anything its sides allow
+  border,  ///< inside a border between two materials: may slide along it
+  fixed    ///< stays: corners of the domain, periodic sides, ends and forks of borders
+};
+
+/// A mesh while its edges are collapsed.
+///
+/// Places are kept in double precision but always rounded to float, so that what is checked is what
+/// comes out. All are relative to `centre`.
+struct CollapseMesh {
+  HalfEdges topology;
+  Vec3d centre;
+  std::vector<Vec3d> r;               ///< per vertex
+  std::vector<SideMask> sides;        ///< per vertex
+  std::vector<VertexKind> kind;       ///< per vertex
+  std::vector<Vec3d> normals;         ///< per facet: twice the area vector
+  std::vector<MaterialId> materials;  ///< per facet, or empty
+  std::uint32_t live_vertices = 0;
+
+  CollapseMesh(const TriMesh& mesh, const Sides& side_positions);
+
+  Vec3d normal_of(std::uint32_t f) const;
+  bool is_border(std::uint32_t h) const;
+  /// Rounds to the nearest place that a float mesh can hold.
+  Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
+  double squared_length(std::uint32_t h) const;
+
+  /// The mesh that is left: vertices and facets in their old order.
+  TriMesh extract() const;
+};
+
+/// How the two ends of an edge may be merged.
+enum class Merge : std::uint8_t {
+  forbidden,
+  free,         ///< anywhere that the sides of both allow
+  onto_origin,  ///< only at the place of the half edge's origin
+  onto_target,
+  onto_either  ///< at one of the two places
+};
+
+Merge merge_rule(const CollapseMesh& mesh, std::uint32_t h);
+
+/// Where the merged vertex of an edge may lie, as far as the sides of the domain say; relative to
+/// the origin of h, and with the middle of the edge as its origin.
+Subspace allowed_places(const CollapseMesh& mesh, std::uint32_t h);
+
+}  // namespace scarp

@@ -1,0 +1,136 @@
+#include "mesh/curvature.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "mesh/sides.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 2048;
+
+/// A value of Gaussian noise is below this many medians of its modulus in 99.95 % of all cases.
+constexpr double medians_of_noise = 5.2;
+
+/// How many mean edge lengths the radius of an edge may have that is still a feature.
+constexpr double feature_radius = 8;
+
+/// What one corner of a facet adds to the curvature of its vertex.
+struct CornerShare {
+  Vec3d laplacian;  ///< sum of cotangent times edge, for the two edges at the corner
+  double area = 0;  ///< part of the facet that belongs to the corner
+};
+
+CornerShare corner_share(const std::array<Vec3d, 3>& p) {
+  const Vec3d ab = p[1] - p[0];
+  const Vec3d ac = p[2] - p[0];
+  const Vec3d bc = p[2] - p[1];
+  const double twice_area = length(cross(ab, ac));
+  const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  // A facet without a height has no angles; it carries no area either.
+  if (twice_area <= 1e-9 * longest) return {};
+  const double cot_a = dot(ab, ac) / twice_area;
+  const double cot_b = -dot(ab, bc) / twice_area;
+  const double cot_c = dot(ac, bc) / twice_area;
+  // The angle opposite to an edge weighs that edge.
+  CornerShare share{.laplacian = cot_c * (p[0] - p[1]) + cot_b * (p[0] - p[2]), .area = 0};
+  if (cot_a < 0) {
+    share.area = twice_area / 4;
+  } else if (cot_b < 0 || cot_c < 0) {
+    share.area = twice_area / 8;
+  } else {
+    share.area = (dot(ab, ab) * cot_c + dot(ac, ac) * cot_b) / 8;
+  }
+  return share;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double mean_edge_length(const TriMesh& mesh, const HalfEdges& half_edges) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::uint32_t h = 0; h < half_edges.half_edge_count(); ++h) {
+    if (!half_edges.is_edge(h)) continue;
+    const Vec3d a(mesh.vertices[half_edges.origin(h)]);
+    const Vec3d b(mesh.vertices[half_edges.target(h)]);
+    sum += length(b - a);
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+}  // namespace
+
+std::vector<double> mean_curvature(const TriMesh& mesh, const HalfEdges& half_edges,
+                                   const Sides& sides) {
+  const SidePlanes planes(sides);
+  std::vector<double> curvature(half_edges.vertex_count(), 0);
+  parallel_for(curvature.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      if (half_edges.outgoing(v) == HalfEdges::none) continue;
+      Vec3d laplacian;
+      Vec3d normal;
+      double area = 0;
+      Vec3d here;
+      half_edges.for_each_outgoing(v, [&](std::uint32_t h) {
+        const std::array<Vec3d, 3> p{Vec3d(mesh.vertices[half_edges.origin(h)]),
+                                     Vec3d(mesh.vertices[half_edges.target(h)]),
+                                     Vec3d(mesh.vertices[half_edges.apex(h)])};
+        const CornerShare share = corner_share(p);
+        laplacian += share.laplacian;
+        area += share.area;
+        normal += cross(p[1] - p[0], p[2] - p[0]);
+        here = p[0];
+      });
+      // Behind a side lies the mirror image: what points through the side cancels, all else
+      // doubles, area included.
+      const SideMask mask = planes.mask(here);
+      for (int axis = 0; axis < 2; ++axis) {
+        if (fixes(mask, axis)) laplacian[axis] = normal[axis] = 0;
+      }
+      const bool open = half_edges.on_boundary(v) && mask == 0;
+      if (open || !(area > 0)) continue;
+      // The Laplacian is 2 H n times the area, with half of each cotangent sum.
+      curvature[v] = dot(laplacian, normalized(normal)) / (4 * area);
+    }
+  });
+  return curvature;
+}
+
+std::vector<double> smoothed(std::span<const double> values, const HalfEdges& half_edges) {
+  std::vector<double> result(values.size());
+  parallel_for(values.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      double sum = values[v];
+      int count = 1;
+      half_edges.for_each_neighbour(v, [&](std::uint32_t w) {
+        sum += values[w];
+        ++count;
+      });
+      result[v] = sum / count;
+    }
+  });
+  return result;
+}
+
+double feature_threshold(std::span<const double> curvature, const TriMesh& mesh,
+                         const HalfEdges& half_edges) {
+  const std::vector<double> mean = smoothed(curvature, half_edges);
+  std::vector<double> deviation(curvature.size());
+  for (std::size_t v = 0; v < deviation.size(); ++v)
+    deviation[v] = std::abs(curvature[v] - mean[v]);
+  const double edge = mean_edge_length(mesh, half_edges);
+  const double floor = edge > 0 ? 1 / (2 * feature_radius * edge) : 0;
+  return std::max(floor, medians_of_noise * median(std::move(deviation)));
+}
+
+}  // namespace scarp

@@ -1,0 +1,91 @@
+#include "mesh/distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 1024;
+
+}  // namespace
+
+std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree& to) {
+  std::vector<double> result(places.size());
+  parallel_for(places.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = to.closest(places[i]).distance;
+  });
+  return result;
+}
+
+std::vector<Vec3d> surface_vertices(const TriMesh& mesh) {
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) used[v] = true;
+  }
+  std::vector<Vec3d> places;
+  places.reserve(used.size());
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v]) places.emplace_back(mesh.vertices[v]);
+  }
+  return places;
+}
+
+std::vector<Vec3d> surface_samples(const TriMesh& mesh, double spacing) {
+  std::vector<Vec3d> places;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    // A point of a triangle is nearer to one of its corners than its longest edge over root 3.
+    const int n = std::max(1, static_cast<int>(std::ceil(longest / (1.7 * spacing))));
+    for (int i = 0; i <= n; ++i) {
+      for (int j = 0; i + j <= n; ++j) {
+        const double s = static_cast<double>(i) / n;
+        const double t = static_cast<double>(j) / n;
+        places.push_back(a + s * (b - a) + t * (c - a));
+      }
+    }
+  }
+  return places;
+}
+
+DistanceStatistics statistics(std::span<const double> distances) {
+  DistanceStatistics result;
+  if (distances.empty()) return result;
+  double sum = 0;
+  double squares = 0;
+  for (const double d : distances) {
+    result.max = std::max(result.max, d);
+    sum += d;
+    squares += d * d;
+  }
+  const auto count = static_cast<double>(distances.size());
+  result.mean = sum / count;
+  result.rms = std::sqrt(squares / count);
+  std::vector<double> sorted(distances.begin(), distances.end());
+  const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(0.99 * (count - 1));
+  std::nth_element(sorted.begin(), place, sorted.end());
+  result.p99 = *place;
+  return result;
+}
+
+SurfaceDistance surface_distance(const TriMesh& a, const TriMesh& b, double spacing) {
+  for (const TriMesh* mesh : {&a, &b}) {
+    if (mesh->triangles.empty()) throw InputError("distance: a mesh has no triangles");
+  }
+  const auto places = [spacing](const TriMesh& mesh) {
+    return spacing > 0 ? surface_samples(mesh, spacing) : surface_vertices(mesh);
+  };
+  SurfaceDistance result;
+  result.forward = statistics(distances(places(a), TriangleTree(b)));
+  result.reverse = statistics(distances(places(b), TriangleTree(a)));
+  result.symmetric_max = std::max(result.forward.max, result.reverse.max);
+  return result;
+}
+
+}  // namespace scarp

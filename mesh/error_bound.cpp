@@ -1,0 +1,254 @@
+#include "mesh/error_bound.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace scarp {
+
+namespace {
+
+constexpr int corner_none = -1;
+
+/// A point seen along the direction of projection.
+struct Flat {
+  double x = 0;
+  double y = 0;
+  double z = 0;  ///< height
+};
+
+double cross2(const Flat& a, const Flat& b, const Flat& c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// A triangle of one of the two height fields.
+struct FlatTriangle {
+  Flat a, b, c;
+  double area = 0;  ///< twice
+
+  FlatTriangle() = default;
+  FlatTriangle(const Flat& a_in, const Flat& b_in, const Flat& c_in)
+      : a(a_in), b(b_in), c(c_in), area(cross2(a_in, b_in, c_in)) {}
+
+  /// The lowest of the three weights of p, and the height of the triangle there.
+  double inside(const Flat& p, double& height) const {
+    const double wa = cross2(b, c, p) / area;
+    const double wb = cross2(c, a, p) / area;
+    const double wc = 1 - wa - wb;
+    height = wa * a.z + wb * b.z + wc * c.z;
+    return std::min({wa, wb, wc});
+  }
+};
+
+/// Where two segments cross: their height difference. False if they do not.
+bool crossing(const Flat& a, const Flat& b, const Flat& c, const Flat& d, double& difference) {
+  constexpr double slack = 1e-9;
+  const double along = (b.x - a.x) * (d.y - c.y) - (b.y - a.y) * (d.x - c.x);
+  if (along == 0) return false;
+  const double s = ((c.x - a.x) * (d.y - c.y) - (c.y - a.y) * (d.x - c.x)) / along;
+  if (!(s >= -slack && s <= 1 + slack)) return false;
+  const double t = ((c.x - a.x) * (b.y - a.y) - (c.y - a.y) * (b.x - a.x)) / along;
+  if (!(t >= -slack && t <= 1 + slack)) return false;
+  difference = std::abs(a.z + s * (b.z - a.z) - c.z - t * (d.z - c.z));
+  return true;
+}
+
+/// The two surfaces inside the rim of a star, as height fields over one plane.
+class Overlay {
+ public:
+  Overlay(const CollapseMesh& mesh, const Star& star, Vec3d r) : star_(star) {
+    choose_direction(mesh);
+    origin_ = r;
+    merged_ = {};
+    u_ = flat(mesh.r[star.u]);
+    v_ = flat(mesh.r[star.v]);
+    for (int i = 0; i <= star.count; ++i) ring_[i] = flat(mesh.r[star.ring[i]]);
+    for (int i = 0; i < star.count; ++i) {
+      old_[i] = {star.at_target[i] ? v_ : u_, ring_[i], ring_[i + 1]};
+      new_[i] = {merged_, ring_[i], ring_[i + 1]};
+    }
+    old_count_ = star.count;
+    for (const std::uint32_t f : star.dying) {
+      if (f == HalfEdges::none) continue;
+      old_[old_count_++] = {flat(mesh.r[mesh.topology.origin(3 * f)]),
+                            flat(mesh.r[mesh.topology.origin(3 * f + 1)]),
+                            flat(mesh.r[mesh.topology.origin(3 * f + 2)])};
+    }
+  }
+
+  int old_count() const { return old_count_; }
+
+  bool is_height_field() const {
+    for (int i = 0; i < old_count_; ++i) {
+      if (!(old_[i].area > 0)) return false;
+    }
+    for (int i = 0; i < star_.count; ++i) {
+      if (!(new_[i].area > 0)) return false;
+    }
+    return true;
+  }
+
+  /// Calls meet(new facet, old facet, height difference) at every vertex of the overlay, for every
+  /// pair of facets that meets there.
+  template <class Meet>
+  void visit(const Meet& meet) const {
+    for (int i = 0; i < star_.count; ++i) meet(i, i, 0.0);
+    visit_merged(meet);
+    visit_old_end(u_, false, meet);
+    visit_old_end(v_, true, meet);
+    visit_crossings(meet);
+  }
+
+ private:
+  void choose_direction(const CollapseMesh& mesh) {
+    Vec3d n;
+    for (int i = 0; i < star_.count; ++i) n += mesh.normals[star_.facet[i]];
+    for (const std::uint32_t f : star_.dying) {
+      if (f != HalfEdges::none) n += mesh.normals[f];
+    }
+    // Both surfaces end on the same side, so it has to be seen as a line.
+    for (int axis = 0; axis < 2; ++axis) {
+      if (fixes(mesh.sides[star_.u], axis) || fixes(mesh.sides[star_.v], axis)) n[axis] = 0;
+    }
+    n_ = normalized(n);
+    const Vec3d other = std::abs(n_.x) < 0.6   ? Vec3d{1, 0, 0}
+                        : std::abs(n_.y) < 0.6 ? Vec3d{0, 1, 0}
+                                               : Vec3d{0, 0, 1};
+    x_ = normalized(cross(other, n_));
+    y_ = cross(n_, x_);
+  }
+
+  Flat flat(Vec3d r) const {
+    const Vec3d a = r - origin_;
+    return {dot(a, x_), dot(a, y_), dot(a, n_)};
+  }
+
+  /// The triangle that p lies in, or the one it is least outside of.
+  template <std::size_t N>
+  static int locate(const Flat& p, const std::array<FlatTriangle, N>& triangles, int count,
+                    double& height) {
+    int best = corner_none;
+    double best_inside = -1e300;
+    for (int i = 0; i < count; ++i) {
+      double z = 0;
+      const double inside = triangles[i].inside(p, z);
+      if (inside > best_inside) {
+        best_inside = inside;
+        best = i;
+        height = z;
+      }
+    }
+    return best;
+  }
+
+  template <class Meet>
+  void visit_merged(const Meet& meet) const {
+    double height = 0;
+    const int old = locate(merged_, old_, old_count_, height);
+    for (int i = 0; i < star_.count; ++i) meet(i, old, std::abs(height));
+  }
+
+  template <class Meet>
+  void visit_old_end(const Flat& end, bool target, const Meet& meet) const {
+    double height = 0;
+    const int inside = locate(end, new_, star_.count, height);
+    const double difference = std::abs(height - end.z);
+    for (int i = 0; i < old_count_; ++i) {
+      if (i >= star_.count || star_.at_target[i] == target) meet(inside, i, difference);
+    }
+  }
+
+  template <class Meet>
+  void visit_crossings(const Meet& meet) const {
+    // Old inner edges: from a corner to the ring vertex between two facets, and the edge itself.
+    const int inner = star_.closed ? star_.count : star_.count - 1;
+    const int first_dying = star_.count;
+    for (int j = 0; j < inner; ++j) {
+      const int after = j + 1 == star_.count ? 0 : j + 1;
+      if (star_.at_target[j] == star_.at_target[after]) {
+        cross_spokes(old_[j].a, ring_[j + 1], j, after, meet);
+        continue;
+      }
+      // A dying facet lies between the two; either may be it.
+      for (int dying = first_dying; dying < old_count_; ++dying) {
+        cross_spokes(old_[j].a, ring_[j + 1], j, dying, meet);
+        cross_spokes(old_[after].a, ring_[j + 1], after, dying, meet);
+      }
+    }
+    cross_spokes(u_, v_, first_dying, old_count_ - 1, meet);
+  }
+
+  template <class Meet>
+  void cross_spokes(const Flat& a, const Flat& b, int old_left, int old_right,
+                    const Meet& meet) const {
+    const int spokes = star_.closed ? star_.count : star_.count + 1;
+    for (int k = 0; k < spokes; ++k) {
+      double difference = 0;
+      if (!crossing(a, b, merged_, ring_[k], difference)) continue;
+      const int left = k < star_.count ? k : star_.count - 1;
+      const int right = k > 0 ? k - 1 : star_.closed ? star_.count - 1 : 0;
+      for (const int i : {left, right}) {
+        meet(i, old_left, difference);
+        meet(i, old_right, difference);
+      }
+    }
+  }
+
+  const Star& star_;
+  Vec3d n_;
+  Vec3d x_;
+  Vec3d y_;
+  Vec3d origin_;
+  Flat merged_;
+  Flat u_;
+  Flat v_;
+  std::array<Flat, Star::capacity + 1> ring_;
+  std::array<FlatTriangle, Star::capacity + 2> old_;
+  std::array<FlatTriangle, Star::capacity> new_;
+  int old_count_ = 0;
+};
+
+}  // namespace
+
+bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
+  const auto old_error = [&](int i) {
+    return i < star.count ? error_[star.facet[i]] : error_[star.dying[i - star.count]];
+  };
+  // Whatever the shape: the surface moves linearly with its vertices.
+  const double shift = std::max(length(r - mesh.r[star.u]), length(r - mesh.r[star.v]));
+  double simple = 0;
+  const int old_count = star.count + (star.dying[1] == HalfEdges::none ? 1 : 2);
+  for (int i = 0; i < old_count; ++i) simple = std::max(simple, old_error(i));
+  simple += shift;
+
+  const Overlay overlay(mesh, star, r);
+  if (!overlay.is_height_field()) {
+    std::fill_n(proposed_.begin(), star.count, simple);
+    return simple <= limit_;
+  }
+  std::array<double, Star::capacity> difference{};
+  std::array<double, Star::capacity> carried{};
+  overlay.visit([&](int i, int old, double height) {
+    difference[i] = std::max(difference[i], height);
+    carried[i] = std::max(carried[i], old_error(old));
+  });
+  double largest = 0;
+  for (int i = 0; i < star.count; ++i) {
+    proposed_[i] = std::min(simple, carried[i] + difference[i]);
+    largest = std::max(largest, proposed_[i]);
+  }
+  return largest <= limit_;
+}
+
+void ErrorBound::accept(const Star& star) {
+  for (int i = 0; i < star.count; ++i) error_[star.facet[i]] = proposed_[i];
+}
+
+double ErrorBound::largest(const HalfEdges& topology) const {
+  double largest = 0;
+  for (std::uint32_t f = 0; f < error_.size(); ++f) {
+    if (topology.alive(f)) largest = std::max(largest, error_[f]);
+  }
+  return largest;
+}
+
+}  // namespace scarp

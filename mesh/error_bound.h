@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "mesh/collapse_mesh.h"
+#include "mesh/star.h"
+
+namespace scarp {
+
+/// A proven bound on the distance between the surface being simplified and the input.
+///
+/// Every facet carries a number that no point of it exceeds: its distance to the input, and the
+/// distance to it of the points of the input that it stands for. A collapse replaces the facets
+/// around an edge by others with the same rim. Seen along a direction in which both are height
+/// fields, their height difference is piecewise linear, so it is greatest at a vertex of the
+/// overlay of the two: at the merged vertex, at the two old ends, or where a new edge crosses an
+/// old one. New numbers are old ones plus that difference, so the bound holds in both directions
+/// but grows with each collapse, up to a few times the true distance.
+class ErrorBound {
+ public:
+  ErrorBound(std::size_t facet_count, double limit) : error_(facet_count, 0), limit_(limit) {}
+
+  /// Whether the numbers of the facets of a star stay within the limit when its edge is collapsed
+  /// to r. Remembers them for accept().
+  bool allows(const CollapseMesh& mesh, const Star& star, Vec3d r);
+
+  /// Takes over the numbers that allows() found.
+  void accept(const Star& star);
+
+  /// The greatest number of the living facets.
+  double largest(const HalfEdges& topology) const;
+
+ private:
+  std::vector<double> error_;
+  std::array<double, Star::capacity> proposed_{};
+  double limit_;
+};
+
+}  // namespace scarp

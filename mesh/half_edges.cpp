@@ -1,0 +1,231 @@
+#include "mesh/half_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "core/error.h"
+
+namespace scarp {
+
+namespace {
+
+std::string place(Vec3f r) {
+  return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
+}
+
+/// The corners with the lowest first and the cyclic order kept: equal for the same oriented
+/// triangle.
+Triangle rotated(Triangle t) {
+  while (t[0] > t[1] || t[0] > t[2]) t = {t[1], t[2], t[0]};
+  return t;
+}
+
+/// Half edges by origin, in compressed rows.
+struct Rows {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> half_edges;
+
+  Rows(const std::vector<std::uint32_t>& origin, std::size_t vertex_count)
+      : begin(vertex_count + 1, 0), half_edges(origin.size()) {
+    for (const std::uint32_t v : origin) ++begin[v + 1];
+    for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
+    std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
+    for (std::uint32_t h = 0; h < origin.size(); ++h) half_edges[cursor[origin[h]]++] = h;
+  }
+
+  std::span<const std::uint32_t> row(std::uint32_t v) const {
+    return {half_edges.data() + begin[v], half_edges.data() + begin[v + 1]};
+  }
+};
+
+}  // namespace
+
+HalfEdges::HalfEdges(const TriMesh& mesh) : outgoing_(mesh.vertices.size(), none) {
+  std::vector<std::uint32_t> order;
+  order.reserve(mesh.triangles.size());
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Triangle& t = mesh.triangles[f];
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) order.push_back(f);
+  }
+  // Sorting finds repeated triangles; the first of each stays, in the order of the input.
+  std::vector<std::pair<Triangle, std::uint32_t>> sorted;
+  sorted.reserve(order.size());
+  for (const std::uint32_t f : order) sorted.emplace_back(rotated(mesh.triangles[f]), f);
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<bool> repeated(mesh.triangles.size(), false);
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i].first == sorted[i - 1].first) repeated[sorted[i].second] = true;
+  }
+  for (const std::uint32_t f : order) {
+    if (repeated[f]) continue;
+    input_triangles_.push_back(f);
+    for (const std::uint32_t v : mesh.triangles[f]) origin_.push_back(v);
+  }
+  match_opposites(mesh);
+  split_touching_sheets();
+}
+
+void HalfEdges::match_opposites(const TriMesh& mesh) {
+  opposite_.assign(origin_.size(), none);
+  const Rows rows(origin_, mesh.vertices.size());
+  for (std::uint32_t h = 0; h < origin_.size(); ++h) {
+    const std::uint32_t a = origin(h);
+    const std::uint32_t b = target(h);
+    int same_way = 0;
+    for (const std::uint32_t g : rows.row(a)) same_way += target(g) == b ? 1 : 0;
+    if (same_way > 1) {
+      throw InputError("the mesh is not a 2-manifold: the edge from " + place(mesh.vertices[a]) +
+                       " to " + place(mesh.vertices[b]) +
+                       " belongs to more than two triangles, or to two that disagree about which "
+                       "side is out");
+    }
+    for (const std::uint32_t g : rows.row(b)) {
+      if (target(g) == a) opposite_[h] = g;
+    }
+  }
+}
+
+void HalfEdges::split_touching_sheets() {
+  const Rows rows(origin_, outgoing_.size());
+  std::vector<bool> seen(origin_.size(), false);
+  const auto vertex_count = static_cast<std::uint32_t>(outgoing_.size());
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    std::uint32_t sheet = v;
+    for (const std::uint32_t h : rows.row(v)) {
+      if (seen[h]) continue;
+      if (outgoing_[v] != none) {
+        sheet = static_cast<std::uint32_t>(outgoing_.size());
+        outgoing_.push_back(none);
+        copies_.push_back(v);
+      }
+      choose_outgoing(sheet, h);
+      for_each_outgoing(sheet, [&](std::uint32_t g) {
+        seen[g] = true;
+        origin_[g] = sheet;
+      });
+    }
+  }
+}
+
+void HalfEdges::link(std::uint32_t a, std::uint32_t b) {
+  if (a != none) opposite_[a] = b;
+  if (b != none) opposite_[b] = a;
+}
+
+void HalfEdges::choose_outgoing(std::uint32_t v, std::uint32_t h) {
+  const std::uint32_t start = h;
+  while (opposite_[h] != none) {
+    h = next(opposite_[h]);
+    if (h == start) break;
+  }
+  outgoing_[v] = h;
+}
+
+bool HalfEdges::can_collapse(std::uint32_t h) const {
+  const std::uint32_t u = origin(h);
+  const std::uint32_t v = target(h);
+  const std::uint32_t o = opposite_[h];
+  // An inner edge between two boundary vertices would pinch the surface.
+  if (o != none && on_boundary(u) && on_boundary(v)) return false;
+  for (const std::uint32_t side : {h, o}) {
+    if (side == none) continue;
+    // A facet on an ear would leave an edge without a facet.
+    if (opposite_[next(side)] == none && opposite_[previous(side)] == none) return false;
+  }
+  // Link condition: u and v share no neighbours but the apexes of the edge's own facets.
+  std::array<std::uint32_t, 64> ring;
+  std::size_t ring_size = 0;
+  bool fits = true;
+  for_each_neighbour(u, [&](std::uint32_t w) {
+    if (ring_size < ring.size()) {
+      ring[ring_size++] = w;
+    } else {
+      fits = false;
+    }
+  });
+  if (!fits) return false;
+  int shared = 0;
+  int valence = 0;
+  for_each_neighbour(v, [&](std::uint32_t w) {
+    ++valence;
+    for (std::size_t i = 0; i < ring_size; ++i) shared += ring[i] == w ? 1 : 0;
+  });
+  if (shared != (o == none ? 1 : 2)) return false;
+  // A tetrahedron would fold onto itself.
+  return !(o != none && ring_size == 3 && valence == 3 && !on_boundary(u) && !on_boundary(v));
+}
+
+void HalfEdges::close_facet(std::uint32_t h) {
+  const std::uint32_t a = opposite_[next(h)];
+  const std::uint32_t b = opposite_[previous(h)];
+  const std::uint32_t tip = apex(h);
+  link(a, b);
+  const std::uint32_t f = facet(h);
+  for (std::uint32_t i = 3 * f; i < 3 * f + 3; ++i) {
+    origin_[i] = none;
+    opposite_[i] = none;
+  }
+  // a ran from the tip to v, b from u to the tip.
+  choose_outgoing(tip, a != none ? a : next(b));
+}
+
+void HalfEdges::collapse(std::uint32_t h) {
+  const std::uint32_t u = origin(h);
+  const std::uint32_t v = target(h);
+  const std::uint32_t o = opposite_[h];
+  const std::uint32_t from_tip = opposite_[next(h)];
+  const std::uint32_t to_tip = opposite_[previous(h)];
+  // Turn around v before any link changes.
+  std::uint32_t g = outgoing_[v];
+  const std::uint32_t first = g;
+  do {
+    origin_[g] = u;
+    g = opposite_[previous(g)];
+  } while (g != none && g != first);
+
+  close_facet(h);
+  if (o != none) close_facet(o);
+  outgoing_[v] = none;
+  // Linked now, so that it is enough to know one living half edge of u.
+  choose_outgoing(u, to_tip != none ? to_tip : next(from_tip));
+}
+
+bool HalfEdges::can_flip(std::uint32_t h) const {
+  const std::uint32_t o = opposite_[h];
+  if (o == none) return false;
+  const std::uint32_t a = apex(h);
+  const std::uint32_t b = apex(o);
+  bool joined = a == b;
+  for_each_neighbour(a, [&](std::uint32_t w) { joined = joined || w == b; });
+  return !joined;
+}
+
+void HalfEdges::flip(std::uint32_t h) {
+  const std::uint32_t o = opposite_[h];
+  const std::uint32_t u = origin(h);
+  const std::uint32_t v = target(h);
+  const std::uint32_t a = apex(h);
+  const std::uint32_t b = apex(o);
+  const std::uint32_t va = opposite_[next(h)];
+  const std::uint32_t au = opposite_[previous(h)];
+  const std::uint32_t ub = opposite_[next(o)];
+  const std::uint32_t bv = opposite_[previous(o)];
+  // Facet of h becomes (b, a, u), facet of o becomes (a, b, v).
+  origin_[h] = b;
+  origin_[next(h)] = a;
+  origin_[previous(h)] = u;
+  origin_[o] = a;
+  origin_[next(o)] = b;
+  origin_[previous(o)] = v;
+  link(next(h), au);
+  link(previous(h), ub);
+  link(next(o), bv);
+  link(previous(o), va);
+  choose_outgoing(a, next(h));
+  choose_outgoing(u, previous(h));
+  choose_outgoing(b, next(o));
+  choose_outgoing(v, previous(o));
+}
+
+}  // namespace scarp

@@ -1,0 +1,155 @@
+#include "mesh/placement.h"
+
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 1024;
+
+/// Pull to the middle of the edge, as part of the quadric's trace. Noise of .01 cells is felt at
+/// 1e-4, the rounding of coordinates at 1e-10.
+constexpr double faint = 3e-6;
+
+/// Part of length^6 added to every cost: between equal costs, as on a plane, short edges go first.
+constexpr double tie_break = 1e-10;
+
+/// A minimum further from the middle of the edge than this many lengths is not trusted.
+constexpr double reach = 1.5;
+
+/// The better of the ends that the rule allows; q in the frame of the origin of h.
+Placed best_end(const CollapseMesh& mesh, std::uint32_t h, Merge rule, const Quadric& q) {
+  const Vec3d u = mesh.r[mesh.topology.origin(h)];
+  const Vec3d v = mesh.r[mesh.topology.target(h)];
+  const double cost_u = q.value({});
+  const double cost_v = q.value(v - u);
+  const bool to_u = rule == Merge::onto_origin || (rule == Merge::onto_either && cost_u <= cost_v);
+  return to_u ? Placed{u, cost_u} : Placed{v, cost_v};
+}
+
+/// The place in `places` where q is least, both in the frame of the origin of h.
+Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q,
+                  const Subspace& places) {
+  const Vec3d u = mesh.r[mesh.topology.origin(h)];
+  const Vec3d edge = mesh.r[mesh.topology.target(h)] - u;
+  const Vec3d middle = 0.5 * edge;
+  const double weight = faint * q.H.trace();
+  Vec3d r = weight > 0 ? minimum(q, weight, middle, places) : places.origin;
+  const Vec3d shift = r - middle;
+  if (dot(shift, shift) > reach * reach * dot(edge, edge)) r = allowed_places(mesh, h).origin;
+  const Vec3d place = mesh.rounded(u + r);
+  return {place, q.value(place - u)};
+}
+
+double with_tie_break(double cost, double squared_length) {
+  // Rounding may leave a flat cost a little below zero.
+  return (cost > 0 ? cost : 0) + tie_break * squared_length * squared_length * squared_length;
+}
+
+/// Adds, for the edges of an open boundary (not a side) at v, the areas under the new place as
+/// volumes of the given height.
+void add_open_boundary(const CollapseMesh& mesh, std::uint32_t v, Vec3d frame, double height,
+                       Quadric& q) {
+  if (mesh.sides[v] != 0 || !mesh.topology.on_boundary(v)) return;
+  const std::uint32_t out = mesh.topology.outgoing(v);
+  std::uint32_t last = out;
+  mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) { last = h; });
+  for (const std::uint32_t w : {mesh.topology.target(out), mesh.topology.apex(last)}) {
+    q.add_line(9 * height * height, mesh.r[v] - frame, mesh.r[w] - frame);
+  }
+}
+
+}  // namespace
+
+LindstromTurkPlacement::LindstromTurkPlacement(const CollapseMesh& mesh) : terms_(mesh.r.size()) {
+  parallel_for(terms_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) refresh(mesh, static_cast<std::uint32_t>(v));
+  });
+}
+
+void LindstromTurkPlacement::refresh(const CollapseMesh& mesh, std::uint32_t v) {
+  VertexTerms terms;
+  mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d n = mesh.normals[HalfEdges::facet(h)];
+    terms.H.add_outer(1, n);
+    terms.n += n;
+  });
+  terms_[v] = terms;
+}
+
+Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const {
+  const std::uint32_t u = mesh.topology.origin(h);
+  const std::uint32_t v = mesh.topology.target(h);
+  const Vec3d edge = mesh.r[v] - mesh.r[u];
+  const double squared_length = dot(edge, edge);
+
+  // The facets of either end, in the frame of u.
+  Quadric q{.H = terms_[v].H, .g = terms_[v].H * edge, .k = 0};
+  q.k = dot(edge, q.g);
+  q.H.add(1, terms_[u].H);
+  Vec3d n = terms_[u].n + terms_[v].n;
+  const double d = dot(terms_[v].n, edge);
+  // Those of the edge were counted twice; both ends lie in them, so g, k and d have no part of
+  // them.
+  for (const std::uint32_t side : {h, mesh.topology.opposite(h)}) {
+    if (side == HalfEdges::none) continue;
+    const Vec3d shared = mesh.normals[HalfEdges::facet(side)];
+    q.H.add_outer(-1, shared);
+    n = n - shared;
+  }
+  if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) {
+    const double height = std::sqrt(squared_length);
+    add_open_boundary(mesh, u, mesh.r[u], height, q);
+    add_open_boundary(mesh, v, mesh.r[u], height, q);
+  }
+  Placed placed;
+  if (rule == Merge::free) {
+    Subspace places = allowed_places(mesh, h);
+    places.intersect(n, d);
+    placed = best_place(mesh, h, q, places);
+  } else {
+    placed = best_end(mesh, h, rule, q);
+  }
+  placed.cost = with_tie_break(placed.cost, squared_length);
+  return placed;
+}
+
+void LindstromTurkPlacement::collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t) {
+  refresh(mesh, u);
+  mesh.topology.for_each_neighbour(u, [&](std::uint32_t w) { refresh(mesh, w); });
+}
+
+GarlandHeckbertPlacement::GarlandHeckbertPlacement(const CollapseMesh& mesh)
+    : planes_(mesh.r.size()) {
+  for (std::uint32_t v = 0; v < planes_.size(); ++v) {
+    mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+      const Vec3d n = mesh.normals[HalfEdges::facet(h)];
+      const double twice_area = length(n);
+      if (!(twice_area > 0)) return;
+      planes_[v].add_plane(1 / twice_area, n, dot(n, mesh.r[v]));
+    });
+    if (mesh.topology.outgoing(v) != HalfEdges::none) add_open_boundary(mesh, v, {}, 1, planes_[v]);
+  }
+}
+
+Placed GarlandHeckbertPlacement::place(const CollapseMesh& mesh, std::uint32_t h,
+                                       Merge rule) const {
+  Quadric q = planes_[mesh.topology.origin(h)];
+  q.add(1, planes_[mesh.topology.target(h)]);
+  q = q.moved(mesh.r[mesh.topology.origin(h)]);
+  const double squared_length = mesh.squared_length(h);
+  Placed placed = rule == Merge::free ? best_place(mesh, h, q, allowed_places(mesh, h))
+                                      : best_end(mesh, h, rule, q);
+  // Area times squared distance, made a squared volume by the only other length there is.
+  placed.cost = with_tie_break(placed.cost * squared_length, squared_length);
+  return placed;
+}
+
+void GarlandHeckbertPlacement::collapsed(const CollapseMesh&, std::uint32_t u, std::uint32_t v) {
+  planes_[u].add(1, planes_[v]);
+}
+
+}  // namespace scarp

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh/collapse_mesh.h"
+#include "mesh/quadric.h"
+
+namespace scarp {
+
+/// Where the vertex goes that two become, and what that costs.
+struct Placed {
+  Vec3d r;
+  double cost = 0;  ///< length^6: a square of a volume
+};
+
+// A placement policy has
+//   place(mesh, h, rule): the best place for merging the ends of h, and its cost;
+//   collapsed(mesh, u, v): called after v went into u, to bring cached quadrics up to date.
+// It looks only at the current mesh and its own memory, so the engine may ask in any order.
+
+/// Keeps the volume under the surface and, with that given, changes it least.
+///
+/// Deviations: on a side of the domain the surface is mirrored, so only other boundaries need the
+/// terms for boundaries. Where the surface is flat the volume leaves the place open; instead of a
+/// shape term behind angle tests, a faint pull to the middle of the edge decides.
+///
+/// Source: Lindstrom and Turk 1998, memoryless simplification, sec. 4.
+class LindstromTurkPlacement {
+ public:
+  explicit LindstromTurkPlacement(const CollapseMesh& mesh);
+  Placed place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const;
+  void collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t v);
+
+ private:
+  /// Over the facets of a vertex, in its own frame: all their planes go through the origin.
+  struct VertexTerms {
+    SymmetricMatrix H;  ///< r H r is the sum of the squared volumes under r
+    Vec3d n;            ///< n r is the sum of the volumes
+  };
+  void refresh(const CollapseMesh& mesh, std::uint32_t v);
+
+  std::vector<VertexTerms> terms_;
+};
+
+/// Remembers the planes of the input and goes where the sum of the squared distances to them, by
+/// area, is least.
+///
+/// Source: Garland and Heckbert 1997, sec. 4, weighted by area.
+class GarlandHeckbertPlacement {
+ public:
+  explicit GarlandHeckbertPlacement(const CollapseMesh& mesh);
+  Placed place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const;
+  void collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t v);
+
+ private:
+  std::vector<Quadric> planes_;
+};
+
+}  // namespace scarp

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/frame.h"
+#include "core/tri_mesh.h"
+
+namespace scarp {
+
+/// The shape of the facets of a mesh. Units: degrees.
+struct AngleStatistics {
+  double mean_minimum = 0;  ///< mean over the facets of their smallest angle
+  double lowest = 0;        ///< smallest angle of all
+  double below_5 = 0;       ///< fraction of facets with an angle below 5 degrees
+  double below_20 = 0;
+};
+
+/// What a simplified mesh must not have, counted.
+struct Defects {
+  std::size_t non_manifold_edges = 0;  ///< more than two triangles, or two that disagree
+  std::size_t zero_area = 0;
+  std::size_t flipped = 0;       ///< facets that look away from the original where they lie
+  std::size_t off_plane = 0;     ///< boundary vertices that have left the sides of the domain
+  std::size_t lost_corners = 0;  ///< vertices at a corner of the domain that are not there any more
+};
+
+AngleStatistics angle_statistics(const TriMesh& mesh);
+
+/// Compares a simplified mesh with what it came from.
+///
+/// A facet counts as flipped if its normal is turned by more than 90 degrees against every facet of
+/// the original within a hundredth of its longest edge (and against the closest) of its middle.
+/// Boundary vertices count as off their plane only if every boundary vertex of the original lies on
+/// one.
+Defects find_defects(const TriMesh& simplified, const TriMesh& original, const Sides& sides);
+
+/// The sides of a mesh that has no domain: those of its bounding box in x and y.
+Sides sides_of(const TriMesh& mesh);
+
+}  // namespace scarp

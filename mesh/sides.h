@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "core/frame.h"
+#include "core/vec3.h"
+
+namespace scarp {
+
+/// Which of the four lateral sides a vertex lies on: bit 2 axis for the lower, 2 axis + 1 for the
+/// upper one.
+using SideMask = std::uint8_t;
+
+/// Whether the coordinate along axis is given by a side.
+constexpr bool fixes(SideMask mask, int axis) { return (mask >> (2 * axis) & 3) != 0; }
+
+/// A vertex where two sides meet.
+constexpr bool is_corner(SideMask mask) { return fixes(mask, 0) && fixes(mask, 1); }
+
+/// Tells which vertices lie on the sides of the domain. Sides without a width are no sides.
+class SidePlanes {
+ public:
+  explicit SidePlanes(const Sides& sides) {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!(sides.width(axis) > 0)) continue;
+      // Coordinates are floats: a side may be off its own rounding by as much.
+      tolerance_[axis] = 1e-6 * sides.width(axis);
+      position_[2 * axis] = sides.lower[axis];
+      position_[2 * axis + 1] = sides.upper[axis];
+    }
+  }
+
+  SideMask mask(Vec3d r) const {
+    SideMask mask = 0;
+    for (int side = 0; side < 4; ++side) {
+      const int axis = side / 2;
+      if (tolerance_[axis] > 0 && std::abs(r[axis] - position_[side]) <= tolerance_[axis]) {
+        mask = static_cast<SideMask>(mask | 1U << side);
+      }
+    }
+    return mask;
+  }
+
+ private:
+  std::array<double, 4> position_{};
+  std::array<double, 2> tolerance_{};
+};
+
+}  // namespace scarp

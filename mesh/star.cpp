@@ -1,0 +1,67 @@
+#include "mesh/star.h"
+
+namespace scarp {
+
+namespace {
+
+/// Turns counter-clockwise around the two ends of an edge as if they were one vertex.
+class Turn {
+ public:
+  Turn(const HalfEdges& topology, std::uint32_t h)
+      : topology_(topology), h_(h), o_(topology.opposite(h)) {}
+
+  /// The first outgoing half edge that is not in a facet of the edge; none if there is none.
+  std::uint32_t first() const {
+    const std::uint32_t u = topology_.origin(h_);
+    const std::uint32_t v = topology_.target(h_);
+    if (o_ == HalfEdges::none) return across(topology_.outgoing(v));
+    if (topology_.on_boundary(u)) return across(topology_.outgoing(u));
+    if (topology_.on_boundary(v)) return across(topology_.outgoing(v));
+    return across(h_);
+  }
+
+  std::uint32_t next(std::uint32_t g) const {
+    return across(topology_.opposite(HalfEdges::previous(g)));
+  }
+
+ private:
+  /// Steps over the facets of the edge, from one end to the other.
+  std::uint32_t across(std::uint32_t g) const {
+    if (g == HalfEdges::none) return g;
+    if (g == h_ || g == HalfEdges::next(h_)) return topology_.opposite(HalfEdges::previous(h_));
+    if (o_ != HalfEdges::none && (g == o_ || g == HalfEdges::next(o_))) {
+      return topology_.opposite(HalfEdges::previous(o_));
+    }
+    return g;
+  }
+
+  const HalfEdges& topology_;
+  std::uint32_t h_;
+  std::uint32_t o_;
+};
+
+}  // namespace
+
+bool Star::gather(const HalfEdges& topology, std::uint32_t h) {
+  u = topology.origin(h);
+  v = topology.target(h);
+  const std::uint32_t o = topology.opposite(h);
+  dying = {HalfEdges::facet(h), o == HalfEdges::none ? HalfEdges::none : HalfEdges::facet(o)};
+  const Turn turn(topology, h);
+  const std::uint32_t first = turn.first();
+  count = 0;
+  for (std::uint32_t g = first; g != HalfEdges::none;) {
+    if (count == capacity) return false;
+    facet[count] = HalfEdges::facet(g);
+    at_target[count] = topology.origin(g) == v;
+    ring[count] = topology.target(g);
+    ring[count + 1] = topology.apex(g);
+    ++count;
+    g = turn.next(g);
+    if (g == first) break;
+  }
+  closed = count > 0 && ring[count] == ring[0];
+  return true;
+}
+
+}  // namespace scarp

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "mesh/collapse_mesh.h"
+
+namespace scarp {
+
+/// The facets around an edge, in the order in which they will surround the merged vertex.
+///
+/// Facet i has the corner u or v of the edge and the ring vertices i and i + 1, counter-clockwise.
+/// Around an inner vertex the ring is closed: its last vertex is its first.
+struct Star {
+  static constexpr int capacity = 48;
+
+  std::uint32_t u = 0;
+  std::uint32_t v = 0;
+  int count = 0;
+  bool closed = false;
+  std::array<std::uint32_t, capacity> facet;
+  std::array<bool, capacity> at_target;  ///< the corner is v
+  std::array<std::uint32_t, capacity + 1> ring;
+  std::array<std::uint32_t, 2> dying;  ///< the facets of the edge; the second may be none
+
+  /// The star of half edge h. False if it has more facets than the capacity.
+  bool gather(const HalfEdges& topology, std::uint32_t h);
+};
+
+}  // namespace scarp

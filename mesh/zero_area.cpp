@@ -1,0 +1,113 @@
+#include "mesh/zero_area.h"
+
+#include <algorithm>
+#include <array>
+
+#include "mesh/star.h"
+
+namespace scarp {
+
+namespace {
+
+/// Height over the longest edge that float coordinates cannot tell from none.
+constexpr double without_area = 1e-5;
+
+/// A short edge is one of at most this part of the longest one of its facet.
+constexpr double short_edge = 1e-3;
+
+struct Shape {
+  std::uint32_t shortest = 0;  ///< half edges
+  std::uint32_t longest = 0;
+  double shortest_square = 0;
+  double longest_square = 0;
+  double square = 0;  ///< of twice the area
+
+  bool has_area() const {
+    return square > without_area * without_area * longest_square * longest_square;
+  }
+};
+
+Shape shape_of(const CollapseMesh& mesh, std::uint32_t f) {
+  Shape shape{.shortest = 3 * f, .longest = 3 * f};
+  shape.shortest_square = shape.longest_square = mesh.squared_length(3 * f);
+  for (std::uint32_t h = 3 * f + 1; h < 3 * f + 3; ++h) {
+    const double square = mesh.squared_length(h);
+    if (square < shape.shortest_square) {
+      shape.shortest_square = square;
+      shape.shortest = h;
+    }
+    if (square > shape.longest_square) {
+      shape.longest_square = square;
+      shape.longest = h;
+    }
+  }
+  shape.square = dot(mesh.normals[f], mesh.normals[f]);
+  return shape;
+}
+
+/// Whether the facets of a star keep their direction when its edge is collapsed to r.
+bool keeps_directions(const CollapseMesh& mesh, const Star& star, Vec3d r) {
+  for (int i = 0; i < star.count; ++i) {
+    if (!shape_of(mesh, star.facet[i]).has_area()) continue;
+    const Vec3d n = cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r);
+    if (!(dot(n, mesh.normals[star.facet[i]]) > 0)) return false;
+  }
+  return true;
+}
+
+bool collapse_needle(CollapseMesh& mesh, std::uint32_t h) {
+  const Merge rule = merge_rule(mesh, h);
+  Star star;
+  if (rule == Merge::forbidden || !mesh.topology.can_collapse(h) ||
+      !star.gather(mesh.topology, h)) {
+    return false;
+  }
+  // Onto the end that lies on more sides, or is bound more.
+  const bool to_target = rule == Merge::onto_target || mesh.sides[star.v] > mesh.sides[star.u];
+  const Vec3d r = mesh.r[to_target ? star.v : star.u];
+  if (!keeps_directions(mesh, star, r)) return false;
+  mesh.topology.collapse(h);
+  --mesh.live_vertices;
+  mesh.r[star.u] = r;
+  mesh.sides[star.u] |= mesh.sides[star.v];
+  mesh.kind[star.u] = std::max(mesh.kind[star.u], mesh.kind[star.v]);
+  for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = mesh.normal_of(star.facet[i]);
+  return true;
+}
+
+bool flip_cap(CollapseMesh& mesh, std::uint32_t h) {
+  if (!mesh.topology.can_flip(h) || mesh.is_border(h)) return false;
+  const std::uint32_t f = HalfEdges::facet(h);
+  const std::uint32_t g = HalfEdges::facet(mesh.topology.opposite(h));
+  const Vec3d before = mesh.normals[f] + mesh.normals[g];
+  mesh.topology.flip(h);
+  const std::array<Vec3d, 2> after{mesh.normal_of(f), mesh.normal_of(g)};
+  if (!(dot(after[0], before) > 0) || !(dot(after[1], before) > 0)) {
+    mesh.topology.flip(h);
+    return false;
+  }
+  mesh.normals[f] = after[0];
+  mesh.normals[g] = after[1];
+  return true;
+}
+
+}  // namespace
+
+void remove_zero_area(CollapseMesh& mesh) {
+  // A facet may wait for its neighbour, so a few passes; each changed facet is better than before.
+  for (int pass = 0; pass < 4; ++pass) {
+    bool changed = false;
+    for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
+      if (!mesh.topology.alive(f)) continue;
+      const Shape shape = shape_of(mesh, f);
+      if (shape.has_area()) continue;
+      const bool needle = shape.shortest_square <= short_edge * short_edge * shape.longest_square;
+      const bool done =
+          needle ? collapse_needle(mesh, shape.shortest) : flip_cap(mesh, shape.longest);
+      changed = changed || done;
+    }
+    if (!changed) return;
+  }
+}
+
+}  // namespace scarp
