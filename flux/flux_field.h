@@ -25,11 +25,12 @@ struct FluxAudit {
   double lost_back_face = 0;   ///< arrived at the solid side of a facet
   double lost_below = 0;       ///< left below the lowest vertex
   double lost_side_limit = 0;  ///< crossed the lateral sides too often without meeting anything
-  double roulette =
-      0;  ///< weight added (> 0) or removed (< 0) by Russian roulette; zero on average
+  double roulette = 0;  ///< weight added (> 0) or removed by Russian roulette; zero on average
+  double balance_std_error = 0;  ///< of balance_error(); zero where the balance is exact
 
   double lost() const { return lost_back_face + lost_below + lost_side_limit; }
-  /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero for forward tracing.
+  /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero for forward tracing, zero on
+  /// average for gathering.
   double balance_error() const;
 };
 

@@ -6,9 +6,9 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "flux/flight_order.h"
 #include "flux/sampling.h"
 #include "flux/sobol.h"
+#include "flux/spatial_order.h"
 
 namespace scarp {
 
@@ -58,7 +58,6 @@ class Tracer {
  private:
   Particle emit(std::uint64_t ray) const;
   void trace_pool(std::uint64_t first, std::uint64_t end);
-  void sort(std::vector<Particle>& particles) const;
   bool arrive(Particle& particle, const Flight& flight, Counts& counts);
   Vec3d emission_normal(std::uint32_t facet) const;
   static bool play_roulette(Particle& particle, Counts& counts);
@@ -125,40 +124,26 @@ void Tracer::trace(std::uint64_t first, std::uint64_t end) {
   rays_ = end;
 }
 
-// All particles of a pool fly once, then all that go on fly again. Sorted by place and direction,
-// consecutive flights meet the same part of Embree's tree, which halves the time.
+// All particles of a pool fly once, then all that go on fly again.
 void Tracer::trace_pool(std::uint64_t first, std::uint64_t end) {
   Counts counts;
   std::vector<Particle> particles;
+  std::vector<Particle> going_on;
   particles.reserve(end - first);
   for (std::uint64_t ray = first; ray < end; ++ray) particles.push_back(emit(ray));
   counts.emitted = static_cast<std::int64_t>(particles.size()) * unit_weight;
   while (!particles.empty()) {
-    sort(particles);
+    const auto order = flight_order(problem_.scene, particles.size(),
+                                    [&](std::size_t i) -> const Ray& { return particles[i].ray; });
     counts.segments += static_cast<std::int64_t>(particles.size());
-    std::size_t kept = 0;
-    for (Particle& particle : particles) {
-      const Flight flight = problem_.scene.fly(particle.ray);
-      if (arrive(particle, flight, counts)) particles[kept++] = particle;
+    going_on.clear();
+    for (const std::uint32_t i : order) {
+      const Flight flight = problem_.scene.fly(particles[i].ray);
+      if (arrive(particles[i], flight, counts)) going_on.push_back(particles[i]);
     }
-    particles.erase(particles.begin() + static_cast<std::ptrdiff_t>(kept), particles.end());
+    particles.swap(going_on);
   }
   add(counts_, counts);
-}
-
-void Tracer::sort(std::vector<Particle>& particles) const {
-  const RayScene& scene = problem_.scene;
-  const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
-  std::vector<std::uint32_t> keys(particles.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const Ray& ray = particles[i].ray;
-    keys[i] = flight_key({ray.r.x / size.x, ray.r.y / size.y, (ray.r.z - scene.lowest()) / size.z},
-                         ray.u);
-  }
-  std::vector<Particle> sorted;
-  sorted.reserve(particles.size());
-  for (const std::uint32_t i : sorted_order(keys)) sorted.push_back(particles[i]);
-  particles.swap(sorted);
 }
 
 Vec3d Tracer::emission_normal(std::uint32_t facet) const {
@@ -211,16 +196,22 @@ bool Tracer::play_roulette(Particle& particle, Counts& counts) {
 }
 
 FluxEstimate Tracer::estimate_flux() const {
-  const double per_batch = static_cast<double>(rays_ / batch_count);
-  const double scale = problem_.scene.source_area() / (per_batch * unit_weight);
-  return estimate(problem_.scene, problem_.patches,
-                  {.count = batch_count,
-                   .flux =
-                       [&](std::size_t f, std::size_t b) {
-                         return static_cast<double>(tallies_[f * batch_count + b]) * scale /
-                                problem_.scene.area(f);
-                       },
-                   .unseen = problem_.scene.source_area() / static_cast<double>(rays_)});
+  const RayScene& scene = problem_.scene;
+  const double scale = scene.source_area() / (static_cast<double>(rays_) * unit_weight);
+  std::vector<double> sums(scene.facet_count());
+  for (std::size_t k = 0; k < tallies_.size(); ++k)
+    sums[k / batch_count] += static_cast<double>(tallies_[k]);
+  // Of a batch: its own estimate less that of all.
+  const auto deviation = [&](std::size_t f, std::size_t b) {
+    const auto own = static_cast<double>(tallies_[f * batch_count + b]);
+    return (own * batch_count - sums[f]) * scale / scene.area(f);
+  };
+  return estimate(scene, problem_.patches,
+                  {.flux = [&](std::size_t f) { return sums[f] * scale / scene.area(f); },
+                   .deviation = deviation,
+                   .deviations = batch_count,
+                   .divisor = batch_count * (batch_count - 1),
+                   .unseen = scene.source_area() / static_cast<double>(rays_)});
 }
 
 std::uint64_t whole_batches(std::uint64_t rays) {

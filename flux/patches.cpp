@@ -1,12 +1,12 @@
 #include "flux/patches.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
 
 #include "core/parallel.h"
+#include "flux/spatial_order.h"
 
 namespace scarp {
 
@@ -35,30 +35,10 @@ std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {
   return parent;
 }
 
-int main_direction(Vec3d n) {
-  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
-  const int axis = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
-  return 2 * axis + (n[axis] < 0 ? 1 : 0);
-}
-
-struct Statistics {
+struct PatchFlux {
   double mean = 0;
   double std_error = 0;
 };
-
-template <class Sample>
-Statistics statistics(std::size_t count, const Sample& sample) {
-  Statistics result;
-  for (std::size_t b = 0; b < count; ++b) result.mean += sample(b);
-  result.mean /= static_cast<double>(count);
-  double squares = 0;
-  for (std::size_t b = 0; b < count; ++b) {
-    const double deviation = sample(b) - result.mean;
-    squares += deviation * deviation;
-  }
-  result.std_error = std::sqrt(squares / static_cast<double>(count * (count - 1)));
-  return result;
-}
 
 }  // namespace
 
@@ -97,30 +77,35 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
   }
 }
 
-FluxEstimate estimate(const RayScene& scene, const Patches& patches,
-                      const FluxReplicates& replicates) {
+FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
   const std::size_t facet_count = scene.facet_count();
   FluxEstimate result;
   result.tally.mean.resize(facet_count);
   result.tally.std_error.resize(facet_count);
-  std::vector<Statistics> of_patch(patches.list().size());
+  std::vector<PatchFlux> of_patch(patches.list().size());
 
   parallel_for(patches.list().size(), 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> sums(replicates.count);
+    std::vector<double> sums(spread.deviations);
     for (std::size_t p = begin; p < end; ++p) {
       const Patches::Patch& patch = patches.list()[p];
       std::fill(sums.begin(), sums.end(), 0.0);
       for (const std::uint32_t f : patch.facets) {
-        for (std::size_t b = 0; b < sums.size(); ++b)
-          sums[b] += replicates.flux(f, b) * scene.area(f);
-        const Statistics facet =
-            statistics(sums.size(), [&](std::size_t b) { return replicates.flux(f, b); });
-        result.tally.mean[f] = static_cast<float>(facet.mean);
+        const double flux = spread.flux(f);
+        double squares = 0;
+        for (std::size_t b = 0; b < sums.size(); ++b) {
+          const double deviation = spread.deviation(f, b);
+          squares += deviation * deviation;
+          sums[b] += deviation * scene.area(f);
+        }
+        of_patch[p].mean += flux * scene.area(f) / patch.area;
+        result.tally.mean[f] = static_cast<float>(flux);
         result.tally.std_error[f] = static_cast<float>(
-            facet.mean > 0 ? facet.std_error : replicates.unseen / scene.area(f));
+            flux > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen / scene.area(f));
       }
-      of_patch[p] = statistics(sums.size(), [&](std::size_t b) { return sums[b] / patch.area; });
-      if (of_patch[p].mean == 0) of_patch[p].std_error = replicates.unseen / patch.area;
+      double squares = 0;
+      for (const double sum : sums) squares += sum * sum;
+      of_patch[p].std_error =
+          (of_patch[p].mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen) / patch.area;
     }
   });
 

@@ -29,12 +29,15 @@ class Patches {
   std::uint32_t part_count_ = 0;
 };
 
-/// Equally likely, independent estimates of the flux on each facet.
-struct FluxReplicates {
-  std::size_t count = 0;
-  std::function<double(std::size_t facet, std::size_t replicate)> flux;
-  double unseen = 0;  ///< standard error times area (squared spacings) where no replicate saw a
-                      ///< particle
+/// The flux on each facet and how far it may be off: deviations that are equally likely, each taken
+/// on all facets together. The standard error of the flux, and of its mean over any facets, is the
+/// root of the sum of squared deviations over divisor.
+struct FluxSpread {
+  std::function<double(std::size_t facet)> flux;
+  std::function<double(std::size_t facet, std::size_t deviation)> deviation;
+  std::size_t deviations = 0;
+  double divisor = 1;
+  double unseen = 0;  ///< standard error times area (squared spacings) where nothing arrived
 };
 
 struct FluxEstimate {
@@ -48,7 +51,6 @@ struct FluxEstimate {
 /// Only parts of the surface on which a particle arrived count: no path joins a closed void to the
 /// source. A patch cut smaller than 4 x 4 spacings counts with the error that a whole one of the
 /// same noise would have, so that the error does not depend on where the cells' borders fall.
-FluxEstimate estimate(const RayScene& scene, const Patches& patches,
-                      const FluxReplicates& replicates);
+FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread);
 
 }  // namespace scarp

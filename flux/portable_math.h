@@ -7,7 +7,7 @@ namespace scarp {
 /// The ones of the C library pick fused instructions at run time where there are any, so their last
 /// bit differs between machines. These use plain additions, products and quotients.
 
-/// x to the power y for 0 <= x <= 1 and y > 0; relative error below 1e-13 for y <= 10.
+/// x to the power y for 0 <= x <= 1, with zero for x = 0; relative error below 1e-13 for |y| <= 10.
 double portable_power(double x, double y);
 
 struct SineCosine {

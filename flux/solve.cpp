@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "flux/beam.h"
 #include "flux/forward.h"
+#include "flux/gather.h"
 #include "flux/patches.h"
 #include "flux/ray_scene.h"
 
@@ -97,18 +98,32 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
   const RayScene scene(facets, options.sides, {.spacing = spacing, .embree = ""});
   const Patches patches(facets, scene);
-  std::vector<FluxField> fields;
-  for (std::uint32_t index = 0; index < species.size(); ++index) {
-    const std::vector<float> sticking = sticking_of_facets(facets, species[index]);
-    const FluxProblem problem{.scene = scene,
-                              .patches = patches,
-                              .sticking = sticking,
-                              .species = species[index],
-                              .species_index = index,
-                              .options = options};
-    fields.push_back(species[index].source.kind == SourceLobe::Kind::beam ? trace_beam(problem)
-                                                                          : trace_forward(problem));
+  std::vector<std::vector<float>> sticking;
+  for (const Species& one : species) sticking.push_back(sticking_of_facets(facets, one));
+  const auto problem = [&](std::size_t index) {
+    return FluxProblem{.scene = scene,
+                       .patches = patches,
+                       .sticking = sticking[index],
+                       .species = species[index],
+                       .species_index = static_cast<std::uint32_t>(index),
+                       .options = options};
+  };
+
+  std::vector<FluxField> fields(species.size());
+  std::vector<std::size_t> gathered;
+  for (std::size_t index = 0; index < species.size(); ++index) {
+    if (species[index].source.kind == SourceLobe::Kind::beam) {
+      fields[index] = trace_beam(problem(index));
+    } else if (options.engine == FluxOptions::Engine::forward) {
+      fields[index] = trace_forward(problem(index));
+    } else {
+      gathered.push_back(index);
+    }
   }
+  std::vector<FluxProblem> problems;
+  for (const std::size_t index : gathered) problems.push_back(problem(index));
+  std::vector<FluxField> from_gather = gather(problems);
+  for (std::size_t k = 0; k < gathered.size(); ++k) fields[gathered[k]] = std::move(from_gather[k]);
   return fields;
 }
 

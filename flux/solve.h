@@ -13,7 +13,11 @@ namespace scarp {
 
 /// Units: lengths as in the mesh.
 struct FluxOptions {
-  enum class Engine { automatic, forward };
+  enum class Engine {
+    automatic,  ///< gather where it can
+    forward,    ///< particles from the source, one by one
+    gather,     ///< rays from the facets and an exchange between them
+  };
   Engine engine = Engine::automatic;
   Sides sides{};                 ///< where rays are mirrored or wrapped
   bool two_dimensional = false;  ///< rays travel in the x-z plane
@@ -22,6 +26,7 @@ struct FluxOptions {
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
   std::uint64_t rays = 0;        ///< fixes the number of rays and switches the target off, when > 0
   std::uint64_t max_rays = std::uint64_t{1} << 28;
+  std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;
   std::uint32_t time_step = 0;  ///< part of the random number's key
 };

@@ -118,8 +118,8 @@ inline Shape hole(double aspect_ratio, double half_width = 11, int rings = 10) {
 /// A sphere of radius 10 cut by the plane z = 0 at the height cut * 10 above its centre, below a
 /// flat square field.
 inline Shape spherical_pit(double cut) {
-  constexpr int sides = 128;
-  constexpr int rings = 64;
+  constexpr int sides = 64;
+  constexpr int rings = 32;
   constexpr double step = 2 * std::numbers::pi / sides;
   const double first = std::acos(cut);
   constexpr double half_width = 11;

@@ -1,36 +1,49 @@
-#include "flux/flight_order.h"
+#include "flux/spatial_order.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace scarp {
 
 namespace {
 
-constexpr unsigned cell_bits = 6;
 constexpr unsigned pass_bits = 11;
 constexpr std::uint32_t bucket_count = 1U << pass_bits;
 
-// Bit k of the six goes to bit 3k.
-std::uint32_t spread(std::uint32_t x) {
-  x = (x | (x << 8)) & 0x0300FU;
-  x = (x | (x << 4)) & 0x030C3U;
-  return (x | (x << 2)) & 0x09249U;
+// Bit k of sixteen goes to bit 3k.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | (x << 16)) & 0x0000FF0000FFU;
+  x = (x | (x << 8)) & 0x00F00F00F00FU;
+  x = (x | (x << 4)) & 0x0C30C30C30C3U;
+  return (x | (x << 2)) & 0x249249249249U;
 }
 
-std::uint32_t cell(double unit) {
-  constexpr double cells = 1U << cell_bits;
-  return static_cast<std::uint32_t>(std::clamp(unit * cells, 0.0, cells - 1));
+// The cells of the unit cube along a Z-shaped curve.
+std::uint64_t z_order(Vec3d r_unit, unsigned bits) {
+  const auto cell = [&](double unit) {
+    const double cells = 1U << bits;
+    return spread(static_cast<std::uint64_t>(std::clamp(unit * cells, 0.0, cells - 1)));
+  };
+  return cell(r_unit.x) | (cell(r_unit.y) << 1) | (cell(r_unit.z) << 2);
 }
 
 }  // namespace
 
+int main_direction(Vec3d n) {
+  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+  const int axis = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
+  return 2 * axis + (n[axis] < 0 ? 1 : 0);
+}
+
+std::uint64_t curve_key(Vec3d r_unit, int direction) {
+  return (static_cast<std::uint64_t>(direction) << 48) | z_order(r_unit, 16);
+}
+
 std::uint32_t flight_key(Vec3d r_unit, Vec3d u) {
   const std::uint32_t octant = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U);
-  const std::uint32_t place =
-      spread(cell(r_unit.x)) | (spread(cell(r_unit.y)) << 1) | (spread(cell(r_unit.z)) << 2);
-  return (place << 3) | octant;
+  return (static_cast<std::uint32_t>(z_order(r_unit, 6)) << 3) | octant;
 }
 
 std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys) {

@@ -1,0 +1,187 @@
+#include "flux/exchange.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 512;  // rows
+constexpr int max_iterations = 2000;
+
+template <class Number>
+using Block = std::vector<Number>;
+
+// One number per column.
+using Scalars = std::vector<double>;
+
+// A quotient that switches a column off when it has nothing left to do.
+double ratio(double a, double b) {
+  const double quotient = a / b;
+  return std::isfinite(quotient) ? quotient : 0;
+}
+
+template <class Number>
+class Solver {
+ public:
+  Solver(const ExchangeMatrix& matrix, std::span<const float> reemitted, std::span<const Number> b,
+         std::size_t columns)
+      : matrix_(matrix), reemitted_(reemitted), b_(b), columns_(columns) {}
+
+  Block<Number> solve(double tolerance);
+
+ private:
+  Block<Number> block() const { return Block<Number>(matrix_.size() * columns_); }
+
+  template <class Body>
+  void for_each_entry(const Body& body) const {
+    parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t c = 0; c < columns_; ++c) body(i * columns_ + c, c);
+    });
+  }
+
+  // Sums over fixed ranges of rows, then over ranges in their order: the same bits for any number
+  // of threads.
+  Scalars dot(const Block<Number>& x, const Block<Number>& y) const;
+
+  // x - K (c x)
+  void apply(const Block<Number>& x, Block<Number>& y);
+  bool iterate(Block<Number>& x, const Scalars& goal);
+
+  const ExchangeMatrix& matrix_;
+  std::span<const float> reemitted_;
+  std::span<const Number> b_;
+  std::size_t columns_;
+  Block<Number> scaled_;
+};
+
+template <class Number>
+Scalars Solver<Number>::dot(const Block<Number>& x, const Block<Number>& y) const {
+  const std::size_t ranges = (matrix_.size() + grain - 1) / grain;
+  Scalars partial(ranges * columns_);
+  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    double* sums = &partial[begin / grain * columns_];
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t c = 0; c < columns_; ++c)
+        sums[c] +=
+            static_cast<double>(x[i * columns_ + c]) * static_cast<double>(y[i * columns_ + c]);
+  });
+  Scalars sums(columns_);
+  for (std::size_t k = 0; k < partial.size(); ++k) sums[k % columns_] += partial[k];
+  return sums;
+}
+
+template <class Number>
+void Solver<Number>::apply(const Block<Number>& x, Block<Number>& y) {
+  scaled_.resize(x.size());
+  for_each_entry([&](std::size_t k, std::size_t) {
+    scaled_[k] = static_cast<Number>(reemitted_[k / columns_]) * x[k];
+  });
+  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    Block<Number> sum(columns_);
+    for (std::size_t i = begin; i < end; ++i) {
+      std::fill(sum.begin(), sum.end(), Number{0});
+      for (std::uint64_t k = matrix_.first[i]; k < matrix_.first[i + 1]; ++k) {
+        const std::size_t hit = matrix_.hits[k];
+        if (hit >= matrix_.size()) continue;
+        const Number* row = &scaled_[hit * columns_];
+        for (std::size_t c = 0; c < columns_; ++c) sum[c] += row[c];
+      }
+      const Number rays = static_cast<Number>(matrix_.first[i + 1] - matrix_.first[i]);
+      for (std::size_t c = 0; c < columns_; ++c)
+        y[i * columns_ + c] = x[i * columns_ + c] - sum[c] / rays;
+    }
+  });
+}
+
+// One run of the recurrence from x; true once every column's residual is below its goal. A column
+// that is there, or whose recurrence breaks down, stands still; the next run starts it anew.
+template <class Number>
+bool Solver<Number>::iterate(Block<Number>& x, const Scalars& goal) {
+  Block<Number> r = block();
+  apply(x, r);
+  for_each_entry([&](std::size_t k, std::size_t) { r[k] = b_[k] - r[k]; });
+  std::vector<char> active(columns_, 1);
+  const auto all_done = [&](const Scalars& squares) {
+    bool done = true;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      if (squares[c] <= goal[c]) active[c] = 0;
+      done = done && active[c] == 0;
+    }
+    return done;
+  };
+  if (all_done(dot(r, r))) return true;
+
+  const Block<Number> shadow = r;
+  Block<Number> p = r;
+  Block<Number> v = block();
+  Block<Number> t = block();
+  Scalars rho = dot(shadow, r);
+  Scalars alpha(columns_);
+  Scalars beta(columns_);
+  Scalars omega(columns_);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    apply(p, v);
+    const Scalars projection = dot(shadow, v);
+    for (std::size_t c = 0; c < columns_; ++c)
+      alpha[c] = active[c] == 0 ? 0 : ratio(rho[c], projection[c]);
+    for_each_entry(
+        [&](std::size_t k, std::size_t c) { r[k] -= static_cast<Number>(alpha[c]) * v[k]; });
+    apply(r, t);
+    const Scalars tr = dot(t, r);
+    const Scalars tt = dot(t, t);
+    for (std::size_t c = 0; c < columns_; ++c) omega[c] = active[c] == 0 ? 0 : ratio(tr[c], tt[c]);
+    for_each_entry([&](std::size_t k, std::size_t c) {
+      x[k] += static_cast<Number>(alpha[c]) * p[k] + static_cast<Number>(omega[c]) * r[k];
+      r[k] -= static_cast<Number>(omega[c]) * t[k];
+    });
+    if (all_done(dot(r, r))) return false;  // by the recurrence; the caller asks the true residual
+    const Scalars next = dot(shadow, r);
+    bool stuck = true;
+    for (std::size_t c = 0; c < columns_; ++c) {
+      beta[c] = ratio(next[c], rho[c]) * ratio(alpha[c], omega[c]);
+      stuck = stuck && beta[c] == 0;
+    }
+    if (stuck) return false;
+    rho = next;
+    for_each_entry([&](std::size_t k, std::size_t c) {
+      p[k] = r[k] + static_cast<Number>(beta[c]) * (p[k] - static_cast<Number>(omega[c]) * v[k]);
+    });
+  }
+  return false;
+}
+
+template <class Number>
+Block<Number> Solver<Number>::solve(double tolerance) {
+  constexpr int restarts = 8;
+  Block<Number> x(b_.begin(), b_.end());
+  Scalars goal = dot(x, x);
+  for (double& square : goal) square *= tolerance * tolerance;
+  for (int run = 0; run < restarts; ++run)
+    if (iterate(x, goal)) return x;
+  throw NumericalError("flux: the exchange between facets did not converge to " +
+                       std::to_string(tolerance) + " on " + std::to_string(matrix_.size()) +
+                       " facets");
+}
+
+}  // namespace
+
+template <class Number>
+std::vector<Number> solve_exchange(const ExchangeMatrix& matrix, std::span<const float> reemitted,
+                                   std::span<const Number> b, std::size_t columns,
+                                   double tolerance) {
+  return Solver<Number>(matrix, reemitted, b, columns).solve(tolerance);
+}
+
+template std::vector<float> solve_exchange(const ExchangeMatrix&, std::span<const float>,
+                                           std::span<const float>, std::size_t, double);
+template std::vector<double> solve_exchange(const ExchangeMatrix&, std::span<const float>,
+                                            std::span<const double>, std::size_t, double);
+
+}  // namespace scarp
