@@ -54,12 +54,17 @@ class CollapseChecks {
 ///   merged(u, v): v went into u.
 ///
 /// Keys are cached with a count of the changes around the edge. Edges at the merged vertex get a
-/// new key at once, those of its neighbours when their turn comes.
+/// new key at once, those of its neighbours when their turn comes. What the checks refused is asked
+/// again only after a change.
 template <class Placement>
 class CollapseEngine {
  public:
   CollapseEngine(CollapseMesh& mesh, CollapseChecks& checks)
-      : mesh_(mesh), checks_(checks), placement_(mesh), changes_(mesh.r.size(), 0) {}
+      : mesh_(mesh),
+        checks_(checks),
+        placement_(mesh),
+        changes_(mesh.r.size(), 0),
+        refused_(mesh.topology.half_edge_count(), unqueued) {}
 
   /// Collapses until no wanted edge can be, or target vertices are left. Returns the number of
   /// collapses.
@@ -77,7 +82,11 @@ class CollapseEngine {
       stamp_[entry.h] = unqueued;
       const Merge rule = merge_rule(mesh_, entry.h);
       const Vec3d r = placement_.place(mesh_, entry.h, rule).r;
-      if (checks_.allow(mesh_, entry.h, r)) collapse(order, entry.h, r);
+      if (checks_.allow(mesh_, entry.h, r)) {
+        collapse(order, entry.h, r);
+      } else {
+        refused_[entry.h] = entry.stamp;
+      }
     }
     queue_.clear();
     return before - mesh_.live_vertices;
@@ -104,12 +113,14 @@ class CollapseEngine {
 
   template <class Order>
   std::optional<Entry> entry_of(const Order& order, std::uint32_t h) const {
+    const std::uint32_t stamp = changes_around(h);
+    if (refused_[h] == stamp) return std::nullopt;
     const double squared_length = mesh_.squared_length(h);
     if (!order.wanted(mesh_, h, squared_length)) return std::nullopt;
     const Merge rule = merge_rule(mesh_, h);
     if (rule == Merge::forbidden) return std::nullopt;
     const double cost = Order::by_cost ? placement_.place(mesh_, h, rule).cost : 0;
-    return Entry{static_cast<float>(order.key(cost, squared_length)), h, changes_around(h)};
+    return Entry{static_cast<float>(order.key(cost, squared_length)), h, stamp};
   }
 
   template <class Order>
@@ -184,6 +195,7 @@ class CollapseEngine {
   Placement placement_;
   std::vector<std::uint32_t> changes_;  ///< per vertex: how often its facets changed
   std::vector<std::uint32_t> stamp_;    ///< per half edge: stamp of its latest entry
+  std::vector<std::uint32_t> refused_;  ///< per half edge: stamp when the checks last said no
   std::vector<Entry> queue_;
 };
 

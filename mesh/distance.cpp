@@ -13,6 +13,10 @@ namespace {
 
 constexpr std::size_t grain = 1024;
 
+void check(const TriMesh& mesh) {
+  if (mesh.triangles.empty()) throw InputError("distance: a mesh has no triangles");
+}
+
 }  // namespace
 
 std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree& to) {
@@ -21,6 +25,15 @@ std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree&
     for (std::size_t i = begin; i < end; ++i) result[i] = to.closest(places[i]).distance;
   });
   return result;
+}
+
+std::vector<double> vertex_distances(const TriMesh& a, const TriMesh& b) {
+  check(a);
+  check(b);
+  std::vector<Vec3d> places;
+  places.reserve(a.vertices.size());
+  for (const Vec3f& r : a.vertices) places.emplace_back(r);
+  return distances(places, TriangleTree(b));
 }
 
 std::vector<Vec3d> surface_vertices(const TriMesh& mesh) {
@@ -75,9 +88,8 @@ DistanceStatistics statistics(std::span<const double> distances) {
 }
 
 SurfaceDistance surface_distance(const TriMesh& a, const TriMesh& b, double spacing) {
-  for (const TriMesh* mesh : {&a, &b}) {
-    if (mesh->triangles.empty()) throw InputError("distance: a mesh has no triangles");
-  }
+  check(a);
+  check(b);
   const auto places = [spacing](const TriMesh& mesh) {
     return spacing > 0 ? surface_samples(mesh, spacing) : surface_vertices(mesh);
   };

@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "mesh/collapse.h"
 #include "mesh/curvature.h"
+#include "mesh/distance.h"
 #include "mesh/placement.h"
 #include "mesh/regions.h"
 #include "mesh/zero_area.h"
@@ -17,13 +17,13 @@ namespace scarp {
 
 namespace {
 
-/// Part of the mean edge length by which a border between materials may be cut short, where there
-/// is no max_error.
-constexpr double default_border_error = 0.1;
+// Defaults, in grid spacings.
+constexpr double default_max_error = 0.1;
+constexpr double default_l0 = 0.6;
+constexpr double default_step_length = 2;
 
-/// Defaults of `paper`, in mean edge lengths of the features (.78 spacings in marching cubes).
-constexpr double default_l0 = 0.75;
-constexpr double default_step_length = 2.5;
+/// Mean length of an edge between features in marching cubes, in grid spacings.
+constexpr double edge_per_spacing = 0.97;
 
 /// How much a target that is out of reach raises l0 at a time.
 constexpr double raise_factor = 1.25;
@@ -61,6 +61,7 @@ void check_length(const char* name, std::optional<double> value) {
 
 void check(const TriMesh& mesh, const SimplifyOptions& options) {
   if (mesh.triangles.empty()) throw InputError("simplify: the mesh has no triangles");
+  check_length("spacing", options.spacing);
   check_length("l0", options.l0);
   check_length("step_length", options.step_length);
   check_length("l_max", options.l_max);
@@ -68,11 +69,6 @@ void check(const TriMesh& mesh, const SimplifyOptions& options) {
   check_length("curvature_threshold", options.curvature_threshold);
   if (options.remove && !(*options.remove >= 0 && *options.remove < 1)) {
     throw InputError("simplify: remove: " + std::to_string(*options.remove) + " is outside [0, 1)");
-  }
-  const bool sized = options.method == SimplifyMethod::paper || options.l_max > 0 ||
-                     (options.method == SimplifyMethod::length && options.l0);
-  if (!sized && !options.remove && !options.vertices && !options.max_error) {
-    throw InputError("simplify: nothing says where to stop; give remove, vertices or max_error");
   }
   if (!options.size_limit.empty()) {
     SCARP_ASSERT(options.size_limit.size(), ==, mesh.vertices.size());
@@ -98,6 +94,24 @@ std::uint32_t target_of(const SimplifyOptions& options, std::uint32_t live_verti
   return static_cast<std::uint32_t>(std::min<double>(target, live_vertices));
 }
 
+/// The options with nothing left open but what is a feature.
+SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
+                         const std::vector<bool>& is_feature) {
+  if (!(options.spacing > 0)) {
+    options.spacing = mean_feature_edge(work, is_feature) / edge_per_spacing;
+  }
+  const bool stops_itself = options.method == SimplifyMethod::length && options.l0;
+  if (!options.remove && !options.vertices && !options.max_error && !stops_itself) {
+    options.max_error = default_max_error * options.spacing;
+  }
+  if (options.method == SimplifyMethod::paper) {
+    if (!options.l0) options.l0 = default_l0 * options.spacing;
+    if (!options.step_length) options.step_length = default_step_length * options.spacing;
+    if (options.l_max > 0) options.l_max = std::max(options.l_max, *options.l0);
+  }
+  return options;
+}
+
 std::vector<bool> features_of(const TriMesh& mesh, const CollapseMesh& work,
                               const SimplifyOptions& options, std::uint32_t target) {
   std::vector<double> curvature = with_copies<double>(options.curvature, work.topology);
@@ -110,15 +124,17 @@ std::vector<bool> features_of(const TriMesh& mesh, const CollapseMesh& work,
   return find_features(curvature, threshold, target > 0 ? target / 2 : curvature.size());
 }
 
+double diameter(const CollapseMesh& mesh) {
+  Box box;
+  for (const Vec3d r : mesh.r) box.add(r);
+  return length(box.upper - box.lower);
+}
+
 template <class Engine>
-void run_paper(const TriMesh& mesh, const SimplifyOptions& options, CollapseMesh& work,
-               Engine& engine, std::uint32_t target) {
-  const std::vector<bool> is_feature = features_of(mesh, work, options, target);
-  const double typical = mean_feature_edge(work, is_feature);
-  const double l0 = options.l0.value_or(default_l0 * typical);
-  const double l_max = options.l_max > 0 ? std::max(options.l_max, l0) : 0;
+void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+               CollapseMesh& work, Engine& engine, std::uint32_t target) {
   RegionOrder order(is_feature, with_copies<float>(options.size_limit, work.topology),
-                    {l0, options.step_length.value_or(default_step_length * typical), l_max});
+                    {*options.l0, *options.step_length, options.l_max});
 
   // Slivers everywhere, features down to l0.
   engine.run(order, target);
@@ -133,10 +149,10 @@ void run_paper(const TriMesh& mesh, const SimplifyOptions& options, CollapseMesh
   }
 
   // A number of vertices that the sizes do not allow. Edges of any length are wanted in the end.
-  const Box box = bounding_box(mesh);
-  const double diameter = length(box.upper - box.lower);
-  double size = l0 > 0 ? l0 : typical;
-  while (target > 0 && work.live_vertices > target && size < diameter) {
+  if (target == 0) return;
+  const double greatest = diameter(work);
+  double size = *options.l0 > 0 ? *options.l0 : options.spacing;
+  while (work.live_vertices > target && size < greatest) {
     size *= raise_factor;
     order.raise(size);
     engine.run(order, target);
@@ -144,13 +160,13 @@ void run_paper(const TriMesh& mesh, const SimplifyOptions& options, CollapseMesh
 }
 
 template <class Placement>
-void run(const TriMesh& mesh, const SimplifyOptions& options, CollapseMesh& work,
+void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, CollapseMesh& work,
          CollapseChecks& checks, std::uint32_t target) {
   CollapseEngine<Placement> engine(work, checks);
   const std::vector<float> size_limit = with_copies<float>(options.size_limit, work.topology);
   const double l_max = options.l_max > 0 ? options.l_max : unlimited;
   if (options.method == SimplifyMethod::paper) {
-    run_paper(mesh, options, work, engine, target);
+    run_paper(options, is_feature, work, engine, target);
   } else if (options.method == SimplifyMethod::lindstrom_turk) {
     PlainOrder<true> order{l_max, size_limit};
     engine.run(order, target);
@@ -163,59 +179,24 @@ void run(const TriMesh& mesh, const SimplifyOptions& options, CollapseMesh& work
   }
 }
 
-/// The greatest distance of places[0..count) to the mesh of a tree.
-template <class Place>
-double greatest_distance(const TriangleTree& tree, std::size_t count, const Place& place) {
-  constexpr std::size_t grain = 1024;
-  std::vector<double> greatest((count + grain - 1) / grain, 0);
-  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-    double& here = greatest[begin / grain];
-    for (std::size_t i = begin; i < end; ++i) {
-      here = std::max(here, tree.closest(place(i)).distance);
+/// All vertices, the middles of all edges and of all facets.
+std::vector<Vec3d> facet_samples(const TriMesh& mesh) {
+  std::vector<Vec3d> places = surface_vertices(mesh);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    for (const Vec3d r : {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0}) {
+      places.push_back(r);
     }
-  });
-  return greatest.empty() ? 0 : *std::max_element(greatest.begin(), greatest.end());
-}
-
-/// Corners, middles of the edges and the middle of a facet, in turn.
-Vec3d sample(const TriMesh& mesh, std::size_t i) {
-  const auto [a, b, c] = corners(mesh, i / 7);
-  switch (i % 7) {
-    case 0:
-      return a;
-    case 1:
-      return b;
-    case 2:
-      return c;
-    case 3:
-      return 0.5 * (a + b);
-    case 4:
-      return 0.5 * (b + c);
-    case 5:
-      return 0.5 * (c + a);
-    default:
-      return (a + b + c) / 3.0;
   }
+  return places;
 }
 
 void measure(const TriMesh& input, SimplifyResult& result) {
-  // Vertices without a facet are no part of the surface.
-  std::vector<bool> used(input.vertices.size(), false);
-  for (const Triangle& t : input.triangles) {
-    for (const std::uint32_t v : t) used[v] = true;
-  }
-  std::vector<Vec3f> places;
-  places.reserve(used.size());
-  for (std::size_t v = 0; v < used.size(); ++v) {
-    if (used[v]) places.push_back(input.vertices[v]);
-  }
-  const TriangleTree output_tree(result.mesh);
-  result.max_distance = greatest_distance(output_tree, places.size(),
-                                          [&](std::size_t i) { return Vec3d(places[i]); });
-  const TriangleTree input_tree(input);
-  result.reverse_max_distance =
-      greatest_distance(input_tree, 7 * result.mesh.triangles.size(),
-                        [&](std::size_t i) { return sample(result.mesh, i); });
+  const auto greatest = [](std::span<const Vec3d> places, const TriMesh& to) {
+    return statistics(distances(places, TriangleTree(to))).max;
+  };
+  result.max_distance = greatest(surface_vertices(input), result.mesh);
+  result.reverse_max_distance = greatest(facet_samples(result.mesh), input);
 }
 
 std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
@@ -230,21 +211,22 @@ std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
 
 }  // namespace
 
-SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& options) {
-  check(mesh, options);
-  CollapseMesh work(mesh, options.sides);
-  const std::uint32_t target = target_of(options, work.live_vertices);
+SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
+  check(mesh, wanted);
+  CollapseMesh work(mesh, wanted.sides);
+  const std::uint32_t target = target_of(wanted, work.live_vertices);
   remove_zero_area(work);
 
-  double border_error = options.max_error.value_or(0);
-  if (!options.max_error && !mesh.materials.empty()) {
-    border_error = default_border_error * mean_feature_edge(work, std::vector<bool>(work.r.size()));
-  }
-  CollapseChecks checks(work, options.max_error, border_error);
+  std::vector<bool> is_feature(work.r.size(), false);
+  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(mesh, work, wanted, target);
+  const SimplifyOptions options = resolved(wanted, work, is_feature);
+
+  CollapseChecks checks(work, options.max_error,
+                        options.max_error.value_or(default_max_error * options.spacing));
   if (options.placement == PlacementMethod::garland_heckbert) {
-    run<GarlandHeckbertPlacement>(mesh, options, work, checks, target);
+    run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
   } else {
-    run<LindstromTurkPlacement>(mesh, options, work, checks, target);
+    run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
   }
 
   SimplifyResult result;

@@ -28,16 +28,21 @@ struct SimplifyOptions {
   PlacementMethod placement = PlacementMethod::lindstrom_turk;
   Sides sides;  ///< vertices on these planes stay on them; those on periodic sides stay
 
-  // What stops it: the first that applies. Without any, the sizes below do.
+  /// Of the grid that the mesh came from; 0: .97 of it are the mean edge length of the features.
+  double spacing = 0;
+
+  // What stops it: the first that applies. Without any, max_error is .1 spacings (except for
+  // `length` with l0, which stops by itself).
   std::optional<double> max_error;      ///< hard bound on the distance to the input, both ways
   std::optional<double> remove;         ///< fraction of the vertices to remove, in [0, 1)
   std::optional<std::size_t> vertices;  ///< number of vertices to keep
 
   // Sizes. An edge as long as the size wanted at both its ends is not collapsed, so edges end up
   // between one and two times as long.
-  std::optional<double> l0;           ///< paper: size in features; length: size everywhere
-  std::optional<double> step_length;  ///< paper: growth from one ring of vertices to the next
-  double l_max = 0;                   ///< greatest size; 0: no limit. l0 above it raises it
+  std::optional<double> l0;  ///< paper: size in features (.6 spacings); length: size everywhere
+  std::optional<double>
+      step_length;   ///< paper: growth from one ring of vertices to the next (2 spacings)
+  double l_max = 0;  ///< greatest size; 0: no limit. l0 above it raises it
   std::span<const float> size_limit;  ///< greatest size at each vertex; empty: no limit
 
   // What is a feature (paper).
