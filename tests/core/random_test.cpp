@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "core/running_statistics.h"
+
 namespace scarp {
 namespace {
 
@@ -13,6 +19,63 @@ TEST(Philox, GivesThePublishedVectors) {
   EXPECT_EQ(
       philox({0xffffffffU, 0xffffffffU, 0xffffffffU, 0xffffffffU}, {0xffffffffU, 0xffffffffU}),
       (std::array<std::uint32_t, 4>{0x408f276dU, 0x41c83b0eU, 0xa20bc7c6U, 0x6d5451fdU}));
+}
+
+TEST(RandomStream, IsAPureFunctionOfItsKey) {
+  const RandomStream::Key key{.seed = 1, .time_step = 2, .species = 3, .ray = 4};
+  RandomStream first(key);
+  RandomStream second(key);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(first.bits(), second.bits());
+}
+
+TEST(RandomStream, DiffersWithEveryPartOfTheKey) {
+  std::set<std::uint32_t> firsts;
+  std::size_t streams = 0;
+  for (const std::uint64_t n : {0ULL, 1ULL, 2ULL, 1ULL << 40, (1ULL << 40) + 1}) {
+    const auto small = static_cast<std::uint32_t>(n % 7 + 1);
+    for (const RandomStream::Key& key :
+         {RandomStream::Key{.seed = n + 1}, RandomStream::Key{.ray = n + 1},
+          RandomStream::Key{.time_step = small}, RandomStream::Key{.species = small}}) {
+      firsts.insert(RandomStream(key).bits());
+      ++streams;
+    }
+  }
+  // n % 7 is 0, 1, 2, 2, 3: one small key of each kind comes twice.
+  EXPECT_EQ(firsts.size(), streams - 2);
+}
+
+TEST(RandomStream, NumbersAreUniform) {
+  constexpr int count = 400000;
+  constexpr int bins = 100;
+  RandomStream random({.seed = 11});
+  RunningStatistics statistics;
+  std::vector<int> hits(bins);
+  for (int i = 0; i < count; ++i) {
+    const double x = i % 2 == 0 ? random.uniform_double() : double{random.uniform()};
+    ASSERT_GE(x, 0);
+    ASSERT_LT(x, 1);
+    statistics.add(x);
+    ++hits[static_cast<std::size_t>(x * bins)];
+  }
+  EXPECT_NEAR(statistics.mean(), 0.5, 5 * statistics.std_error());
+  // (x - 1/2)^2 has the mean 1/12 and the variance 1/180.
+  EXPECT_NEAR(statistics.variance(), 1.0 / 12, 5 * std::sqrt(1.0 / 180 / count));
+  double chi_square = 0;
+  for (const int n : hits) {
+    chi_square += std::pow(n - count / bins, 2) / (static_cast<double>(count) / bins);
+  }
+  EXPECT_NEAR(chi_square, bins - 1, 5 * std::sqrt(2.0 * (bins - 1)));
+}
+
+TEST(RandomStream, NeighbouringRaysAreNotCorrelated) {
+  constexpr int count = 200000;
+  RunningStatistics product;
+  for (int i = 0; i < count; ++i) {
+    RandomStream a({.seed = 5, .ray = static_cast<std::uint64_t>(i)});
+    RandomStream b({.seed = 5, .ray = static_cast<std::uint64_t>(i) + 1});
+    product.add((a.uniform_double() - 0.5) * (b.uniform_double() - 0.5));
+  }
+  EXPECT_NEAR(product.mean(), 0, 5 * product.std_error());
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -55,6 +58,22 @@ TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
   EXPECT_EQ(message([&] { RecipeFile{empty}; }),
             empty.string() + ": the recipe is empty; start from one in configs/");
   fs::remove(empty);
+}
+
+/// Whoever runs the tests as root may read anything, so the child process gives that up first.
+[[noreturn]] void read_without_permission(const fs::path& path) {
+  if (geteuid() == 0 && seteuid(65534) != 0) std::_Exit(3);
+  std::fputs(message([&] { RecipeFile{path}; }).c_str(), stderr);
+  std::_Exit(2);
+}
+
+TEST(RecipeFile, SaysThatPermissionIsMissing) {
+  const fs::path locked = fs::temp_directory_path() / "scarp_locked_recipe.toml";
+  std::ofstream(locked) << "a = 1\n";
+  fs::permissions(locked, fs::perms::none);
+  EXPECT_EXIT(read_without_permission(locked), testing::ExitedWithCode(2),
+              "locked_recipe.toml: cannot be read; is there permission to\\?");
+  fs::remove(locked);
 }
 
 TEST(RecipeFile, TakesValuesFromTheCommandLine) {

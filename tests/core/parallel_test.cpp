@@ -1,0 +1,53 @@
+#include "core/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <vector>
+
+namespace scarp {
+namespace {
+
+TEST(ParallelFor, CoversEveryIndexOnce) {
+  for (const std::size_t count : {0U, 1U, 63U, 64U, 65U, 10000U}) {
+    std::vector<std::atomic<int>> visits(count);
+    parallel_for(count, 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++visits[i];
+    });
+    for (const auto& n : visits) EXPECT_EQ(n, 1);
+  }
+}
+
+std::set<std::pair<std::size_t, std::size_t>> ranges(std::size_t count, std::size_t grain) {
+  std::mutex mutex;
+  std::set<std::pair<std::size_t, std::size_t>> found;
+  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    const std::lock_guard lock(mutex);
+    found.emplace(begin, end);
+  });
+  return found;
+}
+
+TEST(ParallelFor, RangesDoNotDependOnTheNumberOfThreads) {
+  const std::set<std::pair<std::size_t, std::size_t>> expected{{0, 4}, {4, 8}, {8, 10}};
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    EXPECT_EQ(ranges(10, 4), expected);
+  }
+}
+
+TEST(ThreadLimit, HoldsWhileItLives) {
+  const int before = thread_count();
+  {
+    const ThreadLimit limit(1);
+    EXPECT_EQ(thread_count(), 1);
+  }
+  EXPECT_EQ(thread_count(), before);
+  const ThreadLimit none(0);
+  EXPECT_EQ(thread_count(), before);
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,57 @@
+#include "core/toml.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+TEST(Toml, KeepsTheOrderOfTheFileAndThePlaceOfEverything) {
+  const TomlValue root = parse_toml("z = 1\na = [\"x\",\n  true]\n[m]\nb = 1.5\n", "r.toml");
+  ASSERT_EQ(root.table.size(), 3U);
+  EXPECT_EQ(root.table[0].key, "z");
+  EXPECT_EQ(root.table[1].key, "a");
+  const TomlValue& list = root.table[1].value;
+  EXPECT_EQ(list.kind, TomlValue::Kind::list);
+  EXPECT_EQ(list.list[0].text, "x");
+  EXPECT_TRUE(list.list[1].flag);
+  EXPECT_EQ(list.list[1].place.line, 3U);
+  EXPECT_EQ(list.list[1].place.column, 3U);
+  const TomlValue* const inner = root.find("m");
+  ASSERT_NE(inner, nullptr);
+  EXPECT_EQ(inner->place.line, 4U);
+  EXPECT_EQ(inner->table[0].place.line, 5U);
+  EXPECT_EQ(inner->find("b")->decimal, 1.5);
+  EXPECT_EQ(root.find("none"), nullptr);
+}
+
+TEST(Toml, TablesThatOnlyTheirPartsNameHaveAPlaceToo) {
+  const TomlValue root = parse_toml("x = 1\n[a.b]\nc = 1\n\n[d]\ne.f = 2\n", "r.toml");
+  EXPECT_EQ(root.find("a")->place.line, 2U);
+  EXPECT_EQ(root.find("d")->find("e")->place.line, 6U);
+}
+
+TEST(Toml, CountsColumnsInCharacters) {
+  EXPECT_EQ(parse_toml("a = { \"\u00b5\" = 1, b = 2 }", "r").find("a")->table[1].place.column, 16U);
+}
+
+TEST(Toml, WritesValuesThatReadTheSame) {
+  const std::string text =
+      R"({ a = [1, -2.5, 1e300, "x\"\\\n\t\u0001"], "b c" = true, d = { e = 1.0 } })";
+  const TomlValue value = *parse_toml("v = " + text, "r").find("v");
+  EXPECT_EQ(format_toml(value), text);
+}
+
+TEST(Toml, DescribesValuesInWords) {
+  const TomlValue root = parse_toml("a = []\nb = {}\nc = 12:00:00\nd = nan\ne = -inf\n", "r");
+  EXPECT_EQ(described(*root.find("a")), "a list");
+  EXPECT_EQ(described(*root.find("b")), "a table");
+  EXPECT_EQ(described(*root.find("c")), "a date or a time of day");
+  EXPECT_EQ(described(*root.find("d")), "nan");
+  EXPECT_EQ(described(*root.find("e")), "-inf");
+}
+
+}  // namespace
+}  // namespace scarp
