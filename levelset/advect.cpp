@@ -9,6 +9,7 @@
 #include "core/parallel.h"
 #include "levelset/band.h"
 #include "levelset/redistance.h"
+#include "levelset/standstill.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -24,15 +25,11 @@ constexpr float smallest_phi = 1e-6F;
 /// phi - dt V |grad phi| for one row of eight nodes; what is not in the band stays.
 template <bool second_order>
 void euler_row(const float* row, const float* speed, float dt, float* out) {
-  constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
   for (int k = 0; k < leaf_edge; ++k) {
     const float* p = row + k;
     const float side = speed[k] < 0 ? -1.0F : 1.0F;
-    float squares = 0;
-    for (const int stride : strides) {
-      squares += upwind_square(p, stride, side, second_order);
-    }
-    const float moved = *p - dt * speed[k] * std::sqrt(squares);
+    const float slope = second_order ? distance_slope(p, side) : upwind_slope(p, side);
+    const float moved = *p - dt * speed[k] * slope;
     out[k] = std::abs(*p) < half_width ? moved : *p;
   }
 }
@@ -51,7 +48,7 @@ void euler_leaf(const Band& band, std::size_t n, const Source& source, const flo
   }
 }
 
-void write_back(const Band& band, LeafValues& values) {
+void write_back(const Band& band, const LeafValues& values) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       float* phi = band.leaves()[n].phi;
@@ -66,7 +63,7 @@ void write_back(const Band& band, LeafValues& values) {
 }
 
 /// One Euler step of the first order.
-void move_first_order(Band& band, const SpeedField& field, float dt) {
+LeafValues first_order_step(const Band& band, const SpeedField& field, float dt) {
   LeafValues moved(band.leaves().size());
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -75,11 +72,11 @@ void move_first_order(Band& band, const SpeedField& field, float dt) {
       euler_leaf<false>(band, n, in_tree, &field.speed[n * leaf_size], dt, block, moved[n]);
     }
   });
-  write_back(band, moved);
+  return moved;
 }
 
 /// Heun's method: the mean of phi and of phi after two Euler steps.
-void move_second_order(Band& band, const SpeedField& field, float dt) {
+LeafValues second_order_step(const Band& band, const SpeedField& field, float dt) {
   LeafValues once(band.leaves().size());
   LeafValues mean(band.leaves().size());
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
@@ -101,7 +98,7 @@ void move_second_order(Band& band, const SpeedField& field, float dt) {
       }
     }
   });
-  write_back(band, mean);
+  return mean;
 }
 
 void require_finite(const Layers& layers, const SpeedField& field) {
@@ -131,11 +128,10 @@ void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   require_finite(layers, field);
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
   Band& band = layers.top().band();
-  if (scheme == Scheme::first_order) {
-    move_first_order(band, field, scaled_dt);
-  } else {
-    move_second_order(band, field, scaled_dt);
-  }
+  LeafValues moved = scheme == Scheme::first_order ? first_order_step(band, field, scaled_dt)
+                                                   : second_order_step(band, field, scaled_dt);
+  keep_standing_layers(layers, field, scaled_dt, moved);
+  write_back(band, moved);
   redistance(band);
   cut_lower_layers(layers);
 }

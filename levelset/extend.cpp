@@ -22,6 +22,9 @@ constexpr float near_surface = 1.5F;
 /// A surface further from a node than phi says by more than this, in spacings, is not its own.
 constexpr double own_surface = 0.5;
 
+/// Below this slope the gradient of phi does not tell which side a node belongs to.
+constexpr double least_gradient = 0.5;
+
 /// From the near nodes to the edge of the band: each pass reaches 1 / sqrt(3) further at least.
 constexpr int pass_count = 8;
 
@@ -43,8 +46,9 @@ class Extension {
 
  private:
   void query_leaf(std::size_t n, Block& block, float* speed) const;
-  float query(Vec3d r, Vec3d normal, double phi) const;
-  void closest_image(Vec3d r, Vec3d normal, double limit, ClosestPoint& best) const;
+  float query(Vec3d r, Vec3d gradient, double phi) const;
+  ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
+  std::vector<double> shifts(int axis, double position, double limit) const;
   bool is_void(std::size_t leaf, int node, const Block& block) const;
 
   const Frame& frame_;
@@ -55,10 +59,10 @@ class Extension {
   std::span<const std::array<float, 3>> corner_speeds_;
 };
 
-Vec3d gradient(const float* p) {
-  return {static_cast<double>(p[Block::x_stride]) - p[-Block::x_stride],
-          static_cast<double>(p[Block::y_stride]) - p[-Block::y_stride],
-          static_cast<double>(p[1]) - p[-1]};
+Vec3d central_gradient(const float* p) {
+  return {0.5 * (static_cast<double>(p[Block::x_stride]) - p[-Block::x_stride]),
+          0.5 * (static_cast<double>(p[Block::y_stride]) - p[-Block::y_stride]),
+          0.5 * (static_cast<double>(p[1]) - p[-1])};
 }
 
 void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
@@ -69,50 +73,50 @@ void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
   }
 }
 
-/// Asks at r and at its images beyond the sides: what is near there is near r as well.
-void Extension::closest_image(Vec3d r, Vec3d normal, double limit, ClosestPoint& best) const {
-  for (int image_x = -1; image_x <= 1; ++image_x) {
-    for (int image_y = -1; image_y <= 1; ++image_y) {
-      Vec3d image = r;
-      Vec3d direction = normal;
-      bool near = true;
-      for (int axis = 0; axis < 2; ++axis) {
-        const int side = axis == 0 ? image_x : image_y;
-        if (side == 0) {
-          continue;
-        }
-        const double wall = side < 0 ? sides_.lower[axis] : sides_.upper[axis];
-        near = near && std::abs(r[axis] - wall) < limit;
-        if (frame_.boundary[axis] == Boundary::periodic) {
-          image[axis] -= side * sides_.width(axis);
-        } else {
-          image[axis] = 2 * wall - r[axis];
-          direction[axis] = -direction[axis];
-        }
-      }
-      // A mirror image is never nearer than the point itself: only wrapped images count.
-      const bool mirrored = direction != normal;
-      if (near && !mirrored) {
-        take_closer(tree_.closest_facing(image, direction, limit), best);
-      }
+/// Asks at r and, near periodic sides, at its images: what is near there is near r as well. The
+/// mirror image of a surface is never nearer than the surface itself.
+ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit) const {
+  // On a ridge of phi, midway between two surfaces, the gradient says nothing.
+  const bool has_direction = length(gradient) > least_gradient;
+  ClosestPoint best;
+  for (const double shift_x : shifts(0, r.x, limit)) {
+    for (const double shift_y : shifts(1, r.y, limit)) {
+      const Vec3d image = r + Vec3d{shift_x, shift_y, 0};
+      take_closer(has_direction ? tree_.closest_facing(image, gradient, limit)
+                                : tree_.closest(image, limit),
+                  best);
     }
   }
+  return best;
 }
 
-float Extension::query(Vec3d r, Vec3d normal, double phi) const {
+/// By how much to move a point along an axis to reach it and its image nearby.
+std::vector<double> Extension::shifts(int axis, double position, double limit) const {
+  std::vector<double> found{0.0};
+  if (frame_.boundary[axis] == Boundary::periodic) {
+    if (position - sides_.lower[axis] < limit) {
+      found.push_back(sides_.width(axis));
+    }
+    if (sides_.upper[axis] - position < limit) {
+      found.push_back(-sides_.width(axis));
+    }
+  }
+  return found;
+}
+
+float Extension::query(Vec3d r, Vec3d gradient, double phi) const {
   if (frame_.two_dimensional) {
     r.y = 0;  // both rows of nodes ask at the same point
   }
   const double limit = (std::abs(phi) + own_surface) * frame_.spacing;
-  ClosestPoint closest;
-  closest_image(r, normal, limit, closest);
-  if (!closest.found()) {
+  const ClosestPoint found = closest(r, gradient, limit);
+  if (!found.found()) {
     return 0;
   }
-  const auto& speeds = corner_speeds_[closest.triangle];
+  const auto& speeds = corner_speeds_[found.triangle];
   double speed = 0;
   for (int c = 0; c < 3; ++c) {
-    speed += closest.barycentric[c] * speeds[c];
+    speed += found.barycentric[c] * speeds[c];
   }
   return static_cast<float>(speed);
 }
@@ -169,7 +173,7 @@ void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
     const Vec3d r{frame_.node_position(0, leaf.origin[0] + i),
                   frame_.node_position(1, leaf.origin[1] + j),
                   frame_.node_position(2, leaf.origin[2] + k)};
-    speed[node] = query(r, gradient(block.row(i, j) + k), phi);
+    speed[node] = query(r, central_gradient(block.row(i, j) + k), phi);
   }
 }
 

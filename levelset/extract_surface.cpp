@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "levelset/band.h"
 #include "levelset/cell_cases.h"
+#include "levelset/exposure.h"
 
 namespace scarp {
 
@@ -18,9 +19,6 @@ constexpr std::size_t grain = 16;
 /// Vertices keep this distance, in spacings, from the nodes at the ends of their edge: then no
 /// triangle has zero area.
 constexpr float smallest_part = 1e-3F;
-
-/// A layer whose phi differs from the top's by less is the top there.
-constexpr float same_phi = 1e-3F;
 
 /// A vertex in a triangle list: the index of its cut edge, and whether it is the copy of that
 /// vertex on the upper side of a periodic axis.
@@ -68,9 +66,6 @@ class Extraction {
     return gas_->is_open(static_cast<std::size_t>(leaf), leaf_offset(i, j, node[2]));
   }
 
-  /// The lowest layer that equals the top at a point between two neighbouring nodes.
-  std::uint16_t exposed_layer(std::array<int, 3> node, int axis, float part) const;
-
   /// Material of a triangle: of the lowest layer that is seen at two of its corners at least.
   MaterialId material(std::array<std::uint16_t, 3> exposed) const {
     std::sort(exposed.begin(), exposed.end());
@@ -108,23 +103,6 @@ void Extraction::gather_cells(const Leaf& leaf, CellBlock& block) const {
   }
 }
 
-std::uint16_t Extraction::exposed_layer(std::array<int, 3> node, int axis, float part) const {
-  std::array<int, 3> next = node;
-  ++next[axis];
-  const auto phi = [&](const Layer& layer) {
-    const float here = layer.phi.node(node[0], node[1], node[2]);
-    const float there = layer.phi.node(next[0], next[1], next[2]);
-    return here + part * (there - here);
-  };
-  const float top = phi(layers_->stack.back());
-  for (std::size_t layer = 0; layer + 1 < layers_->stack.size(); ++layer) {
-    if (phi(layers_->stack[layer]) <= top + same_phi) {
-      return static_cast<std::uint16_t>(layer);
-    }
-  }
-  return static_cast<std::uint16_t>(layers_->stack.size() - 1);
-}
-
 void Extraction::place_vertex(std::size_t n, std::array<int, 3> node, int axis, float phi,
                               float next_phi) {
   std::array<int, 3> gas_node = node;
@@ -132,7 +110,7 @@ void Extraction::place_vertex(std::size_t n, std::array<int, 3> node, int axis, 
   if (!is_open(gas_node)) {
     return;
   }
-  const float part = std::clamp(phi / (phi - next_phi), smallest_part, 1 - smallest_part);
+  const float part = std::clamp(crossing(phi, next_phi), smallest_part, 1 - smallest_part);
   std::array<double, 3> index{};
   for (int a = 0; a < 3; ++a) {
     index[a] = node[a] + (a == axis ? static_cast<double>(part) : 0.0);
@@ -145,7 +123,7 @@ void Extraction::place_vertex(std::size_t n, std::array<int, 3> node, int axis, 
                               static_cast<float>(frame.node_position(1, index[1])),
                               static_cast<float>(frame.node_position(2, index[2]))});
   if (layers_ != nullptr) {
-    surface.exposed.push_back(exposed_layer(node, axis, part));
+    surface.exposed.push_back(exposed_layer(*layers_, node, axis));
   }
 }
 

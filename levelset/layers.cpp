@@ -7,13 +7,11 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/exposure.h"
 
 namespace scarp {
 
 namespace {
-
-/// Layers closer than this, in spacings, count as one.
-constexpr float same_phi = 1e-3F;
 
 constexpr std::size_t grain = 16;
 
@@ -91,16 +89,6 @@ void remove_empty_layers(Layers& layers) {
       layers.stack.erase(layers.stack.begin() + static_cast<std::ptrdiff_t>(n) - 1);
     }
   }
-}
-
-MaterialId material_at_node(const Layers& layers, int i, int j, int k) {
-  const float top = layers.top().node(i, j, k);
-  for (const Layer& layer : layers.stack) {
-    if (layer.phi.node(i, j, k) <= top + same_phi) {
-      return layer.material;
-    }
-  }
-  return layers.stack.back().material;
 }
 
 std::uint64_t hash(const Layers& layers) {

@@ -40,10 +40,6 @@ void cut_lower_layers(Layers& layers);
 /// one below them.
 void remove_empty_layers(Layers& layers);
 
-/// The material at a node, as it is seen from the nearest surface: that of the lowest layer that
-/// equals the top.
-MaterialId material_at_node(const Layers& layers, int i, int j, int k);
-
 /// Over all layers with their materials.
 std::uint64_t hash(const Layers& layers);
 

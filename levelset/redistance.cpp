@@ -18,7 +18,7 @@ constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 16;
 
 /// Steps per call and their length in spacings; explicit Godunov is stable up to 1 / sqrt(3).
-constexpr int step_count = 4;
+constexpr int step_count = 2;
 constexpr float step_length = 0.5F;
 
 /// No node that is not next to the surface comes nearer to it than this.
@@ -102,13 +102,11 @@ void step_row(const float* row, float* out) {
   for (int k = 0; k < leaf_edge; ++k) {
     const float* p = row + k;
     const float side = *p < 0 ? -1.0F : 1.0F;
-    float squares = 0;
     bool frozen = false;
     for (const int stride : strides) {
-      squares += upwind_square(p, stride, side, true);
       frozen = frozen || (p[-stride] < 0) != (*p < 0) || (p[stride] < 0) != (*p < 0);
     }
-    const float moved = std::abs(*p) - step_length * (std::sqrt(squares) - 1);
+    const float moved = std::abs(*p) - step_length * (distance_slope(p, side) - 1);
     const float kept = side * std::clamp(moved, smallest_free_phi, half_width);
     out[k] = frozen || std::abs(*p) >= half_width ? *p : kept;
   }

@@ -5,31 +5,66 @@
 
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/exposure.h"
 
 namespace scarp {
 
+namespace {
+
+/// How far below the surface each layer begins at a place of the surface, in nm.
+void find_depths(const Layers& layers, Vec3d foot, std::vector<float>& depth) {
+  const double top = layers.top().distance(foot);
+  for (std::size_t layer = 0; layer < layers.stack.size(); ++layer) {
+    depth[layer] = static_cast<float>(std::max(layers.stack[layer].phi.distance(foot) - top, 0.0));
+  }
+}
+
+}  // namespace
+
 SpeedField prescribe_speeds(const Layers& layers,
-                            const std::function<double(Vec3d r, MaterialId material)>& speed) {
+                            const std::function<double(Vec3d r, MaterialId material)>& speed,
+                            double dt) {
   const Frame& frame = layers.frame;
   const Band& band = layers.top().band();
+  const std::size_t layer_count = layers.stack.size();
+  const std::vector<std::uint16_t> exposed = exposed_layers(layers);
   SpeedField field;
   field.speed.resize(band.leaves().size() * leaf_size);
+  std::vector<std::uint8_t> moves(layer_count * (band.leaves().size() / 4 + 1), 0);
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> speeds(layer_count);
+    std::vector<float> depth(layer_count);
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = band.leaves()[n];
       for (int node = 0; node < leaf_size; ++node) {
-        if (std::abs(leaf.phi[node]) < LevelSet::half_width) {
-          const int i = leaf.origin[0] + (node >> 6);
-          const int j = leaf.origin[1] + ((node >> 3) & 7);
-          const int k = leaf.origin[2] + (node & 7);
-          const Vec3d r{frame.node_position(0, i), frame.node_position(1, j),
-                        frame.node_position(2, k)};
-          field.speed[n * leaf_size + node] =
-              static_cast<float>(speed(r, material_at_node(layers, i, j, k)));
+        if (std::abs(leaf.phi[node]) >= LevelSet::half_width) {
+          continue;
+        }
+        const int i = leaf.origin[0] + (node >> 6);
+        const int j = leaf.origin[1] + ((node >> 3) & 7);
+        const int k = leaf.origin[2] + (node & 7);
+        const Vec3d r{frame.node_position(0, i), frame.node_position(1, j),
+                      frame.node_position(2, k)};
+        for (std::size_t layer = 0; layer < layer_count; ++layer) {
+          speeds[layer] = static_cast<float>(speed(r, layers.stack[layer].material));
+          moves[begin / 4 * layer_count + layer] |= speeds[layer] != 0 ? 1 : 0;
+        }
+        const std::size_t at = n * leaf_size + static_cast<std::size_t>(node);
+        const std::size_t seen = exposed[at];
+        if (dt > 0 && seen > 0 && speeds[seen] < 0) {
+          const double to_surface = leaf.phi[node] * frame.spacing;
+          find_depths(layers, r - to_surface * layers.top().normal(r), depth);
+          field.speed[at] = speed_through_layers(speeds, depth, seen, static_cast<float>(dt));
+        } else {
+          field.speed[at] = speeds[seen];
         }
       }
     }
   });
+  field.stands_still.assign(layer_count, true);
+  for (std::size_t n = 0; n < moves.size(); ++n) {
+    field.stands_still[n % layer_count] = field.stands_still[n % layer_count] && moves[n] == 0;
+  }
   update_max_speed(layers, field);
   return field;
 }

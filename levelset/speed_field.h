@@ -15,14 +15,18 @@ namespace scarp {
 struct SpeedField {
   std::vector<float> speed;
   float max_speed = 0;  ///< largest magnitude at nodes next to the surface
+  /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
+  std::vector<bool> stands_still;
 };
 
 /// Speeds given as a function of position and exposed material, at every node of the band.
 ///
-/// What stays unset otherwise (closed voids) moves too. The function is called from several
-/// threads.
+/// Closed voids move too. With dt > 0 the surface may pass through thin layers within dt: the
+/// speeds are then the mean over dt, and materials of speed 0 stand still.
+/// The function is called from several threads.
 SpeedField prescribe_speeds(const Layers& layers,
-                            const std::function<double(Vec3d r, MaterialId material)>& speed);
+                            const std::function<double(Vec3d r, MaterialId material)>& speed,
+                            double dt = 0);
 
 /// Sets max_speed from the speeds at nodes with |phi| < 1.
 void update_max_speed(const Layers& layers, SpeedField& field);

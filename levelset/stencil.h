@@ -95,15 +95,21 @@ inline float minmod(float a, float b) {
   return a * b > 0 ? smaller : 0.0F;
 }
 
-/// Square of the upwind derivative along one axis (Godunov), for information that travels towards
-/// growing phi (side = 1) or falling phi (side = -1).
+/// Squares of the derivative along one axis.
+struct AxisSlopes {
+  float upwind = 0;    ///< Godunov: for information that travels the way phi grows or falls
+  float steepest = 0;  ///< the larger of the two one-sided differences
+};
+
+/// side = 1: information travels towards growing phi, side = -1: towards falling phi.
 ///
 /// Symmetric to the last bit under reversal of the axis. Source: Osher and Sethian 1988, second
 /// order by minmod of neighbouring second differences (ENO2).
-inline float upwind_square(const float* p, int stride, float side, bool second_order) {
+inline AxisSlopes axis_slopes(const float* p, int stride, float side, bool second_order) {
   const float centre = p[0];
   float backward = centre - p[-stride];
   float forward = p[stride] - centre;
+  const float steepest = std::max(std::abs(backward), std::abs(forward));
   if (second_order) {
     const float here = forward - backward;
     const float before = (centre - p[-stride]) - (p[-stride] - p[-2 * stride]);
@@ -111,10 +117,34 @@ inline float upwind_square(const float* p, int stride, float side, bool second_o
     backward += 0.5F * minmod(here, before);
     forward -= 0.5F * minmod(here, after);
   }
-  const float from_below = std::max(side * backward, 0.0F);
-  const float from_above = std::max(-side * forward, 0.0F);
-  const float larger = std::max(from_below, from_above);
-  return larger * larger;
+  const float upwind = std::max(std::max(side * backward, 0.0F), std::max(-side * forward, 0.0F));
+  return {upwind * upwind, steepest * steepest};
+}
+
+/// Difference of the two from which on a place counts as near an edge (fully at twice this): on a
+/// smooth surface it is below 1 / radius of curvature in spacings, and pure ENO2 holds.
+inline constexpr float kink_starts = 0.15F;
+
+/// |grad phi| of a function that is meant to be a distance: by upwind differences, but near an edge
+/// 1, where that lies between what the upwind and the steepest differences say.
+///
+/// Where normals fan out from an edge, upwind differences are too small by up to 30 % within the
+/// first spacings: without this the edge lags behind by half a spacing for good.
+inline float distance_slope(const float* p, float side) {
+  const AxisSlopes x = axis_slopes(p, Block::x_stride, side, true);
+  const AxisSlopes y = axis_slopes(p, Block::y_stride, side, true);
+  const AxisSlopes z = axis_slopes(p, 1, side, true);
+  const float upwind = std::sqrt((x.upwind + y.upwind) + z.upwind);
+  const float steepest = std::sqrt((x.steepest + y.steepest) + z.steepest);
+  const float kink = std::clamp((steepest - upwind - kink_starts) / kink_starts, 0.0F, 1.0F);
+  return upwind + kink * (std::max(upwind, std::min(steepest, 1.0F)) - upwind);
+}
+
+/// |grad phi| by first-order upwind differences.
+inline float upwind_slope(const float* p, float side) {
+  return std::sqrt((axis_slopes(p, Block::x_stride, side, false).upwind +
+                    axis_slopes(p, Block::y_stride, side, false).upwind) +
+                   axis_slopes(p, 1, side, false).upwind);
 }
 
 }  // namespace scarp

@@ -50,7 +50,6 @@ TEST(Sphere, ConvergesAtSecondOrder) {
     const double coarse = sphere_error(1.0, speed);
     const double middle = sphere_error(0.5, speed);
     const double fine = sphere_error(0.25, speed);
-    std::printf("sphere V=%g: %g %g %g\n", speed, coarse, middle, fine);
     EXPECT_LT(coarse, 0.05);
     EXPECT_GT(std::log2(coarse / middle), 1.6);
     EXPECT_GT(std::log2(middle / fine), 1.6);

@@ -1,0 +1,176 @@
+#include "levelset/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "levelset/band.h"
+#include "levelset/stencil.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr float half_width = LevelSet::half_width;
+constexpr std::size_t grain = 8;
+constexpr std::uint16_t unknown = std::numeric_limits<std::uint16_t>::max();
+
+/// From the surface to the edge of the band: each pass reaches 1 / sqrt(3) further at least.
+constexpr int pass_count = 8;
+
+constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
+
+/// Prefers what is nearer, then the lower layer: the same whatever the order of asking.
+struct Candidate {
+  float distance = std::numeric_limits<float>::infinity();
+  std::uint16_t layer = unknown;
+
+  void offer(float other_distance, std::uint16_t other) {
+    if (other_distance < distance || (other_distance == distance && other < layer)) {
+      *this = {other_distance, other};
+    }
+  }
+};
+
+/// The layer at the nearest cut of a node's edges.
+std::uint16_t layer_next_to(const Layers& layers, std::array<int, 3> node, const float* phi) {
+  Candidate best;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int step : {-1, 1}) {
+      const float there = phi[step * strides[axis]];
+      if ((*phi < 0) == (there < 0)) {
+        continue;
+      }
+      std::array<int, 3> lower = node;
+      lower[axis] += step < 0 ? -1 : 0;
+      best.offer(crossing(*phi, there), exposed_layer(layers, lower, axis));
+    }
+  }
+  return best.layer;
+}
+
+class Exposure {
+ public:
+  explicit Exposure(const Layers& layers) : layers_(layers), band_(layers.top().band()) {}
+
+  std::vector<std::uint16_t> run() {
+    const auto top = static_cast<std::uint16_t>(layers_.stack.size() - 1);
+    std::vector<std::uint16_t> seen(band_.leaves().size() * leaf_size, top == 0 ? 0 : unknown);
+    if (top == 0) {
+      return seen;
+    }
+    for_each_node(seen, [&](std::array<int, 3> node, const float* phi) {
+      return layer_next_to(layers_, node, phi);
+    });
+    for (int pass = 0; pass < pass_count; ++pass) {
+      const std::vector<std::uint16_t> before = seen;
+      for_each_node(seen, [&](std::array<int, 3> node, const float* phi) {
+        return layer_from_neighbour(node, phi, before);
+      });
+    }
+    std::replace(seen.begin(), seen.end(), unknown, top);
+    return seen;
+  }
+
+ private:
+  /// Asks for the layer of every node of the band that has none yet.
+  template <class Ask>
+  void for_each_node(std::vector<std::uint16_t>& seen, const Ask& ask) const {
+    parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+      Block block;
+      for (std::size_t n = begin; n < end; ++n) {
+        const Leaf& leaf = band_.leaves()[n];
+        gather(
+            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+        for (int node = 0; node < leaf_size; ++node) {
+          std::uint16_t& layer = seen[n * leaf_size + static_cast<std::size_t>(node)];
+          if (layer == unknown && std::abs(leaf.phi[node]) < half_width) {
+            const int i = node >> 6;
+            const int j = (node >> 3) & 7;
+            const int k = node & 7;
+            layer = ask({leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
+                        block.row(i, j) + k);
+          }
+        }
+      }
+    });
+  }
+
+  std::uint16_t layer_from_neighbour(std::array<int, 3> node, const float* phi,
+                                     const std::vector<std::uint16_t>& before) const {
+    Candidate best;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = std::abs(phi[step * strides[axis]]);
+        if (there >= std::abs(*phi)) {
+          continue;
+        }
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        const int x = band_.fold(0, other[0]);
+        const int y = band_.fold(1, other[1]);
+        const auto leaf = static_cast<std::size_t>(band_.find(x >> 3, y >> 3, other[2] >> 3));
+        const std::uint16_t layer =
+            before[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, other[2]))];
+        if (layer != unknown) {
+          best.offer(there, layer);
+        }
+      }
+    }
+    return best.layer;
+  }
+
+  const Layers& layers_;
+  const Band& band_;
+};
+
+}  // namespace
+
+std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int axis) {
+  std::array<int, 3> next = node;
+  ++next[axis];
+  const auto phi = [](const Layer& layer, std::array<int, 3> at) {
+    return layer.phi.node(at[0], at[1], at[2]);
+  };
+  const Layer& top = layers.stack.back();
+  const std::array<float, 2> top_phi{phi(top, node), phi(top, next)};
+  const int solid_end = top_phi[0] < 0 ? 0 : 1;
+  bool reached = false;
+  for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
+    const std::array<float, 2> here{phi(layers.stack[layer], node), phi(layers.stack[layer], next)};
+    reached = reached || here[solid_end] < 0;
+    if (reached && (here[0] <= top_phi[0] + same_phi || here[1] <= top_phi[1] + same_phi)) {
+      return static_cast<std::uint16_t>(layer);
+    }
+  }
+  return static_cast<std::uint16_t>(layers.stack.size() - 1);
+}
+
+std::vector<std::uint16_t> exposed_layers(const Layers& layers) { return Exposure(layers).run(); }
+
+float speed_through_layers(const std::vector<float>& speeds, const std::vector<float>& depth,
+                           std::size_t exposed, float dt) {
+  if (speeds[exposed] >= 0 || exposed == 0 || !(dt > 0)) {
+    return speeds[exposed];
+  }
+  float left = dt;
+  float moved = 0;
+  std::size_t layer = exposed;
+  while (layer > 0 && speeds[layer] < 0) {
+    // The highest of the lower layers is met first.
+    const float to_next = std::max(depth[layer - 1] - moved, 0.0F);
+    const float needed = to_next / -speeds[layer];
+    if (needed >= left) {
+      break;
+    }
+    left -= needed;
+    moved += to_next;
+    --layer;
+  }
+  // A layer that would grow or stand still stops the surface.
+  moved += left * std::max(-speeds[layer], 0.0F);
+  return -moved / dt;
+}
+
+}  // namespace scarp

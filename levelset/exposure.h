@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "levelset/layers.h"
+
+namespace scarp {
+
+class Band;
+
+/// A layer whose phi exceeds the top's by less than this, in spacings, is the top there.
+inline constexpr float same_phi = 1e-3F;
+
+/// Part of the way from a node with phi = here to its neighbour at which phi is zero.
+inline float crossing(float here, float there) { return here / (here - there); }
+
+/// The layer that is seen where the top's surface cuts the edge from a node to the next one along
+/// an axis.
+///
+/// It is not below the layer that the edge's solid end lies in, and equals the top at one end at
+/// least: phi of a layer that lies under a film of thickness d exceeds the top's by d on both sides
+/// of the surface, while near an edge of the surface only one end tells.
+std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int axis);
+
+/// For every node of the top's band the layer that is seen at the surface nearest to it.
+///
+/// Nodes next to the surface look at the nearest cut of their edges, the others ask a neighbour
+/// nearer to the surface. Symmetric under mirroring.
+/// Shape: 512 per leaf; the topmost layer where no surface is near.
+std::vector<std::uint16_t> exposed_layers(const Layers& layers);
+
+/// How a surface moves that starts in one layer and may cross into lower ones within a time step:
+/// its mean speed along the normal.
+///
+/// Shape: speeds[k] is the speed while layer k is seen, depth[k] how far below the surface layer k
+///        begins, for k = 0..exposed. Units: speeds in depth units per time unit of dt.
+/// Source: Ertl 2010, time budget per grid point.
+float speed_through_layers(const std::vector<float>& speeds, const std::vector<float>& depth,
+                           std::size_t exposed, float dt);
+
+}  // namespace scarp

@@ -1,0 +1,222 @@
+#include "levelset/standstill.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "levelset/exposure.h"
+#include "levelset/stencil.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
+
+/// Only nodes this near to the surface, in spacings, can be next to it after a time step.
+constexpr float near_surface = 2;
+
+/// The new surface keeps this distance, in spacings, from nodes.
+constexpr float smallest_phi = 1e-6F;
+
+constexpr int none = -1;
+
+class Keeper {
+ public:
+  Keeper(const Layers& layers, const SpeedField& field, float dt)
+      : layers_(layers),
+        field_(field),
+        stands_still_(field.stands_still),
+        dt_(dt),
+        band_(layers.top().band()) {}
+
+  void run(LeafValues& moved) const {
+    for_each_near_node(moved, [&](std::array<int, 3> at, const float* old, float wanted) {
+      return standing_layer_at(at) == none ? limit_outside(at, old, not_held_back(at, old, wanted))
+                                           : wanted;
+    });
+    const LeafValues limited = moved;
+    for_each_near_node(moved, [&](std::array<int, 3> at, const float* old, float wanted) {
+      const int layer = standing_layer_at(at);
+      return layer == none ? wanted : limit_inside(layer, at, old, wanted, limited);
+    });
+  }
+
+ private:
+  /// Lets keep(node, old phi, new phi) change the new phi of nodes near the surface that shrink.
+  template <class Keep>
+  void for_each_near_node(LeafValues& moved, const Keep& keep) const {
+    parallel_for(band_.leaves().size(), 8, [&](std::size_t begin, std::size_t end) {
+      Block block;
+      for (std::size_t n = begin; n < end; ++n) {
+        const Leaf& leaf = band_.leaves()[n];
+        gather(
+            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+        for (int node = 0; node < leaf_size; ++node) {
+          const int i = node >> 6;
+          const int j = (node >> 3) & 7;
+          const int k = node & 7;
+          if (std::abs(leaf.phi[node]) < near_surface) {
+            const std::array<int, 3> at{leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k};
+            moved[n][node] = keep(at, block.row(i, j) + k, moved[n][node]);
+          }
+        }
+      }
+    });
+  }
+
+  float phi(int layer, std::array<int, 3> node) const {
+    return layers_.stack[static_cast<std::size_t>(layer)].phi.node(node[0], node[1], node[2]);
+  }
+
+  /// The standing layer whose material a node lies in.
+  int standing_layer_at(std::array<int, 3> node) const {
+    for (int layer = 0; layer < static_cast<int>(layers_.stack.size()); ++layer) {
+      if (phi(layer, node) < 0) {
+        return stands_still_[static_cast<std::size_t>(layer)] ? layer : none;
+      }
+    }
+    return none;
+  }
+
+  /// Solid at the line where its surface meets a standing layer moves by speed times time at least:
+  /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
+  /// standing layer.
+  float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
+    if (!(*old < 0)) {
+      return wanted;
+    }
+    const float free = *old - dt_ * speed(node);
+    if (free <= wanted) {
+      return wanted;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> gas = node;
+        gas[axis] += step;
+        if (!(old[step * strides[axis]] < 0) && touches_standing(gas)) {
+          return free;
+        }
+      }
+    }
+    return wanted;
+  }
+
+  bool touches_standing(std::array<int, 3> node) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        if (standing_layer_at(other) != none) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  float speed(std::array<int, 3> node) const {
+    const int x = band_.fold(0, node[0]);
+    const int y = band_.fold(1, node[1]);
+    const auto leaf = static_cast<std::size_t>(band_.find(x >> 3, y >> 3, node[2] >> 3));
+    return field_.speed[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, node[2]))];
+  }
+
+  /// Gas next to a standing layer's surface keeps phi; other solid next to a buried interface gets
+  /// at most its distance to that.
+  float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
+    if (wanted <= *old) {
+      return wanted;
+    }
+    float limit = wanted;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * strides[axis]];
+        if (*old < 0) {
+          limit = std::min(limit, distance_to_buried(node, axis, step, *old));
+        } else if (there < 0 && cut_shows_standing(node, axis, step, *old, there)) {
+          return *old;
+        }
+      }
+    }
+    return limit;
+  }
+
+  /// From a solid node that may vanish to the interface with a standing layer one node further.
+  float distance_to_buried(std::array<int, 3> node, int axis, int step, float old) const {
+    std::array<int, 3> other = node;
+    other[axis] += step;
+    const int layer = standing_layer_at(other);
+    if (layer <= 0) {
+      return LevelSet::half_width;
+    }
+    // Below the interface phi of the lower layer tells the distance, unless the surface is nearer.
+    const float lower = phi(layer - 1, node);
+    const float distance = lower > old + same_phi ? -lower : 1 - phi(layer - 1, other);
+    return std::clamp(distance, smallest_phi, 1.0F);
+  }
+
+  /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
+  /// buried interface becomes the surface; elsewhere phi stays behind both.
+  float limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
+                     const LeafValues& moved) const {
+    bool comes_to_light = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * strides[axis]];
+        if (cut_shows_standing(node, axis, step, *old, there)) {
+          return std::min(wanted, *old);
+        }
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        comes_to_light = comes_to_light || (there < 0 && !(new_phi(other, moved) < 0));
+      }
+    }
+    const float inside = phi(layer, node);
+    const float kept =
+        std::min(layer == 0 ? inside : std::max(inside, -phi(layer - 1, node)), -smallest_phi);
+    return comes_to_light ? kept : std::min(wanted, kept);
+  }
+
+  float new_phi(std::array<int, 3> node, const LeafValues& moved) const {
+    const int x = band_.fold(0, node[0]);
+    const int y = band_.fold(1, node[1]);
+    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
+    const float* values = leaf >= 0 ? moved[static_cast<std::size_t>(leaf)] : missing_values(leaf);
+    return values[leaf_offset(x, y, node[2])];
+  }
+
+  /// Whether the edge to a neighbour is cut, and what is seen there stands still.
+  bool cut_shows_standing(std::array<int, 3> node, int axis, int step, float here,
+                          float there) const {
+    if ((here < 0) == (there < 0)) {
+      return false;
+    }
+    std::array<int, 3> other = node;
+    other[axis] += step;
+    if (standing_layer_at(here < 0 ? node : other) == none) {
+      return false;
+    }
+    return stands_still_[exposed_layer(layers_, step > 0 ? node : other, axis)];
+  }
+
+  const Layers& layers_;
+  const SpeedField& field_;
+  const std::vector<bool>& stands_still_;
+  float dt_;
+  const Band& band_;
+};
+
+}  // namespace
+
+void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
+                          LeafValues& moved) {
+  const auto& still = field.stands_still;
+  const auto standing = std::find(still.begin(), still.end(), true);
+  const auto moving = std::find(still.begin(), still.end(), false);
+  if (standing != still.end() && moving != still.end()) {
+    Keeper(layers, field, dt).run(moved);
+  }
+}
+
+}  // namespace scarp

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "levelset/band.h"
+#include "levelset/layers.h"
+#include "levelset/speed_field.h"
+
+namespace scarp {
+
+/// Takes back what a time step removed from layers that stand still.
+///
+/// Speeds next to the line where such a layer (a mask) meets one that moves belong to the nearest
+/// surface, so the moving one reaches over by part of a spacing. Here both ends of every edge that
+/// is cut on the standing layer's surface keep their phi: no vertex of that surface moves by one
+/// bit. Where the surface arrives at the layer from below, it is put on the buried interface.
+/// Growth remains.
+///
+/// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one.
+/// Units: dt in spacings per (nm/s).
+void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
+                          LeafValues& moved);
+
+}  // namespace scarp

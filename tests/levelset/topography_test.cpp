@@ -1,0 +1,260 @@
+// Whole surfaces that move: trenches and holes under deposition and etching, against exact answers.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/parallel.h"
+#include "levelset/advect.h"
+#include "levelset/connectivity.h"
+#include "levelset/cross_section.h"
+#include "levelset/extend.h"
+#include "levelset/extract_surface.h"
+#include "surfaces.h"
+
+namespace scarp {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+Shape trench(double width, double depth, double centre = 0) {
+  TrenchShape shape{.width = width, .centre = centre};
+  shape.cut.depth = depth;
+  return shape;
+}
+
+Shape hole(double radius, double depth) {
+  HoleShape shape{.radius = radius};
+  shape.cut.depth = depth;
+  return shape;
+}
+
+constexpr double extent = 128;
+constexpr double width = 60;
+constexpr double depth = 60;
+constexpr double thickness = 12;
+
+/// Relative error of the volume of a film on a trench (2D) or a hole.
+double film_error(bool round, double spacing, Scheme scheme) {
+  const int cells = static_cast<int>(std::lround(extent / spacing));
+  Frame frame{.spacing = spacing, .cells = {cells, round ? cells : 1}};
+  frame.two_dimensional = !round;
+  Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{WaferShape{}, round ? hole(width / 2, depth) : trench(width, depth)});
+  add_layer(layers, 1);
+  move(
+      layers, thickness, 0.5 * spacing, [](Vec3d, MaterialId) { return 1.0; }, scheme);
+
+  const double t = thickness;
+  const double radius = width / 2;
+  const double exact =
+      round ? (extent * extent - pi * radius * radius) * t +
+                  2 * pi * (radius - 4 * t / (3 * pi)) * pi * t * t / 4 +
+                  pi * (radius * radius * depth - std::pow(radius - t, 2) * (depth - t))
+            : spacing * ((extent - width) * t + pi / 2 * t * t + width * depth -
+                         (width - 2 * t) * (depth - t));
+  return std::abs(material_volumes(layers)[1] / exact - 1);
+}
+
+TEST(Film, VolumeOnATrenchConverges) {
+  for (const Scheme scheme : {Scheme::first_order, Scheme::second_order}) {
+    const double coarse = film_error(false, 2, scheme);
+    const double middle = film_error(false, 1, scheme);
+    const double fine = film_error(false, 0.5, scheme);
+    EXPECT_GT(std::log2(coarse / fine) / 2, 0.8);
+    EXPECT_LT(middle, scheme == Scheme::first_order ? 0.012 : 0.002);
+  }
+}
+
+TEST(SlowFilm, VolumeOnAHoleConverges) {
+  // At 4 nm the hole is 7 spacings in radius and errors of edge and wall cancel: no order there.
+  for (const Scheme scheme : {Scheme::first_order, Scheme::second_order}) {
+    const double middle = film_error(true, 2, scheme);
+    const double fine = film_error(true, 1, scheme);
+    EXPECT_GT(std::log2(middle / fine), scheme == Scheme::first_order ? 0.7 : 0.8);
+    EXPECT_LT(fine, scheme == Scheme::first_order ? 0.006 : 0.001);
+  }
+}
+
+TEST(Trench, ClosesAtHalfItsWidth) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  for (const double offset : {0.0, 0.3}) {
+    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(20 + offset, 30)});
+    const double dt = 0.5;
+    double t = 0;
+    const auto open = [&] { return layers.top().distance({0, 0, -5}) > 0; };
+    while (open() && t < 20) {
+      advect(layers, prescribe_speeds(layers, [](Vec3d, MaterialId) { return 1.0; }), dt);
+      t += dt;
+    }
+    EXPECT_NEAR(t, (20 + offset) / 2, dt + 1) << offset;
+  }
+}
+
+/// A cavity under a neck, in a wafer 60 nm wide.
+Layers necked_cavity(double neck) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  return single_layer(
+      frame,
+      [neck](Vec3d r) {
+        const auto box = [&](double half, double lower, double upper) {
+          const double dx = std::abs(r.x) - half;
+          const double dz = std::max(lower - r.z, r.z - upper);
+          return dx > 0 && dz > 0 ? std::hypot(dx, dz) : std::max(dx, dz);
+        };
+        return std::max(r.z - 0.01, -std::min(box(neck / 2, -12, 20), box(15.2, -40.3, -10.3)));
+      },
+      -50, 10);
+}
+
+TEST(Void, FreezesBitForBitAndIsCounted) {
+  Layers layers = necked_cavity(6.3);
+  EXPECT_TRUE(open_gas(layers).voids.empty());
+  const auto grow = [&] {
+    const TriMesh mesh = extract_surface(layers, open_gas(layers));
+    const std::vector<std::array<float, 3>> speeds(mesh.triangles.size(), {1, 1, 1});
+    const OpenGas gas = open_gas(layers);
+    advect(layers, extend_speeds(layers, gas, mesh, speeds), 0.5);
+  };
+  for (int step = 0; step < 8; ++step) {
+    grow();
+  }
+  const OpenGas closed = open_gas(layers);
+  ASSERT_EQ(closed.voids.size(), 1U);
+  const TriMesh before = extract_surface(layers);
+  const auto in_void = [](const TriMesh& mesh) {
+    std::vector<Vec3f> vertices;
+    for (const Vec3f& v : mesh.vertices) {
+      if (v.z < -16) {
+        vertices.push_back(v);
+      }
+    }
+    return vertices;
+  };
+  for (int step = 0; step < 8; ++step) {
+    grow();
+  }
+  EXPECT_EQ(in_void(extract_surface(layers)), in_void(before));
+  EXPECT_EQ(open_gas(layers).voids.size(), 1U);
+  const TriMesh traced = extract_surface(layers, open_gas(layers));
+  EXPECT_TRUE(in_void(traced).empty());
+  EXPECT_EQ(faults(traced, layers.frame).boundary_off_sides, 0);
+}
+
+/// Vertices on the surface of the topmost layer.
+std::set<std::array<float, 3>> vertices_on_top_layer(const Layers& layers) {
+  const TriMesh mesh = extract_surface(layers);
+  std::vector<bool> other(mesh.vertices.size(), false);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    for (const std::uint32_t v : mesh.triangles[f]) {
+      other[v] = other[v] || mesh.materials[f] != layers.stack.back().material;
+    }
+  }
+  std::set<std::array<float, 3>> found;
+  for (std::size_t v = 0; v < other.size(); ++v) {
+    if (!other[v]) {
+      found.insert({mesh.vertices[v].x, mesh.vertices[v].y, mesh.vertices[v].z});
+    }
+  }
+  return found;
+}
+
+TEST(Mask, KeepsEveryVertexWhileItIsUndercut) {
+  for (const double height : {0.0, 2.3}) {
+    const Frame frame{.spacing = 1, .cells = {48, 8}};
+    Layers layers = build_layers(
+        frame,
+        std::vector<Shape>{
+            WaferShape{.material = 0}, LayerShape{.material = 0, .thickness = height + 1e-3},
+            MaskShape{.material = 1, .thickness = 6.4, .outline = SlotOutline{.width = 12.6}}});
+    const double before = material_volumes(layers)[1];
+    const auto vertices = vertices_on_top_layer(layers);
+    move(layers, 10, 0.5, [](Vec3d, MaterialId material) { return material == 0 ? -1.0 : 0.0; });
+
+    const auto after = vertices_on_top_layer(layers);
+    EXPECT_TRUE(std::includes(after.begin(), after.end(), vertices.begin(), vertices.end()));
+    EXPECT_NEAR(material_volumes(layers)[1], before, 0.005 * before);
+    // Undercut and depth are both 10.
+    EXPECT_NEAR(layers.top().distance({0, 0, height - 10}), 0, 0.1);
+    EXPECT_NEAR(layers.top().distance({6.3 + 10, 0, height - 1}), 0, 0.3);
+  }
+}
+
+TEST(Symmetry, MirroredGeometryStaysMirroredBitForBit) {
+  const Frame frame{.spacing = 0.7, .cells = {33, 20}};
+  Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{
+          WaferShape{.material = 0}, hole(6.1, 9.3),
+          MaskShape{.material = 1, .thickness = 3, .outline = RectangleOutline{.size = {9, 7.7}}}});
+  for (int step = 0; step < 12; ++step) {
+    const SpeedField field = prescribe_speeds(layers, [](Vec3d r, MaterialId material) {
+      return (material == 0 ? -1.0 : 0.3) * (1 + 0.05 * r.x * r.x + 0.02 * r.y * r.y);
+    });
+    advect(layers, field, stable_time_step(layers, field, 0.5));
+  }
+  for (const Layer& layer : layers.stack) {
+    for (int i = 0; i <= 33; ++i) {
+      for (int j = 0; j <= 20; ++j) {
+        for (int k = -40; k < 20; ++k) {
+          ASSERT_EQ(layer.phi.node(i, j, k), layer.phi.node(33 - i, j, k));
+          ASSERT_EQ(layer.phi.node(i, j, k), layer.phi.node(i, 20 - j, k));
+        }
+      }
+    }
+  }
+}
+
+TEST(Threads, DoNotChangeOneBit) {
+  const auto run = [](int threads) {
+    const ThreadLimit limit(threads);
+    const Frame frame{
+        .spacing = 1, .cells = {50, 40}, .boundary = {Boundary::reflective, Boundary::periodic}};
+    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, hole(9.2, 14)});
+    add_layer(layers, 1);
+    for (int step = 0; step < 6; ++step) {
+      const OpenGas gas = open_gas(layers);
+      const TriMesh mesh = extract_surface(layers, gas);
+      std::vector<std::array<float, 3>> speeds;
+      for (const Triangle& t : mesh.triangles) {
+        speeds.push_back({1.0F + 0.01F * mesh.vertices[t[0]].z,
+                          1.0F + 0.01F * mesh.vertices[t[1]].x,
+                          1.0F + 0.01F * mesh.vertices[t[2]].y});
+      }
+      const SpeedField field = extend_speeds(layers, gas, mesh, speeds);
+      advect(layers, field, stable_time_step(layers, field, 0.5));
+    }
+    return hash(layers);
+  };
+  EXPECT_EQ(run(1), run(2));
+}
+
+TEST(TwoDimensions, BothRowsOfNodesAreEqual) {
+  Frame frame{.spacing = 1, .cells = {40, 1}};
+  frame.two_dimensional = true;
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(13.7, 20)});
+  for (int step = 0; step < 8; ++step) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    std::vector<std::array<float, 3>> speeds;
+    for (const Triangle& t : mesh.triangles) {
+      speeds.push_back({1.0F + 0.01F * mesh.vertices[t[0]].z, 1.0F + 0.01F * mesh.vertices[t[1]].z,
+                        1.0F + 0.01F * mesh.vertices[t[2]].z});
+    }
+    const SpeedField field = extend_speeds(layers, gas, mesh, speeds);
+    advect(layers, field, stable_time_step(layers, field, 0.5));
+  }
+  for (int i = 0; i <= 40; ++i) {
+    for (int k = -30; k < 10; ++k) {
+      ASSERT_EQ(layers.top().node(i, 0, k), layers.top().node(i, 1, k));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp
