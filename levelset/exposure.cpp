@@ -149,6 +149,45 @@ std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int a
 
 std::vector<std::uint16_t> exposed_layers(const Layers& layers) { return Exposure(layers).run(); }
 
+std::vector<bool> layers_within(const Layers& layers, float depth) {
+  const Band& top = layers.top().band();
+  std::vector<bool> found(layers.stack.size(), false);
+  found.back() = true;
+  for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
+    const Band& band = layers.stack[layer].phi.band();
+    found[layer] = std::any_of(band.leaves().begin(), band.leaves().end(), [&](const Leaf& leaf) {
+      const auto [i, j, k] = leaf.origin;
+      const int other = top.find(i >> 3, j >> 3, k >> 3);
+      for (int node = 0; other >= 0 && node < leaf_size; ++node) {
+        const float above = top.leaves()[static_cast<std::size_t>(other)].phi[node];
+        if (std::abs(above) < 1 && leaf.phi[node] - above < depth) {
+          return true;
+        }
+      }
+      return false;
+    });
+  }
+  return found;
+}
+
+Vec3d surface_point(const Layers& layers, std::size_t leaf, int node) {
+  const Frame& frame = layers.frame;
+  const Leaf& values = layers.top().band().leaves()[leaf];
+  const Vec3d r{frame.node_position(0, values.origin[0] + (node >> 6)),
+                frame.node_position(1, values.origin[1] + ((node >> 3) & 7)),
+                frame.node_position(2, values.origin[2] + (node & 7))};
+  return r - (values.phi[node] * frame.spacing) * layers.top().normal(r);
+}
+
+void find_depths(const Layers& layers, Vec3d surface_point, std::vector<float>& depth) {
+  const double top = layers.top().distance(surface_point);
+  depth.resize(layers.stack.size());
+  for (std::size_t layer = 0; layer < layers.stack.size(); ++layer) {
+    const double below = layers.stack[layer].phi.distance(surface_point) - top;
+    depth[layer] = static_cast<float>(std::max(below, 0.0));
+  }
+}
+
 float speed_through_layers(const std::vector<float>& speeds, const std::vector<float>& depth,
                            std::size_t exposed, float dt) {
   if (speeds[exposed] >= 0 || exposed == 0 || !(dt > 0)) {

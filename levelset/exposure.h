@@ -31,12 +31,21 @@ std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int a
 /// Shape: 512 per leaf; the topmost layer where no surface is near.
 std::vector<std::uint16_t> exposed_layers(const Layers& layers);
 
+/// Which layers are seen, or lie within the given depth (in spacings) below the surface.
+std::vector<bool> layers_within(const Layers& layers, float depth);
+
+/// The point of the surface that is nearest to a node of the top's band, by phi and its gradient.
+Vec3d surface_point(const Layers& layers, std::size_t leaf, int node);
+
+/// How far below the surface each layer begins at a point of the surface. Units: nm.
+void find_depths(const Layers& layers, Vec3d surface_point, std::vector<float>& depth);
+
 /// How a surface moves that starts in one layer and may cross into lower ones within a time step:
 /// its mean speed along the normal.
 ///
 /// Shape: speeds[k] is the speed while layer k is seen, depth[k] how far below the surface layer k
 ///        begins, for k = 0..exposed. Units: speeds in depth units per time unit of dt.
-/// Source: Ertl 2010, time budget per grid point.
+/// Source: Ertl, thesis (TU Wien), time budget per grid point; here per point of the surface.
 float speed_through_layers(const std::vector<float>& speeds, const std::vector<float>& depth,
                            std::size_t exposed, float dt);
 

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "levelset/band.h"
+#include "levelset/exposure.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -33,20 +37,21 @@ constexpr float unset = std::numeric_limits<float>::infinity();
 
 class Extension {
  public:
-  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-            std::span<const std::array<float, 3>> corner_speeds)
+  /// speed_at(leaf, node, closest point) is asked at nodes next to the surface.
+  using SpeedAt = std::function<float(std::size_t, int, const ClosestPoint&)>;
+
+  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, SpeedAt speed_at)
       : frame_(layers.frame),
         sides_(layers.frame.sides()),
         band_(layers.top().band()),
         gas_(gas),
         tree_(facets),
-        corner_speeds_(corner_speeds) {}
+        speed_at_(std::move(speed_at)) {}
 
   std::vector<float> run();
 
  private:
   void query_leaf(std::size_t n, Block& block, float* speed) const;
-  float query(Vec3d r, Vec3d gradient, double phi) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
   std::vector<double> shifts(int axis, double position, double limit) const;
   bool is_void(std::size_t leaf, int node, const Block& block) const;
@@ -56,7 +61,7 @@ class Extension {
   const Band& band_;
   const OpenGas& gas_;
   TriangleTree tree_;
-  std::span<const std::array<float, 3>> corner_speeds_;
+  SpeedAt speed_at_;
 };
 
 Vec3d central_gradient(const float* p) {
@@ -102,23 +107,6 @@ std::vector<double> Extension::shifts(int axis, double position, double limit) c
     }
   }
   return found;
-}
-
-float Extension::query(Vec3d r, Vec3d gradient, double phi) const {
-  if (frame_.two_dimensional) {
-    r.y = 0;  // both rows of nodes ask at the same point
-  }
-  const double limit = (std::abs(phi) + own_surface) * frame_.spacing;
-  const ClosestPoint found = closest(r, gradient, limit);
-  if (!found.found()) {
-    return 0;
-  }
-  const auto& speeds = corner_speeds_[found.triangle];
-  double speed = 0;
-  for (int c = 0; c < 3; ++c) {
-    speed += found.barycentric[c] * speeds[c];
-  }
-  return static_cast<float>(speed);
 }
 
 /// Gas of a void; or solid all of whose gas neighbours belong to voids.
@@ -170,10 +158,13 @@ void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
       speed[node] = 0;
       continue;
     }
+    // In two dimensions both rows of nodes ask at the same point.
     const Vec3d r{frame_.node_position(0, leaf.origin[0] + i),
-                  frame_.node_position(1, leaf.origin[1] + j),
+                  frame_.two_dimensional ? 0.0 : frame_.node_position(1, leaf.origin[1] + j),
                   frame_.node_position(2, leaf.origin[2] + k)};
-    speed[node] = query(r, central_gradient(block.row(i, j) + k), phi);
+    const double limit = (std::abs(phi) + own_surface) * frame_.spacing;
+    const ClosestPoint found = closest(r, central_gradient(block.row(i, j) + k), limit);
+    speed[node] = found.found() ? speed_at_(n, node, found) : 0.0F;
   }
 }
 
@@ -232,13 +223,78 @@ std::vector<float> Extension::run() {
 
 }  // namespace
 
+namespace {
+
+float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& point) {
+  double speed = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    speed += point.barycentric[c] * corners[c];
+  }
+  return static_cast<float>(speed);
+}
+
+bool is_zero(const CornerSpeeds& speeds) {
+  return std::all_of(speeds.begin(), speeds.end(), [](const std::array<float, 3>& corners) {
+    return corners == std::array<float, 3>{0, 0, 0};
+  });
+}
+
+}  // namespace
+
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds) {
   SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
+  const auto speed_at = [&](std::size_t, int, const ClosestPoint& point) {
+    return speed_on_facet(corner_speeds[point.triangle], point);
+  };
   SpeedField field;
-  field.speed = Extension(layers, gas, facets, corner_speeds).run();
+  field.speed = Extension(layers, gas, facets, speed_at).run();
   update_max_speed(layers, field);
   return field;
+}
+
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const CornerSpeeds> speeds_of_layers, double dt) {
+  SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
+  const std::vector<std::uint16_t> exposed = exposed_layers(layers);
+  const auto speed_at = [&](std::size_t leaf, int node, const ClosestPoint& point) {
+    const std::size_t seen = exposed[leaf * leaf_size + static_cast<std::size_t>(node)];
+    const float speed = speed_on_facet(speeds_of_layers[seen][point.triangle], point);
+    if (speed >= 0 || seen == 0) {
+      return speed;
+    }
+    std::vector<float> speeds(seen + 1);
+    for (std::size_t layer = 0; layer <= seen; ++layer) {
+      speeds[layer] = speed_on_facet(speeds_of_layers[layer][point.triangle], point);
+    }
+    std::vector<float> depth;
+    find_depths(layers, surface_point(layers, leaf, node), depth);
+    return speed_through_layers(speeds, depth, seen, static_cast<float>(dt));
+  };
+  SpeedField field;
+  field.speed = Extension(layers, gas, facets, speed_at).run();
+  for (const CornerSpeeds& speeds : speeds_of_layers) {
+    SCARP_ASSERT(facets.triangles.size(), ==, speeds.size());
+    field.stands_still.push_back(is_zero(speeds));
+  }
+  update_max_speed(layers, field);
+  return field;
+}
+
+double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
+                        double cfl) {
+  const std::vector<bool> in_reach = layers_within(layers, 2);
+  double fastest = 0;
+  for (std::size_t layer = 0; layer < speeds_of_layers.size(); ++layer) {
+    for (const auto& corners : speeds_of_layers[layer]) {
+      for (const float speed : corners) {
+        fastest =
+            in_reach[layer] ? std::max(fastest, std::abs(static_cast<double>(speed))) : fastest;
+      }
+    }
+  }
+  return fastest > 0 ? cfl * layers.frame.spacing / fastest
+                     : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace scarp

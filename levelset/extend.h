@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "core/tri_mesh.h"
 #include "levelset/connectivity.h"
@@ -10,6 +11,9 @@
 
 namespace scarp {
 
+/// Speeds at the three corners of every facet. Units: nm/s.
+using CornerSpeeds = std::vector<std::array<float, 3>>;
+
 /// Carries speeds from the facets of a mesh to the nodes of the band.
 ///
 /// A node next to the surface takes the speed at the closest point of the facets, linear between
@@ -17,11 +21,26 @@ namespace scarp {
 /// count. From there speeds are constant along the normals. Nodes of closed voids, and solid whose
 /// nearest surface is not in the mesh, have speed 0.
 ///
-/// Shape:  corner_speeds has the speeds at the three corners of every facet; facets may be
-///         simplified, as long as they stay within half a spacing of the surface.
-/// Units:  nm/s.
+/// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay
+///         within half a spacing of the surface.
 /// Cost:   a closest-point query per node with |phi| < 1.5.
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds);
+
+/// The same for a stack whose layers move at different speeds.
+///
+/// Every node takes the speed of the layer that is seen at the surface nearest to it. Where the
+/// surface passes from layer to layer within dt, the speed is the mean over dt: a film much thinner
+/// than a spacing delays an etch by the right time. Layers whose speeds are all 0 lose nothing.
+///
+/// Shape:  speeds_of_layers[k][f] is what facet f would have if layer k were seen there.
+/// Units:  dt in s; advect must be called with the same.
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const CornerSpeeds> speeds_of_layers, double dt);
+
+/// The time in which the fastest layer moves by cfl spacings, of those layers that are seen or lie
+/// within two spacings below the surface. Units: s.
+double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
+                        double cfl);
 
 }  // namespace scarp

@@ -9,18 +9,6 @@
 
 namespace scarp {
 
-namespace {
-
-/// How far below the surface each layer begins at a place of the surface, in nm.
-void find_depths(const Layers& layers, Vec3d foot, std::vector<float>& depth) {
-  const double top = layers.top().distance(foot);
-  for (std::size_t layer = 0; layer < layers.stack.size(); ++layer) {
-    depth[layer] = static_cast<float>(std::max(layers.stack[layer].phi.distance(foot) - top, 0.0));
-  }
-}
-
-}  // namespace
-
 SpeedField prescribe_speeds(const Layers& layers,
                             const std::function<double(Vec3d r, MaterialId material)>& speed,
                             double dt) {
@@ -52,8 +40,7 @@ SpeedField prescribe_speeds(const Layers& layers,
         const std::size_t at = n * leaf_size + static_cast<std::size_t>(node);
         const std::size_t seen = exposed[at];
         if (dt > 0 && seen > 0 && speeds[seen] < 0) {
-          const double to_surface = leaf.phi[node] * frame.spacing;
-          find_depths(layers, r - to_surface * layers.top().normal(r), depth);
+          find_depths(layers, surface_point(layers, n, node), depth);
           field.speed[at] = speed_through_layers(speeds, depth, seen, static_cast<float>(dt));
         } else {
           field.speed[at] = speeds[seen];

@@ -1,0 +1,86 @@
+#include "levelset/exposure.h"
+
+#include <gtest/gtest.h>
+
+#include "levelset/extend.h"
+#include "levelset/extract_surface.h"
+#include "surfaces.h"
+
+namespace scarp {
+namespace {
+
+TEST(SpeedThroughLayers, SpendsTheTimeLayerByLayer) {
+  // 0.3 at speed 0.1 takes 3 s, then 0.2 at speed 2 takes 0.1 s, then speed 1.
+  const std::vector<float> speeds{-1, -2, -0.1F};
+  const std::vector<float> depth{0.5F, 0.3F, 0};
+  EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 2), -0.1F);
+  EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 3.05F), -0.4F / 3.05F);
+  EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 4.1F), -1.5F / 4.1F);
+  // A layer that does not etch stops the surface.
+  EXPECT_FLOAT_EQ(speed_through_layers({0, -2}, {0.5F, 0}, 1, 1), -0.5F);
+  EXPECT_FLOAT_EQ(speed_through_layers({-1, 2}, {0.5F, 0}, 1, 1), 2);
+}
+
+/// Etches a stack with speeds by material through the whole loop of mesh and extension.
+void etch(Layers& layers, double time, const std::vector<float>& speed_of_material) {
+  for (double t = 0; t < time * (1 - 1e-9);) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    std::vector<CornerSpeeds> speeds;
+    for (const Layer& layer : layers.stack) {
+      const float v = speed_of_material[layer.material];
+      speeds.emplace_back(mesh.triangles.size(), std::array<float, 3>{v, v, v});
+    }
+    const double dt = std::min(stable_time_step(layers, speeds, 0.5), time - t);
+    advect(layers, extend_speeds(layers, gas, mesh, speeds, dt), dt);
+    remove_empty_layers(layers);
+    t += dt;
+  }
+}
+
+TEST(ThinFilm, DelaysTheEtchByTheExactTime) {
+  for (const double thickness : {0.3, 0.05, 1.7}) {
+    const Frame frame{.spacing = 1, .cells = {12, 12}};
+    Layers layers =
+        build_layers(frame, std::vector<Shape>{WaferShape{.material = 0},
+                                               LayerShape{.material = 1, .thickness = thickness}});
+    // The film takes thickness / 0.1 s; after it the wafer recedes at 1 nm/s.
+    etch(layers, thickness / 0.1 + 6, {-1, -0.1F});
+    for (const Vec3f& v : extract_surface(layers).vertices) {
+      EXPECT_NEAR(v.z, -6, 0.02 * thickness / 0.1 + 1e-3) << thickness;
+    }
+    EXPECT_EQ(layers.stack.size(), 1U);
+    EXPECT_EQ(layers.stack[0].material, 0);
+  }
+}
+
+TEST(ThinFilm, TenFilmsTakeTheSumOfTheirTimes) {
+  const Frame frame{.spacing = 1, .cells = {12, 12}};
+  std::vector<Shape> shapes{WaferShape{.material = 0}};
+  for (int n = 0; n < 10; ++n) {
+    shapes.push_back(LayerShape{.material = static_cast<MaterialId>(1 + n % 2), .thickness = 0.2});
+  }
+  Layers layers = build_layers(frame, shapes);
+  ASSERT_EQ(layers.stack.size(), 11U);
+  // 5 films at 0.1 nm/s and 5 at 1 nm/s: 10 s + 1 s.
+  etch(layers, 11 + 3, {-1, -0.1F, -1});
+  for (const Vec3f& v : extract_surface(layers).vertices) {
+    EXPECT_NEAR(v.z, -3, 0.02 * 11);
+  }
+}
+
+TEST(Etch, StopsOnALayerThatDoesNotEtchAndLeavesTheRest) {
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  Layers layers = build_layers(
+      frame, std::vector<Shape>{
+                 WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = 6.3},
+                 MaskShape{.material = 2, .thickness = 4, .outline = SlotOutline{.width = 16.6}}});
+  etch(layers, 9, {0, -1, 0});
+  // 6.3 deep at the bottom, undercut 9 under the mask's foot.
+  EXPECT_NEAR(layers.top().distance({0, 0, 0}), 0, 0.02);
+  EXPECT_NEAR(layers.top().distance({8.3 + 9, 0, 5.3}), 0, 0.5);
+  EXPECT_EQ(layers.stack.size(), 3U);
+}
+
+}  // namespace
+}  // namespace scarp
