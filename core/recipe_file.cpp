@@ -43,11 +43,8 @@ std::string content_of(const std::filesystem::path& path) {
 
 void set_place(TomlValue& value, const TomlPlace& place) {
   value.place = place;
-  for (TomlValue& entry : value.list) set_place(entry, place);
-  for (TomlEntry& entry : value.table) {
-    entry.place = place;
-    set_place(entry.value, place);
-  }
+  value.key_place = place;
+  for (TomlValue& entry : value.entries) set_place(entry, place);
 }
 
 /// VALUE of PATH=VALUE.
@@ -55,9 +52,9 @@ TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
                                std::string_view path) {
   try {
     TomlValue document = parse_toml("value = " + std::string(text), "");
-    if (document.table.size() == 1) {
+    if (document.entries.size() == 1) {
       set_place(document, place);
-      return std::move(document.table.front().value);
+      return std::move(document.entries.front());
     }
   } catch (const InputError&) {
     // Said below in the words of the command line.
@@ -77,21 +74,22 @@ TomlValue& value_to_set(TomlValue& root, const RecipePath& path, const TomlPlace
       throw InputError(place.source + ": " + here + text);
     };
     if (const auto* const key = std::get_if<std::string>(&part)) {
-      if (at->kind == TomlValue::Kind::list) fail(" is a list; write for example " + here + "[0]");
-      if (at->kind != TomlValue::Kind::table) fail(" is not a table");
+      if (at->is_list()) fail(" is a list; write for example " + here + "[0]");
+      if (!at->is_table()) fail(" is not a table");
       if (at->find(*key) == nullptr) {
-        at->table.push_back({*key, place, {}});
-        at->table.back().value.place = place;
+        TomlValue& added = at->entries.emplace_back();
+        added.key = *key;
+        added.place = added.key_place = place;
       }
       at = at->find(*key);
     } else {
       const std::size_t index = std::get<std::size_t>(part);
-      if (at->kind != TomlValue::Kind::list) fail(" is not a list");
-      if (index >= at->list.size()) {
+      if (!at->is_list()) fail(" is not a list");
+      if (index >= at->entries.size()) {
         fail(" has no entry " + std::to_string(index) + "; they are counted from 0 and there are " +
-             std::to_string(at->list.size()));
+             std::to_string(at->entries.size()));
       }
-      at = &at->list[index];
+      at = &at->entries[index];
     }
     walked.push_back(part);
   }
@@ -112,12 +110,15 @@ void apply_override(TomlValue& recipe, const std::string& text) {
     throw InputError(place.source + ": " + error.what());
   }
   TomlValue value = parse_override_value(text.substr(equals + 1), place, path_text);
-  value_to_set(recipe, path, place) = std::move(value);
+  TomlValue& old = value_to_set(recipe, path, place);
+  value.key = old.key;
+  value.key_place = old.key_place;
+  old = std::move(value);
 }
 
 void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
   if (node.toml == nullptr || node.rest_accepted) return;
-  for (const TomlEntry& entry : node.toml->table) {
+  for (const TomlValue& entry : node.toml->entries) {
     if (std::find(node.asked.begin(), node.asked.end(), entry.key) != node.asked.end()) continue;
     const std::string nearest = nearest_name(entry.key, node.asked);
     std::string text = "unknown key";
@@ -127,7 +128,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
     } else if (!node.asked.empty()) {
       text += "; known here: " + detail::joined(node.asked);
     }
-    errors.add({inner_path(node, entry.key), entry.place, text});
+    errors.add({inner_path(node, entry.key), entry.key_place, text});
   }
 }
 
@@ -142,7 +143,7 @@ RecipeFile::RecipeFile(std::string_view text, std::string name,
                                  .errors = RecipeErrors(name),
                                  .record = {},
                                  .nodes = {}}) {
-  if (content_->toml.table.empty()) {
+  if (content_->toml.entries.empty()) {
     throw InputError(name + ": the recipe is empty; start from one in configs/");
   }
   for (const std::string& change : overrides) apply_override(content_->toml, change);

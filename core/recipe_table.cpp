@@ -171,23 +171,23 @@ std::optional<MaterialId> read_material(const Item& item, const Materials& mater
 
 /// The entries of a list of the right size; none, and an error, if it is not one.
 std::vector<Item> read_list(const Item& item, ListSize size) {
-  if (item.value.kind != TomlValue::Kind::list) {
+  if (!item.value.is_list()) {
     note(item, described(item.value) + " is not a list; write it in brackets, [...]");
     return {};
   }
-  if (item.value.list.size() < size.minimum || item.value.list.size() > size.maximum) {
+  if (item.value.entries.size() < size.minimum || item.value.entries.size() > size.maximum) {
     std::string wanted = std::to_string(size.minimum);
     if (size.maximum == ListSize{}.maximum) {
       wanted += " or more";
     } else if (size.maximum != size.minimum) {
       wanted += " to " + std::to_string(size.maximum);
     }
-    note(item,
-         "has " + std::to_string(item.value.list.size()) + " entries; " + wanted + " are wanted");
+    note(item, "has " + std::to_string(item.value.entries.size()) + " entries; " + wanted +
+                   " are wanted");
     return {};
   }
   std::vector<Item> entries;
-  for (const TomlValue& entry : item.value.list) {
+  for (const TomlValue& entry : item.value.entries) {
     entries.push_back({item.errors, entry, indexed(item.path, entries.size())});
   }
   return entries;
@@ -202,7 +202,7 @@ RecipeNode& make_node(const RecipeNode& parent, RecipeRecord& record, std::strin
   node.path = std::move(path);
   node.place = item ? item->value.place : parent.place;
   node.missing_is_noted = parent.missing_is_noted;
-  if (item && item->value.kind == TomlValue::Kind::table) {
+  if (item && item->value.is_table()) {
     node.toml = &item->value;
   } else if (item) {
     node.missing_is_noted = false;
@@ -219,7 +219,7 @@ const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
       value = value->find(*key);
     } else {
       const std::size_t index = std::get<std::size_t>(part);
-      value = index < value->list.size() ? &value->list[index] : nullptr;
+      value = value->is_list() && index < value->entries.size() ? &value->entries[index] : nullptr;
     }
   }
   return value;
@@ -422,18 +422,19 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
                                               const MaterialScope& scope,
                                               const Limits& limits) const {
   const auto item = find(*node_, key);
-  if (!item || item->value.kind != TomlValue::Kind::table) {
+  if (!item || !item->value.is_table()) {
     return std::vector<double>(scope.materials.size(), quantity(key, dimension, limits));
   }
   std::vector<std::optional<double>> values(scope.materials.size());
   std::optional<double> rest;
   std::vector<std::string> names = scope.materials.names();
   names.emplace_back("default");
-  for (const TomlEntry& row : item->value.table) {
-    const Item entry{item->errors, row.value, item->path + '.' + row.key};
+  for (const TomlValue& row : item->value.entries) {
+    const Item entry{item->errors, row, item->path + '.' + row.key};
     const auto known = std::find(names.begin(), names.end(), row.key);
     if (known == names.end()) {
-      item->errors.add({entry.path, row.place, "is not a material" + suggestion(row.key, names)});
+      item->errors.add(
+          {entry.path, row.key_place, "is not a material" + suggestion(row.key, names)});
       continue;
     }
     const double value =
@@ -473,14 +474,13 @@ std::vector<RecipeTable> RecipeTable::tables(std::string_view key) const {
         &make_node(*node_, node_->record->append(key), path, Item{item->errors, value, path}));
   };
   if (item && known.empty()) {
-    if (item->value.kind == TomlValue::Kind::list) {
-      for (const TomlValue& value : item->value.list) append(value);
+    if (item->value.is_list()) {
+      for (const TomlValue& value : item->value.entries) append(value);
     } else {
-      note(*item, (item->value.kind == TomlValue::Kind::table
-                       ? "is one table; write [["
-                       : described(item->value) + " is not a table; write [[") +
+      note(*item, (item->value.is_table() ? "is one table; write [["
+                                          : described(item->value) + " is not a table; write [[") +
                       item->path + "]]");
-      if (item->value.kind == TomlValue::Kind::table) append(item->value);
+      if (item->value.is_table()) append(item->value);
     }
   }
   std::vector<RecipeTable> tables;
@@ -492,13 +492,13 @@ bool RecipeTable::has(std::string_view key) const { return find(*node_, key).has
 
 bool RecipeTable::has_table(std::string_view key) const {
   const auto item = find(*node_, key);
-  return item && item->value.kind == TomlValue::Kind::table;
+  return item && item->value.is_table();
 }
 
 std::vector<std::string> RecipeTable::keys() const {
   std::vector<std::string> keys;
   if (node_->toml == nullptr) return keys;
-  for (const TomlEntry& entry : node_->toml->table) keys.push_back(entry.key);
+  for (const TomlValue& entry : node_->toml->entries) keys.push_back(entry.key);
   return keys;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/quantity.h"
@@ -16,9 +17,9 @@ TomlPlace place_of(const toml::source_region& region) {
   return {region.begin.line, region.begin.column};
 }
 
-bool stands_before(const TomlEntry& a, const TomlEntry& b) {
-  if (a.place.line != b.place.line) return a.place.line < b.place.line;
-  return a.place.column < b.place.column;
+bool stands_before(const TomlValue& a, const TomlValue& b) {
+  if (a.key_place.line != b.key_place.line) return a.key_place.line < b.key_place.line;
+  return a.key_place.column < b.key_place.column;
 }
 
 TomlValue converted(const toml::node& node) {
@@ -38,12 +39,14 @@ TomlValue converted(const toml::node& node) {
     value.flag = flag->get();
   } else if (const auto* list = node.as_array()) {
     value.kind = TomlValue::Kind::list;
-    for (const toml::node& entry : *list) value.list.push_back(converted(entry));
+    for (const toml::node& entry : *list) value.entries.push_back(converted(entry));
   } else if (const auto* table = node.as_table()) {
     for (const auto& [key, entry] : *table) {
-      value.table.push_back({std::string(key.str()), place_of(key.source()), converted(entry)});
+      TomlValue& child = value.entries.emplace_back(converted(entry));
+      child.key = key.str();
+      child.key_place = place_of(key.source());
     }
-    std::stable_sort(value.table.begin(), value.table.end(), stands_before);
+    std::stable_sort(value.entries.begin(), value.entries.end(), stands_before);
   } else {
     value.kind = TomlValue::Kind::date;
   }
@@ -59,14 +62,15 @@ std::string decimal_text(double value) {
 
 }  // namespace
 
-const TomlValue* TomlValue::find(std::string_view key) const {
-  const auto entry = std::find_if(table.begin(), table.end(),
-                                  [&](const TomlEntry& other) { return other.key == key; });
-  return entry == table.end() ? nullptr : &entry->value;
+const TomlValue* TomlValue::find(std::string_view wanted) const {
+  if (!is_table()) return nullptr;
+  const auto entry = std::find_if(entries.begin(), entries.end(),
+                                  [&](const TomlValue& other) { return other.key == wanted; });
+  return entry == entries.end() ? nullptr : &*entry;
 }
 
-TomlValue* TomlValue::find(std::string_view key) {
-  return const_cast<TomlValue*>(static_cast<const TomlValue*>(this)->find(key));
+TomlValue* TomlValue::find(std::string_view wanted) {
+  return const_cast<TomlValue*>(std::as_const(*this).find(wanted));
 }
 
 TomlValue parse_toml(std::string_view text, const std::string& name) {
@@ -104,14 +108,14 @@ std::string format_toml(const TomlValue& value) {
     case TomlValue::Kind::flag:
       return value.flag ? "true" : "false";
     case TomlValue::Kind::list:
-      for (const TomlValue& entry : value.list) {
+      for (const TomlValue& entry : value.entries) {
         inner.append(inner.empty() ? "" : ", ").append(format_toml(entry));
       }
       return '[' + inner + ']';
     default:
-      for (const TomlEntry& entry : value.table) {
+      for (const TomlValue& entry : value.entries) {
         inner.append(inner.empty() ? " " : ", ").append(toml_key(entry.key));
-        inner.append(" = ").append(format_toml(entry.value));
+        inner.append(" = ").append(format_toml(entry));
       }
       return '{' + inner + " }";
   }

@@ -14,31 +14,26 @@ struct TomlPlace {
   std::string source{};
 };
 
-struct TomlEntry;
-
 /// A value of a TOML document.
 struct TomlValue {
   enum class Kind { text, integer, decimal, flag, list, table, date };
 
   Kind kind = Kind::table;
   TomlPlace place;
+  std::string key{};  ///< of an entry of a table
+  TomlPlace key_place{};
   std::string text{};
   std::int64_t integer = 0;
   double decimal = 0;
   bool flag = false;
-  std::vector<TomlValue> list{};
-  std::vector<TomlEntry> table{};  ///< in the order of the file
+  std::vector<TomlValue> entries{};  ///< of a list or a table, in the order of the file
 
   bool is_number() const { return kind == Kind::integer || kind == Kind::decimal; }
+  bool is_table() const { return kind == Kind::table; }
+  bool is_list() const { return kind == Kind::list; }
   /// The value of a key; null if there is none, or this is no table.
   const TomlValue* find(std::string_view key) const;
   TomlValue* find(std::string_view key);
-};
-
-struct TomlEntry {
-  std::string key;
-  TomlPlace place;  ///< of the key
-  TomlValue value;
 };
 
 /// Throws: InputError with name:line:column if the text is not TOML.

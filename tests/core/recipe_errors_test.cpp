@@ -2,17 +2,27 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace scarp {
 namespace {
+
+RecipeErrors::Entry entry(std::string path, TomlPlace place, std::string text) {
+  RecipeErrors::Entry entry;
+  entry.path = std::move(path);
+  entry.place = std::move(place);
+  entry.text = std::move(text);
+  return entry;
+}
 
 TEST(RecipeErrors, AreSortedByPlaceAndSaidOnce) {
   RecipeErrors errors("r.toml");
   EXPECT_TRUE(errors.empty());
-  errors.add({"b", {7, 3}, "is wrong"});
-  errors.add({"c", {1, 1, "--set c=1"}, "is wrong"});
-  errors.add({"a", {7, 1}, "is wrong"});
-  errors.add({"a", {7, 1}, "is wrong"});
-  errors.add({"", {2, 1}, "the whole"});
+  errors.add(entry("b", {7, 3, ""}, "is wrong"));
+  errors.add(entry("c", {1, 1, "--set c=1"}, "is wrong"));
+  errors.add(entry("a", {7, 1, ""}, "is wrong"));
+  errors.add(entry("a", {7, 1, ""}, "is wrong"));
+  errors.add(entry("", {2, 1, ""}, "the whole"));
   EXPECT_EQ(errors.text(),
             "r.toml:2:1: the whole\n"
             "r.toml:7:1: a: is wrong\n"
@@ -22,7 +32,9 @@ TEST(RecipeErrors, AreSortedByPlaceAndSaidOnce) {
 
 TEST(RecipeErrors, ForgetsAKeyThatIsThereMisspelt) {
   RecipeErrors errors("r.toml");
-  errors.add({"s", {1, 1}, "x or y is missing", {"s.x", "s.y"}});
+  RecipeErrors::Entry missing = entry("s", {}, "x or y is missing");
+  missing.missing = {"s.x", "s.y"};
+  errors.add(missing);
   errors.forget_missing("s.z");
   EXPECT_FALSE(errors.ok("s"));
   errors.forget_missing("s.y");

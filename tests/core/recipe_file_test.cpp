@@ -50,8 +50,8 @@ TEST(RecipeFile, SaysWhereTheSyntaxIsWrong) {
 TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
   EXPECT_EQ(message([] { RecipeFile("\n# nothing\n", "r.toml"); }),
             "r.toml: the recipe is empty; start from one in configs/");
-  EXPECT_EQ(message([] { RecipeFile(fs::path("/none/r.toml")); }), "/none/r.toml: no such file");
-  EXPECT_EQ(message([] { RecipeFile(fs::temp_directory_path()); }),
+  EXPECT_EQ(message([] { RecipeFile{fs::path("/none/r.toml")}; }), "/none/r.toml: no such file");
+  EXPECT_EQ(message([] { RecipeFile{fs::temp_directory_path()}; }),
             fs::temp_directory_path().string() + ": is a folder; give the name of a recipe");
   const fs::path empty = fs::temp_directory_path() / "scarp_empty_recipe.toml";
   std::ofstream(empty).close();

@@ -10,19 +10,19 @@ namespace {
 
 TEST(Toml, KeepsTheOrderOfTheFileAndThePlaceOfEverything) {
   const TomlValue root = parse_toml("z = 1\na = [\"x\",\n  true]\n[m]\nb = 1.5\n", "r.toml");
-  ASSERT_EQ(root.table.size(), 3U);
-  EXPECT_EQ(root.table[0].key, "z");
-  EXPECT_EQ(root.table[1].key, "a");
-  const TomlValue& list = root.table[1].value;
+  ASSERT_EQ(root.entries.size(), 3U);
+  EXPECT_EQ(root.entries[0].key, "z");
+  EXPECT_EQ(root.entries[1].key, "a");
+  const TomlValue& list = root.entries[1];
   EXPECT_EQ(list.kind, TomlValue::Kind::list);
-  EXPECT_EQ(list.list[0].text, "x");
-  EXPECT_TRUE(list.list[1].flag);
-  EXPECT_EQ(list.list[1].place.line, 3U);
-  EXPECT_EQ(list.list[1].place.column, 3U);
+  EXPECT_EQ(list.entries[0].text, "x");
+  EXPECT_TRUE(list.entries[1].flag);
+  EXPECT_EQ(list.entries[1].place.line, 3U);
+  EXPECT_EQ(list.entries[1].place.column, 3U);
   const TomlValue* const inner = root.find("m");
   ASSERT_NE(inner, nullptr);
   EXPECT_EQ(inner->place.line, 4U);
-  EXPECT_EQ(inner->table[0].place.line, 5U);
+  EXPECT_EQ(inner->entries[0].key_place.line, 5U);
   EXPECT_EQ(inner->find("b")->decimal, 1.5);
   EXPECT_EQ(root.find("none"), nullptr);
 }
@@ -34,7 +34,8 @@ TEST(Toml, TablesThatOnlyTheirPartsNameHaveAPlaceToo) {
 }
 
 TEST(Toml, CountsColumnsInCharacters) {
-  EXPECT_EQ(parse_toml("a = { \"\u00b5\" = 1, b = 2 }", "r").find("a")->table[1].place.column, 16U);
+  EXPECT_EQ(parse_toml("a = { \"\u00b5\" = 1, b = 2 }", "r").find("a")->entries[1].key_place.column,
+            16U);
 }
 
 TEST(Toml, WritesValuesThatReadTheSame) {
