@@ -23,18 +23,21 @@ nlohmann::ordered_json as_json(const DistanceStatistics& distance) {
       {"max", distance.max}, {"mean", distance.mean}, {"rms", distance.rms}, {"p99", distance.p99}};
 }
 
+void write_distances(const std::string& file, const TriMesh& a, const TriMesh& b) {
+  std::vector<Vec3d> places;
+  for (const Vec3f& r : a.vertices) places.emplace_back(r);
+  const std::vector<double> values = distances(places, TriangleTree(b));
+  write_vtp(file, a, {.facets = {}, .vertices = {{"distance", std::span(values)}}});
+}
+
 int measure_distance(const DistanceArguments& arguments, const CommonOptions& common) {
   const TriMesh a = read_mesh(arguments.a);
   const TriMesh b = read_mesh(arguments.b);
-  const std::vector<double> forward = vertex_distances(a, b);
-  const DistanceStatistics there = statistics(forward);
-  const DistanceStatistics back = statistics(vertex_distances(b, a));
-  if (!arguments.output.empty()) {
-    write_vtp(arguments.output, a, {.vertices = {{"distance", std::span(forward)}}});
-  }
-  const nlohmann::ordered_json result{{"forward", as_json(there)},
-                                      {"reverse", as_json(back)},
-                                      {"symmetric_max", std::max(there.max, back.max)}};
+  const SurfaceDistance distance = surface_distance(a, b);
+  const auto& [there, back, symmetric_max] = distance;
+  if (!arguments.output.empty()) write_distances(arguments.output, a, b);
+  const nlohmann::ordered_json result{
+      {"forward", as_json(there)}, {"reverse", as_json(back)}, {"symmetric_max", symmetric_max}};
   if (common.json) {
     std::cout << result.dump(2) << '\n';
     return done;
@@ -44,7 +47,7 @@ int measure_distance(const DistanceArguments& arguments, const CommonOptions& co
        {std::pair{"vertices of A to B", there}, std::pair{"vertices of B to A", back}}) {
     fmt::print("{:22} {:12.6g} {:12.6g} {:12.6g} {:12.6g}\n", name, d.max, d.mean, d.rms, d.p99);
   }
-  fmt::print("{:22} {:12.6g}\n", "symmetric", std::max(there.max, back.max));
+  fmt::print("{:22} {:12.6g}\n", "symmetric", symmetric_max);
   return done;
 }
 

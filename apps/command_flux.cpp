@@ -31,10 +31,6 @@ struct FluxArguments {
   Boundary boundary = Boundary::reflective;
 };
 
-const char* engine_name(FluxOptions::Engine engine) {
-  return engine == FluxOptions::Engine::gather ? "gather" : "forward";
-}
-
 void write_csv(const std::filesystem::path& file, const TriMesh& mesh, const FluxField& flux) {
   AtomicFile out(file);
   out.write("facet,x,y,z,nx,ny,nz,area,flux,std_error\n");
@@ -55,7 +51,8 @@ void write_output(const std::filesystem::path& file, const TriMesh& mesh, const 
   } else if (file.extension() == ".vtp") {
     write_vtp(file, mesh,
               {.facets = {{"flux", std::span(flux.arrivals().mean)},
-                          {"flux_std_error", std::span(flux.arrivals().std_error)}}});
+                          {"flux_std_error", std::span(flux.arrivals().std_error)}},
+               .vertices = {}});
   } else {
     throw InputError(
         fmt::format("{}: results are written as .vtp or .csv, by the ending", file.string()));
@@ -94,7 +91,7 @@ int trace_mesh(const FluxArguments& arguments, const CommonOptions& common) {
   }
 
   const double emitted = flux.audit.emitted > 0 ? flux.audit.emitted : 1;
-  nlohmann::ordered_json result{{"engine", engine_name(flux.engine)},
+  nlohmann::ordered_json result{{"engine", "forward"},
                                 {"facets", mesh.triangles.size()},
                                 {"rays", flux.rays},
                                 {"segments", flux.segments},
@@ -123,7 +120,7 @@ void add_flux(CLI::App& app, const CommonOptions& common, CommandAction& action)
   command->add_option("--sticking", arguments->sticking, "Sticking probability (default: 1)");
   command->add_option("--source-power", arguments->source_power,
                       "Power of the cosine of the source (default: 1)");
-  command->add_option("--engine", arguments->engine, "forward, gather or auto (default)")
+  command->add_option("--engine", arguments->engine, "forward or auto (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, FluxOptions::Engine>{{"auto", FluxOptions::Engine::automatic},
                                                      {"forward", FluxOptions::Engine::forward},

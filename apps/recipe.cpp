@@ -75,22 +75,24 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
     table.error("enabled", "the mesh is not simplified in two dimensions; leave this out");
   }
   const double h = frame.spacing;
-  constexpr Limits multiple{.minimum = 0};
+  const std::string l0 = format_number(default_l0);
+  const std::string step_length = format_number(default_step_length);
   SimplifyOptions options;
   const auto method = table.choice<std::optional<SimplifyMethod>>("method", methods, "paper");
   if (!method) table.error("method", "curvature does not exist yet; use \"paper\"");
   options.method = method.value_or(SimplifyMethod::paper);
   options.sides = frame.sides();
-  // options.spacing = h;
-  options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
-  options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
+  options.l0 = table.length_or_multiple("l0", h, {.fallback = l0, .minimum = 0});
+  options.step_length =
+      table.length_or_multiple("step_length", h, {.fallback = step_length, .minimum = 0});
   options.l_max = table.length_or_multiple("l_max", h, {.fallback = "8", .minimum = 0});
   options.max_error = table.length_or_multiple(
       "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
   if (table.has("curvature_threshold")) {
-    options.curvature_threshold = table.number("curvature_threshold", multiple) / h;
+    options.curvature_threshold = table.number("curvature_threshold", {.minimum = 0}) / h;
   }
   if (table.has("remove")) options.remove = table.fraction("remove");
+  options.measure = false;  // max_error proves the distance
   if (!enabled) return std::nullopt;
   return options;
 }

@@ -163,10 +163,6 @@ void write_surface(const fs::path& file, const Survey& survey, const ProcessStep
   write_vtp(file, survey.facets, fields);
 }
 
-void write_state(const fs::path& file, const State& state, const Recipe& recipe, int output_count) {
-  write_checkpoint(file, state.layers, notes_of(state, recipe, output_count));
-}
-
 std::string machine_name() {
   std::ifstream cpu("/proc/cpuinfo");
   for (std::string line; std::getline(cpu, line);) {
@@ -264,6 +260,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe) {
     if (last && last->time_step >= state.time_step) continue;
     output_count_ = static_cast<int>(value("outputs"));
     last = std::move(state);
+    last_checkpoint_ = *each;
   }
   restore_series();
 
@@ -303,12 +300,17 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   write_series(file("surface.pvd"), series_);
   // The checkpoint comes last: where it stands, the output is whole.
   ++output_count_;
-  write_state(file(numbered("state", number, ".vdb")), state, recipe, output_count_);
+  write_state(numbered("state", number, ".vdb"), state, recipe);
   fs::remove(file(interrupted_state));
 }
 
+void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
+  scarp::write_checkpoint(file(name), state.layers, notes_of(state, recipe, output_count_));
+  last_checkpoint_ = file(name);
+}
+
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
-  write_state(file(interrupted_state), state, recipe, output_count_);
+  write_state(interrupted_state, state, recipe);
 }
 
 void ResultFolder::append_metrics(const State& after, std::size_t step, const Survey& survey,
@@ -357,7 +359,6 @@ void ResultFolder::write_summary(const State& state, const Survey& survey, const
   summary["versions"] = {{"scarp", SCARP_VERSION},
                          {"openvdb", SCARP_OPENVDB_VERSION},
                          {"embree", SCARP_EMBREE_VERSION},
-                         {"tbb", SCARP_TBB_VERSION},
                          {"compiler", __VERSION__}};
   write_file(file("summary.json"), summary.dump(2) + "\n");
 }

@@ -44,6 +44,9 @@ class ResultFolder {
   /// A checkpoint between outputs, for an interrupted run.
   void write_checkpoint(const State& state, const Recipe& recipe);
 
+  /// The newest checkpoint that was written or read; empty before the first.
+  const std::filesystem::path& last_checkpoint() const { return last_checkpoint_; }
+
   /// One line of metrics.csv: the state after the time step, which belonged to the given step.
   void append_metrics(const State& after, std::size_t step, const Survey& survey, const Move& move,
                       const Recipe& recipe);
@@ -56,9 +59,11 @@ class ResultFolder {
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
   void restore_series();
+  void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
   std::vector<SeriesEntry> series_;
+  std::filesystem::path last_checkpoint_;
   int lock_ = -1;
   int output_count_ = 0;
 };

@@ -19,10 +19,29 @@ double next_output(double time, double every) {
   return (passed + 1) * every;
 }
 
-struct Moment {
-  double time;
-  std::size_t step;
-};
+// A state that cannot go on is still good: it is brought to the disk before the run ends.
+Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& folder) {
+  try {
+    return survey(state, recipe);
+  } catch (const NumericalError& error) {
+    folder.write_checkpoint(state, recipe);
+    throw NumericalError(
+        fmt::format("{}; last good state: {}", error.what(), folder.last_checkpoint().string()));
+  }
+}
+
+// Advection may stop half-way; the state before it is then the last checkpoint.
+Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, double time_limit,
+                     const ResultFolder& folder) {
+  try {
+    return advance(state, recipe, now, time_limit);
+  } catch (const NumericalError& error) {
+    throw NumericalError(
+        fmt::format("time step {} of step \"{}\", t = {:g} s: {}; last good state: {}",
+                    state.time_step, current_step(state, recipe).name, state.time, error.what(),
+                    folder.last_checkpoint().string()));
+  }
+}
 
 }  // namespace
 
@@ -38,22 +57,22 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   StageTimer total;
 
   begin_step(state, recipe);
-  Survey now = survey(state, recipe);
+  Survey now = survey_or_save(state, recipe, folder);
   total.add(now.timer);
   if (!resumed) folder.write_output(state, now, recipe);
 
   while (!finished(state, recipe)) {
-    const Moment before{state.time, state.step};
+    const std::size_t step = state.step;
     const double output_time = next_output(state.time, recipe.output_every);
-    const Move move = advance(state, recipe, now, output_time);
-    folder.append_metrics(state, before.step, now, move, recipe);
+    const Move move = advance_or_tell(state, recipe, now, output_time, folder);
+    folder.append_metrics(state, step, now, move, recipe);
     total.add(move.timer);
     if (options.progress) options.progress(state, now);
 
     if (!finished(state, recipe)) begin_step(state, recipe);
-    now = survey(state, recipe);
+    now = survey_or_save(state, recipe, folder);
     total.add(now.timer);
-    if (state.time >= output_time || state.step != before.step) {
+    if (state.time >= output_time || state.step != step) {
       folder.write_output(state, now, recipe);
     } else if (options.stop != nullptr && *options.stop) {
       folder.write_checkpoint(state, recipe);

@@ -37,9 +37,9 @@ int run_command_line(int argc, char** argv) {
   CommandAction action;
   add_run(app, common, action);
   add_check(app, common, action);
-  // add_simplify(app, common, action);
-  // add_flux(app, common, action);
-  // add_distance(app, common, action);
+  add_simplify(app, common, action);
+  add_flux(app, common, action);
+  add_distance(app, common, action);
   add_models(app, common, action);
   for (CLI::App* command : app.get_subcommands({})) add_common_options(*command, common);
 

@@ -1,0 +1,304 @@
+// The program as a user calls it: exit codes, files, and nothing half written.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = 0;
+  std::string out;
+  std::string messages;
+};
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class CommandLine : public ::testing::Test {
+ protected:
+  CommandLine() {
+    folder_ = fs::temp_directory_path() /
+              ("scarp_cli_" +
+               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~CommandLine() override { fs::remove_all(folder_); }
+
+  Outcome scarp(const std::string& arguments) const {
+    const fs::path messages = folder_ / "messages.txt";
+    const std::string line =
+        std::string(SCARP_BINARY) + " " + arguments + " 2>" + messages.string();
+    FILE* pipe = popen(line.c_str(), "r");
+    Outcome outcome;
+    std::array<char, 4096> buffer{};
+    for (std::size_t n = 0; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+      outcome.out.append(buffer.data(), n);
+    }
+    outcome.exit_code = WEXITSTATUS(pclose(pipe));
+    outcome.messages = text_of(messages);
+    return outcome;
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  std::set<std::string> files(const std::string& name) const {
+    std::set<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder_ / name)) {
+      found.insert(entry.path().filename().string());
+    }
+    return found;
+  }
+
+  // A trench run that takes about a second.
+  std::string small_trench(const std::string& more = "") const {
+    return std::string(SCARP_SOURCE_DIR) +
+           "/configs/trench_deposition.toml --set domain.spacing='\"0.4 um\"' "
+           "--set domain.extent='[\"10 um\", \"2 um\"]' --set flux.target_error=0.1 "
+           "--set step[0].duration='\"30 s\"' --set output.every='\"10 s\"' --quiet " +
+           more;
+  }
+
+  fs::path folder_;
+};
+
+nlohmann::json json_of(const Outcome& outcome) { return nlohmann::json::parse(outcome.out); }
+
+// metrics.csv without the columns that hold wall times.
+std::string metrics_without_times(const fs::path& file) {
+  std::istringstream in(text_of(file));
+  std::string kept;
+  std::set<std::size_t> times;
+  std::string line;
+  for (bool head = true; std::getline(in, line); head = false) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (std::size_t column = 0; std::getline(cells, cell, ','); ++column) {
+      if (head && cell.rfind("t_", 0) == 0) times.insert(column);
+      if (!times.contains(column)) kept += cell + ',';
+    }
+    kept += '\n';
+  }
+  return kept;
+}
+
+TEST_F(CommandLine, ARunWritesItsFiles) {
+  const Outcome run = scarp("run " + small_trench("--json -o " + path("r")));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_EQ(json_of(run)["process_time_s"], 30);
+  EXPECT_EQ(json_of(run)["outputs"], 4);
+  EXPECT_THAT(files("r"),
+              ::testing::IsSupersetOf({"recipe.toml", "metrics.csv", "summary.json", "surface.pvd",
+                                       "surface_0003.vtp", "state_0003.vdb", "profile_0003.csv"}));
+  const std::string metrics = text_of(folder_ / "r" / "metrics.csv");
+  EXPECT_EQ(metrics.rfind("step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,"
+                          "simplify_max_distance,segments,rays,flux_error,lost_weight,"
+                          "balance_error,t_surface_s,t_simplify_s,t_flux_s,t_map_s,t_advect_s",
+                          0),
+            0U);
+}
+
+TEST_F(CommandLine, TheThreadCountChangesNoBit) {
+  ASSERT_EQ(scarp("run " + small_trench("--threads 1 -o " + path("one"))).exit_code, 0);
+  ASSERT_EQ(scarp("run " + small_trench("--threads 2 -o " + path("two"))).exit_code, 0);
+  const auto one = nlohmann::json::parse(text_of(folder_ / "one" / "summary.json"));
+  const auto two = nlohmann::json::parse(text_of(folder_ / "two" / "summary.json"));
+  EXPECT_EQ(one["state_hash"], two["state_hash"]);
+  EXPECT_EQ(metrics_without_times(folder_ / "one" / "metrics.csv"),
+            metrics_without_times(folder_ / "two" / "metrics.csv"));
+  EXPECT_EQ(text_of(folder_ / "one" / "surface_0003.vtp"),
+            text_of(folder_ / "two" / "surface_0003.vtp"));
+}
+
+TEST_F(CommandLine, TheResolvedRecipeGivesTheSameBits) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("first"))).exit_code, 0);
+  ASSERT_EQ(scarp("run " + path("first/recipe.toml") + " --quiet -o " + path("second")).exit_code,
+            0);
+  const auto first = nlohmann::json::parse(text_of(folder_ / "first" / "summary.json"));
+  const auto second = nlohmann::json::parse(text_of(folder_ / "second" / "summary.json"));
+  EXPECT_EQ(first["state_hash"], second["state_hash"]);
+}
+
+// As if the process had died between two outputs: what came after the last checkpoint is done
+// again.
+TEST_F(CommandLine, AResumedRunGivesTheSameBits) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
+  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+  for (const char* late :
+       {"summary.json", "state_0002.vdb", "state_0003.vdb", "surface_0003.vtp"}) {
+    fs::remove(folder_ / "cut" / late);
+  }
+  ASSERT_EQ(scarp("run " + small_trench("--resume -o " + path("cut"))).exit_code, 0);
+  EXPECT_EQ(files("cut"), files("whole"));
+  EXPECT_EQ(text_of(folder_ / "cut" / "state_0003.vdb").size(),
+            text_of(folder_ / "whole" / "state_0003.vdb").size());
+  const auto whole = nlohmann::json::parse(text_of(folder_ / "whole" / "summary.json"));
+  const auto cut = nlohmann::json::parse(text_of(folder_ / "cut" / "summary.json"));
+  EXPECT_EQ(whole["state_hash"], cut["state_hash"]);
+  EXPECT_EQ(metrics_without_times(folder_ / "whole" / "metrics.csv"),
+            metrics_without_times(folder_ / "cut" / "metrics.csv"));
+}
+
+TEST_F(CommandLine, ResumingAFinishedRunChangesNothing) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const auto before = fs::last_write_time(folder_ / "r" / "summary.json");
+  EXPECT_EQ(scarp("run " + small_trench("--resume -o " + path("r"))).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(folder_ / "r" / "summary.json"), before);
+}
+
+TEST_F(CommandLine, ResumingAnotherRecipeIsRefused) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  fs::remove(folder_ / "r" / "summary.json");
+  const Outcome other =
+      scarp("run " + small_trench("--set step[0].sticking=0.2 --resume -o " + path("r")));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.messages, AllOf(HasSubstr("another recipe"), HasSubstr("--resume")));
+}
+
+TEST_F(CommandLine, AnInterruptedRunLeavesACheckpointAndGoesOn) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
+  const std::string run = "run " + small_trench("-o " + path("cut"));
+  const std::string line = "timeout --signal=INT --preserve-status 0.3 " +
+                           std::string(SCARP_BINARY) + " " + run + " 2>/dev/null";
+  const int status = WEXITSTATUS(std::system(line.c_str()));
+  ASSERT_TRUE(status == 130 || status == 0);
+  EXPECT_EQ(scarp(run + " --resume").exit_code, 0);
+  const auto whole = nlohmann::json::parse(text_of(folder_ / "whole" / "summary.json"));
+  const auto cut = nlohmann::json::parse(text_of(folder_ / "cut" / "summary.json"));
+  EXPECT_EQ(whole["state_hash"], cut["state_hash"]);
+  EXPECT_EQ(metrics_without_times(folder_ / "whole" / "metrics.csv"),
+            metrics_without_times(folder_ / "cut" / "metrics.csv"));
+}
+
+TEST_F(CommandLine, AWrongRecipeIsExitTwoAndLeavesNoFolder) {
+  write("bad.toml", "[domain]\nspacing = \"5\"\n");
+  const Outcome bad = scarp("run " + path("bad.toml") + " -o " + path("r"));
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_THAT(bad.messages, HasSubstr("bad.toml:2:11: domain.spacing"));
+  EXPECT_FALSE(fs::exists(folder_ / "r"));
+}
+
+TEST_F(CommandLine, AFolderThatCannotBeMadeIsExitTwo) {
+  write("file", "");
+  const Outcome run = scarp("run " + small_trench("-o " + path("file/r")));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("file/r"), HasSubstr("-o")));
+}
+
+TEST_F(CommandLine, AnUnknownOptionIsExitTwo) {
+  EXPECT_EQ(scarp("run --fast").exit_code, 2);
+  EXPECT_EQ(scarp("").exit_code, 2);
+  EXPECT_EQ(scarp("--help").exit_code, 0);
+}
+
+// A square pyramid without its base; one more triangle on an edge makes it non-manifold.
+constexpr const char* pyramid =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0.5\n"
+    "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+
+TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {
+  write("a.obj", pyramid);
+  const Outcome distance = scarp("distance " + path("a.obj") + " " + path("a.obj") + " --json");
+  ASSERT_EQ(distance.exit_code, 0) << distance.messages;
+  EXPECT_EQ(json_of(distance)["symmetric_max"], 0);
+  EXPECT_EQ(json_of(distance)["forward"]["p99"], 0);
+}
+
+TEST_F(CommandLine, FluxOnAConvexBumpHasNothingReEmittedInto) {
+  write("a.obj", pyramid);
+  const Outcome flux = scarp("flux " + path("a.obj") + " --engine forward --rays 20000 --json -o " +
+                             path("flux.csv"));
+  ASSERT_EQ(flux.exit_code, 0) << flux.messages;
+  const auto result = json_of(flux);
+  EXPECT_EQ(result["engine"], "forward");
+  EXPECT_EQ(result["facets"], 4);
+  EXPECT_EQ(result["lost"], 0);
+  EXPECT_NEAR(result["absorbed"].get<double>() + result["escaped"].get<double>(), 1, 1e-9);
+  EXPECT_EQ(text_of(folder_ / "flux.csv").rfind("facet,x,y,z,nx,ny,nz,area,flux,std_error\n", 0),
+            0U);
+}
+
+TEST_F(CommandLine, SimplifyWritesAMeshAndSaysWhatStoppedIt) {
+  write("a.obj", pyramid);
+  const Outcome simplify = scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --json");
+  ASSERT_EQ(simplify.exit_code, 0) << simplify.messages;
+  const auto result = json_of(simplify);
+  for (const char* key : {"method", "vertices_in", "vertices_out", "facets_in", "facets_out",
+                          "seconds", "max_distance", "reverse_max_distance", "stopped_by"}) {
+    EXPECT_TRUE(result.contains(key)) << key;
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "b.ply"));
+}
+
+TEST_F(CommandLine, ANonManifoldMeshIsRefusedWithThePlace) {
+  write("bad.obj", std::string(pyramid) + "v 0.5 0 1\nf 1 2 6\n");
+  const Outcome simplify = scarp("simplify " + path("bad.obj") + " " + path("b.ply"));
+  EXPECT_EQ(simplify.exit_code, 2);
+  EXPECT_THAT(simplify.messages, HasSubstr("manifold"));
+  EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
+}
+
+TEST_F(CommandLine, BadMeshFilesAreExitTwo) {
+  write("empty.obj", "");
+  write("cut.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n");
+  write("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  for (const char* name : {"empty.obj", "cut.obj", "nan.obj", "missing.obj", "a.unknown"}) {
+    const Outcome flux = scarp("flux " + path(name) + " --rays 100");
+    EXPECT_EQ(flux.exit_code, 2) << name;
+    EXPECT_THAT(flux.messages, HasSubstr(name));
+  }
+}
+
+TEST_F(CommandLine, ZeroRaysAndStickingOutsideItsRangeAreExitTwo) {
+  write("a.obj", pyramid);
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 0").exit_code, 2);
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --sticking 1.5").exit_code, 2);
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --sticking nan").exit_code, 2);
+}
+
+TEST_F(CommandLine, AFullDiskIsExitThree) {
+  write("a.obj", pyramid);
+  fs::create_symlink("/dev/full", folder_ / "full.ply");
+  const Outcome simplify = scarp("simplify " + path("a.obj") + " " + path("full.ply"));
+  EXPECT_EQ(simplify.exit_code, 3);
+  EXPECT_THAT(simplify.messages, HasSubstr("the disk is full"));
+}
+
+TEST_F(CommandLine, ModelsPrintsAPage) {
+  const Outcome page = scarp("models single_particle");
+  EXPECT_EQ(page.exit_code, 0);
+  EXPECT_THAT(page.out, AllOf(HasSubstr("sticking"), HasSubstr("growth_rate")));
+  EXPECT_EQ(scarp("models no_such_model").exit_code, 2);
+}
+
+TEST_F(CommandLine, CheckPrintsTheRecipeThatIsRun) {
+  const Outcome check = scarp("check " + small_trench());
+  ASSERT_EQ(check.exit_code, 0) << check.messages;
+  write("resolved.toml", check.out);
+  EXPECT_EQ(scarp("check " + path("resolved.toml") + " --quiet").exit_code, 0);
+}
+
+}  // namespace

@@ -1,0 +1,281 @@
+#include "apps/recipe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/error.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+constexpr const char* trench_recipe = R"([domain]
+spacing = "0.1 um"
+extent = ["10 um", "10 um"]
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[geometry]]
+shape = "trench"
+width = "4 um"
+depth = "8 um"
+
+[[step]]
+name = "liner"
+model = "single_particle"
+duration = "1.6 min"
+material = "SiO2"
+growth_rate = "1 um/min"
+sticking = 0.1
+)";
+
+class RecipeTest : public ::testing::Test {
+ protected:
+  RecipeTest() {
+    folder_ = fs::temp_directory_path() /
+              ("scarp_recipe_" +
+               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::create_directories(folder_);
+  }
+  ~RecipeTest() override { fs::remove_all(folder_); }
+
+  Recipe read(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    const fs::path file = folder_ / "r.toml";
+    std::ofstream(file) << text;
+    return read_recipe(file, overrides);
+  }
+
+  // The messages, with the folder cut off.
+  std::string message_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    try {
+      read(text, overrides);
+    } catch (const InputError& error) {
+      std::string message = error.what();
+      const std::string prefix = folder_.string() + "/";
+      for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
+        message.erase(at, prefix.size());
+      }
+      return message;
+    }
+    return "no error";
+  }
+
+  // The trench recipe with one piece of text put in the place of another.
+  static std::string changed(const std::string& from, const std::string& to) {
+    std::string text = trench_recipe;
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(RecipeTest, ReadsTheTrenchInInternalUnits) {
+  const Recipe recipe = read(trench_recipe);
+  EXPECT_EQ(recipe.frame.spacing, 100);
+  EXPECT_EQ(recipe.frame.cells, (std::array<int, 2>{100, 100}));
+  ASSERT_EQ(recipe.geometry.size(), 2U);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).width, 4000);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).cut.depth, 8000);
+  ASSERT_EQ(recipe.steps.size(), 1U);
+  EXPECT_EQ(recipe.steps[0].duration, 96);
+  EXPECT_EQ(recipe.steps[0].deposits, recipe.materials.id("SiO2"));
+  ASSERT_TRUE(recipe.simplify.has_value());
+  EXPECT_DOUBLE_EQ(recipe.simplify->l0.value(), 60);
+}
+
+TEST_F(RecipeTest, TheResolvedRecipeReadsTheSame) {
+  const Recipe recipe = read(trench_recipe);
+  EXPECT_EQ(read(recipe.resolved).resolved, recipe.resolved);
+}
+
+TEST_F(RecipeTest, EveryRecipeInConfigsIsAccepted) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++count;
+    EXPECT_NO_THROW(read_recipe(entry.path(), {})) << entry.path();
+  }
+  EXPECT_GE(count, 4);
+}
+
+TEST_F(RecipeTest, OverridesChangeValues) {
+  const Recipe recipe =
+      read(trench_recipe, {"domain.spacing=\"0.4 um\"", "geometry[1].width=\"3.2 um\"",
+                           "step[0].duration=\"6 s\"", "domain.extent=[\"9.6 um\", \"8 um\"]"});
+  EXPECT_EQ(recipe.frame.spacing, 400);
+  EXPECT_EQ(recipe.steps[0].duration, 6);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).width, 3200);
+}
+
+TEST_F(RecipeTest, RepeatedStepsAreWrittenOutInOrder) {
+  const std::string cycle = std::string(trench_recipe) + R"(
+[[step]]
+name = "bosch"
+repeat = 3
+[[step.step]]
+name = "passivate"
+model = "isotropic"
+duration = "1 s"
+material = "polymer"
+growth_rate = "1 nm/s"
+[[step.step]]
+name = "etch"
+model = "isotropic"
+duration = "2 s"
+etch_rate = { Si = "1 nm/s", SiO2 = "0 nm/s", polymer = "5 nm/s" }
+)";
+  const Recipe recipe = read(cycle);
+  ASSERT_EQ(recipe.steps.size(), 7U);
+  EXPECT_EQ(recipe.steps[1].name, "bosch 1: passivate");
+  EXPECT_EQ(recipe.steps[6].name, "bosch 3: etch");
+}
+
+// What a later round meets includes what an earlier one deposited.
+TEST_F(RecipeTest, ARepeatedEtchHasToListWhatTheCycleDeposits) {
+  const std::string cycle = std::string(trench_recipe) + R"(
+[[step]]
+repeat = 2
+[[step.step]]
+model = "isotropic"
+duration = "2 s"
+etch_rate = { Si = "1 nm/s", SiO2 = "0 nm/s" }
+[[step.step]]
+model = "isotropic"
+duration = "1 s"
+material = "polymer"
+growth_rate = "1 nm/s"
+)";
+  EXPECT_THAT(message_of(cycle),
+              AllOf(HasSubstr("step[1].step[0].etch_rate"), HasSubstr("polymer")));
+}
+
+TEST_F(RecipeTest, TwoDimensionsHaveOneExtentAndNoSimplification) {
+  const Recipe recipe =
+      read(changed("extent = [\"10 um\", \"10 um\"]", "extent = [\"10 um\"]\nmode = \"2d\""));
+  EXPECT_TRUE(recipe.frame.two_dimensional);
+  EXPECT_EQ(recipe.frame.cells, (std::array<int, 2>{100, 1}));
+  EXPECT_FALSE(recipe.simplify.has_value());
+}
+
+struct BadRecipe {
+  const char* name;
+  const char* from;
+  const char* to;
+  std::vector<const char*> says;
+};
+
+void PrintTo(const BadRecipe& recipe, std::ostream* out) { *out << recipe.name; }
+
+class BadRecipeTest : public RecipeTest, public ::testing::WithParamInterface<BadRecipe> {};
+
+TEST_P(BadRecipeTest, IsRefusedWithPlaceAndRemedy) {
+  const std::string message = message_of(changed(GetParam().from, GetParam().to));
+  for (const char* says : GetParam().says) EXPECT_THAT(message, HasSubstr(says));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadRecipeTest,
+    ::testing::Values(
+        BadRecipe{"NoUnit",
+                  "\"0.1 um\"",
+                  "\"0.1\"",
+                  {"r.toml:2:", "domain.spacing", "has no unit", "nm"}},
+        BadRecipe{"BareNumber", "\"0.1 um\"", "0.1", {"r.toml:2:", "domain.spacing", "unit"}},
+        BadRecipe{"WrongUnit",
+                  "\"0.1 um\"",
+                  "\"0.1 s\"",
+                  {"r.toml:2:", "domain.spacing", "time", "length"}},
+        BadRecipe{"UnknownKey",
+                  "spacing",
+                  "spaccing",
+                  {"r.toml:2:1", "domain.spaccing", "did you mean spacing?"}},
+        BadRecipe{"MissingKey", "duration = \"1.6 min\"\n", "", {"r.toml:1", "step[0].duration"}},
+        BadRecipe{"WrongType",
+                  "sticking = 0.1",
+                  "sticking = \"low\"",
+                  {"r.toml:20:", "step[0].sticking"}},
+        BadRecipe{
+            "NotANumber", "sticking = 0.1", "sticking = nan", {"r.toml:20:", "step[0].sticking"}},
+        BadRecipe{"InfiniteLength", "\"0.1 um\"", "\"inf um\"", {"r.toml:2:", "domain.spacing"}},
+        BadRecipe{"StickingAboveOne",
+                  "sticking = 0.1",
+                  "sticking = 1.5",
+                  {"r.toml:20:", "step[0].sticking", "1.5 is outside [0, 1]"}},
+        BadRecipe{"NegativeRate",
+                  "\"1 um/min\"",
+                  "\"-1 um/min\"",
+                  {"r.toml:19:", "step[0].growth_rate", "below 0"}},
+        BadRecipe{"TrenchWiderThanDomain",
+                  "width = \"4 um\"",
+                  "width = \"12 um\"",
+                  {"r.toml:11:", "geometry[1].width", "domain"}},
+        BadRecipe{"FeatureThinnerThanTwoCells",
+                  "width = \"4 um\"",
+                  "width = \"0.15 um\"",
+                  {"r.toml:11:", "geometry[1].width", "two grid spacings"}},
+        BadRecipe{
+            "ZeroRays", "[[step]]", "[flux]\nrays = 0\n\n[[step]]", {"r.toml:15:", "flux.rays"}},
+        BadRecipe{"ExtentNotAWholeNumberOfSpacings",
+                  "\"0.1 um\"",
+                  "\"0.3 um\"",
+                  {"r.toml:3:", "domain.extent[0]", "whole number"}},
+        BadRecipe{"UnknownModel",
+                  "single_particle",
+                  "single_partcle",
+                  {"r.toml:16:", "step[0].model", "single_particle"}},
+        BadRecipe{"UnknownMaterial",
+                  "material = \"Si\"\n",
+                  "material = \"Sj\"\n",
+                  {"r.toml:7:", "geometry[0].material", "Sj"}},
+        BadRecipe{"MethodThatIsNotThereYet",
+                  "[[step]]",
+                  "[simplify]\nmethod = \"curvature\"\n\n[[step]]",
+                  {"r.toml:15:", "simplify.method", "does not exist yet"}},
+        BadRecipe{"AmbiguousMask",
+                  "[[step]]",
+                  "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n\n"
+                  "[[step]]",
+                  {"r.toml:14:", "geometry[2]", "opening", "resist"}}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST_F(RecipeTest, AllErrorsAreReportedAtOnceInTheOrderOfLines) {
+  std::string text = changed("\"0.1 um\"", "\"0.1\"");
+  text.replace(text.find("sticking = 0.1"), 14, "sticking = 1.5");
+  const std::string message = message_of(text);
+  const auto first = message.find("domain.spacing");
+  const auto second = message.find("step[0].sticking");
+  ASSERT_NE(first, std::string::npos);
+  ASSERT_NE(second, std::string::npos);
+  EXPECT_LT(first, second);
+}
+
+TEST_F(RecipeTest, ATiltedBeamBetweenMirrorsIsRefused) {
+  std::string text = trench_recipe;
+  text.replace(text.find("[[step]]"), std::string::npos, R"([[step]]
+model = "directional"
+duration = "1 s"
+directional_etch_rate = "1 nm/s"
+beam = [{ tilt = "10 deg" }]
+)");
+  EXPECT_THAT(message_of(text), AllOf(HasSubstr("step[0]"), HasSubstr("periodic")));
+}
+
+TEST_F(RecipeTest, AnEmptyOrMissingFileIsRefused) {
+  EXPECT_THAT(message_of(""), HasSubstr("r.toml"));
+  EXPECT_THROW(read_recipe(folder_ / "nothing.toml", {}), InputError);
+}
+
+}  // namespace
+}  // namespace scarp
