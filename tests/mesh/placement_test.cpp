@@ -1,0 +1,122 @@
+#include "mesh/placement.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+/// Signed volume between a closed mesh and the origin.
+double volume(const CollapseMesh& mesh) {
+  double sum = 0;
+  for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
+    if (!mesh.topology.alive(f)) continue;
+    sum += dot(mesh.normal_of(f), mesh.r[mesh.topology.origin(3 * f)]) / 6;
+  }
+  return sum;
+}
+
+std::uint32_t half_edge(const CollapseMesh& mesh, std::uint32_t from, std::uint32_t to) {
+  std::uint32_t found = HalfEdges::none;
+  mesh.topology.for_each_outgoing(from, [&](std::uint32_t h) {
+    if (mesh.topology.target(h) == to) found = h;
+  });
+  return found;
+}
+
+TEST(LindstromTurk, KeepsTheVolume) {
+  CollapseMesh mesh(octahedral_sphere(10, 6), {});
+  const double before = volume(mesh);
+  const LindstromTurkPlacement placement(mesh);
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); h += 11) {
+    CollapseMesh copy = mesh;
+    const Placed placed = placement.place(mesh, h, Merge::free);
+    const std::uint32_t u = copy.topology.origin(h);
+    copy.topology.collapse(h);
+    copy.r[u] = placed.r;
+    EXPECT_NEAR(volume(copy), before, 1e-4) << "half edge " << h;  // float places
+    EXPECT_GT(placed.cost, 0);
+  }
+}
+
+TEST(LindstromTurk, StaysInAPlaneNearTheMiddleOfTheEdge) {
+  const CollapseMesh mesh(noisy_plane(8, 0), {});
+  const LindstromTurkPlacement placement(mesh);
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    const std::uint32_t u = mesh.topology.origin(h);
+    const std::uint32_t v = mesh.topology.target(h);
+    if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) continue;
+    const Placed placed = placement.place(mesh, h, Merge::free);
+    EXPECT_NEAR(length(placed.r - 0.5 * (mesh.r[u] + mesh.r[v])), 0, 1e-6);
+    EXPECT_NEAR(placed.cost, 1e-10 * std::pow(mesh.squared_length(h), 3), 1e-15);
+  }
+}
+
+class CornerPlacement : public testing::Test {
+ protected:
+  /// A box's corner at 0 with the vertex next to it, on the ridge along -x.
+  CornerPlacement() : mesh_(corner(), {}), edge_(half_edge(mesh_, 0, 1)) {}
+
+  static TriMesh corner() {
+    return {
+        {{0, 0, 0},
+         {-1, 0, 0},
+         {-2, 0, 0},
+         {0, -2, 0},
+         {-2, -2, 0},
+         {0, 0, -2},
+         {-2, 0, -2},
+         {0, -2, -2}},
+        {{0, 1, 3}, {1, 4, 3}, {1, 2, 4}, {0, 5, 1}, {1, 5, 6}, {1, 6, 2}, {0, 3, 7}, {0, 7, 5}},
+        {}};
+  }
+
+  CollapseMesh mesh_;
+  std::uint32_t edge_;
+};
+
+TEST_F(CornerPlacement, LindstromTurkKeepsASharpCorner) {
+  const Placed placed = LindstromTurkPlacement(mesh_).place(mesh_, edge_, Merge::free);
+  EXPECT_NEAR(length(placed.r - mesh_.r[0]), 0, 1e-4);
+  EXPECT_NEAR(placed.cost, 0, 1e-8);
+}
+
+TEST_F(CornerPlacement, GarlandHeckbertKeepsASharpCorner) {
+  const Placed placed = GarlandHeckbertPlacement(mesh_).place(mesh_, edge_, Merge::free);
+  EXPECT_NEAR(length(placed.r - mesh_.r[0]), 0, 1e-4);
+}
+
+TEST_F(CornerPlacement, RulesChooseAmongTheEnds) {
+  const LindstromTurkPlacement placement(mesh_);
+  EXPECT_EQ(placement.place(mesh_, edge_, Merge::onto_origin).r, mesh_.r[0]);
+  EXPECT_EQ(placement.place(mesh_, edge_, Merge::onto_target).r, mesh_.r[1]);
+  EXPECT_EQ(placement.place(mesh_, edge_, Merge::onto_either).r, mesh_.r[0])
+      << "the corner costs 0";
+}
+
+TEST(Placement, StaysOnTheSideOfTheDomain) {
+  const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
+  const TriMesh input = polygonised(grid, random_landscape(grid.cells, 5));
+  const CollapseMesh mesh(input, grid.sides());
+  const LindstromTurkPlacement placement(mesh);
+  int on_side = 0;
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    const Merge rule = merge_rule(mesh, h);
+    const SideMask mask = mesh.sides[mesh.topology.origin(h)] | mesh.sides[mesh.topology.target(h)];
+    if (rule == Merge::forbidden || mask == 0) continue;
+    ++on_side;
+    const Vec3d r = placement.place(mesh, h, rule).r + mesh.centre;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (fixes(mask, axis)) {
+        EXPECT_EQ(r[axis], mask >> (2 * axis) & 1 ? 0 : 12);
+      }
+    }
+  }
+  EXPECT_GT(on_side, 40);
+}
+
+}  // namespace
+}  // namespace scarp

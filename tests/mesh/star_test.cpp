@@ -1,0 +1,57 @@
+#include "mesh/star.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+TEST(Star, HoldsTheFacetsOfBothEndsInTheOrderOfTheirRing) {
+  const HalfEdges mesh(noisy_plane(8, 0.02));
+  int closed = 0;
+  int open = 0;
+  for (std::uint32_t h = 0; h < mesh.half_edge_count(); ++h) {
+    if (!mesh.can_collapse(h)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather(mesh, h));
+    std::set<std::uint32_t> expected;
+    for (const std::uint32_t v : {mesh.origin(h), mesh.target(h)}) {
+      mesh.for_each_outgoing(v, [&](std::uint32_t g) { expected.insert(HalfEdges::facet(g)); });
+    }
+    for (const std::uint32_t f : star.dying) expected.erase(f);
+    const std::set<std::uint32_t> found(star.facet.begin(), star.facet.begin() + star.count);
+    ASSERT_EQ(found, expected);
+    for (int i = 0; i < star.count; ++i) {
+      // The corner, then the ring counter-clockwise.
+      const std::uint32_t corner = star.at_target[i] ? star.v : star.u;
+      std::uint32_t g = 3 * star.facet[i];
+      while (mesh.origin(g) != corner) ++g;
+      ASSERT_EQ(mesh.target(g), star.ring[i]);
+      ASSERT_EQ(mesh.apex(g), star.ring[i + 1]);
+    }
+    const bool boundary = mesh.on_boundary(star.u) || mesh.on_boundary(star.v);
+    ASSERT_EQ(star.closed, !boundary);
+    (star.closed ? closed : open) += 1;
+  }
+  EXPECT_GT(closed, 50);
+  EXPECT_GT(open, 20);
+}
+
+TEST(Star, TooManyFacetsAreRefused) {
+  TriMesh wheel{{{0, 0, 0}}, {}, {}};
+  const std::uint32_t n = Star::capacity + 8;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const auto x = static_cast<float>(i);
+    wheel.vertices.push_back({x, 1 + x * x, 0});
+    if (i > 0) wheel.triangles.push_back({0, i + 1, i});
+  }
+  const HalfEdges mesh(wheel);
+  Star star;
+  EXPECT_FALSE(star.gather(mesh, mesh.outgoing(0)));
+}
+
+}  // namespace
+}  // namespace scarp
