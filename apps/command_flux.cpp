@@ -91,18 +91,19 @@ int trace_mesh(const FluxArguments& arguments, const CommonOptions& common) {
   }
 
   const double emitted = flux.audit.emitted > 0 ? flux.audit.emitted : 1;
-  nlohmann::ordered_json result{{"engine", "forward"},
-                                {"facets", mesh.triangles.size()},
-                                {"rays", flux.rays},
-                                {"segments", flux.segments},
-                                {"seconds", seconds.count()},
-                                {"absorbed", flux.audit.absorbed / emitted},
-                                {"escaped", flux.audit.escaped / emitted},
-                                {"lost", flux.audit.lost() / emitted},
-                                {"balance_error", flux.audit.balance_error()},
-                                {"error", flux.error},
-                                {"max_facet_error", flux.max_facet_error},
-                                {"target_reached", flux.target_reached}};
+  nlohmann::ordered_json result{
+      {"engine", flux.engine == FluxEngine::gather ? "gather" : "forward"},
+      {"facets", mesh.triangles.size()},
+      {"rays", flux.rays},
+      {"segments", flux.segments},
+      {"seconds", seconds.count()},
+      {"absorbed", flux.audit.absorbed / emitted},
+      {"escaped", flux.audit.escaped / emitted},
+      {"lost", flux.audit.lost() / emitted},
+      {"balance_error", flux.audit.balance_error()},
+      {"error", flux.error},
+      {"max_facet_error", flux.max_facet_error},
+      {"target_reached", flux.target_reached}};
   if (common.json) {
     std::cout << result.dump(2) << '\n';
   } else if (!common.quiet) {
@@ -120,7 +121,7 @@ void add_flux(CLI::App& app, const CommonOptions& common, CommandAction& action)
   command->add_option("--sticking", arguments->sticking, "Sticking probability (default: 1)");
   command->add_option("--source-power", arguments->source_power,
                       "Power of the cosine of the source (default: 1)");
-  command->add_option("--engine", arguments->engine, "forward or auto (default)")
+  command->add_option("--engine", arguments->engine, "forward, gather or auto (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, FluxOptions::Engine>{{"auto", FluxOptions::Engine::automatic},
                                                      {"forward", FluxOptions::Engine::forward},

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
-#include "apps/recipe.h"
 #include "core/error.h"
 #include "mesh/mesh_file.h"
 #include "mesh/simplify.h"
@@ -19,7 +18,6 @@ struct SimplifyArguments {
   std::string in;
   std::string out;
   std::string method = "paper";
-  double spacing = 0;
   SimplifyOptions options;
 };
 
@@ -30,21 +28,12 @@ SimplifyMethod method_named(const std::string& name) {
   throw InputError("--method curvature does not exist yet; use paper, lindstrom-turk or length");
 }
 
-// The sizes of a recipe, where none were given.
-SimplifyOptions with_grid_sizes(SimplifyOptions options, double spacing) {
-  if (!options.l0) options.l0 = default_l0 * spacing;
-  if (!options.step_length) options.step_length = default_step_length * spacing;
-  return options;
-}
-
 int simplify_mesh(const SimplifyArguments& arguments, const CommonOptions& common) {
   const TriMesh mesh = read_mesh(arguments.in);
   const Box box = bounding_box(mesh);
   SimplifyOptions options = arguments.options;
   options.method = method_named(arguments.method);
   options.sides = {.lower = {box.lower.x, box.lower.y}, .upper = {box.upper.x, box.upper.y}};
-
-  if (arguments.spacing > 0) options = with_grid_sizes(options, arguments.spacing);
 
   const auto start = std::chrono::steady_clock::now();
   const SimplifyResult simplified = simplify(mesh, options);
@@ -79,7 +68,7 @@ void add_simplify(CLI::App& app, const CommonOptions& common, CommandAction& act
   command->add_option("--method", arguments->method, "paper (default), lindstrom-turk or length")
       ->check(CLI::IsMember({"paper", "curvature", "lindstrom-turk", "length"}));
   command
-      ->add_option("--spacing", arguments->spacing,
+      ->add_option("--spacing", options.spacing,
                    "Grid spacing the mesh came from: sizes default to what a recipe has")
       ->check(CLI::PositiveNumber);
   auto* remove = command->add_option("--remove", options.remove, "Fraction of vertices to remove")

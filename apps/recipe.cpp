@@ -16,6 +16,8 @@ namespace scarp {
 
 namespace {
 
+constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
+constexpr std::uint64_t bytes_per_megabyte = 1 << 20;
 constexpr Limits positive{.minimum = 0, .exclusive = true};
 
 const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
@@ -75,16 +77,14 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
     table.error("enabled", "the mesh is not simplified in two dimensions; leave this out");
   }
   const double h = frame.spacing;
-  const std::string l0 = format_number(default_l0);
-  const std::string step_length = format_number(default_step_length);
   SimplifyOptions options;
   const auto method = table.choice<std::optional<SimplifyMethod>>("method", methods, "paper");
   if (!method) table.error("method", "curvature does not exist yet; use \"paper\"");
   options.method = method.value_or(SimplifyMethod::paper);
   options.sides = frame.sides();
-  options.l0 = table.length_or_multiple("l0", h, {.fallback = l0, .minimum = 0});
-  options.step_length =
-      table.length_or_multiple("step_length", h, {.fallback = step_length, .minimum = 0});
+  options.spacing = h;
+  options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
+  options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
   options.l_max = table.length_or_multiple("l_max", h, {.fallback = "8", .minimum = 0});
   options.max_error = table.length_or_multiple(
       "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
@@ -97,9 +97,11 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   return options;
 }
 
+// Units: memory_limit in MB of 2^20 bytes.
 FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
   const Choices<FluxOptions::Engine> engines{{"auto", FluxOptions::Engine::automatic},
-                                             {"forward", FluxOptions::Engine::forward}};
+                                             {"forward", FluxOptions::Engine::forward},
+                                             {"gather", FluxOptions::Engine::gather}};
   FluxOptions options;
   options.sides = frame.sides();
   options.two_dimensional = frame.two_dimensional;

@@ -15,10 +15,6 @@
 
 namespace scarp {
 
-/// Defaults of the sizes of simplification, in grid spacings.
-inline constexpr double default_l0 = 0.6;
-inline constexpr double default_step_length = 2;
-
 /// One step of a recipe, repeats written out. Units: duration in s.
 struct ProcessStep {
   std::string name;

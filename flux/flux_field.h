@@ -34,8 +34,12 @@ struct FluxAudit {
   double balance_error() const;
 };
 
+/// How a flux was found.
+enum class FluxEngine { forward, gather, beam };
+
 /// What arrives on a mesh, of one species.
 struct FluxField {
+  FluxEngine engine = FluxEngine::forward;
   std::vector<Tally> tallies{};  ///< the first counts arrivals
   FluxAudit audit{};
   std::uint64_t rays = 0;  ///< primary rays from the source (forward) or from facets (gather, beam)

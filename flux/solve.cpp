@@ -114,6 +114,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   for (std::size_t index = 0; index < species.size(); ++index) {
     if (species[index].source.kind == SourceLobe::Kind::beam) {
       fields[index] = trace_beam(problem(index));
+      fields[index].engine = FluxEngine::beam;
     } else if (options.engine == FluxOptions::Engine::forward) {
       fields[index] = trace_forward(problem(index));
     } else {
@@ -123,7 +124,10 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   std::vector<FluxProblem> problems;
   for (const std::size_t index : gathered) problems.push_back(problem(index));
   std::vector<FluxField> from_gather = gather(problems);
-  for (std::size_t k = 0; k < gathered.size(); ++k) fields[gathered[k]] = std::move(from_gather[k]);
+  for (std::size_t k = 0; k < gathered.size(); ++k) {
+    fields[gathered[k]] = std::move(from_gather[k]);
+    fields[gathered[k]].engine = FluxEngine::gather;
+  }
   return fields;
 }
 
