@@ -69,12 +69,12 @@ TomlValue& value_to_set(TomlValue& root, const RecipePath& path, const TomlPlace
   TomlValue* at = &root;
   RecipePath walked;
   for (const auto& part : path) {
-    const std::string here = format_recipe_path(walked);
-    const auto fail = [&](const std::string& text) -> void {
-      throw InputError(place.source + ": " + here + text);
+    const auto fail = [&](std::string_view text) {
+      throw InputError(std::string(place.source).append(": ") +
+                       format_recipe_path(walked).append(text));
     };
     if (const auto* const key = std::get_if<std::string>(&part)) {
-      if (at->is_list()) fail(" is a list; write for example " + here + "[0]");
+      if (at->is_list()) fail(" is a list; say which entry, [0] for the first");
       if (!at->is_table()) fail(" is not a table");
       if (at->find(*key) == nullptr) {
         TomlValue& added = at->entries.emplace_back();
@@ -137,7 +137,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
 RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
     : RecipeFile(content_of(path), path.string(), overrides) {}
 
-RecipeFile::RecipeFile(std::string_view text, std::string name,
+RecipeFile::RecipeFile(std::string_view text, const std::string& name,
                        std::span<const std::string> overrides)
     : content_(new RecipeContent{.toml = parse_toml(text, name),
                                  .errors = RecipeErrors(name),

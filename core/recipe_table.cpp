@@ -297,7 +297,7 @@ std::string RecipeTable::text(std::string_view key,
   if (!item && !fallback) {
     note_missing(*node_, key, "write " + std::string(key) + " = \"...\"");
   }
-  const std::string result =
+  std::string result =
       (item ? read_text(*item) : std::nullopt).value_or(std::string(fallback.value_or("")));
   node_->record->set(key, toml_string(result));
   return result;
@@ -452,6 +452,7 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
                     ", which this step can reach; add it, or default = ...");
   }
   std::vector<double> result;
+  result.reserve(values.size());
   for (const auto& value : values) result.push_back(value.value_or(rest.value_or(0)));
   return result;
 }
@@ -484,6 +485,7 @@ std::vector<RecipeTable> RecipeTable::tables(std::string_view key) const {
     }
   }
   std::vector<RecipeTable> tables;
+  tables.reserve(known.size());
   for (RecipeNode* const node : known) tables.push_back(RecipeTable(*node));
   return tables;
 }
@@ -498,6 +500,7 @@ bool RecipeTable::has_table(std::string_view key) const {
 std::vector<std::string> RecipeTable::keys() const {
   std::vector<std::string> keys;
   if (node_->toml == nullptr) return keys;
+  keys.reserve(node_->toml->entries.size());
   for (const TomlValue& entry : node_->toml->entries) keys.push_back(entry.key);
   return keys;
 }

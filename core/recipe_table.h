@@ -145,7 +145,8 @@ class RecipeFile {
   explicit RecipeFile(const std::filesystem::path& path,
                       std::span<const std::string> overrides = {});
   /// From a text; name stands for the file in messages.
-  RecipeFile(std::string_view text, std::string name, std::span<const std::string> overrides = {});
+  RecipeFile(std::string_view text, const std::string& name,
+             std::span<const std::string> overrides = {});
   ~RecipeFile();
   RecipeFile(RecipeFile&&) noexcept;
   RecipeFile& operator=(RecipeFile&&) noexcept;

@@ -102,6 +102,7 @@ TEST(Quantity, RefusesWhatIsNotANumberWithAUnit) {
   }
   EXPECT_THROW(parse_quantity("5 degC/s", Dimension::temperature), InputError);
   EXPECT_THROW(parse_quantity("5 nm", Dimension::number), InputError);
+  EXPECT_THROW(parse_quantity("5 //cm2/s", Dimension::flux), InputError);
 }
 
 TEST(Quantity, WritesAShortText) {

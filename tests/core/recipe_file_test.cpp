@@ -109,7 +109,7 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
             "--set step[1].duration=\"2 s\": step has no entry 1; they are counted from 0 "
             "and there are 1");
   EXPECT_EQ(override_message("step.duration=\"2 s\""),
-            "--set step.duration=\"2 s\": step is a list; write for example step[0]");
+            "--set step.duration=\"2 s\": step is a list; say which entry, [0] for the first");
   EXPECT_EQ(override_message("domain.spacing.x=1"),
             "--set domain.spacing.x=1: domain.spacing is not a table");
   EXPECT_EQ(override_message("domain[0]=1"), "--set domain[0]=1: domain is not a list");

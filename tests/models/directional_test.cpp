@@ -25,7 +25,9 @@ TEST(BeamDirection, IsExactWhereSymmetryNeedsIt) {
     for (const double turn : {90.0, -270.0, 450.0}) {
       EXPECT_EQ(beam_direction(tilt * degree, turn * degree), (Vec3d{0, right.x, right.z}));
     }
-    EXPECT_EQ(beam_direction(tilt * degree, 270 * degree), (Vec3d{0, -right.x, right.z}));
+    for (const double turn : {270.0, -90.0, 990.0}) {
+      EXPECT_EQ(beam_direction(tilt * degree, turn * degree), (Vec3d{0, -right.x, right.z}));
+    }
   }
 }
 
