@@ -36,14 +36,6 @@ constexpr DirectionNumbers direction_numbers() {
 
 constexpr DirectionNumbers directions = direction_numbers();
 
-std::uint32_t reverse_bits(std::uint32_t x) {
-  x = (x >> 16) | (x << 16);
-  x = ((x & 0xFF00FF00U) >> 8) | ((x & 0x00FF00FFU) << 8);
-  x = ((x & 0xF0F0F0F0U) >> 4) | ((x & 0x0F0F0F0FU) << 4);
-  x = ((x & 0xCCCCCCCCU) >> 2) | ((x & 0x33333333U) << 2);
-  return ((x & 0xAAAAAAAAU) >> 1) | ((x & 0x55555555U) << 1);
-}
-
 // Each bit is flipped depending on all bits above it: on reversed bits that is a function in which
 // information only moves upwards, made of products by even numbers and additions.
 std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
@@ -57,6 +49,14 @@ std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
 }
 
 }  // namespace
+
+std::uint32_t reverse_bits(std::uint32_t x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x & 0xFF00FF00U) >> 8) | ((x & 0x00FF00FFU) << 8);
+  x = ((x & 0xF0F0F0F0U) >> 4) | ((x & 0x0F0F0F0FU) << 4);
+  x = ((x & 0xCCCCCCCCU) >> 2) | ((x & 0x33333333U) << 2);
+  return ((x & 0xAAAAAAAAU) >> 1) | ((x & 0x55555555U) << 1);
+}
 
 std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
   std::array<std::uint32_t, 4> x{};

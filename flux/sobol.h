@@ -5,6 +5,9 @@
 
 namespace scarp {
 
+/// The bits in reverse: of a count, divided by 2^32, the van der Corput sequence.
+std::uint32_t reverse_bits(std::uint32_t x);
+
 /// Points of the unit hypercube that fill it evenly: the Sobol sequence in four dimensions,
 /// scrambled after Owen with a hash.
 ///
