@@ -139,20 +139,11 @@ void write_profile(const fs::path& file, std::span<const LayerProfile> layers,
   out.commit();
 }
 
-// Speeds belong to corners; a picture wants one per facet.
-std::vector<float> facet_speeds(const Survey& survey) {
-  std::vector<float> speeds(survey.corner_speeds.size());
-  for (std::size_t f = 0; f < speeds.size(); ++f) {
-    const auto& [a, b, c] = survey.corner_speeds[f];
-    speeds[f] = (a + b + c) / 3;
-  }
-  return speeds;
-}
-
-void write_surface(const fs::path& file, const Survey& survey, const ProcessStep& step) {
-  const std::vector<float> speed = facet_speeds(survey);
+void write_surface(const fs::path& file, const State& state, const Survey& survey,
+                   const Recipe& recipe) {
+  const std::vector<float> speed = facet_speeds(state, survey);
   MeshFields fields;
-  const std::vector<Species> species = step.model->species();
+  const std::vector<Species> species = current_step(state, recipe).model->species();
   for (std::size_t s = 0; s < survey.flux.size(); ++s) {
     const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
     fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
@@ -286,7 +277,7 @@ void ResultFolder::restore_series() {
 
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
   const int number = output_count_;
-  write_surface(file(numbered("surface", number, ".vtp")), survey, current_step(state, recipe));
+  write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   const std::vector<LayerProfile> profile = middle_profile(state.layers);
   write_profile(file(numbered("profile", number, ".csv")), profile, recipe.materials);
   const Sides sides = recipe.frame.sides();

@@ -52,41 +52,72 @@ std::vector<FluxField> trace(const TriMesh& facets, const State& state, const Re
   return solve_flux(facets, species, options);
 }
 
-// A model speaks of points: here the three corners of every facet, with the facet's own material
-// and normal, so that speeds break where the surface does.
-std::vector<std::array<float, 3>> speeds_at_corners(const TriMesh& facets,
-                                                    std::span<const FluxField> flux,
-                                                    const SurfaceModel& model) {
-  const std::vector<Vec3f> facet_normal = facet_normals(facets);
-  const std::size_t count = facets.triangles.size();
-  std::vector<MaterialId> material(3 * count);
-  std::vector<Vec3f> normal(3 * count);
-  for (std::size_t p = 0; p < 3 * count; ++p) {
-    material[p] = facets.materials[p / 3];
-    normal[p] = facet_normal[p / 3];
-  }
-  std::vector<std::vector<std::array<float, 3>>> corner_flux;
-  std::vector<std::span<const float>> views;
+// The flux at the three corners of every facet, one array per tally of each species.
+std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
+                                                std::span<const FluxField> flux) {
+  std::vector<std::vector<float>> at_corners;
   for (const FluxField& field : flux) {
-    corner_flux.push_back(corner_values(facets, field.arrivals().mean));
-    views.emplace_back(corner_flux.back().data()->data(), 3 * count);
+    for (const Tally& tally : field.tallies) {
+      std::vector<float>& values = at_corners.emplace_back();
+      for (const auto& corner : corner_values(facets, tally.mean)) {
+        values.insert(values.end(), corner.begin(), corner.end());
+      }
+    }
   }
-  const std::vector<float> speeds = model.speeds({.material = material, .normal = normal}, views);
-  std::vector<std::array<float, 3>> corner_speeds(count);
-  for (std::size_t p = 0; p < 3 * count; ++p) corner_speeds[p / 3][p % 3] = speeds[p];
+  return at_corners;
+}
+
+// A model speaks of points: here the three corners of every facet, with the facet's own normal, so
+// that speeds break where the surface does.
+CornerSpeeds speeds_of_material(const TriMesh& facets, const std::vector<Vec3f>& corner_normals,
+                                std::span<const std::vector<float>> corner_flux,
+                                const SurfaceModel& model, MaterialId material) {
+  const std::vector<MaterialId> everywhere(corner_normals.size(), material);
+  const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
+  const std::vector<float> speeds =
+      model.speeds({.material = everywhere, .normal = corner_normals}, views);
+  CornerSpeeds corner_speeds(facets.triangles.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) corner_speeds[p / 3][p % 3] = speeds[p];
   return corner_speeds;
 }
 
+std::vector<CornerSpeeds> speeds_at_corners(const TriMesh& facets, const State& state,
+                                            std::span<const FluxField> flux,
+                                            const SurfaceModel& model) {
+  const std::vector<Vec3f> facet_normal = facet_normals(facets);
+  std::vector<Vec3f> corner_normals;
+  for (const Vec3f& n : facet_normal) corner_normals.insert(corner_normals.end(), 3, n);
+  const std::vector<std::vector<float>> corner_flux = flux_at_corners(facets, flux);
+
+  std::vector<CornerSpeeds> speeds;
+  for (std::size_t k = 0; k < state.layers.stack.size(); ++k) {
+    const MaterialId material = state.layers.stack[k].material;
+    std::size_t same = 0;
+    while (state.layers.stack[same].material != material) ++same;
+    speeds.push_back(
+        same < k ? speeds[same]
+                 : speeds_of_material(facets, corner_normals, corner_flux, model, material));
+  }
+  return speeds;
+}
+
+std::size_t layer_of(const State& state, MaterialId material) {
+  std::size_t k = state.layers.stack.size() - 1;
+  while (k > 0 && state.layers.stack[k].material != material) --k;
+  return k;
+}
+
 void require_finite(const Survey& survey, const State& state, const Recipe& recipe) {
-  for (std::size_t f = 0; f < survey.corner_speeds.size(); ++f) {
-    for (const float speed : survey.corner_speeds[f]) {
+  for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
+    const MaterialId material = survey.facets.materials[f];
+    for (const float speed : survey.speeds_of_layers[layer_of(state, material)][f]) {
       if (std::isfinite(speed)) continue;
       const Vec3f r = survey.facets.vertices[survey.facets.triangles[f][0]];
       throw NumericalError(fmt::format(
           "time step {} of step \"{}\", t = {:g} s: speed is not finite on facet {} at ({:g}, "
           "{:g}, {:g}) nm, material {}",
           state.time_step, current_step(state, recipe).name, state.time, f, r.x, r.y, r.z,
-          recipe.materials[survey.facets.materials[f]].name));
+          recipe.materials[material].name));
     }
   }
 }
@@ -117,26 +148,36 @@ Survey survey(const State& state, const Recipe& recipe) {
   TriMesh surface = exposed_surface(state, recipe, result);
   result.facets = simplified(std::move(surface), recipe, result);
   result.flux = trace(result.facets, state, recipe, result.timer);
-  result.corner_speeds =
-      speeds_at_corners(result.facets, result.flux, *current_step(state, recipe).model);
+  result.speeds_of_layers =
+      speeds_at_corners(result.facets, state, result.flux, *current_step(state, recipe).model);
   require_finite(result, state, recipe);
   return result;
+}
+
+std::vector<float> facet_speeds(const State& state, const Survey& survey) {
+  std::vector<float> speeds(survey.facets.triangles.size());
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    const std::size_t layer = layer_of(state, survey.facets.materials[f]);
+    const auto& [a, b, c] = survey.speeds_of_layers[layer][f];
+    speeds[f] = (a + b + c) / 3;
+  }
+  return speeds;
 }
 
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit) {
   const ProcessStep& step = current_step(state, recipe);
   Move move;
-  const SpeedField band = [&] {
-    const auto measurement = move.timer.measure("map");
-    return extend_speeds(state.layers, survey.gas, survey.facets, survey.corner_speeds);
-  }();
-
   // Moments are set, not summed, where one is hit: no rounding error can leave a remainder. An
   // output wanted within rounding of the end of a step is the end of the step.
   const double end = state.step_start + step.duration;
   const double target = time_limit < end - 1e-9 * step.duration ? time_limit : end;
   const double left = target - state.time;
-  move.dt = cut_to(left, stable_time_step(state.layers, band, recipe.cfl));
+  move.dt = cut_to(left, stable_time_step(state.layers, survey.speeds_of_layers, recipe.cfl));
+
+  const SpeedField band = [&] {
+    const auto measurement = move.timer.measure("map");
+    return extend_speeds(state.layers, survey.gas, survey.facets, survey.speeds_of_layers, move.dt);
+  }();
   {
     const auto measurement = move.timer.measure("advect");
     advect(state.layers, band, move.dt);

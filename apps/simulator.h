@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include "core/stage_timer.h"
 #include "flux/flux_field.h"
 #include "levelset/connectivity.h"
+#include "levelset/extend.h"
 #include "levelset/layers.h"
 
 namespace scarp {
@@ -26,7 +26,8 @@ struct State {
 /// The surface at one moment with all that the current step of the recipe does to it. A pure
 /// function of state and recipe: an interrupted run finds the same numbers again.
 ///
-/// Shape: std_error and flux per facet and species; speeds per facet and corner.
+/// Shape: one flux per species; speeds_of_layers[k] is how the corners of the facets would move if
+///        layer k of the stack were seen there, so that a time step can cross from layer to layer.
 /// Units: nm/s along the outward normal.
 struct Survey {
   OpenGas gas;
@@ -35,7 +36,7 @@ struct Survey {
   double simplify_max_distance = 0;
   TriMesh facets;
   std::vector<FluxField> flux;
-  std::vector<std::array<float, 3>> corner_speeds;
+  std::vector<CornerSpeeds> speeds_of_layers;
   StageTimer timer;
 };
 
@@ -54,6 +55,9 @@ State start_state(const Recipe& recipe);
 /// Opens the layer that the current step deposits, if it is not there yet. Before the first survey
 /// of a step.
 void begin_step(State& state, const Recipe& recipe);
+
+/// The speed of every facet, of the layer that is seen there. Units: nm/s.
+std::vector<float> facet_speeds(const State& state, const Survey& survey);
 
 /// Extracts and simplifies the surface, solves the flux on it and asks the model for speeds.
 ///
