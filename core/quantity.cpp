@@ -371,8 +371,8 @@ std::string format_quantity(double value, Dimension dimension) {
 
 std::string_view dimension_name(Dimension dimension) { return row(dimension).name; }
 
-std::string quantity_example(Dimension dimension) {
-  const std::string text = example(dimension, "5");
+std::string quantity_example(Dimension dimension, std::string_view number) {
+  const std::string text = example(dimension, number);
   return text.substr(1, text.size() - 2);
 }
 

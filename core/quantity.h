@@ -38,7 +38,7 @@ std::string format_number(double value);
 std::string_view dimension_name(Dimension dimension);
 
 /// A text that parse_quantity accepts, to show how one is written: "5 nm".
-std::string quantity_example(Dimension dimension);
+std::string quantity_example(Dimension dimension, std::string_view number = "5");
 
 /// The unit that the inside uses, as a recipe writes it: "nm", "nm/s", ...; empty for numbers.
 std::string_view inside_unit(Dimension dimension);

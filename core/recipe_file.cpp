@@ -59,9 +59,11 @@ TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
   } catch (const InputError&) {
     // Said below in the words of the command line.
   }
+  std::string unquoted(text);
+  std::erase(unquoted, '"');
   throw InputError(place.source + ": " + std::string(text) +
                    " is not a value of TOML; a text keeps its quotes: --set " + std::string(path) +
-                   "='\"" + std::string(text) + "\"'");
+                   "='\"" + unquoted + "\"'");
 }
 
 /// The value at a path, made if it is a key that is not there yet.

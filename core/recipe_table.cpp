@@ -138,7 +138,9 @@ std::optional<double> read_quantity(const Item& item, Dimension dimension, const
     note(item,
          described(item.value) +
              (lacks_unit ? " has no unit" : " is not " + std::string(dimension_name(dimension))) +
-             "; write for example " + example(limits, dimension));
+             "; write for example " +
+             (lacks_unit ? toml_string(quantity_example(dimension, described(item.value)))
+                         : example(limits, dimension)));
   }
   return std::nullopt;
 }

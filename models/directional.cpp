@@ -30,9 +30,9 @@ const Parameter directional_etch_rate =
     rate("directional_etch_rate", "this or directional_growth_rate", "",
          "speed of etching of a surface that faces the beam");
 const Parameter isotropic_growth_rate =
-    rate("isotropic_growth_rate", "", "0 nm/s", "speed of growth in all directions, to be added");
+    rate("isotropic_growth_rate", "", "0 nm/s", "speed of growth in all directions, on top of it");
 const Parameter isotropic_etch_rate =
-    rate("isotropic_etch_rate", "", "0 nm/s", "speed of etching in all directions, to be added");
+    rate("isotropic_etch_rate", "", "0 nm/s", "speed of etching in all directions, on top of it");
 const Parameter visibility{.name = "visibility",
                            .kind = Parameter::Kind::flag,
                            .limits = {.fallback = "true"},

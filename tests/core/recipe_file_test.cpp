@@ -105,6 +105,9 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
   EXPECT_EQ(override_message("domain.spacing=0.4 um"),
             "--set domain.spacing=0.4 um: 0.4 um is not a value of TOML; a text keeps its quotes: "
             "--set domain.spacing='\"0.4 um\"'");
+  EXPECT_EQ(override_message("domain.spacing=\"1 um"),
+            "--set domain.spacing=\"1 um: \"1 um is not a value of TOML; a text keeps its quotes: "
+            "--set domain.spacing='\"1 um\"'");
   EXPECT_EQ(override_message("step[1].duration=\"2 s\""),
             "--set step[1].duration=\"2 s\": step has no entry 1; they are counted from 0 "
             "and there are 1");

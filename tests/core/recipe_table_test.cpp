@@ -114,8 +114,8 @@ TEST(RecipeTable, CountsLengthsInAGivenUnitOrTakesThemWithTheirOwn) {
 TEST(RecipeErrors, MissingUnit) {
   EXPECT_EQ(errors("[domain]\nspacing = \"5\"\n", read_spacing),
             "r.toml:2:11: domain.spacing: \"5\" has no unit; write for example \"5 nm\"");
-  EXPECT_EQ(errors("[domain]\nspacing = 5\n", read_spacing),
-            "r.toml:2:11: domain.spacing: 5 has no unit; write for example \"5 nm\"");
+  EXPECT_EQ(errors("[domain]\nspacing = 10\n", read_spacing),
+            "r.toml:2:11: domain.spacing: 10 has no unit; write for example \"10 nm\"");
 }
 
 TEST(RecipeErrors, WrongUnit) {
