@@ -1,6 +1,7 @@
 #include "levelset/cell_cases.h"
 
 #include <span>
+#include <utility>
 
 namespace scarp {
 
@@ -45,14 +46,18 @@ int faces_of(int edge) {
   return faces;
 }
 
-/// For every cut edge the next one around its loop, -1 elsewhere.
+struct Next {
+  int edge = -1;
+  int face = -1;
+};
+
+/// For every cut edge the next one around its loop and the face on the way; -1 elsewhere.
 ///
 /// On each face every run of gas corners is cut off by one segment, from the edge where the run
 /// ends to the edge where it starts. So on a face with two gas corners across the diagonal the gas
 /// is parted and the solid joined, from whichever cell one looks: neighbours always fit.
-std::array<int, 12> next_edges(int solid_mask) {
-  std::array<int, 12> next;
-  next.fill(-1);
+std::array<Next, 12> next_edges(int solid_mask) {
+  std::array<Next, 12> next;
   const auto solid = [&](int corner) { return ((solid_mask >> corner) & 1) != 0; };
   for (int face = 0; face < 6; ++face) {
     const auto corners = face_corners(face);
@@ -66,7 +71,7 @@ std::array<int, 12> next_edges(int solid_mask) {
       }
       const int run_starts = edge_between(corners[n], corners[(n + 1) % 4]);
       const int run_ends = edge_between(corners[last % 4], corners[(last + 1) % 4]);
-      next[run_ends] = run_starts;
+      next[run_ends] = {run_starts, face};
     }
   }
   return next;
@@ -100,19 +105,20 @@ bool triangulate(std::span<const int> loop, const std::array<int, 12>& faces, in
 
 CellCase make_case(int solid_mask, const std::array<int, 12>& faces) {
   CellCase result;
-  std::array<int, 12> next = next_edges(solid_mask);
+  std::array<Next, 12> next = next_edges(solid_mask);
   for (int start = 0; start < 12; ++start) {
     std::vector<int> loop;
-    for (int edge = start; next[edge] >= 0;) {
+    std::vector<int> loop_faces;
+    for (int edge = start; next[edge].edge >= 0;) {
       loop.push_back(edge);
-      const int following = next[edge];
-      next[edge] = -1;
-      edge = following;
+      loop_faces.push_back(next[edge].face);
+      edge = std::exchange(next[edge], Next{}).edge;
     }
     if (!loop.empty()) {
       std::vector<std::array<int, 3>> triangles;
       triangulate(loop, faces, 0, static_cast<int>(loop.size()) - 1, triangles);
       result.loops.push_back(std::move(loop));
+      result.faces.push_back(std::move(loop_faces));
       result.triangles.push_back(std::move(triangles));
     }
   }

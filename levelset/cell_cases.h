@@ -19,6 +19,9 @@ inline constexpr int edge_corner(int edge) {
 struct CellCase {
   /// Closed chains of cut edges, counter-clockwise seen from the gas.
   std::vector<std::vector<int>> loops;
+  /// The face of the cell that holds the segment from each edge of a loop to the next: face / 2 is
+  /// the axis it is normal to, face % 2 tells the upper one.
+  std::vector<std::vector<int>> faces;
   /// Triangles of every loop, as places in the loop.
   std::vector<std::vector<std::array<int, 3>>> triangles;
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/random.h"
 #include "levelset/cell_cases.h"
 #include "surfaces.h"
 
@@ -85,6 +86,123 @@ TEST(MarchingCubes, PeriodicSidesAreCongruent) {
     }
     EXPECT_FALSE(points[0].empty());
     EXPECT_EQ(points[0], points[1]);
+  }
+}
+
+/// Distance from a point to the nearest vertex, with y left out.
+double nearest_vertex(const TriMesh& mesh, double x, double z) {
+  double nearest = 1e300;
+  for (const Vec3f& v : mesh.vertices) {
+    nearest = std::min(nearest, std::hypot(v.x - x, v.z - z));
+  }
+  return nearest;
+}
+
+TEST(Creases, MouthAndBottomOfATrenchAreSharpAtAnyOffset) {
+  const Frame frame{.spacing = 1, .cells = {48, 6}};
+  double mean_chamfer = 0;
+  for (int n = 0; n < 16; ++n) {
+    const double half = 8 + n / 16.0;
+    const double top = 0.7 * n / 16.0 + 0.05;
+    TrenchShape trench{.width = 2 * half};
+    trench.cut.depth = 20.2;
+    const Layers layers =
+        build_layers(frame, std::vector<Shape>{WaferShape{}, LayerShape{0, top}, trench});
+    const TriMesh mesh = extract_surface(layers);
+    expect_no_faults(mesh, frame);
+    for (const double z : {top, top - 20.2}) {
+      const double chamfer = nearest_vertex(mesh, half - 1e-3, z + 1e-3);
+      EXPECT_LT(chamfer, 0.12) << "half width " << half << ", z " << z;
+      mean_chamfer += chamfer / 32;
+    }
+  }
+  EXPECT_LT(mean_chamfer, 0.01);
+}
+
+TEST(Creases, MouthOfAHoleIsSharpAllAround) {
+  const Frame frame{.spacing = 1, .cells = {48, 48}};
+  HoleShape hole{.radius = 15.3};
+  hole.cut.depth = 12.4;
+  const Layers layers =
+      build_layers(frame, std::vector<Shape>{WaferShape{}, LayerShape{0, 0.37}, hole});
+  const TriMesh mesh = extract_surface(layers);
+  expect_no_faults(mesh, frame);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    const Vec3d outward = layers.top().normal((a + b + c) / 3.0);
+    EXPECT_GT(dot(normalized(area_vector(mesh, f)), outward), 0) << "facet " << f << " is flipped";
+  }
+  for (int n = 0; n < 90; ++n) {
+    const double angle = n * std::numbers::pi / 45;
+    // Crease vertices lie on grid faces: at most a spacing apart.
+    double nearest = 1e300;
+    for (const Vec3f& v : mesh.vertices) {
+      if (std::hypot(v.x - 15.3 * std::cos(angle), v.y - 15.3 * std::sin(angle)) < 1) {
+        nearest = std::min(nearest, std::hypot(std::hypot(v.x, v.y) - 15.3, v.z - 0.37));
+      }
+    }
+    EXPECT_LT(nearest, 0.1) << "at " << n * 4 << " deg";
+  }
+}
+
+TEST(Creases, CornersOfABoxAreVertices) {
+  const Frame frame{.spacing = 1, .cells = {40, 40}};
+  const MaskShape mask{.material = 1,
+                       .thickness = 9.3,
+                       .outlines = MaskShape::Outlines::resist,
+                       .outline = RectangleOutline{.size = {17.4, 14.7}}};
+  const TriMesh mesh = extract_surface(build_layers(frame, std::vector<Shape>{WaferShape{}, mask}));
+  expect_no_faults(mesh, frame);
+  for (const double x : {-8.7, 8.7}) {
+    for (const double y : {-7.35, 7.35}) {
+      // Not at the foot, where concave edges within a spacing hide the walls from each other.
+      double nearest = 1e300;
+      for (const Vec3f& v : mesh.vertices) {
+        nearest = std::min(nearest, length(Vec3d(v) - Vec3d{x, y, 9.3}));
+      }
+      EXPECT_LT(nearest, 0.06) << x << " " << y;
+    }
+  }
+}
+
+TEST(Creases, RoughSurfacesStayManifold) {
+  RandomStream random({.seed = 5});
+  for (int n = 0; n < 20; ++n) {
+    const Boundary boundary = n % 2 == 0 ? Boundary::reflective : Boundary::periodic;
+    const Frame frame{.spacing = 1, .cells = {22, 17}, .boundary = {boundary, boundary}};
+    struct Ball {
+      Vec3d centre;
+      double radius;
+    };
+    std::vector<Ball> balls;
+    for (int b = 0; b < 12; ++b) {
+      balls.push_back({{24 * random.uniform_double() - 12, 18 * random.uniform_double() - 9,
+                        12 * random.uniform_double() - 6},
+                       1 + 5 * random.uniform_double()});
+    }
+    // Balls are cut out of the wafer and put on it in turn: edges, thin walls, islands, pinches.
+    Layers layers = single_layer(
+        frame,
+        [&](Vec3d r) {
+          double phi = r.z;
+          for (std::size_t b = 0; b < balls.size(); ++b) {
+            Vec3d from_centre = r - balls[b].centre;
+            if (boundary == Boundary::periodic) {
+              from_centre.x = std::remainder(from_centre.x, 22);
+              from_centre.y = std::remainder(from_centre.y, 17);
+            }
+            const double ball = length(from_centre) - balls[b].radius;
+            phi = b % 2 == 0 ? std::max(phi, -ball) : std::min(phi, ball);
+          }
+          return phi;
+        },
+        -14, 14);
+    for (int step = 0; step < 3; ++step) {
+      const TriMesh mesh = extract_surface(layers);
+      expect_no_faults(mesh, frame);
+      expect_no_faults(extract_surface(layers, open_gas(layers)), frame);
+      move(layers, 0.5, 0.5, [&](Vec3d r, MaterialId) { return r.x > 0 ? 1.0 : -1.0; });
+    }
   }
 }
 

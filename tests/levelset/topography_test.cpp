@@ -112,6 +112,23 @@ Layers necked_cavity(double neck) {
       -50, 10);
 }
 
+/// phi of all nodes with a neighbour on the other side of the surface, between two heights.
+std::vector<float> phi_next_to_surface(const LevelSet& phi, int lower, int upper) {
+  std::vector<float> found;
+  const Frame& frame = phi.frame();
+  for (int i = 0; i < frame.cells[0]; ++i) {
+    for (int k = lower; k < upper; ++k) {
+      const float here = phi.node(i, 0, k);
+      for (const float there : {phi.node(i + 1, 0, k), phi.node(i, 0, k + 1)}) {
+        if ((here < 0) != (there < 0)) {
+          found.insert(found.end(), {here, there});
+        }
+      }
+    }
+  }
+  return found;
+}
+
 TEST(Void, FreezesBitForBitAndIsCounted) {
   Layers layers = necked_cavity(6.3);
   EXPECT_TRUE(open_gas(layers).voids.empty());
@@ -126,23 +143,19 @@ TEST(Void, FreezesBitForBitAndIsCounted) {
   }
   const OpenGas closed = open_gas(layers);
   ASSERT_EQ(closed.voids.size(), 1U);
-  const TriMesh before = extract_surface(layers);
   const auto in_void = [](const TriMesh& mesh) {
-    std::vector<Vec3f> vertices;
-    for (const Vec3f& v : mesh.vertices) {
-      if (v.z < -16) {
-        vertices.push_back(v);
-      }
-    }
-    return vertices;
+    return std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
+                         [](const Vec3f& v) { return v.z < -16; });
   };
+  EXPECT_GT(in_void(extract_surface(layers)), 0);
+  const auto before = phi_next_to_surface(layers.top(), -50, -16);
   for (int step = 0; step < 8; ++step) {
     grow();
   }
-  EXPECT_EQ(in_void(extract_surface(layers)), in_void(before));
+  EXPECT_EQ(phi_next_to_surface(layers.top(), -50, -16), before);
   EXPECT_EQ(open_gas(layers).voids.size(), 1U);
   const TriMesh traced = extract_surface(layers, open_gas(layers));
-  EXPECT_TRUE(in_void(traced).empty());
+  EXPECT_EQ(in_void(traced), 0);
   EXPECT_EQ(faults(traced, layers.frame).boundary_off_sides, 0);
 }
 
@@ -178,7 +191,7 @@ TEST(Mask, KeepsEveryVertexWhileItIsUndercut) {
 
     const auto after = vertices_on_top_layer(layers);
     EXPECT_TRUE(std::includes(after.begin(), after.end(), vertices.begin(), vertices.end()));
-    EXPECT_NEAR(material_volumes(layers)[1], before, 0.005 * before);
+    EXPECT_NEAR(material_volumes(layers)[1], before, 0.01 * before);
     // Undercut and depth are both 10.
     EXPECT_NEAR(layers.top().distance({0, 0, height - 10}), 0, 0.1);
     EXPECT_NEAR(layers.top().distance({6.3 + 10, 0, height - 1}), 0, 0.3);

@@ -1,0 +1,242 @@
+#include "levelset/crease.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "levelset/band.h"
+
+namespace scarp {
+
+namespace {
+
+/// Differences of slope between neighbouring intervals from which on phi counts as creased: fully
+/// at the second. On a smooth surface they are 1 / radius in spacings, and then both ways of
+/// finding a cut are of the same order.
+constexpr float crease_starts = 0.05F;
+constexpr float crease_is_full = 0.1F;
+
+/// Steeper than this is not a distance.
+constexpr float steepest = 1.3F;
+
+/// Edges with normals closer than 35 degrees, or nearly opposite (a wall thinner than a spacing),
+/// are left as they are.
+constexpr double smooth_cosine = 0.82;
+constexpr double least_sine = 0.4;
+
+/// An added vertex keeps this distance, in spacings, from the border of its face, and from cuts.
+constexpr double margin = 1e-3;
+constexpr double least_distance = 0.02;
+
+/// Pulls a meeting point to its start where the planes do not fix it.
+constexpr double pull = 0.02;
+
+float read(const Band& band, std::array<int, 3> node, int axis, int step) {
+  node[axis] += step;
+  return band.node(node[0], node[1], node[2]);
+}
+
+/// phi along an edge that is cut, and what lies beyond its two ends, seen from one end or the
+/// other.
+struct EdgeProfile {
+  float here = 0;
+  float there = 0;
+  float between = 0;  ///< slopes, positive towards the gas
+  float beyond_here = 0;
+  float beyond_there = 0;
+  bool at_here = true;  ///< which end belongs to the face that is cut, if the other does not
+  float trust = 0;      ///< in that, from 0 to 1
+
+  float slope() const { return at_here ? beyond_here : beyond_there; }
+};
+
+EdgeProfile edge_profile(const Band& band, std::array<int, 3> node, int axis) {
+  EdgeProfile edge;
+  edge.here = read(band, node, axis, 0);
+  edge.there = read(band, node, axis, 1);
+  const float side = edge.here < 0 ? 1.0F : -1.0F;
+  const float before = read(band, node, axis, -1);
+  const float after = read(band, node, axis, 2);
+  edge.between = side * (edge.there - edge.here);
+  edge.beyond_here = side * (edge.here - before);
+  edge.beyond_there = side * (after - edge.there);
+  edge.at_here = edge.beyond_here >= edge.beyond_there;
+  const float kink = edge.slope() - edge.between;
+  if (edge.slope() > steepest || kink <= crease_starts) {
+    return edge;
+  }
+  // On a curved surface slopes change beyond the edge as much as on it: no crease then.
+  const float further = edge.at_here ? side * (before - read(band, node, axis, -2))
+                                     : side * (read(band, node, axis, 3) - after);
+  const float bend = std::abs(further - edge.slope());
+  edge.trust =
+      std::clamp((kink - 2 * bend - crease_starts) / (crease_is_full - crease_starts), 0.0F, 1.0F);
+  return edge;
+}
+
+/// One of two one-sided differences, or their mean where they agree.
+struct Slopes {
+  double backward = 0;
+  double forward = 0;
+
+  bool agree() const { return std::abs(forward - backward) < crease_starts; }
+  double pick(bool use_forward) const {
+    return agree() ? 0.5 * (backward + forward) : use_forward ? forward : backward;
+  }
+};
+
+Slopes slopes_at(const Band& band, std::array<int, 3> node, int axis) {
+  const double here = read(band, node, axis, 0);
+  return {here - read(band, node, axis, -1), read(band, node, axis, 1) - here};
+}
+
+}  // namespace
+
+float cut_part(const Band& band, std::array<int, 3> node, int axis) {
+  const EdgeProfile edge = edge_profile(band, node, axis);
+  const float linear = edge.here / (edge.here - edge.there);
+  if (!(edge.trust > 0)) {
+    return linear;
+  }
+  const float prolonged =
+      edge.at_here ? std::abs(edge.here) / edge.slope() : 1 - std::abs(edge.there) / edge.slope();
+  return linear + edge.trust * (std::clamp(prolonged, 0.0F, 1.0F) - linear);
+}
+
+Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis) {
+  const EdgeProfile edge = edge_profile(band, node, axis);
+  const float side = edge.here < 0 ? 1.0F : -1.0F;
+  // Read at the end that belongs to the face that is cut; at the nearer one if both do.
+  const bool creased = edge.trust > 0;
+  const bool at_low = creased ? edge.at_here : std::abs(edge.here) <= std::abs(edge.there);
+  std::array<int, 3> end = node;
+  end[axis] += at_low ? 0 : 1;
+  Vec3d along;
+  along[axis] = side * (creased ? edge.slope() : edge.between);
+
+  const int b = (axis + 1) % 3;
+  const int c = (axis + 2) % 3;
+  const Slopes slopes_b = slopes_at(band, end, b);
+  const Slopes slopes_c = slopes_at(band, end, c);
+  // Of the one-sided differences those are right that make the slope of a distance, 1.
+  Vec3d best;
+  double smallest = 1e300;
+  for (int choice = 0; choice < 4; ++choice) {
+    Vec3d gradient = along;
+    gradient[b] = slopes_b.pick((choice & 1) != 0);
+    gradient[c] = slopes_c.pick((choice & 2) != 0);
+    const double misfit = std::abs(dot(gradient, gradient) - 1);
+    if (misfit < smallest) {
+      smallest = misfit;
+      best = gradient;
+    }
+  }
+  return normalized(best);
+}
+
+namespace {
+
+/// A cut of one side of a face, in the plane of the face.
+struct FaceCut {
+  std::array<double, 2> point{};
+  std::array<double, 2> normal{};
+};
+
+/// The cut of the edge from `node` along `axis`, as seen in the face.
+FaceCut face_cut(const Band& band, std::array<int, 3> node, int axis, std::array<int, 3> origin,
+                 std::array<int, 2> axes) {
+  const float part = cut_part(band, node, axis);
+  const Vec3d normal = cut_normal(band, node, axis);
+  FaceCut cut;
+  for (int n = 0; n < 2; ++n) {
+    cut.point[n] = node[axes[n]] - origin[axes[n]] + (axes[n] == axis ? part : 0.0F);
+    cut.normal[n] = normal[axes[n]];
+  }
+  return cut;
+}
+
+std::optional<std::array<float, 2>> tangents_meet(const FaceCut& a, const FaceCut& b) {
+  const double length_a = std::hypot(a.normal[0], a.normal[1]);
+  const double length_b = std::hypot(b.normal[0], b.normal[1]);
+  const double lengths = length_a * length_b;
+  const double cosine = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1];
+  const double sine = a.normal[0] * b.normal[1] - a.normal[1] * b.normal[0];
+  if (lengths < 0.25 || cosine > smooth_cosine * lengths || std::abs(sine) < least_sine * lengths) {
+    return std::nullopt;
+  }
+  const double offset_a = a.normal[0] * a.point[0] + a.normal[1] * a.point[1];
+  const double offset_b = b.normal[0] * b.point[0] + b.normal[1] * b.point[1];
+  const std::array<double, 2> meeting{(offset_a * b.normal[1] - offset_b * a.normal[1]) / sine,
+                                      (a.normal[0] * offset_b - b.normal[0] * offset_a) / sine};
+  // A corner beyond the face is drawn back to its border, towards the middle of the two cuts.
+  double share = 1;
+  std::array<double, 2> middle{};
+  for (int n = 0; n < 2; ++n) {
+    middle[n] = 0.5 * (a.point[n] + b.point[n]);
+    const double bound = meeting[n] > middle[n] ? 1 - margin : margin;
+    const double way = meeting[n] - middle[n];
+    if (way != 0) {
+      share = std::min(share, std::max((bound - middle[n]) / way, 0.0));
+    }
+  }
+  std::array<float, 2> corner{};
+  for (int n = 0; n < 2; ++n) {
+    corner[n] = static_cast<float>(middle[n] + share * (meeting[n] - middle[n]));
+  }
+  for (const FaceCut& cut : {a, b}) {
+    if (std::hypot(corner[0] - cut.point[0], corner[1] - cut.point[1]) < least_distance) {
+      return std::nullopt;
+    }
+  }
+  return corner;
+}
+
+}  // namespace
+
+std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int, 3> node,
+                                                int normal) {
+  const std::array<int, 2> axes{(normal + 1) % 3, (normal + 2) % 3};
+  std::array<std::array<int, 3>, 4> corners;
+  std::array<float, 4> phi;
+  for (int n = 0; n < 4; ++n) {
+    corners[n] = node;
+    corners[n][axes[0]] += n & 1;
+    corners[n][axes[1]] += n >> 1;
+    phi[n] = read(band, corners[n], normal, 0);
+  }
+  if (std::abs((phi[0] - phi[1]) - (phi[2] - phi[3])) < least_twist) {
+    return std::nullopt;
+  }
+  std::array<FaceCut, 4> cuts;
+  int count = 0;
+  const auto look = [&](int from, int to, int along) {
+    if ((phi[from] < 0) != (phi[to] < 0)) {
+      cuts[count++] = face_cut(band, corners[from], axes[along], node, axes);
+    }
+  };
+  look(0, 1, 0);
+  look(2, 3, 0);
+  look(0, 2, 1);
+  look(1, 3, 1);
+  return count == 2 ? tangents_meet(cuts[0], cuts[1]) : std::nullopt;
+}
+
+Vec3d meeting_point(std::span<const Tangent> planes, Vec3d start) {
+  // Normal equations of sum (n . (x - p))^2 + pull (x - start)^2, by Cramer's rule.
+  Vec3d row_x{pull, 0, 0};
+  Vec3d row_y{0, pull, 0};
+  Vec3d row_z{0, 0, pull};
+  Vec3d right;
+  for (const Tangent& plane : planes) {
+    const Vec3d n = plane.normal;
+    row_x += n.x * n;
+    row_y += n.y * n;
+    row_z += n.z * n;
+    right += dot(n, plane.point - start) * n;
+  }
+  const double determinant = dot(row_x, cross(row_y, row_z));
+  return start + Vec3d{dot(right, cross(row_y, row_z)), dot(right, cross(row_z, row_x)),
+                       dot(right, cross(row_x, row_y))} /
+                     determinant;
+}
+
+}  // namespace scarp
