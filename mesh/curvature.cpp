@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "mesh/sides.h"
 
 namespace scarp {
 
@@ -55,14 +54,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double mean_edge_length(const TriMesh& mesh, const HalfEdges& half_edges) {
+double mean_edge_length(const CollapseMesh& mesh) {
   double sum = 0;
   std::size_t count = 0;
-  for (std::uint32_t h = 0; h < half_edges.half_edge_count(); ++h) {
-    if (!half_edges.is_edge(h)) continue;
-    const Vec3d a(mesh.vertices[half_edges.origin(h)]);
-    const Vec3d b(mesh.vertices[half_edges.target(h)]);
-    sum += length(b - a);
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
+    sum += std::sqrt(mesh.squared_length(h));
     ++count;
   }
   return count > 0 ? sum / static_cast<double>(count) : 0;
@@ -70,36 +67,30 @@ double mean_edge_length(const TriMesh& mesh, const HalfEdges& half_edges) {
 
 }  // namespace
 
-std::vector<double> mean_curvature(const TriMesh& mesh, const HalfEdges& half_edges,
-                                   const Sides& sides) {
-  const SidePlanes planes(sides);
-  std::vector<double> curvature(half_edges.vertex_count(), 0);
+std::vector<double> mean_curvature(const CollapseMesh& mesh) {
+  const HalfEdges& topology = mesh.topology;
+  std::vector<double> curvature(topology.vertex_count(), 0);
   parallel_for(curvature.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      if (half_edges.outgoing(v) == HalfEdges::none) continue;
+      if (topology.outgoing(v) == HalfEdges::none) continue;
       Vec3d laplacian;
       Vec3d normal;
       double area = 0;
-      Vec3d here;
-      half_edges.for_each_outgoing(v, [&](std::uint32_t h) {
-        const std::array<Vec3d, 3> p{Vec3d(mesh.vertices[half_edges.origin(h)]),
-                                     Vec3d(mesh.vertices[half_edges.target(h)]),
-                                     Vec3d(mesh.vertices[half_edges.apex(h)])};
-        const CornerShare share = corner_share(p);
+      topology.for_each_outgoing(v, [&](std::uint32_t h) {
+        const CornerShare share =
+            corner_share({mesh.r[v], mesh.r[topology.target(h)], mesh.r[topology.apex(h)]});
         laplacian += share.laplacian;
         area += share.area;
-        normal += cross(p[1] - p[0], p[2] - p[0]);
-        here = p[0];
+        normal += mesh.normals[HalfEdges::facet(h)];
       });
       // Behind a side lies the mirror image: what points through the side cancels, all else
       // doubles, area included.
-      const SideMask mask = planes.mask(here);
       for (int axis = 0; axis < 2; ++axis) {
-        if (fixes(mask, axis)) laplacian[axis] = normal[axis] = 0;
+        if (fixes(mesh.sides[v], axis)) laplacian[axis] = normal[axis] = 0;
       }
-      const bool open = half_edges.on_boundary(v) && mask == 0;
+      const bool open = topology.on_boundary(v) && mesh.sides[v] == 0;
       if (open || !(area > 0)) continue;
-      // The Laplacian is 2 H n times the area, with half of each cotangent sum.
+      // 2 H n is the sum over the neighbours of both their cotangents, over twice the area.
       curvature[v] = dot(laplacian, normalized(normal)) / (4 * area);
     }
   });
@@ -122,13 +113,12 @@ std::vector<double> smoothed(std::span<const double> values, const HalfEdges& ha
   return result;
 }
 
-double feature_threshold(std::span<const double> curvature, const TriMesh& mesh,
-                         const HalfEdges& half_edges) {
-  const std::vector<double> mean = smoothed(curvature, half_edges);
+double feature_threshold(std::span<const double> curvature, const CollapseMesh& mesh) {
+  const std::vector<double> mean = smoothed(curvature, mesh.topology);
   std::vector<double> deviation(curvature.size());
   for (std::size_t v = 0; v < deviation.size(); ++v)
     deviation[v] = std::abs(curvature[v] - mean[v]);
-  const double edge = mean_edge_length(mesh, half_edges);
+  const double edge = mean_edge_length(mesh);
   const double floor = edge > 0 ? 1 / (2 * feature_radius * edge) : 0;
   return std::max(floor, medians_of_noise * median(std::move(deviation)));
 }

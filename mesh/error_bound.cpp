@@ -77,7 +77,9 @@ class Overlay {
 
   int old_count() const { return old_count_; }
 
-  bool is_height_field() const {
+  /// Whether both surfaces cover the same part of the plane, once.
+  bool is_height_field(const CollapseMesh& mesh) const {
+    if (!star_.closed && !ends_on_side(mesh)) return false;
     for (int i = 0; i < old_count_; ++i) {
       if (!(old_[i].area > 0)) return false;
     }
@@ -115,6 +117,13 @@ class Overlay {
                                                : Vec3d{0, 0, 1};
     x_ = normalized(cross(other, n_));
     y_ = cross(n_, x_);
+  }
+
+  /// An open boundary elsewhere may change its course, and with it what the surfaces cover.
+  bool ends_on_side(const CollapseMesh& mesh) const {
+    const unsigned sides = mesh.sides[star_.u] | mesh.sides[star_.v];
+    return (sides & mesh.sides[star_.ring[0]]) != 0 &&
+           (sides & mesh.sides[star_.ring[star_.count]]) != 0;
   }
 
   Flat flat(Vec3d r) const {
@@ -174,6 +183,14 @@ class Overlay {
         cross_spokes(old_[after].a, ring_[j + 1], after, dying, meet);
       }
     }
+    // An open star may begin or end with a dying facet.
+    if (!star_.closed) {
+      const int last = star_.count - 1;
+      for (int dying = first_dying; dying < old_count_; ++dying) {
+        cross_spokes(old_[0].a, ring_[0], 0, dying, meet);
+        cross_spokes(old_[last].a, ring_[star_.count], last, dying, meet);
+      }
+    }
     cross_spokes(u_, v_, first_dying, old_count_ - 1, meet);
   }
 
@@ -221,7 +238,7 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   simple += shift;
 
   const Overlay overlay(mesh, star, r);
-  if (!overlay.is_height_field()) {
+  if (!overlay.is_height_field(mesh)) {
     std::fill_n(proposed_.begin(), star.count, simple);
     return simple <= limit_;
   }

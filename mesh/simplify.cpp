@@ -112,15 +112,14 @@ SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
   return options;
 }
 
-std::vector<bool> features_of(const TriMesh& mesh, const CollapseMesh& work,
-                              const SimplifyOptions& options, std::uint32_t target) {
+std::vector<bool> features_of(const CollapseMesh& work, const SimplifyOptions& options,
+                              std::uint32_t target) {
   std::vector<double> curvature = with_copies<double>(options.curvature, work.topology);
   if (curvature.empty()) {
-    curvature = smoothed(mean_curvature(mesh, work.topology, options.sides), work.topology);
+    curvature = smoothed(mean_curvature(work), work.topology);
   }
-  const double threshold = options.curvature_threshold > 0
-                               ? options.curvature_threshold
-                               : feature_threshold(curvature, mesh, work.topology);
+  const double threshold = options.curvature_threshold > 0 ? options.curvature_threshold
+                                                           : feature_threshold(curvature, work);
   return find_features(curvature, threshold, target > 0 ? target / 2 : curvature.size());
 }
 
@@ -218,7 +217,7 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
   remove_zero_area(work);
 
   std::vector<bool> is_feature(work.r.size(), false);
-  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(mesh, work, wanted, target);
+  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
   CollapseChecks checks(work, options.max_error,

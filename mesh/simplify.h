@@ -26,28 +26,27 @@ enum class PlacementMethod { lindstrom_turk, garland_heckbert };
 struct SimplifyOptions {
   SimplifyMethod method = SimplifyMethod::paper;
   PlacementMethod placement = PlacementMethod::lindstrom_turk;
-  Sides sides;  ///< vertices on these planes stay on them; those on periodic sides stay
+  Sides sides{};  ///< vertices on these planes stay on them; those on periodic sides stay
 
   /// Of the grid that the mesh came from; 0: .97 of it are the mean edge length of the features.
   double spacing = 0;
 
   // What stops it: the first that applies. Without any, max_error is .1 spacings (except for
   // `length` with l0, which stops by itself).
-  std::optional<double> max_error;      ///< hard bound on the distance to the input, both ways
-  std::optional<double> remove;         ///< fraction of the vertices to remove, in [0, 1)
-  std::optional<std::size_t> vertices;  ///< number of vertices to keep
+  std::optional<double> max_error{};      ///< hard bound on the distance to the input, both ways
+  std::optional<double> remove{};         ///< fraction of the vertices to remove, in [0, 1)
+  std::optional<std::size_t> vertices{};  ///< number of vertices to keep
 
   // Sizes. An edge as long as the size wanted at both its ends is not collapsed, so edges end up
   // between one and two times as long.
-  std::optional<double> l0;  ///< paper: size in features (.6 spacings); length: size everywhere
-  std::optional<double>
-      step_length;   ///< paper: growth from one ring of vertices to the next (2 spacings)
-  double l_max = 0;  ///< greatest size; 0: no limit. l0 above it raises it
-  std::span<const float> size_limit;  ///< greatest size at each vertex; empty: no limit
+  std::optional<double> l0{};  ///< paper: size in features (.6 spacings); length: size everywhere
+  std::optional<double> step_length{};  ///< paper: growth from ring to ring (2 spacings)
+  double l_max = 0;                     ///< greatest size; 0: no limit. l0 above it raises it
+  std::span<const float> size_limit{};  ///< greatest size at each vertex; empty: no limit
 
   // What is a feature (paper).
-  std::span<const float> curvature;  ///< mean curvature at each vertex; empty: from the mesh
-  double curvature_threshold = 0;    ///< on its modulus; 0: from the noise
+  std::span<const float> curvature{};  ///< mean curvature at each vertex; empty: from the mesh
+  double curvature_threshold = 0;      ///< on its modulus; 0: from the noise
 
   /// Whether the distances of the result are measured; otherwise they are what max_error proved.
   bool measure = true;
@@ -66,11 +65,9 @@ struct SimplifyResult {
 /// Never makes an edge with more than two facets, a flipped or a zero-area facet. Vertices on a
 /// side of the domain stay on its plane, corners of the domain stay; vertices on periodic sides do
 /// not move, so that opposite sides stay congruent. Borders between materials keep their course
-/// within max_error (a tenth of the mean edge length without it). Zero-area triangles of the input
-/// are removed first.
+/// within max_error (.1 spacings without it). Zero-area triangles of the input are removed first.
 ///
-/// The sizes of `paper`: l0 defaults to .75 and step_length to 2.5 mean edge lengths of the
-/// features. A number of vertices that the sizes do not allow raises l0 until it is reached; at
+/// A number of vertices that the sizes of `paper` do not allow raises l0 until it is reached; at
 /// most half of them may be features, else the curvature threshold is raised.
 ///
 /// Shape:  vertices and triangles of the result keep the order of the input; materials are carried

@@ -79,15 +79,17 @@ bool flip_cap(CollapseMesh& mesh, std::uint32_t h) {
   if (!mesh.topology.can_flip(h) || mesh.is_border(h)) return false;
   const std::uint32_t f = HalfEdges::facet(h);
   const std::uint32_t g = HalfEdges::facet(mesh.topology.opposite(h));
+  const Vec3d u = mesh.r[mesh.topology.origin(h)];
+  const Vec3d v = mesh.r[mesh.topology.target(h)];
+  const Vec3d a = mesh.r[mesh.topology.apex(h)];
+  const Vec3d b = mesh.r[mesh.topology.apex(mesh.topology.opposite(h))];
   const Vec3d before = mesh.normals[f] + mesh.normals[g];
-  mesh.topology.flip(h);
-  const std::array<Vec3d, 2> after{mesh.normal_of(f), mesh.normal_of(g)};
-  if (!(dot(after[0], before) > 0) || !(dot(after[1], before) > 0)) {
-    mesh.topology.flip(h);
+  if (!(dot(cross(a - b, u - b), before) > 0) || !(dot(cross(b - a, v - a), before) > 0)) {
     return false;
   }
-  mesh.normals[f] = after[0];
-  mesh.normals[g] = after[1];
+  mesh.topology.flip(h);
+  mesh.normals[f] = mesh.normal_of(f);
+  mesh.normals[g] = mesh.normal_of(g);
   return true;
 }
 

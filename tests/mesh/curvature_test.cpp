@@ -23,7 +23,7 @@ std::vector<double> moduli(std::vector<double> values) {
 
 TEST(Curvature, OfASphereIsOneOverTheRadiusEverywhere) {
   const TriMesh sphere = octahedral_sphere(30, 24);
-  for (const double kappa : mean_curvature(sphere, HalfEdges(sphere), {})) {
+  for (const double kappa : mean_curvature({sphere, {}})) {
     EXPECT_NEAR(kappa, 1 / 30.0, 0.02 / 30.0);
   }
 }
@@ -31,14 +31,14 @@ TEST(Curvature, OfASphereIsOneOverTheRadiusEverywhere) {
 TEST(Curvature, OfAMarchingCubesSphereHasTheRightMedian) {
   const Grid grid{.cells = {36, 36, 36}};
   const TriMesh cap = polygonised(grid, [](Vec3d r) { return length(r - Vec3d{0, 0, 0}) - 30.02; });
-  const std::vector<double> kappa = mean_curvature(cap, HalfEdges(cap), grid.sides());
+  const std::vector<double> kappa = mean_curvature({cap, grid.sides()});
   EXPECT_NEAR(quantile(kappa, 0.5), 1 / 30.02, 0.01 / 30.02);
 }
 
 TEST(Curvature, OfAHollowIsNegativeAndOfACylinderHalf) {
   const Grid grid{.cells = {30, 8, 30}};
   const TriMesh cylinder = polygonised(grid, [](Vec3d r) { return 24.03 - std::hypot(r.x, r.z); });
-  const std::vector<double> kappa = mean_curvature(cylinder, HalfEdges(cylinder), grid.sides());
+  const std::vector<double> kappa = mean_curvature({cylinder, grid.sides()});
   EXPECT_NEAR(quantile(kappa, 0.5), -1 / 48.06, 0.02 / 48.06);
 }
 
@@ -46,9 +46,8 @@ TEST(Curvature, SeesTheMirrorImageBehindASide) {
   // A quarter of a cylinder whose axis lies on the side x = 0: the sides cut it at right angles.
   const Grid grid{.cells = {30, 8, 30}};
   const TriMesh cylinder = polygonised(grid, [](Vec3d r) { return std::hypot(r.x, r.z) - 24.03; });
-  const HalfEdges half_edges(cylinder);
-  const std::vector<double> with_sides = mean_curvature(cylinder, half_edges, grid.sides());
-  const std::vector<double> without = mean_curvature(cylinder, half_edges, {});
+  const std::vector<double> with_sides = mean_curvature({cylinder, grid.sides()});
+  const std::vector<double> without = mean_curvature({cylinder, {}});
   std::vector<double> on_sides;
   for (std::size_t v = 0; v < with_sides.size(); ++v) {
     const Vec3f r = cylinder.vertices[v];
@@ -67,22 +66,22 @@ TEST(Curvature, OfNoiseOnAPlaneHasTheSpreadOfTheFivePointStencil) {
   const double expected = 2.576 * std::sqrt(5.0) * std::sqrt(0.23 * 0.23 + 0.77 * 0.77);
   for (const double noise : {0.01, 0.05}) {
     const TriMesh plane = noisy_plane(80, noise);
-    const std::vector<double> kappa = moduli(mean_curvature(plane, HalfEdges(plane), {}));
+    const std::vector<double> kappa = moduli(mean_curvature({plane, {}}));
     EXPECT_NEAR(quantile(kappa, 0.99), expected * noise, 0.1 * expected * noise);
   }
 }
 
 TEST(Curvature, IsZeroWhereNoFacetHasAnArea) {
   const TriMesh line{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}, {}};
-  for (const double kappa : mean_curvature(line, HalfEdges(line), {})) EXPECT_EQ(kappa, 0);
+  for (const double kappa : mean_curvature({line, {}})) EXPECT_EQ(kappa, 0);
 }
 
 TEST(Curvature, IsTheSameOnAnyNumberOfThreads) {
   const TriMesh plane = noisy_plane(60, 0.05);
-  const HalfEdges half_edges(plane);
+  const CollapseMesh work(plane, {});
   const auto on_threads = [&](int threads) {
     const ThreadLimit limit(threads);
-    return smoothed(mean_curvature(plane, half_edges, {}), half_edges);
+    return smoothed(mean_curvature(work), work.topology);
   };
   EXPECT_EQ(on_threads(1), on_threads(2));
 }
@@ -94,10 +93,9 @@ TEST_P(FeatureThreshold, FindsEdgesAndNotNoise) {
   const Grid grid{.cells = {60, 60, 14}, .noise = GetParam()};
   const TriMesh mesh = polygonised(
       grid, [](Vec3d r) { return std::min(r.z - 3.3, std::max(r.z - 9.6, 30.4 - r.x)); });
-  const HalfEdges half_edges(mesh);
-  const std::vector<double> kappa =
-      smoothed(mean_curvature(mesh, half_edges, grid.sides()), half_edges);
-  const double threshold = feature_threshold(kappa, mesh, half_edges);
+  const CollapseMesh work(mesh, grid.sides());
+  const std::vector<double> kappa = smoothed(mean_curvature(work), work.topology);
+  const double threshold = feature_threshold(kappa, work);
   int noise = 0;
   int plain = 0;
   int missed = 0;

@@ -1,0 +1,351 @@
+#include "mesh/simplify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "mesh/distance.h"
+#include "mesh/quality.h"
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+using testing::HasSubstr;
+
+void expect_sound(const TriMesh& result, const TriMesh& input, const Sides& sides) {
+  const Defects defects = find_defects(result, input, sides);
+  EXPECT_EQ(defects.non_manifold_edges, 0U);
+  EXPECT_EQ(defects.zero_area, 0U);
+  EXPECT_EQ(defects.flipped, 0U);
+  EXPECT_EQ(defects.off_plane, 0U);
+  EXPECT_EQ(defects.lost_corners, 0U);
+}
+
+/// A wide trench with vertical walls: what the default recipe simplifies.
+TriMesh trench(const Grid& grid) {
+  const double middle = 0.5 * grid.cells[0];
+  return polygonised(grid, [=](Vec3d r) {
+    const double wall = std::abs(r.x - middle) - 0.2 * grid.cells[0] - 0.13;
+    return std::max(r.z - (grid.cells[2] - 3.27), -std::max(wall, 3.31 - r.z));
+  });
+}
+
+struct SharedSurfaces {
+  Grid via_grid{.cells = {113, 87, 62}, .noise = 0.006, .seed = 4};
+  Grid trench_grid{.cells = {75, 72, 100}, .noise = 0.006, .seed = 5};
+  TriMesh via = polygonised(via_grid, via_array(113, 87, 46));
+  TriMesh trenches = polygonised(trench_grid, deep_trenches(75, 84));
+};
+
+const SharedSurfaces& surfaces() {
+  static const SharedSurfaces shared;
+  return shared;
+}
+
+struct MethodCase {
+  SimplifyMethod method;
+  PlacementMethod placement;
+  const char* name;
+};
+
+class EveryMethod : public testing::TestWithParam<MethodCase> {
+ protected:
+  SimplifyOptions options(const Sides& sides) const {
+    return {.method = GetParam().method, .placement = GetParam().placement, .sides = sides};
+  }
+};
+
+TEST_P(EveryMethod, ReachesTheNumberOfVerticesWithoutADefect) {
+  const auto& [via_grid, trench_grid, via, trenches] = surfaces();
+  for (const auto& [mesh, grid, remove] :
+       {std::tuple(&via, &via_grid, 0.78), std::tuple(&trenches, &trench_grid, 0.52)}) {
+    SimplifyOptions wanted = options(grid->sides());
+    wanted.remove = remove;
+    const SimplifyResult result = simplify(*mesh, wanted);
+    EXPECT_EQ(result.stopped_by, "vertices");
+    EXPECT_EQ(result.mesh.vertices.size(),
+              static_cast<std::size_t>(
+                  std::ceil((1 - remove) * static_cast<double>(mesh->vertices.size()))));
+    expect_sound(result.mesh, *mesh, grid->sides());
+  }
+}
+
+TEST_P(EveryMethod, HoldsTheBoundInBothDirections) {
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  SimplifyOptions wanted = options(grid.sides());
+  wanted.max_error = 0.05;
+  const SimplifyResult result = simplify(mesh, wanted);
+  EXPECT_EQ(result.stopped_by, "max_error");
+  const SurfaceDistance measured = surface_distance(mesh, result.mesh, 0.3);
+  EXPECT_LE(measured.symmetric_max, result.proven_distance);
+  EXPECT_LE(result.proven_distance, 0.05);
+  EXPECT_LE(result.max_distance, measured.forward.max);
+  EXPECT_LE(result.reverse_max_distance, result.proven_distance);
+  EXPECT_GT(result.max_distance, 0.005);
+  expect_sound(result.mesh, mesh, grid.sides());
+  EXPECT_LT(result.mesh.vertices.size(), 0.6 * mesh.vertices.size());
+}
+
+TEST_P(EveryMethod, IsTheSameOnAnyNumberOfThreadsAndTheSecondTime) {
+  const auto& [unused_grid, grid, unused, mesh] = surfaces();
+  const auto on_threads = [&](int threads) {
+    const ThreadLimit limit(threads);
+    SimplifyOptions wanted = options(grid.sides());
+    wanted.max_error = 0.1;
+    return simplify(mesh, wanted);
+  };
+  const SimplifyResult one = on_threads(1);
+  const SimplifyResult two = on_threads(2);
+  EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
+  EXPECT_EQ(one.mesh.triangles, two.mesh.triangles);
+  EXPECT_EQ(one.max_distance, two.max_distance);
+  EXPECT_EQ(one.reverse_max_distance, two.reverse_max_distance);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Methods, EveryMethod,
+    testing::Values(
+        MethodCase{SimplifyMethod::paper, PlacementMethod::lindstrom_turk, "paper"},
+        MethodCase{SimplifyMethod::lindstrom_turk, PlacementMethod::lindstrom_turk, "lt"},
+        MethodCase{SimplifyMethod::length, PlacementMethod::lindstrom_turk, "length"},
+        MethodCase{SimplifyMethod::paper, PlacementMethod::garland_heckbert, "paper_gh"},
+        MethodCase{SimplifyMethod::lindstrom_turk, PlacementMethod::garland_heckbert, "gh"}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(Simplify, PaperIsAtLeastAFifthCloserThanShortestEdgeFirst) {
+  const auto& [via_grid, trench_grid, via, trenches] = surfaces();
+  for (const auto& [mesh, grid, remove] :
+       {std::tuple(&via, &via_grid, 0.78), std::tuple(&trenches, &trench_grid, 0.52)}) {
+    const auto distance = [&](SimplifyMethod method) {
+      const SimplifyResult result = simplify(
+          *mesh, {.method = method, .sides = grid->sides(), .remove = remove, .measure = false});
+      return surface_distance(*mesh, result.mesh).forward;
+    };
+    const DistanceStatistics paper = distance(SimplifyMethod::paper);
+    const DistanceStatistics length = distance(SimplifyMethod::length);
+    EXPECT_LT(paper.mean, 0.8 * length.mean);
+    EXPECT_LT(paper.max, 0.8 * length.max);
+  }
+}
+
+TEST(Simplify, OfATrenchWithDefaultsRemovesMostFacets) {
+  const Grid grid{.cells = {60, 40, 50}};
+  const TriMesh mesh = trench(grid);
+  const SimplifyResult result = simplify(
+      mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 0.1, .l0 = 0.6, .l_max = 8});
+  EXPECT_LT(result.mesh.triangles.size(), 0.4 * mesh.triangles.size());
+  EXPECT_LE(result.max_distance, 0.1);
+  expect_sound(result.mesh, mesh, grid.sides());
+}
+
+TEST(Simplify, OfAPlaneLeavesNoErrorAndFewFacets) {
+  const TriMesh mesh = noisy_plane(20, 0);
+  const SimplifyResult result =
+      simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .max_error = 1e-4});
+  EXPECT_LE(result.mesh.vertices.size(), 12U);
+  EXPECT_LT(result.max_distance, 1e-5);
+  expect_sound(result.mesh, mesh, sides_of(mesh));
+}
+
+TEST(Simplify, OfASphereKeepsItsVolume) {
+  const TriMesh mesh = octahedral_sphere(20, 20);
+  const auto volume = [](const TriMesh& m) {
+    double sum = 0;
+    for (std::size_t f = 0; f < m.triangles.size(); ++f) {
+      sum += dot(area_vector(m, f), corners(m, f)[0]) / 3;
+    }
+    return sum;
+  };
+  const SimplifyResult result =
+      simplify(mesh, {.method = SimplifyMethod::lindstrom_turk, .vertices = 200});
+  EXPECT_EQ(result.mesh.vertices.size(), 200U);
+  EXPECT_NEAR(volume(result.mesh), volume(mesh), 1e-5 * volume(mesh));
+}
+
+TEST(Simplify, KeepsBordersBetweenMaterials) {
+  // Three layers in the walls of a trench, cut by facets.
+  const Grid grid{.cells = {40, 30, 40}};
+  TriMesh mesh = trench(grid);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto p = corners(mesh, f);
+    const double z = (p[0].z + p[1].z + p[2].z) / 3;
+    mesh.materials.push_back(z < 12.5 ? 1 : z < 24.5 ? 2 : 3);
+  }
+  const SimplifyResult result =
+      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 0.1});
+  ASSERT_EQ(result.mesh.materials.size(), result.mesh.triangles.size());
+  expect_sound(result.mesh, mesh, grid.sides());
+  EXPECT_LT(result.mesh.triangles.size(), 0.4 * mesh.triangles.size());
+  // The part of each material is where it was: within the bound of its own facets.
+  for (const MaterialId material : {1, 2, 3}) {
+    const auto part = [material](const TriMesh& whole) {
+      TriMesh m{whole.vertices, {}, {}};
+      for (std::size_t f = 0; f < whole.triangles.size(); ++f) {
+        if (whole.materials[f] == material) m.triangles.push_back(whole.triangles[f]);
+      }
+      return m;
+    };
+    EXPECT_LE(surface_distance(part(mesh), part(result.mesh), 0.2).symmetric_max, 0.15);
+  }
+}
+
+TEST(Simplify, PeriodicSidesStayCongruent) {
+  const Grid grid{.cells = {24, 24, 20}, .noise = 0};
+  const TriMesh mesh = polygonised(grid, [](Vec3d r) {
+    return r.z - 10.3 - 2 * std::sin(r.x * 0.261799387799) * std::cos(r.y * 0.261799387799);
+  });
+  Sides sides = grid.sides();
+  sides.boundary = {Boundary::periodic, Boundary::reflective};
+  const SimplifyResult result = simplify(mesh, {.sides = sides, .spacing = 1, .max_error = 0.1});
+  std::map<std::pair<float, float>, int> count;
+  for (const Vec3f& r : result.mesh.vertices) {
+    if (r.x == 0) count[{r.y, r.z}] += 1;
+    if (r.x == 24) count[{r.y, r.z}] -= 1;
+  }
+  EXPECT_EQ(count.size(), 25U);
+  for (const auto& [place, difference] : count) EXPECT_EQ(difference, 0) << place.first;
+  expect_sound(result.mesh, mesh, sides);
+  EXPECT_LT(result.mesh.vertices.size(), 0.6 * mesh.vertices.size());
+}
+
+TEST(Simplify, SizesAloneStopIt) {
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const SimplifyResult length =
+      simplify(mesh, {.method = SimplifyMethod::length, .sides = grid.sides(), .l0 = 1.5});
+  EXPECT_EQ(length.stopped_by, "sizes");
+  std::size_t shorter = 0;
+  for (const Triangle& t : length.mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3f e = length.mesh.vertices[t[i]] - length.mesh.vertices[t[(i + 1) % 3]];
+      shorter += dot(e, e) < 1.5F * 1.5F ? 1 : 0;
+    }
+  }
+  // Those that are left are needed for the shape or the topology.
+  EXPECT_LT(shorter, 0.02 * 3 * length.mesh.triangles.size());
+
+  const SimplifyResult paper = simplify(
+      mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 100, .l0 = 0.6, .l_max = 2});
+  EXPECT_EQ(paper.stopped_by, "sizes");
+}
+
+TEST(Simplify, L0OfZeroKeepsTheFeatures) {
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const SimplifyResult result =
+      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 100, .l0 = 0, .l_max = 2});
+  EXPECT_EQ(result.stopped_by, "sizes");
+  EXPECT_LT(result.mesh.vertices.size(), 0.8 * mesh.vertices.size());
+  const SimplifyResult counted =
+      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .remove = 0.9, .l0 = 0});
+  EXPECT_EQ(counted.stopped_by, "vertices") << "l0 is raised where the sizes do not allow it";
+}
+
+TEST(Simplify, L0AboveLMaxRaisesIt) {
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const auto with_l_max = [&](double l_max) {
+    return simplify(mesh, {.sides = grid.sides(), .max_error = 1, .l0 = 2, .l_max = l_max}).mesh;
+  };
+  EXPECT_EQ(with_l_max(0.1).vertices, with_l_max(2).vertices);
+}
+
+TEST(Simplify, SizesWithoutAGridComeFromTheMesh) {
+  // The same surface in nm and in um: the same mesh, scaled. Scaling by a power of two is exact.
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  TriMesh scaled = mesh;
+  for (Vec3f& r : scaled.vertices) r = 1024.0F * r;
+  const TriMesh a = simplify(mesh, {.sides = sides_of(mesh)}).mesh;
+  const TriMesh b = simplify(scaled, {.sides = sides_of(scaled)}).mesh;
+  ASSERT_EQ(a.triangles, b.triangles);
+  for (std::size_t v = 0; v < a.vertices.size(); ++v) {
+    ASSERT_EQ(1024.0F * a.vertices[v], b.vertices[v]);
+  }
+  EXPECT_LT(a.vertices.size(), 0.5 * mesh.vertices.size());
+}
+
+TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
+  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const std::vector<float> curved(mesh.vertices.size(), 1);
+  const SimplifyResult all_features =
+      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .l0 = 0, .curvature = curved});
+  EXPECT_EQ(all_features.mesh.vertices.size(), mesh.vertices.size());
+
+  std::vector<float> limit(mesh.vertices.size());
+  for (std::size_t v = 0; v < limit.size(); ++v) limit[v] = mesh.vertices[v].x < 50 ? 0.0F : 1e9F;
+  const SimplifyResult half =
+      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .size_limit = limit});
+  const auto left = [](const TriMesh& m) {
+    return std::count_if(m.vertices.begin(), m.vertices.end(),
+                         [](const Vec3f& r) { return r.x < 50; });
+  };
+  EXPECT_EQ(left(half.mesh), left(mesh));
+  EXPECT_LT(half.mesh.vertices.size(), 0.8 * mesh.vertices.size());
+}
+
+TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
+  TriMesh mesh = noisy_plane(10, 0.01);
+  // A needle: an edge of length zero put into the middle of an edge. A cap: a vertex on an edge.
+  for (int kind = 0; kind < 2; ++kind) {
+    const Triangle t = mesh.triangles[static_cast<std::size_t>(40 + 50 * kind)];
+    const Vec3f a = mesh.vertices[t[0]];
+    const Vec3f b = mesh.vertices[t[1]];
+    const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(kind == 0 ? a : 0.5F * (a + b));
+    // The triangle keeps its own edge; a new one without area fills the gap to its neighbour.
+    mesh.triangles[static_cast<std::size_t>(40 + 50 * kind)] = {t[0], v, t[2]};
+    mesh.triangles.push_back({v, t[1], t[2]});
+    mesh.triangles.push_back({t[0], t[1], v});
+  }
+  mesh.triangles.push_back(mesh.triangles[3]);
+  const SimplifyResult result =
+      simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .remove = 0});
+  expect_sound(result.mesh, mesh, sides_of(mesh));
+  EXPECT_LT(result.max_distance, 1e-5);
+}
+
+TEST(Simplify, BadInputIsRefused) {
+  const TriMesh mesh = noisy_plane(6, 0);
+  const auto message = [](const TriMesh& input, const SimplifyOptions& options) {
+    try {
+      simplify(input, options);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(message({}, {}), HasSubstr("no triangles"));
+  EXPECT_THAT(message(mesh, {.remove = 1.0}), HasSubstr("remove: 1.0"));
+  EXPECT_THAT(message(mesh, {.remove = -0.1}), HasSubstr("outside [0, 1)"));
+  EXPECT_THAT(message(mesh, {.l0 = -1}), HasSubstr("l0: -1"));
+  EXPECT_THAT(message(mesh, {.max_error = std::nan("")}), HasSubstr("max_error"));
+  EXPECT_THAT(message(mesh, {.l_max = std::numeric_limits<double>::infinity()}),
+              HasSubstr("l_max"));
+  TriMesh fin = mesh;
+  fin.vertices.push_back({3, 3, 9});
+  fin.triangles.push_back({fin.triangles[20][0], fin.triangles[20][1], 49});
+  EXPECT_THAT(message(fin, {}), HasSubstr("not a 2-manifold"));
+}
+
+class RandomSurfaces : public testing::TestWithParam<int> {};
+
+TEST_P(RandomSurfaces, KeepTheirBoundAndStaySound) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const Grid grid{.cells = {20, 18, 18}, .noise = 0.01 * (GetParam() % 11), .seed = seed};
+  const TriMesh mesh = polygonised(grid, random_landscape(grid.cells, seed));
+  const double bound = 0.02 + 0.03 * (GetParam() % 5);
+  const SimplifyResult result =
+      simplify(mesh, {.method = static_cast<SimplifyMethod>(GetParam() % 3),
+                      .sides = grid.sides(),
+                      .spacing = 1,
+                      .max_error = bound});
+  expect_sound(result.mesh, mesh, grid.sides());
+  EXPECT_LE(surface_distance(mesh, result.mesh, 0.15).symmetric_max, bound);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Range(0, 40));
+
+}  // namespace
+}  // namespace scarp
