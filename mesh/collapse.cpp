@@ -23,6 +23,20 @@ constexpr double needle = 0.05;
 /// What float coordinates cannot tell from no area at all.
 constexpr double without_area = 1e-5;
 
+/// Cosine between the normals of two neighbours that counts as a fold.
+constexpr double fold = -0.3;
+
+/// Whether the normals of two neighbours make a fold that is sharper than the one before.
+bool folds(Vec3d a, Vec3d b, Vec3d old_a, Vec3d old_b) {
+  const double d = dot(a, b);
+  if (!(d < 0)) return false;
+  const double squares = dot(a, a) * dot(b, b);
+  if (d * d < fold * fold * squares) return false;
+  const double old_d = dot(old_a, old_b);
+  // Both negative, so the greater square is the sharper fold.
+  return !(old_d < 0 && old_d * old_d * squares >= d * d * dot(old_a, old_a) * dot(old_b, old_b));
+}
+
 double squared_longest_edge(Vec3d a, Vec3d b, Vec3d c) {
   return std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
 }
@@ -45,7 +59,7 @@ CollapseChecks::CollapseChecks(const CollapseMesh& mesh, std::optional<double> m
 
 bool CollapseChecks::allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
   if (!mesh.topology.can_collapse(h) || !star_.gather(mesh.topology, h)) return false;
-  if (!keeps_facets(mesh, r)) return false;
+  if (!keeps_facets(mesh, r) || !makes_no_fold(mesh)) return false;
   if (!keeps_border(mesh, h, r)) return false;
   if (bound_ && !bound_->allows(mesh, star_, r)) {
     bound_was_met_ = true;
@@ -82,6 +96,21 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
     if (cosine <= 0 || cosine * cosine < lowest * lowest * square * dot(reference, reference)) {
       return false;
     }
+  }
+  return true;
+}
+
+bool CollapseChecks::makes_no_fold(const CollapseMesh& mesh) const {
+  for (int i = 0; i < star_.count; ++i) {
+    const Vec3d old_n = mesh.normals[star_.facet[i]];
+    const std::uint32_t across = mesh.topology.opposite(star_.rim[i]);
+    if (across != HalfEdges::none) {
+      const Vec3d outer = mesh.normals[HalfEdges::facet(across)];
+      if (folds(normals_[i], outer, old_n, outer)) return false;
+    }
+    if (i + 1 == star_.count && !star_.closed) break;
+    const int after = i + 1 == star_.count ? 0 : i + 1;
+    if (folds(normals_[i], normals_[after], old_n, mesh.normals[star_.facet[after]])) return false;
   }
   return true;
 }

@@ -35,6 +35,7 @@ class CollapseChecks {
 
  private:
   bool keeps_facets(const CollapseMesh& mesh, Vec3d r);
+  bool makes_no_fold(const CollapseMesh& mesh) const;
   bool keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
 
   Star star_;

@@ -53,6 +53,7 @@ bool Star::gather(const HalfEdges& topology, std::uint32_t h) {
   for (std::uint32_t g = first; g != HalfEdges::none;) {
     if (count == capacity) return false;
     facet[count] = HalfEdges::facet(g);
+    rim[count] = HalfEdges::next(g);
     at_target[count] = topology.origin(g) == v;
     ring[count] = topology.target(g);
     ring[count + 1] = topology.apex(g);

@@ -19,7 +19,8 @@ struct Star {
   int count = 0;
   bool closed = false;
   std::array<std::uint32_t, capacity> facet;
-  std::array<bool, capacity> at_target;  ///< the corner is v
+  std::array<std::uint32_t, capacity> rim;  ///< half edge of the facet from ring i to i + 1
+  std::array<bool, capacity> at_target;     ///< the corner is v
   std::array<std::uint32_t, capacity + 1> ring;
   std::array<std::uint32_t, 2> dying;  ///< the facets of the edge; the second may be none
 
