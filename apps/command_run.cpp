@@ -54,10 +54,10 @@ class Progress {
     printed_ = now;
     shown_ = true;
     const std::string line = fmt::format(
-        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}  {}", terminal_ ? "\r\x1b[K" : "",
+        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}  {}", terminal_ ? "\x1b[K" : "",
         current_step(state, recipe_).name, state.time, whole_, survey.facets.triangles.size(),
         survey.facets_full, time_left(state, now));
-    fmt::print(stderr, "{}{}", line, terminal_ ? "" : "\n");
+    fmt::print(stderr, "{}{}", line, terminal_ ? "\r" : "\n");
   }
 
  private:

@@ -43,6 +43,48 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
   }
 }
 
+// Tells what a user would want to know at once, and each of it once per step of the recipe.
+class Observer {
+ public:
+  Observer(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
+
+  void look_at(const State& state, const Survey& now) {
+    tell_missed_targets(state, now);
+    tell_voids(state, now);
+  }
+
+ private:
+  void tell_missed_targets(const State& state, const Survey& now) {
+    if (warned_ == state.step + 1) return;
+    for (const FluxField& flux : now.flux) {
+      if (flux.target_reached) continue;
+      warned_ = state.step + 1;
+      log_.warn(fmt::format(
+          "step \"{}\", t = {:.4g} s: the error of the flux is {:.2g}, the target {:g}: the cap of "
+          "{} rays came first; raise flux.max_rays or flux.target_error",
+          current_step(state, recipe_).name, state.time, flux.error, recipe_.flux.target_error,
+          recipe_.flux.max_rays));
+    }
+  }
+
+  void tell_voids(const State& state, const Survey& now) {
+    const std::vector<Void>& voids = now.gas.voids;
+    if (voids.size() == void_count_) return;
+    log_.info(fmt::format("t = {:.4g} s: {} closed void{}, {} before", state.time, voids.size(),
+                          voids.size() == 1 ? "" : "s", void_count_));
+    for (const Void& each : voids) {
+      log_.info(fmt::format("  {:.4g} um^3 between z = {:.4g} nm and {:.4g} nm", 1e-9 * each.volume,
+                            each.lower, each.upper));
+    }
+    void_count_ = voids.size();
+  }
+
+  const Recipe& recipe_;
+  Log log_;
+  std::size_t warned_ = 0;
+  std::size_t void_count_ = 0;
+};
+
 }  // namespace
 
 RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOptions& options) {
@@ -55,10 +97,12 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   if (!resumed) folder.start(recipe);
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
+  Observer observer(recipe, options.log);
 
   begin_step(state, recipe);
   Survey now = survey_or_save(state, recipe, folder);
   total.add(now.timer);
+  observer.look_at(state, now);
   if (!resumed) folder.write_output(state, now, recipe);
 
   while (!finished(state, recipe)) {
@@ -72,6 +116,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
     if (!finished(state, recipe)) begin_step(state, recipe);
     now = survey_or_save(state, recipe, folder);
     total.add(now.timer);
+    observer.look_at(state, now);
     if (state.time >= output_time || state.step != step) {
       folder.write_output(state, now, recipe);
     } else if (options.stop != nullptr && *options.stop) {

@@ -6,12 +6,14 @@
 
 #include "apps/recipe.h"
 #include "apps/simulator.h"
+#include "core/log.h"
 
 namespace scarp {
 
 struct RunOptions {
   bool resume = false;
   const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
+  Log log{};  ///< told of voids that close or open, and of targets that were not reached
   /// Told after every time step; may be empty.
   std::function<void(const State&, const Survey&)> progress;
 };

@@ -83,7 +83,11 @@ class Slicer {
     line.points.push_back(point(segments_[n].from));
     while (!used_[n]) {
       used_[n] = true;
-      line.points.push_back(point(segments_[n].to));
+      // Edges that meet in a vertex of the plane are cut at the same point.
+      const std::array<double, 2> next_point = point(segments_[n].to);
+      if (next_point != line.points.back()) {
+        line.points.push_back(next_point);
+      }
       const auto next = leaves_.find(segments_[n].to);
       if (next == leaves_.end()) {
         break;
