@@ -80,8 +80,10 @@ Scalars Solver<Number>::dot(const Block<Number>& x, const Block<Number>& y) cons
 template <class Number>
 void Solver<Number>::apply(const Block<Number>& x, Block<Number>& y) {
   scaled_.resize(x.size());
-  for_each_entry([&](std::size_t k, std::size_t) {
-    scaled_[k] = static_cast<Number>(reemitted_[k / columns_]) * x[k];
+  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t k = i * columns_; k < (i + 1) * columns_; ++k)
+        scaled_[k] = static_cast<Number>(reemitted_[i]) * x[k];
   });
   parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
     Block<Number> sum(columns_);

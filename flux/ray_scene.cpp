@@ -15,6 +15,9 @@ namespace {
 // Distances below this are rounding: 1e-16 times the extent of the largest domain, with room.
 constexpr double tiny_distance = 1e-9;
 
+// In spacings: the two sides of a ridge, seen edge on, may change places by rounding.
+constexpr double ridge_thickness = 1e-5;
+
 constexpr int max_side_crossings = 1'000'000;
 
 // In spacings: a vertex this close to a side belongs on it.
@@ -38,8 +41,29 @@ struct RayScene::Device {
   }
 };
 
+namespace {
+
+struct Hit {
+  double t = 0;
+  std::uint32_t facet = Ray::no_facet;
+
+  void take(double distance, std::uint32_t candidate) {
+    if (distance > t || (distance == t && candidate >= facet)) return;
+    t = distance;
+    facet = candidate;
+  }
+};
+
+}  // namespace
+
 // What one query carries through Embree to the callback and back. Embree wants its own context
 // first.
+//
+// A facet is met if the ray's foot lies in it, seen along the ray. Vertices are sheared to that
+// view, where the ray is the origin, and rounded to single precision: then products of coordinates
+// are exact in double precision and the signs of the edges are those of one flat picture, the same
+// for all facets. So nothing slips through an edge or a vertex.
+// Source: Woop, Benthin and Wald 2013, with the rounding that makes its signs exact.
 struct RayScene::Nearest {
   RTCIntersectContext context;
   const RayScene* scene;
@@ -47,32 +71,68 @@ struct RayScene::Nearest {
   Vec3d u;
   std::uint32_t from;
   double t_min;
-  double t;  // of the nearest hit so far, or the end of the flight
-  std::uint32_t facet;
-  bool front;
+  Hit front;  // nearest so far
+  Hit back;
+  int axis_x;
+  int axis_y;
+  int axis_z;  // the longest of u
+  double shear_x;
+  double shear_y;
 
-  // The signed volumes of the ray with the three edges; all of one sign means a hit. The volume of
-  // a common edge is the same number with the opposite sign in both facets, whatever the rounding,
-  // so a ray through a closed fan meets at least one of its facets.
+  struct Corner {
+    double x;
+    double y;
+    double depth;
+  };
+
+  void start(const Ray& ray, double shortest, double longest) {
+    r = ray.r;
+    u = ray.u;
+    from = ray.from;
+    t_min = shortest;
+    front = back = {.t = longest};
+    const Vec3d size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
+    axis_z = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
+    axis_x = (axis_z + 1) % 3;
+    axis_y = (axis_z + 2) % 3;
+    shear_x = u[axis_x] / u[axis_z];
+    shear_y = u[axis_y] / u[axis_z];
+  }
+
+  Corner seen(Vec3f corner) const {
+    const Vec3d v = Vec3d(corner) - r;
+    const auto rounded = [](double x) { return static_cast<double>(static_cast<float>(x)); };
+    return {rounded(v[axis_x] - shear_x * v[axis_z]), rounded(v[axis_y] - shear_y * v[axis_z]),
+            dot(v, u)};
+  }
+
   void test(std::uint32_t candidate) {
     if (candidate == from) return;
     const auto& [corner_a, corner_b, corner_c] = scene->facets_[candidate];
-    const Vec3d a = Vec3d(corner_a) - r;
-    const Vec3d b = Vec3d(corner_b) - r;
-    const Vec3d c = Vec3d(corner_c) - r;
-    const double weight_a = dot(u, cross(b, c));
-    const double weight_b = dot(u, cross(c, a));
-    const double weight_c = dot(u, cross(a, b));
-    const bool is_front = weight_a <= 0 && weight_b <= 0 && weight_c <= 0;
-    const bool is_back = weight_a >= 0 && weight_b >= 0 && weight_c >= 0;
-    const double sum = weight_a + weight_b + weight_c;
-    if (!(is_front || is_back) || sum == 0) return;
-    const double distance = dot(weight_a * a + weight_b * b + weight_c * c, u) / sum;
-    if (distance < (is_front ? t_min : tiny_distance)) return;
-    if (distance > t || (distance == t && candidate >= facet)) return;
-    t = distance;
-    facet = candidate;
-    front = is_front;
+    const Corner a = seen(corner_a);
+    const Corner b = seen(corner_b);
+    const Corner c = seen(corner_c);
+    const double weight_a = b.x * c.y - b.y * c.x;
+    const double weight_b = c.x * a.y - c.y * a.x;
+    const double weight_c = a.x * b.y - a.y * b.x;
+    const bool is_left = weight_a >= 0 && weight_b >= 0 && weight_c >= 0;
+    const bool is_right = weight_a <= 0 && weight_b <= 0 && weight_c <= 0;
+    if (is_left == is_right) return;  // outside, or seen edge on
+    // On the facet's plane, within its reach where the plane is seen edge on.
+    const Vec3d n = scene->normals_[candidate];
+    const auto [nearest, farthest] = std::minmax({a.depth, b.depth, c.depth});
+    const double on_plane = dot(n, Vec3d(corner_a) - r) / dot(n, u);
+    const double distance =
+        on_plane >= nearest ? (on_plane <= farthest ? on_plane : farthest) : nearest;
+    const bool is_front = is_left == (u[axis_z] < 0);
+    if (is_front && distance >= t_min) front.take(distance, candidate);
+    if (!is_front && distance >= tiny_distance) back.take(distance, candidate);
+  }
+
+  // Where a flight meets a sharp ridge it meets both sides: that counts as the front.
+  bool is_at_front() const {
+    return front.facet != Ray::no_facet &&
+           (back.facet == Ray::no_facet || front.t <= back.t + ridge_thickness);
   }
 
   static void intersect(const RTCIntersectFunctionNArguments* arguments) {
@@ -81,8 +141,9 @@ struct RayScene::Nearest {
     nearest->test(arguments->primID);
     auto* ray_hit = reinterpret_cast<RTCRayHit*>(arguments->rayhit);
     // Never shorter than the true distance, so that a tie is still visited.
+    const double t = std::min(nearest->front.t, nearest->back.t);
     ray_hit->ray.tfar =
-        std::min(ray_hit->ray.tfar, static_cast<float>(nearest->t) + nearest->scene->padding_);
+        std::min(ray_hit->ray.tfar, static_cast<float>(t) + nearest->scene->padding_);
   }
 
   static void bounds(const RTCBoundsFunctionArguments* arguments) {
@@ -190,9 +251,10 @@ Flight RayScene::fly(const Ray& start) const {
   nearest.scene = this;
   for (int crossings = 0; crossings < max_side_crossings; ++crossings) {
     const double end_z = ray.u.z > 0 ? source_height_ : lowest_ - 1;
-    const double t_end = std::max((end_z - ray.r.z) / ray.u.z, 0.0);
+    constexpr double never = std::numeric_limits<double>::infinity();
+    const double t_end = ray.u.z == 0 ? never : std::max((end_z - ray.r.z) / ray.u.z, 0.0);
     int axis = 0;
-    double t_side = std::numeric_limits<double>::infinity();
+    double t_side = never;
     for (int i = 0; i < 2; ++i) {
       if (ray.u[i] == 0) continue;
       const double t = std::max(((ray.u[i] > 0 ? upper_[i] : 0) - ray.r[i]) / ray.u[i], 0.0);
@@ -204,17 +266,12 @@ Flight RayScene::fly(const Ray& start) const {
 
     // A little is searched on both sides of a crossing: rounding there may put the place behind
     // the surface.
-    nearest.r = ray.r;
-    nearest.u = ray.u;
-    nearest.from = ray.from;
-    nearest.t_min = -tiny_distance;
-    nearest.t = std::min(t_side, t_end) + tiny_distance;
-    nearest.facet = Ray::no_facet;
+    nearest.start(ray, -tiny_distance, std::min(t_side, t_end) + tiny_distance);
     find_nearest(nearest);
-    if (nearest.facet != Ray::no_facet) {
-      return {nearest.front ? Flight::End::front : Flight::End::back, nearest.facet,
-              ray.r + nearest.t * ray.u, ray.u};
-    }
+    if (nearest.is_at_front())
+      return {Flight::End::front, nearest.front.facet, ray.r + nearest.front.t * ray.u, ray.u};
+    if (nearest.back.facet != Ray::no_facet)
+      return {Flight::End::back, nearest.back.facet, ray.r + nearest.back.t * ray.u, ray.u};
     if (t_end <= t_side) {
       return {ray.u.z > 0 ? Flight::End::sky : Flight::End::below, Ray::no_facet,
               ray.r + t_end * ray.u, ray.u};
@@ -234,7 +291,7 @@ void RayScene::find_nearest(Nearest& nearest) const {
   query.ray.dir_y = static_cast<float>(nearest.u.y);
   query.ray.dir_z = static_cast<float>(nearest.u.z);
   query.ray.tnear = 0;
-  query.ray.tfar = static_cast<float>(nearest.t) + padding_;
+  query.ray.tfar = static_cast<float>(nearest.front.t) + padding_;
   query.ray.time = 0;
   query.ray.mask = 0xFFFFFFFFU;
   query.ray.id = 0;

@@ -40,9 +40,9 @@ struct Flight {
 
 /// A surface between the lateral sides of the domain, prepared for flights.
 ///
-/// The next facet on a flight is decided in double precision by a test that two facets with a
-/// common edge share to the last bit: nothing slips between them, and of two facets at the same
-/// distance the lower index wins. Embree only finds the candidates, in boxes padded by more than
+/// The next facet on a flight is decided by a test of our own whose signs are exact: nothing slips
+/// between facets with a common edge or vertex, and of two facets at the same distance the lower
+/// index wins. Embree only finds the candidates, in boxes padded by more than
 /// its rounding, so its choice of instructions cannot change a result. The facet a flight starts
 /// from is left out of its candidates, which takes the place of an offset of the origin. Sides are
 /// planes where the flight is mirrored or wrapped; they hold no geometry.

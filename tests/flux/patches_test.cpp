@@ -1,0 +1,88 @@
+#include "flux/patches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+RayScene scene_of(const testing::Shape& shape) {
+  return {shape.mesh, shape.sides, {.spacing = 1, .embree = ""}};
+}
+
+TEST(Patches, AreCellsOfFourSpacings) {
+  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const Patches patches(wafer.mesh, scene_of(wafer));
+  EXPECT_EQ(patches.list().size(), 25U);
+  EXPECT_EQ(patches.part_count(), 1U);
+  for (const auto& patch : patches.list()) {
+    EXPECT_EQ(patch.area, 16);
+    EXPECT_EQ(patch.facets.size(), 32U);
+  }
+}
+
+TEST(Patches, DoNotReachAroundEdges) {
+  const testing::Shape shape = testing::trench(1);
+  const auto normals = facet_normals(shape.mesh);
+  const Patches patches(shape.mesh, scene_of(shape));
+  for (const auto& patch : patches.list())
+    for (const std::uint32_t f : patch.facets)
+      EXPECT_GT(dot(normals[f], normals[patch.facets.front()]), 0.9F);
+}
+
+// Alternating deviations of one facet each: the error of a patch is that of their mean.
+TEST(Estimate, TakesDeviationsTogetherOnPatches) {
+  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const RayScene scene = scene_of(wafer);
+  const Patches patches(wafer.mesh, scene);
+  const auto deviation = [](std::size_t f, std::size_t b) { return f % 2 == b ? 0.2 : 0.0; };
+  const FluxEstimate result = estimate(scene, patches,
+                                       {.flux = [](std::size_t) { return 0.5; },
+                                        .deviation = deviation,
+                                        .deviations = 2,
+                                        .divisor = 2});
+  for (const float error : result.tally.std_error) EXPECT_FLOAT_EQ(error, 0.2F / std::sqrt(2.0F));
+  EXPECT_NEAR(result.error, 0.1 / 0.5, 1e-9);
+  EXPECT_NEAR(result.max_facet_error, 0.2 / std::sqrt(2.0) / 0.5, 1e-6);
+}
+
+// With one patch cut in 16 by position the error is the same as whole: equal noise, equal error.
+TEST(Estimate, DoesNotDependOnWhereTheCellsFall) {
+  const auto error_of = [](double shift) {
+    testing::Shape wafer = testing::flat_wafer(20, 20);
+    wafer.sides.lower = {-shift, -shift};
+    wafer.sides.upper = {24, 24};
+    const RayScene scene = scene_of(wafer);
+    const Patches patches(wafer.mesh, scene);
+    const auto deviation = [](std::size_t f, std::size_t b) { return f == b ? 1.0 : 0.0; };
+    return estimate(scene, patches,
+                    {.flux = [](std::size_t) { return 1.0; },
+                     .deviation = deviation,
+                     .deviations = wafer.mesh.triangles.size(),
+                     .divisor = 100})
+        .error;
+  };
+  EXPECT_NEAR(error_of(0), error_of(1), 1e-6);
+  EXPECT_NEAR(error_of(0), error_of(2), 1e-6);
+}
+
+TEST(Estimate, GivesUnseenFacetsTheErrorOfOneParticle) {
+  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const RayScene scene = scene_of(wafer);
+  const Patches patches(wafer.mesh, scene);
+  const FluxEstimate result = estimate(scene, patches,
+                                       {.flux = [](std::size_t f) { return f == 0 ? 1.0 : 0.0; },
+                                        .deviation = [](std::size_t, std::size_t) { return 0.0; },
+                                        .deviations = 2,
+                                        .divisor = 2,
+                                        .unseen = 0.01});
+  EXPECT_EQ(result.tally.std_error[0], 0);
+  EXPECT_FLOAT_EQ(result.tally.std_error[1], 0.02F);
+  EXPECT_NEAR(result.error, std::sqrt(24.0 / 25) * 0.01 / 16 / 0.05, 1e-6);
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,32 @@
+#include "flux/portable_math.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace scarp {
+namespace {
+
+TEST(PortablePower, AgreesWithTheLibrary) {
+  for (const double y : {-1.0, -0.5, 1e-3, 0.5, 1 / 3.0, 1.0, 2.0, 7.5}) {
+    for (double x = 1e-6; x <= 1; x *= 1.37) {
+      const double expected = std::pow(x, y);
+      EXPECT_NEAR(portable_power(x, y), expected, 1e-13 * expected) << x << "^" << y;
+    }
+    EXPECT_EQ(portable_power(1, y), 1);
+  }
+  EXPECT_EQ(portable_power(0, 0.5), 0);
+  EXPECT_EQ(portable_power(1e-6, 1000), 0);
+}
+
+TEST(PortableSineCosine, AgreesWithTheLibrary) {
+  for (double angle = -std::numbers::pi / 4; angle <= std::numbers::pi / 4; angle += 0.01) {
+    const auto [sine, cosine] = portable_sine_cosine(angle);
+    EXPECT_NEAR(sine, std::sin(angle), 1e-15);
+    EXPECT_NEAR(cosine, std::cos(angle), 1e-15);
+  }
+}
+
+}  // namespace
+}  // namespace scarp

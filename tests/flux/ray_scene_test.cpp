@@ -1,0 +1,213 @@
+#include "flux/ray_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "flux/sampling.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using testing::Shape;
+
+// A rough surface over a square of side 20, the same on opposite sides, so that it may be mirrored
+// and wrapped. Slopes up to 3.
+Shape rough_surface(std::uint64_t seed, int cells = 24) {
+  RandomStream random({.seed = seed});
+  std::vector<double> heights;
+  for (int k = 0; k < cells * cells; ++k) heights.push_back(2.5 * random.uniform_double());
+  testing::Builder builder;
+  const auto at = [&](int i, int j) {
+    return Vec3d{20.0 * i / cells, 20.0 * j / cells,
+                 heights[static_cast<std::size_t>((i % cells) * cells + j % cells)]};
+  };
+  for (int i = 0; i < cells; ++i)
+    for (int j = 0; j < cells; ++j)
+      builder.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+  return {builder.mesh, {.lower = {0, 0}, .upper = {20, 20}}};
+}
+
+RayScene scene_of(const Shape& shape, const std::string& embree = "",
+                  Boundary boundary = Boundary::reflective) {
+  Sides sides = shape.sides;
+  sides.boundary = {boundary, boundary};
+  return {shape.mesh, sides, {.spacing = 1, .embree = embree}};
+}
+
+Vec3d point_of(const RayScene& scene, std::uint32_t f, RandomStream& random) {
+  const Vec3d w = sample_triangle({random.uniform_double(), random.uniform_double()});
+  const auto& [a, b, c] = scene.corners(f);
+  return w.x * Vec3d(a) + w.y * Vec3d(b) + w.z * Vec3d(c);
+}
+
+Ray random_ray(const RayScene& scene, RandomStream& random) {
+  const std::uint32_t f = random.bits() % static_cast<std::uint32_t>(scene.facet_count());
+  const UnitSquare xi{random.uniform_double(), random.uniform_double()};
+  return {.r = point_of(scene, f, random), .u = sample_cosine(xi, scene.normal(f)), .from = f};
+}
+
+// Moller and Trumbore 1997: another formula than the scene's.
+std::optional<double> distance_to(const std::array<Vec3f, 3>& corners, const Ray& ray) {
+  const Vec3d a = Vec3d(corners[0]);
+  const Vec3d ab = Vec3d(corners[1]) - a;
+  const Vec3d ac = Vec3d(corners[2]) - a;
+  const Vec3d p = cross(ray.u, ac);
+  const double determinant = dot(ab, p);
+  const Vec3d s = ray.r - a;
+  const double v = dot(s, p) / determinant;
+  const Vec3d q = cross(s, ab);
+  const double w = dot(ray.u, q) / determinant;
+  if (!(v >= 0 && w >= 0 && v + w <= 1)) return std::nullopt;
+  return dot(ac, q) / determinant;
+}
+
+TEST(RayScene, FindsTheNearestOfAllFacets) {
+  const RayScene scene = scene_of(rough_surface(1));
+  RandomStream random({.seed = 2});
+  int hits = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Ray ray = random_ray(scene, random);
+    double nearest = 1e300;
+    std::uint32_t facet = Ray::no_facet;
+    for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
+      const auto t = distance_to(scene.corners(f), ray);
+      if (f == ray.from || !t || *t < 1e-9 || *t >= nearest) continue;
+      nearest = *t;
+      facet = f;
+    }
+    if (facet == Ray::no_facet) continue;  // met a side first, or the sky
+    ++hits;
+    const Flight flight = scene.fly(ray);
+    EXPECT_EQ(flight.end, Flight::End::front);
+    EXPECT_EQ(flight.facet, facet);
+    EXPECT_NEAR(length(flight.r - (ray.r + nearest * ray.u)), 0, 1e-9);
+  }
+  EXPECT_GT(hits, 500);
+}
+
+TEST(RayScene, DoesNotDependOnTheInstructionsOfEmbree) {
+  const Shape shape = rough_surface(3, 64);
+  const RayScene any = scene_of(shape);
+  const RayScene oldest = scene_of(shape, "isa=sse2");
+  const RayScene newer = scene_of(shape, "isa=avx2");
+  RandomStream random({.seed = 4});
+  for (int i = 0; i < 100'000; ++i) {
+    const Ray ray = random_ray(any, random);
+    const Flight flight = any.fly(ray);
+    for (const RayScene* other : {&oldest, &newer}) {
+      const Flight same = other->fly(ray);
+      ASSERT_EQ(same.end, flight.end);
+      ASSERT_EQ(same.facet, flight.facet);
+      ASSERT_EQ(same.r, flight.r);
+      ASSERT_EQ(same.u, flight.u);
+    }
+  }
+}
+
+// From above, straight at vertices and edges, also those on the sides: never through.
+TEST(RayScene, LetsNothingSlipBetweenFacets) {
+  const RayScene scene = scene_of(rough_surface(5));
+  RandomStream random({.seed = 6});
+  for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
+    const auto& [a, b, c] = scene.corners(f);
+    for (const Vec3d goal :
+         {Vec3d(a), 0.5 * (Vec3d(a) + Vec3d(b)), 0.3 * Vec3d(b) + 0.7 * Vec3d(c)}) {
+      const Vec3d start{20 * random.uniform_double(), 20 * random.uniform_double(),
+                        scene.source_height()};
+      const Flight flight = scene.fly({.r = start, .u = normalized(goal - start)});
+      EXPECT_EQ(flight.end, Flight::End::front);
+    }
+  }
+}
+
+// Long walks over rough surfaces between mirrors and between wrapped sides: nothing is lost.
+TEST(RayScene, LosesNothingOverManyFlights) {
+  for (const Boundary boundary : {Boundary::reflective, Boundary::periodic}) {
+    for (std::uint64_t seed = 10; seed < 14; ++seed) {
+      const RayScene scene = scene_of(rough_surface(seed), "", boundary);
+      RandomStream random({.seed = seed});
+      Ray ray = random_ray(scene, random);
+      for (int i = 0; i < 50'000; ++i) {
+        const Flight flight = scene.fly(ray);
+        ASSERT_TRUE(flight.end == Flight::End::front || flight.end == Flight::End::sky);
+        if (flight.end == Flight::End::sky) {
+          ray = random_ray(scene, random);
+          continue;
+        }
+        const UnitSquare xi{random.uniform_double(), random.uniform_double()};
+        ray = {.r = flight.r,
+               .u = sample_cosine(xi, scene.normal(flight.facet)),
+               .from = flight.facet};
+      }
+    }
+  }
+}
+
+TEST(RayScene, MirrorsAndWrapsAtTheSides) {
+  const Shape wafer = testing::flat_wafer(20, 2);
+  // Starts 1 above the wafer, 4 from the upper side of x, and comes down 8 further on.
+  const Ray ray{.r = {16, 5, 1}, .u = normalized(Vec3d{8, 0, -1})};
+  const Flight mirrored = scene_of(wafer).fly(ray);
+  EXPECT_NEAR(length(mirrored.r - Vec3d{16, 5, 0}), 0, 1e-12);
+  EXPECT_EQ(mirrored.u.x, -ray.u.x);
+  const Flight wrapped = scene_of(wafer, "", Boundary::periodic).fly(ray);
+  EXPECT_NEAR(length(wrapped.r - Vec3d{4, 5, 0}), 0, 1e-12);
+  EXPECT_EQ(wrapped.u.x, ray.u.x);
+  const Flight far = scene_of(wafer).fly({.r = {1, 5, 1}, .u = normalized(Vec3d{1000, 0, -1})});
+  EXPECT_NEAR(far.r.x, 1, 1e-9);
+}
+
+TEST(RayScene, SaysHowAFlightEnds) {
+  const RayScene scene = scene_of(testing::flat_wafer(20, 2));
+  EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {0, 0, 1}}).end, Flight::End::sky);
+  EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {0, 0, -1}}).end, Flight::End::front);
+  EXPECT_EQ(scene.fly({.r = {5, 5, -0.5}, .u = {0, 0, 1}}).end, Flight::End::back);
+  EXPECT_EQ(scene.fly({.r = {5, 5, -0.5}, .u = {0, 0, -1}}).end, Flight::End::below);
+  EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {1, 0, 0}}).end, Flight::End::side_limit);
+}
+
+// Of two facets at the same place the lower index is met.
+TEST(RayScene, BreaksTiesByIndex) {
+  Shape wafer = testing::flat_wafer(20, 1);
+  std::swap(wafer.mesh.triangles[0], wafer.mesh.triangles[1]);
+  wafer.mesh.triangles.push_back(wafer.mesh.triangles[0]);
+  const RayScene scene = scene_of(wafer);
+  for (const Vec3d r : {Vec3d{15, 5, 1}, Vec3d{5, 15, 1}}) {
+    EXPECT_LT(scene.fly({.r = r, .u = {0, 0, -1}}).facet, 2U);
+  }
+  EXPECT_EQ(scene.fly({.r = {10, 10, 1}, .u = {0, 0, -1}}).facet, 0U);
+}
+
+TEST(RayScene, PutsVerticesNearASideOnIt) {
+  Shape wafer = testing::flat_wafer(20, 2);
+  for (Vec3f& r : wafer.mesh.vertices)
+    if (r.x == 20) r.x = 20.00001F;
+  const RayScene scene = scene_of(wafer);
+  float largest = 0;
+  for (std::size_t f = 0; f < scene.facet_count(); ++f)
+    for (const Vec3f r : scene.corners(f)) largest = std::max(largest, r.x);
+  EXPECT_EQ(largest, 20);
+  for (Vec3f& r : wafer.mesh.vertices)
+    if (r.x > 20) r.x = 20.1F;
+  EXPECT_THROW(scene_of(wafer), InputError);
+}
+
+TEST(RayScene, IsInSpacingsAndKeepsAreasAndNormals) {
+  const Shape shape = rough_surface(7);
+  const RayScene scene(shape.mesh, shape.sides, {.spacing = 2, .embree = ""});
+  const auto normals = facet_normals(shape.mesh);
+  const auto areas = facet_areas(shape.mesh);
+  EXPECT_EQ(scene.source_area(), 100);
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) {
+    EXPECT_NEAR(scene.area(f), areas[f] / 4, 1e-5 * areas[f]);
+    EXPECT_NEAR(length(scene.normal(f) - Vec3d(normals[f])), 0, 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace scarp
