@@ -26,3 +26,13 @@ function(scarp_tests name)
   gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
   gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS "${name};slow" DISCOVERY_TIMEOUT 60)
 endfunction()
+
+# scarp_bench(NAME NEEDS ... LIBRARIES ...)
+#
+# tests/bench/bench_NAME.cpp as a program beside the tests, built only when asked for: ./dev bench NAME.
+function(scarp_bench name)
+  cmake_parse_arguments(PARSE_ARGV 1 bench "" "" "NEEDS;LIBRARIES")
+  add_executable(bench_${name} EXCLUDE_FROM_ALL bench/bench_${name}.cpp)
+  list(TRANSFORM bench_NEEDS PREPEND scarp_)
+  target_link_libraries(bench_${name} PRIVATE ${bench_NEEDS} ${bench_LIBRARIES})
+endfunction()
