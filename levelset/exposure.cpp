@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "core/parallel.h"
-#include "levelset/band.h"
-#include "levelset/stencil.h"
+#include "levelset/carry.h"
 
 namespace scarp {
 
@@ -15,9 +14,6 @@ namespace {
 constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 8;
 constexpr std::uint16_t unknown = std::numeric_limits<std::uint16_t>::max();
-
-/// From the surface to the edge of the band: each pass reaches 1 / sqrt(3) further at least.
-constexpr int pass_count = 8;
 
 constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
 
@@ -50,80 +46,22 @@ std::uint16_t layer_next_to(const Layers& layers, std::array<int, 3> node, const
   return best.layer;
 }
 
-class Exposure {
- public:
-  explicit Exposure(const Layers& layers) : layers_(layers), band_(layers.top().band()) {}
-
-  std::vector<std::uint16_t> run() {
-    const auto top = static_cast<std::uint16_t>(layers_.stack.size() - 1);
-    std::vector<std::uint16_t> seen(band_.leaves().size() * leaf_size, top == 0 ? 0 : unknown);
-    if (top == 0) {
-      return seen;
-    }
-    for_each_node(seen, [&](std::array<int, 3> node, const float* phi) {
-      return layer_next_to(layers_, node, phi);
-    });
-    for (int pass = 0; pass < pass_count; ++pass) {
-      const std::vector<std::uint16_t> before = seen;
-      for_each_node(seen, [&](std::array<int, 3> node, const float* phi) {
-        return layer_from_neighbour(node, phi, before);
-      });
-    }
-    std::replace(seen.begin(), seen.end(), unknown, top);
-    return seen;
-  }
-
- private:
-  /// Asks for the layer of every node of the band that has none yet.
-  template <class Ask>
-  void for_each_node(std::vector<std::uint16_t>& seen, const Ask& ask) const {
-    parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-      Block block;
-      for (std::size_t n = begin; n < end; ++n) {
-        const Leaf& leaf = band_.leaves()[n];
-        gather(
-            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
-        for (int node = 0; node < leaf_size; ++node) {
-          std::uint16_t& layer = seen[n * leaf_size + static_cast<std::size_t>(node)];
-          if (layer == unknown && std::abs(leaf.phi[node]) < half_width) {
-            const int i = node >> 6;
-            const int j = (node >> 3) & 7;
-            const int k = node & 7;
-            layer = ask({leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
-                        block.row(i, j) + k);
-          }
-        }
-      }
-    });
-  }
-
-  std::uint16_t layer_from_neighbour(std::array<int, 3> node, const float* phi,
-                                     const std::vector<std::uint16_t>& before) const {
-    Candidate best;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        const float there = std::abs(phi[step * strides[axis]]);
-        if (there >= std::abs(*phi)) {
-          continue;
-        }
-        std::array<int, 3> other = node;
-        other[axis] += step;
-        const int x = band_.fold(0, other[0]);
-        const int y = band_.fold(1, other[1]);
-        const auto leaf = static_cast<std::size_t>(band_.find(x >> 3, y >> 3, other[2] >> 3));
-        const std::uint16_t layer =
-            before[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, other[2]))];
-        if (layer != unknown) {
-          best.offer(there, layer);
-        }
+/// The layer of the neighbour that is nearest to the surface, and nearer than the node itself.
+float layer_of_neighbour(const float* phi, const float* layer) {
+  float nearest = std::abs(*phi);
+  float found = no_value;
+  for (const int stride : strides) {
+    for (const int to : {-stride, stride}) {
+      const float there = std::abs(phi[to]);
+      const bool nearer = there < nearest || (there == nearest && layer[to] < found);
+      if (nearer && there < std::abs(*phi) && layer[to] != no_value) {
+        nearest = there;
+        found = layer[to];
       }
     }
-    return best.layer;
   }
-
-  const Layers& layers_;
-  const Band& band_;
-};
+  return found;
+}
 
 }  // namespace
 
@@ -147,7 +85,38 @@ std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int a
   return static_cast<std::uint16_t>(layers.stack.size() - 1);
 }
 
-std::vector<std::uint16_t> exposed_layers(const Layers& layers) { return Exposure(layers).run(); }
+std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
+  const Band& band = layers.top().band();
+  const std::size_t count = band.leaves().size() * leaf_size;
+  if (layers.stack.size() == 1) {
+    return std::vector<std::uint16_t>(count, 0);
+  }
+  std::vector<float> seen(count, no_value);
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    Block block;
+    for (std::size_t n = begin; n < end; ++n) {
+      const Leaf& leaf = band.leaves()[n];
+      gather(
+          band, n, [&](std::size_t m) { return band.leaves()[m].phi; }, block);
+      for (int node = 0; node < leaf_size; ++node) {
+        const int i = node >> 6;
+        const int j = (node >> 3) & 7;
+        const int k = node & 7;
+        const float* p = block.row(i, j) + k;
+        if (std::abs(leaf.phi[node]) < half_width && is_next_to_surface(p)) {
+          seen[n * leaf_size + static_cast<std::size_t>(node)] = layer_next_to(
+              layers, {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k}, p);
+        }
+      }
+    }
+  });
+  carry_outward(band, seen, layer_of_neighbour);
+  std::vector<std::uint16_t> found(count);
+  std::transform(seen.begin(), seen.end(), found.begin(), [&](float layer) {
+    return static_cast<std::uint16_t>(layer == no_value ? layers.stack.size() - 1 : layer);
+  });
+  return found;
+}
 
 std::vector<bool> layers_within(const Layers& layers, float depth) {
   const Band& top = layers.top().band();

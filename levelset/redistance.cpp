@@ -98,17 +98,19 @@ void extend_row(const float* row, float* out) {
 
 /// One step of phi_tau = -sign (|grad phi| - 1) for one row of eight nodes.
 void step_row(const float* row, float* out) {
-  constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
   for (int k = 0; k < leaf_edge; ++k) {
     const float* p = row + k;
-    const float side = *p < 0 ? -1.0F : 1.0F;
-    bool frozen = false;
-    for (const int stride : strides) {
-      frozen = frozen || (p[-stride] < 0) != (*p < 0) || (p[stride] < 0) != (*p < 0);
-    }
-    const float moved = std::abs(*p) - step_length * (distance_slope(p, side) - 1);
-    const float kept = side * std::clamp(moved, smallest_free_phi, half_width);
-    out[k] = frozen || std::abs(*p) >= half_width ? *p : kept;
+    const float here = *p;
+    const float side = here < 0 ? -1.0F : 1.0F;
+    // No node is exactly 0: the smallest product is negative if a neighbour has the other sign.
+    const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
+    const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
+    const float z = std::min(p[-1] * side, p[1] * side);
+    const float least = std::min(std::min(x, y), z);
+    const float moved = here * side - step_length * (distance_slope(p, side) - 1);
+    const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
+    const float free = here * side < half_width ? kept : here;
+    out[k] = least < 0 ? here : free;
   }
 }
 

@@ -89,6 +89,17 @@ inline int stored_nodes(const Band& band, const Leaf& leaf, int axis) {
   return std::min(leaf_edge, band.node_count(axis) - leaf.origin[axis]);
 }
 
+/// Whether a neighbour along an axis is on the other side of the surface.
+inline bool is_next_to_surface(const float* p) {
+  const bool solid = *p < 0;
+  for (const int stride : {Block::x_stride, Block::y_stride, 1}) {
+    if ((p[-stride] < 0) != solid || (p[stride] < 0) != solid) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// The smaller of two numbers of one sign, zero if the signs differ.
 inline float minmod(float a, float b) {
   const float smaller = std::abs(a) < std::abs(b) ? a : b;
