@@ -22,30 +22,52 @@ constexpr std::size_t grain = 16;
 /// No node lies exactly on the surface: it is moved off it to the side it is on.
 constexpr float smallest_phi = 1e-6F;
 
-/// phi - dt V |grad phi| for one row of eight nodes; what is not in the band stays.
+/// phi - dt V |grad phi| for the nodes of a leaf that lie in the domain; what is not in the band
+/// stays.
 template <bool second_order>
-void euler_row(const float* row, const float* speed, float dt, float* out) {
-  for (int k = 0; k < leaf_edge; ++k) {
-    const float* p = row + k;
-    const float side = speed[k] < 0 ? -1.0F : 1.0F;
-    const float slope = second_order ? distance_slope(p, side) : upwind_slope(p, side);
-    const float moved = *p - dt * speed[k] * slope;
-    out[k] = std::abs(*p) < half_width ? moved : *p;
+inline void euler_rows(const Block& block, const float* speed, float dt,
+                       std::array<int, 2> node_count, float* out) {
+  for (int i = 0; i < node_count[0]; ++i) {
+    for (int j = 0; j < node_count[1]; ++j) {
+      const float* row = block.row(i, j);
+      const int node = leaf_offset(i, j, 0);
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float* p = row + k;
+        const float v = speed[node + k];
+        const float side = v < 0 ? -1.0F : 1.0F;
+        const float slope = second_order ? distance_slope(p, side) : upwind_slope(p, side);
+        const float moved = *p - dt * v * slope;
+        out[node + k] = std::abs(*p) < half_width ? moved : *p;
+      }
+    }
   }
 }
 
-template <bool second_order, class Source>
-void euler_leaf(const Band& band, std::size_t n, const Source& source, const float* speed, float dt,
-                Block& block, float* out) {
-  gather(band, n, source, block);
-  const int i_count = stored_nodes(band, band.leaves()[n], 0);
-  const int j_count = stored_nodes(band, band.leaves()[n], 1);
-  for (int i = 0; i < i_count; ++i) {
-    for (int j = 0; j < j_count; ++j) {
-      const int node = leaf_offset(i, j, 0);
-      euler_row<second_order>(block.row(i, j), speed + node, dt, out + node);
+using LeafKernel = void (*)(const Block&, const float*, float, std::array<int, 2>, float*);
+
+SCARP_VECTOR_KERNEL void first_order_leaf(const Block& block, const float* speed, float dt,
+                                          std::array<int, 2> node_count, float* out) {
+  euler_rows<false>(block, speed, dt, node_count, out);
+}
+
+SCARP_VECTOR_KERNEL void second_order_leaf(const Block& block, const float* speed, float dt,
+                                           std::array<int, 2> node_count, float* out) {
+  euler_rows<true>(block, speed, dt, node_count, out);
+}
+
+/// An Euler step of all leaves, from one set of values to another.
+template <class Source>
+void euler_step(const Band& band, const SpeedField& field, float dt, const Source& from,
+                LeafKernel kernel, LeafValues& to) {
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    Block block;
+    for (std::size_t n = begin; n < end; ++n) {
+      const Leaf& leaf = band.leaves()[n];
+      gather(band, n, from, block);
+      kernel(block, &field.speed[n * leaf_size], dt,
+             {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)}, to[n]);
     }
-  }
+  });
 }
 
 void write_back(const Band& band, const LeafValues& values) {
@@ -66,12 +88,7 @@ void write_back(const Band& band, const LeafValues& values) {
 LeafValues first_order_step(const Band& band, const SpeedField& field, float dt) {
   LeafValues moved(band.leaves().size());
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    Block block;
-    for (std::size_t n = begin; n < end; ++n) {
-      euler_leaf<false>(band, n, in_tree, &field.speed[n * leaf_size], dt, block, moved[n]);
-    }
-  });
+  euler_step(band, field, dt, in_tree, first_order_leaf, moved);
   return moved;
 }
 
@@ -81,20 +98,13 @@ LeafValues second_order_step(const Band& band, const SpeedField& field, float dt
   LeafValues mean(band.leaves().size());
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
   const auto after_one = [&](std::size_t n) { return once[n]; };
+  euler_step(band, field, dt, in_tree, second_order_leaf, once);
+  euler_step(band, field, dt, after_one, second_order_leaf, mean);
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    Block block;
     for (std::size_t n = begin; n < end; ++n) {
-      euler_leaf<true>(band, n, in_tree, &field.speed[n * leaf_size], dt, block, once[n]);
-    }
-  });
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    Block block;
-    for (std::size_t n = begin; n < end; ++n) {
-      float* twice = mean[n];
-      euler_leaf<true>(band, n, after_one, &field.speed[n * leaf_size], dt, block, twice);
       const float* phi = band.leaves()[n].phi;
       for (int node = 0; node < leaf_size; ++node) {
-        twice[node] = 0.5F * (phi[node] + twice[node]);
+        mean[n][node] = 0.5F * (phi[node] + mean[n][node]);
       }
     }
   });

@@ -55,8 +55,8 @@ void carry_outward(const Band& band, std::vector<float>& values, const Rule& rul
         for (int node = 0; node < leaf_size; ++node) {
           const float value = values[n * leaf_size + static_cast<std::size_t>(node)];
           const float* at = phi.row(node >> 6, (node >> 3) & 7) + (node & 7);
-          const bool asks = value == no_value &&
-                            std::abs(band.leaves()[n].phi[node]) < LevelSet::half_width;
+          const bool asks =
+              value == no_value && std::abs(band.leaves()[n].phi[node]) < LevelSet::half_width;
           next[p][node] =
               asks ? rule(at, known.row(node >> 6, (node >> 3) & 7) + (node & 7)) : value;
         }

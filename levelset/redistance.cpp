@@ -82,53 +82,62 @@ void grow_band(Band& band) {
   band.change_leaves(added, {});
 }
 
-/// Writes one row of eight nodes: the band's nodes as they are, the nodes just outside at one
-/// spacing beyond their nearest neighbour.
-void extend_row(const float* row, float* out) {
-  for (int k = 0; k < leaf_edge; ++k) {
-    const float* p = row + k;
-    const float side = *p < 0 ? -1.0F : 1.0F;
-    float nearest = half_width;
-    for (const int stride : {1, Block::y_stride, Block::x_stride}) {
-      nearest = std::min(nearest, std::min(std::abs(p[-stride]), std::abs(p[stride])));
+/// One step of phi_tau = -sign (|grad phi| - 1) for the nodes of a leaf that lie in the domain.
+SCARP_VECTOR_KERNEL void step_leaf(const Block& block, int i_count, int j_count, float* out) {
+  for (int i = 0; i < i_count; ++i) {
+    for (int j = 0; j < j_count; ++j) {
+      const float* row = block.row(i, j);
+      float* target = out + leaf_offset(i, j, 0);
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float* p = row + k;
+        const float here = *p;
+        const float side = here < 0 ? -1.0F : 1.0F;
+        // No node is exactly 0: a product is negative if that neighbour has the other sign.
+        const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
+        const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
+        const float z = std::min(p[-1] * side, p[1] * side);
+        const float least = std::min(std::min(x, y), z);
+        const float moved = here * side - step_length * (distance_slope(p, side) - 1);
+        const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
+        const float free = here * side < half_width ? kept : here;
+        target[k] = least < 0 ? here : free;
+      }
     }
-    out[k] = std::abs(*p) < half_width ? *p : side * std::min(nearest + 1, half_width);
   }
 }
 
-/// One step of phi_tau = -sign (|grad phi| - 1) for one row of eight nodes.
-void step_row(const float* row, float* out) {
-  for (int k = 0; k < leaf_edge; ++k) {
-    const float* p = row + k;
-    const float here = *p;
-    const float side = here < 0 ? -1.0F : 1.0F;
-    // No node is exactly 0: the smallest product is negative if a neighbour has the other sign.
-    const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
-    const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
-    const float z = std::min(p[-1] * side, p[1] * side);
-    const float least = std::min(std::min(x, y), z);
-    const float moved = here * side - step_length * (distance_slope(p, side) - 1);
-    const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
-    const float free = here * side < half_width ? kept : here;
-    out[k] = least < 0 ? here : free;
+/// The band's nodes as they are, the nodes just outside at one spacing beyond their nearest
+/// neighbour.
+SCARP_VECTOR_KERNEL void extend_leaf(const Block& block, int i_count, int j_count, float* out) {
+  for (int i = 0; i < i_count; ++i) {
+    for (int j = 0; j < j_count; ++j) {
+      const float* row = block.row(i, j);
+      float* target = out + leaf_offset(i, j, 0);
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float* p = row + k;
+        const float side = *p < 0 ? -1.0F : 1.0F;
+        float nearest = std::min(std::abs(p[-1]), std::abs(p[1]));
+        nearest = std::min(nearest, std::abs(p[-Block::y_stride]));
+        nearest = std::min(nearest, std::abs(p[Block::y_stride]));
+        nearest = std::min(nearest, std::abs(p[-Block::x_stride]));
+        nearest = std::min(nearest, std::abs(p[Block::x_stride]));
+        target[k] = std::abs(*p) < half_width ? *p : side * std::min(nearest + 1, half_width);
+      }
+    }
   }
 }
 
-/// Applies a row function to all nodes of the domain, from the tree's values to `to` or back.
-template <class Row, class Source, class Target>
-void for_each_row(const Band& band, const Source& from, const Target& to, const Row& row) {
+using LeafKernel = void (*)(const Block&, int, int, float*);
+
+/// Applies a kernel to all leaves, from one set of values to another.
+template <class Source, class Target>
+void for_each_leaf(const Band& band, const Source& from, const Target& to, LeafKernel kernel) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
       gather(band, n, from, block);
-      const int i_count = stored_nodes(band, band.leaves()[n], 0);
-      const int j_count = stored_nodes(band, band.leaves()[n], 1);
-      float* out = to(n);
-      for (int i = 0; i < i_count; ++i) {
-        for (int j = 0; j < j_count; ++j) {
-          row(block.row(i, j), out + leaf_offset(i, j, 0));
-        }
-      }
+      kernel(block, stored_nodes(band, band.leaves()[n], 0),
+             stored_nodes(band, band.leaves()[n], 1), to(n));
     }
   });
 }
@@ -142,12 +151,12 @@ void redistance(Band& band) {
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
   const auto aside = [&](std::size_t n) { return other[n]; };
 
-  for_each_row(band, in_tree, aside, extend_row);
+  for_each_leaf(band, in_tree, aside, extend_leaf);
   for (int step = 0; step < step_count; ++step) {
     if (step % 2 == 0) {
-      for_each_row(band, aside, in_tree, step_row);
+      for_each_leaf(band, aside, in_tree, step_leaf);
     } else {
-      for_each_row(band, in_tree, aside, step_row);
+      for_each_leaf(band, in_tree, aside, step_leaf);
     }
   }
   static_assert(step_count % 2 == 0);

@@ -6,6 +6,15 @@
 
 #include "levelset/band.h"
 
+/// Compiles a kernel for several instruction sets; which one runs is decided when the program is
+/// loaded. All give the same bits: no fused operations (-ffp-contract=off), no reordering.
+#if defined(__x86_64__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__clang__)
+#define SCARP_VECTOR_KERNEL __attribute__((target_clones("avx2", "default")))
+#else
+#define SCARP_VECTOR_KERNEL
+#endif
+
 namespace scarp {
 
 /// phi of one leaf with a halo of two nodes along each axis; corners of the halo are not filled.
