@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <unordered_map>
+#include <utility>
 
 #include "levelset/extract_surface.h"
 
@@ -62,6 +63,10 @@ class Slicer {
         }
       }
       if (cut) {
+        // Seen with the lateral axis to the right, the two cutting planes are of opposite hand.
+        if (axis_ == 0) {
+          std::swap(segment.from, segment.to);
+        }
         leaves_[segment.from] = segments_.size();
         arrives_[segment.to] = segments_.size();
         segments_.push_back(segment);

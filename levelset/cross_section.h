@@ -9,7 +9,8 @@
 namespace scarp {
 
 /// A line in a cutting plane: its points as (lateral position, height). Closed if the first point
-/// is repeated at the end. The gas lies to its left.
+/// is repeated at the end. With the lateral position to
+/// the right and the height upwards the gas lies to its left.
 ///
 /// Units: nm.
 struct Polyline {

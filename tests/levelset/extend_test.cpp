@@ -2,12 +2,46 @@
 
 #include <gtest/gtest.h>
 
-#include "core/parallel.h"
+#include "levelset/band.h"
 #include "levelset/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {
 namespace {
+
+float speed_at(const Layers& layers, const SpeedField& field, int i, int j, int k) {
+  const int leaf = layers.top().band().find(i >> 3, j >> 3, k >> 3);
+  return field.speed[static_cast<std::size_t>(leaf) * leaf_size +
+                     static_cast<std::size_t>(leaf_offset(i, j, k))];
+}
+
+CornerSpeeds corner_speeds(const TriMesh& mesh, const std::function<float(Vec3f)>& speed) {
+  CornerSpeeds speeds;
+  for (const Triangle& t : mesh.triangles) {
+    speeds.push_back(
+        {speed(mesh.vertices[t[0]]), speed(mesh.vertices[t[1]]), speed(mesh.vertices[t[2]])});
+  }
+  return speeds;
+}
+
+TEST(Extend, LinearSpeedsOnAPlaneAreExactInTheWholeBand) {
+  const Frame frame{.spacing = 2, .cells = {20, 16}};
+  const Layers layers = single_layer(
+      frame, [](Vec3d r) { return r.z - 0.7; }, -10, 10);
+  const TriMesh mesh = extract_surface(layers);
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), mesh,
+                    corner_speeds(mesh, [](Vec3f r) { return 1 + 0.02F * r.x - 0.03F * r.y; }));
+  for (int i = 0; i <= 20; ++i) {
+    for (int j = 0; j <= 16; ++j) {
+      for (int k = -3; k <= 4; ++k) {
+        EXPECT_NEAR(speed_at(layers, field, i, j, k),
+                    1 + 0.02 * frame.node_position(0, i) - 0.03 * frame.node_position(1, j), 1e-5);
+      }
+    }
+  }
+  EXPECT_NEAR(field.max_speed, 1 + 0.4 + 0.48, 1e-5);
+}
 
 TEST(Extend, SphereWithSpeedOneGrowsAsPrescribed) {
   const Frame frame{.spacing = 1, .cells = {40, 40}};
@@ -15,12 +49,75 @@ TEST(Extend, SphereWithSpeedOneGrowsAsPrescribed) {
       frame, [](Vec3d r) { return length(r) - 10; }, -10, 10);
   for (int step = 0; step < 8; ++step) {
     const TriMesh mesh = extract_surface(layers);
-    const std::vector<std::array<float, 3>> speeds(mesh.triangles.size(), {1, 1, 1});
-    advect(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 0.5);
+    advect(layers,
+           extend_speeds(layers, open_gas(layers), mesh,
+                         corner_speeds(mesh, [](Vec3f) { return 1.0F; })),
+           0.5);
   }
   for (const Vec3f& v : extract_surface(layers).vertices) {
     EXPECT_NEAR(length(Vec3d(v)), 14, 0.1);
   }
+}
+
+TEST(Extend, TheTwoSidesOfAThinWallKeepTheirOwnSpeeds) {
+  // A wall 1.3 spacings thick between two trenches: etched from the left only.
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  const Layers layers = single_layer(
+      frame,
+      [](Vec3d r) {
+        const double wall = std::abs(r.x - 0.2) - 0.65;
+        return std::max(r.z - 10.2, std::min(wall, r.z + 20.2));
+      },
+      -30, 20);
+  const TriMesh mesh = extract_surface(layers);
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), mesh,
+                    corner_speeds(mesh, [](Vec3f r) { return r.x < 0.2F ? -1.0F : 0.0F; }));
+  for (int k = -12; k < 6; ++k) {
+    EXPECT_EQ(speed_at(layers, field, 18, 3, k), -1) << k;  // gas on the left
+    EXPECT_EQ(speed_at(layers, field, 21, 3, k), 0) << k;   // gas on the right
+    EXPECT_EQ(speed_at(layers, field, 23, 3, k), 0) << k;
+  }
+}
+
+TEST(Extend, LooksAcrossPeriodicSides) {
+  const Frame frame{
+      .spacing = 1, .cells = {20, 12}, .boundary = {Boundary::periodic, Boundary::periodic}};
+  // Half a trench at either side; only the facets left of the middle are given.
+  TrenchShape trench{.width = 9.1, .centre = -10};
+  trench.cut.depth = 12;
+  const Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench});
+  const TriMesh mesh = extract_surface(layers);
+  TriMesh left = mesh;
+  left.triangles.clear();
+  for (const Triangle& t : mesh.triangles) {
+    if (mesh.vertices[t[0]].x < -2 && mesh.vertices[t[1]].x < -2 && mesh.vertices[t[2]].x < -2) {
+      left.triangles.push_back(t);
+    }
+  }
+  const SpeedField field = extend_speeds(layers, open_gas(layers), left,
+                                         corner_speeds(left, [](Vec3f) { return 1.0F; }));
+  EXPECT_EQ(speed_at(layers, field, 19, 3, -11), 1);  // bottom, next to the right side
+  EXPECT_EQ(speed_at(layers, field, 15, 3, -11), 0);  // further away: its facets are missing
+}
+
+TEST(Extend, NothingMovesInAClosedVoid) {
+  const Frame frame{.spacing = 1, .cells = {40, 40}};
+  const Layers layers = single_layer(
+      frame,
+      [](Vec3d r) {
+        return std::max(r.z - 0.2, 6.3 - length(r - Vec3d{0, 0, -9.2}));
+      },
+      -24, 4);
+  const OpenGas gas = open_gas(layers);
+  const TriMesh mesh = extract_surface(layers, gas);
+  const SpeedField field =
+      extend_speeds(layers, gas, mesh, corner_speeds(mesh, [](Vec3f) { return 1.0F; }));
+  // Below the wafer's surface by 1, above the void's top by 1.9; then beside it.
+  EXPECT_EQ(speed_at(layers, field, 20, 20, 0), 1);
+  EXPECT_EQ(speed_at(layers, field, 20, 20, -3), 0);
+  EXPECT_EQ(speed_at(layers, field, 27, 20, -9), 0);
+  EXPECT_EQ(speed_at(layers, field, 26, 20, -9), 0);
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+#include "levelset/cross_section.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "levelset/extract_surface.h"
+#include "surfaces.h"
+
+namespace scarp {
+namespace {
+
+TEST(CrossSection, OfATrenchIsOneLineFromSideToSideWithSharpCorners) {
+  const Frame frame{.spacing = 0.5, .cells = {40, 10}};
+  TrenchShape trench{.width = 6.2};
+  trench.cut.depth = 8.1;
+  const Layers layers =
+      build_layers(frame, std::vector<Shape>{WaferShape{.material = 0},
+                                             LayerShape{.material = 1, .thickness = 2.05}, trench});
+  for (const double y : {-2.5, 0.13, 2.5}) {
+    const auto lines = cross_section(layers, 1, y);
+    ASSERT_EQ(lines.size(), 2U);
+    ASSERT_EQ(lines[1].size(), 1U);
+    const auto& points = lines[1][0].points;
+    EXPECT_NEAR(std::abs(points.front()[0]), 10, 1e-9);
+    EXPECT_NEAR(points.back()[0], -points.front()[0], 1e-9);
+    for (const double x : {-3.1, 3.1}) {
+      for (const double z : {2.05, -6.05}) {
+        double nearest = 1e300;
+        for (const auto& [px, pz] : points) {
+          nearest = std::min(nearest, std::hypot(px - x, pz - z));
+        }
+        EXPECT_LT(nearest, 0.05) << x << " " << z;
+      }
+    }
+  }
+}
+
+TEST(CrossSection, KeepsTheGasOnTheLeftAndClosesLoops) {
+  const Frame frame{.spacing = 0.5, .cells = {40, 40}};
+  const Layers ball = single_layer(
+      frame, [](Vec3d r) { return length(r) - 6.3; }, -7, 7);
+  for (const int axis : {0, 1}) {
+    const auto lines = cross_section(extract_surface(ball.top()), axis, 2.2);
+    ASSERT_EQ(lines.size(), 1U);
+    const auto& points = lines[0].points;
+    EXPECT_EQ(points.front(), points.back());
+    double area = 0;
+    for (std::size_t n = 0; n + 1 < points.size(); ++n) {
+      area += 0.5 * (points[n][0] * points[n + 1][1] - points[n + 1][0] * points[n][1]);
+    }
+    // Solid on the right: clockwise around the ball.
+    const double exact = std::numbers::pi * (6.3 * 6.3 - 2.2 * 2.2);
+    EXPECT_NEAR(area, -exact, 0.02 * exact) << "axis " << axis;
+  }
+}
+
+TEST(MaterialVolumes, AreExactForBoxes) {
+  const Frame frame{.spacing = 1, .cells = {30, 20}};
+  const Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{
+          WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = 3.4},
+          MaskShape{.material = 2, .thickness = 6.7, .outline = SlotOutline{.width = 11.6}}});
+  const std::vector<double> volumes = material_volumes(layers);
+  EXPECT_NEAR(volumes[1], 30 * 20 * 3.4, 2);
+  EXPECT_NEAR(volumes[2], (30 - 11.6) * 20 * 6.7, 2);
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,86 @@
+#include "levelset/level_set.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "levelset/band.h"
+
+namespace scarp {
+namespace {
+
+LevelSet tilted_plane(const Frame& frame) {
+  return LevelSet(
+      frame, [](Vec3d r) { return 0.8 * r.z - 0.6 * r.x - 0.1; }, -40, 40);
+}
+
+TEST(LevelSet, IsTheDistanceInTheBandAndClampedOutside) {
+  const Frame frame{.spacing = 0.5, .cells = {30, 12}};
+  const LevelSet phi = tilted_plane(frame);
+  for (const Vec3d r : {Vec3d{1.3, 0.2, 0.7}, Vec3d{-2.1, -1.4, -1.9}, Vec3d{7.5, 3, 6}}) {
+    const double exact = 0.8 * r.z - 0.6 * r.x - 0.1;
+    EXPECT_NEAR(phi.distance(r), exact, 1e-5) << r.x;
+  }
+  EXPECT_EQ(phi.distance({0, 0, 30}), 2.0);  // half_width spacings
+  EXPECT_EQ(phi.distance({0, 0, -30}), -2.0);
+  const Vec3d n = phi.normal({1, 1, 0.9});
+  EXPECT_NEAR(n.x, -0.6, 1e-4);
+  EXPECT_NEAR(n.y, 0, 1e-4);
+  EXPECT_NEAR(n.z, 0.8, 1e-4);
+}
+
+TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
+  const Frame frame{
+      .spacing = 1, .cells = {20, 13}, .boundary = {Boundary::reflective, Boundary::periodic}};
+  const LevelSet phi(
+      frame, [](Vec3d r) { return 0.5 * (r.z - 0.3 * r.x - std::sin(r.y * 2 * M_PI / 13)); }, -9,
+      9);
+  for (int k = -3; k < 4; ++k) {
+    EXPECT_EQ(phi.node(-2, 3, k), phi.node(2, 3, k));
+    EXPECT_EQ(phi.node(22, 3, k), phi.node(18, 3, k));
+    EXPECT_EQ(phi.node(4, -1, k), phi.node(4, 12, k));
+    EXPECT_EQ(phi.node(4, 14, k), phi.node(4, 1, k));
+  }
+}
+
+TEST(LevelSet, BandIsCountedExactly) {
+  const Frame frame{.spacing = 1, .cells = {10, 20}};
+  const LevelSet phi(
+      frame, [](Vec3d r) { return r.z - 0.5; }, -8, 8);
+  // Heights -3..4: eight nodes in each of the 11 x 21 columns.
+  EXPECT_EQ(phi.active_count(), 11U * 21U * 8U);
+  EXPECT_GT(phi.memory_bytes(), phi.active_count() * sizeof(float));
+  EXPECT_FALSE(phi.empty());
+}
+
+TEST(LevelSet, CopiesAreIndependentAndHashTellsThemApart) {
+  const Frame frame{.spacing = 1, .cells = {10, 20}};
+  LevelSet phi = tilted_plane(frame);
+  const LevelSet copied = phi.copy();
+  EXPECT_EQ(copied.hash(), phi.hash());
+  phi.band().leaves()[0].phi[5] *= 1.0000001F;
+  phi.band().leaves()[0].phi[5] = std::nextafter(phi.band().leaves()[0].phi[5], 10.0F);
+  EXPECT_NE(copied.hash(), phi.hash());
+  EXPECT_EQ(copied.hash(), tilted_plane(frame).hash());
+}
+
+TEST(Band, MissingLeavesHaveTheSideOfTheNextLeafAbove) {
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  // A cavity so large that whole leaves inside it are missing.
+  const LevelSet phi(
+      frame,
+      [](Vec3d r) {
+        const double cavity = std::max(std::abs(r.x) - 18.5, std::abs(r.z + 40) - 25.5);
+        return std::max(r.z - 0.3, -cavity);
+      },
+      -80, 10);
+  EXPECT_EQ(phi.node(20, 3, 500), LevelSet::half_width);
+  EXPECT_EQ(phi.node(20, 3, -40), LevelSet::half_width);
+  EXPECT_EQ(phi.node(20, 3, -500), -LevelSet::half_width);
+  EXPECT_EQ(phi.node(20, 3, -9), -LevelSet::half_width);
+  EXPECT_EQ(phi.band().find(2, 0, -5), Band::missing_gas);
+  EXPECT_EQ(phi.band().find(2, 0, -50), Band::missing_solid);
+}
+
+}  // namespace
+}  // namespace scarp
