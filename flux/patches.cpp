@@ -13,7 +13,6 @@ namespace scarp {
 namespace {
 
 constexpr double patch_width = 4;
-constexpr double patch_area = patch_width * patch_width;
 constexpr double small_flux = 0.05;
 
 // The lowest vertex that is joined to each vertex, by union-find.
@@ -33,6 +32,14 @@ std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {
   }
   for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
   return parent;
+}
+
+// Of a patch with a main direction along an axis, in a domain that may be narrower than a cell.
+double whole_area(Vec3d upper, int axis) {
+  double area = patch_width * patch_width;
+  for (int side = 0; side < 2; ++side)
+    if (side != axis) area *= std::min(1.0, upper[side] / patch_width);
+  return area;
 }
 
 struct PatchFlux {
@@ -68,8 +75,10 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
       last_root = std::get<0>(key);
       ++part_count_;
     }
-    if (last == nullptr || group(*last) != group(key))
-      patches_.push_back({.part = part_count_ - 1, .area = 0, .facets = {}});
+    if (last == nullptr || group(*last) != group(key)) {
+      const double whole = whole_area(scene.upper(), std::get<4>(key) / 2);
+      patches_.push_back({.part = part_count_ - 1, .area = 0, .whole = whole, .facets = {}});
+    }
     const std::uint32_t f = std::get<5>(key);
     patches_.back().facets.push_back(f);
     patches_.back().area += scene.area(f);
@@ -123,7 +132,7 @@ FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxS
     }
     const double relative = of_patch[p].std_error / std::max(of_patch[p].mean, small_flux);
     area += patch.area;
-    squares += patch.area * relative * relative * std::min(1.0, patch.area / patch_area);
+    squares += patch.area * relative * relative * std::min(1.0, patch.area / patch.whole);
     for (const std::uint32_t f : patch.facets) {
       const double flux = result.tally.mean[f];
       result.max_facet_error =

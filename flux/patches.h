@@ -19,6 +19,7 @@ class Patches {
   struct Patch {
     std::uint32_t part = 0;  ///< connected part of the surface
     double area = 0;         ///< in squared spacings
+    double whole = 0;        ///< area of a patch that is not cut: 16, less in a narrow domain
     std::vector<std::uint32_t> facets;
   };
   const std::vector<Patch>& list() const { return patches_; }
@@ -49,8 +50,8 @@ struct FluxEstimate {
 /// Mean and standard error on facets, and the error over patches.
 ///
 /// Only parts of the surface on which a particle arrived count: no path joins a closed void to the
-/// source. A patch cut smaller than 4 x 4 spacings counts with the error that a whole one of the
-/// same noise would have, so that the error does not depend on where the cells' borders fall.
+/// source. A patch that the cells' borders cut counts with the error that a whole one of the same
+/// noise would have, so that the error does not depend on where they fall.
 FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread);
 
 }  // namespace scarp

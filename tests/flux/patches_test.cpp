@@ -20,6 +20,7 @@ TEST(Patches, AreCellsOfFourSpacings) {
   EXPECT_EQ(patches.part_count(), 1U);
   for (const auto& patch : patches.list()) {
     EXPECT_EQ(patch.area, 16);
+    EXPECT_EQ(patch.whole, 16);
     EXPECT_EQ(patch.facets.size(), 32U);
   }
 }
@@ -31,6 +32,19 @@ TEST(Patches, DoNotReachAroundEdges) {
   for (const auto& patch : patches.list())
     for (const std::uint32_t f : patch.facets)
       EXPECT_GT(dot(normals[f], normals[patch.facets.front()]), 0.9F);
+}
+
+// A slice one spacing wide stands for an infinitely long structure.
+TEST(Patches, AreWholeInANarrowSlice) {
+  testing::Builder builder;
+  builder.grid({0, 0, 0}, {20, 0, 0}, 20, {0, 1, 0}, 1);
+  const testing::Shape slice{builder.mesh, {.lower = {0, 0}, .upper = {20, 1}}};
+  const Patches patches(slice.mesh, scene_of(slice));
+  EXPECT_EQ(patches.list().size(), 5U);
+  for (const auto& patch : patches.list()) {
+    EXPECT_EQ(patch.area, 4);
+    EXPECT_EQ(patch.whole, 4);
+  }
 }
 
 // Alternating deviations of one facet each: the error of a patch is that of their mean.

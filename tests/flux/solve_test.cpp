@@ -220,7 +220,7 @@ TEST_P(StandardError, IsCalibrated) {
       }
       patch_mean += mean * areas[f] / patch.area;
     }
-    const double share = patch.area * std::min(1.0, patch.area / 16);
+    const double share = patch.area * std::min(1.0, patch.area / patch.whole);
     for (const double sum : sums) {
       patch_squares += share * sum * sum / (seeds - 1) / std::pow(std::max(patch_mean, 0.05), 2);
     }
