@@ -46,6 +46,9 @@ Frame read_frame(const openvdb::MetaMap& meta) {
         meta.metaValue<bool>("periodic_" + name) ? Boundary::periodic : Boundary::reflective;
   }
   frame.two_dimensional = meta.metaValue<bool>("two_dimensional");
+  if (!(frame.spacing > 0) || frame.cells[0] < 1 || frame.cells[1] < 1) {
+    throw InputError("its domain is empty");
+  }
   return frame;
 }
 

@@ -95,6 +95,106 @@ TEST(Trench, ClosesAtHalfItsWidth) {
   }
 }
 
+TEST(Edge, ConvexRoundsToAnArcAndConcaveStaysSharp) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  for (const double offset : {0.0, 0.3, 0.7}) {
+    const double half = 15 + offset;
+    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(2 * half, 20.4)});
+    move(layers, 8, 0.5, [](Vec3d, MaterialId) { return 1.0; });
+    const TriMesh mesh = extract_surface(layers);
+    double nearest = 1e300;
+    for (const Vec3f& v : mesh.vertices) {
+      if (std::abs(v.x) < half && v.z > 0) {
+        EXPECT_NEAR(std::hypot(std::abs(v.x) - half, v.z), 8, 0.25)
+            << offset << " " << v.x << " " << v.z;
+      }
+      nearest = std::min(nearest, std::hypot(v.x - (half - 8), v.z + 20.4 - 8));
+    }
+    EXPECT_LT(nearest, 0.15);
+  }
+}
+
+TEST(Edge, EtchingRoundsTheConcaveAndKeepsTheConvexSharp) {
+  Frame frame{.spacing = 1, .cells = {80, 1}};
+  frame.two_dimensional = true;
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(30.6, 20.4)});
+  move(layers, 8, 0.5, [](Vec3d, MaterialId) { return -1.0; });
+  const TriMesh mesh = extract_surface(layers);
+  double nearest = 1e300;
+  for (const Vec3f& v : mesh.vertices) {
+    if (v.x > 15.3 && v.z < -20.4) {
+      EXPECT_NEAR(std::hypot(v.x - 15.3, v.z + 20.4), 8, 0.25) << v.x << " " << v.z;
+    }
+    nearest = std::min(nearest, std::hypot(v.x - 23.3, v.z + 8));
+  }
+  EXPECT_LT(nearest, 0.15);
+}
+
+TEST(Mask, MouthIsStillSharpAfterTwentyTimeSteps) {
+  for (const double offset : {0.0, 0.2, 0.45, 0.8}) {
+    Frame frame{.spacing = 1, .cells = {60, 1}};
+    frame.two_dimensional = true;
+    Layers layers = build_layers(
+        frame, std::vector<Shape>{WaferShape{.material = 0},
+                                  MaskShape{.material = 1,
+                                            .thickness = 6.4 + 0.5 * offset,
+                                            .outline = SlotOutline{.width = 16 + 2 * offset}}});
+    move(layers, 10, 0.5, [](Vec3d, MaterialId material) { return material == 0 ? -1.0 : 0.0; });
+    double nearest = 1e300;
+    for (const Vec3f& v : extract_surface(layers).vertices) {
+      nearest = std::min(nearest, std::hypot(v.x - 8 - offset, v.z - 6.4 - 0.5 * offset));
+    }
+    EXPECT_LT(nearest, 0.1) << offset;
+  }
+}
+
+constexpr int cells_per_unit = 20;
+
+/// Area of the void that is left when a cavity under a neck closes, for conformal growth.
+double void_area(double neck, double cavity, double height) {
+  Frame frame{.spacing = 1.0 / cells_per_unit, .cells = {5 * cells_per_unit, 1}};
+  frame.two_dimensional = true;
+  const double h = frame.spacing;
+  Layers layers = single_layer(
+      frame,
+      [=](Vec3d r) {
+        const auto box = [&](double half, double lower, double upper) {
+          const double dx = std::abs(r.x) - half;
+          const double dz = std::max(lower - r.z, r.z - upper);
+          return dx > 0 && dz > 0 ? std::hypot(dx, dz) : std::max(dx, dz);
+        };
+        // The lips of the neck are thin: growth into the cavity starts at its upper edges.
+        const double shaft = box(neck / 2, -1, 9);
+        const double room = box(cavity / 2, -height - 4 * h, -4 * h);
+        return std::max(r.z, -std::min(shaft, room)) - 1e-3 * h;
+      },
+      -height - 1, 1);
+  const double dt = 0.5 * h;
+  for (int step = 0; step < 2 / dt && open_gas(layers).voids.empty(); ++step) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    const CornerSpeeds speeds(mesh.triangles.size(), {1, 1, 1});
+    advect(layers, extend_speeds(layers, gas, mesh, speeds), dt);
+  }
+  double area = 0;
+  for (const Void& v : open_gas(layers).voids) {
+    area += v.volume / h;
+  }
+  return area;
+}
+
+TEST(Void, IsLeftWithTheExactArea) {
+  // (Wb - Wt)(Hc - Wt) + Wt^2 (1/2 - pi/8)
+  for (const auto& [neck, cavity, height] :
+       {std::array{1.0, 3.0, 4.0}, std::array{0.5, 2.0, 2.0}, std::array{1.0, 2.0, 3.0}}) {
+    const double exact = (cavity - neck) * (height - neck) + neck * neck * (0.5 - pi / 8);
+    // The neck closes up to a time step late, in which all walls grow half a spacing.
+    const double perimeter = 2 * (cavity - neck) + 2 * (height - neck);
+    EXPECT_NEAR(void_area(neck, cavity, height), exact, perimeter * 0.6 / cells_per_unit);
+  }
+}
+
 /// A cavity under a neck, in a wafer 60 nm wide.
 Layers necked_cavity(double neck) {
   Frame frame{.spacing = 1, .cells = {60, 1}};
