@@ -13,8 +13,10 @@ namespace scarp {
 
 namespace {
 
-// Draws of the error of all elements together.
+// Draws of the error of all elements together, and how many are solved at once: more would fall
+// out of the cache.
 constexpr std::size_t draw_count = 32;
+constexpr std::size_t draws_at_once = 8;
 
 constexpr double first_rays_per_element = 8;
 
@@ -97,28 +99,39 @@ std::uint32_t draw_signs(const FluxOptions& options, std::uint32_t element) {
 
 double sign(std::uint32_t signs, std::size_t draw) { return (signs >> draw) & 1U ? 1 : -1; }
 
+// The error of the flux of all elements that belongs to each draw of the errors of their equations.
+std::vector<float> deviations(const FluxProblem& problem, const RayPlan& plan, const View& view,
+                              std::span<const float> reemitted, const Solution& solution) {
+  const std::size_t size = view.matrix.size();
+  std::vector<float> result(size * draw_count);
+  std::vector<float> errors(size * draws_at_once);
+  for (std::size_t first = 0; first < draw_count; first += draws_at_once) {
+    for (std::size_t rank = 0; rank < size; ++rank) {
+      const std::uint32_t signs = draw_signs(problem.options, plan.element_at(rank));
+      const double error = std::copysign(solution.sigma[rank], solution.halves[rank].flux);
+      for (std::size_t k = 0; k < draws_at_once; ++k)
+        errors[rank * draws_at_once + k] = static_cast<float>(sign(signs, first + k) * error);
+    }
+    const std::vector<float> solved =
+        solve_exchange<float>(view.matrix, reemitted, errors, draws_at_once, deviation_tolerance);
+    for (std::size_t k = 0; k < solved.size(); ++k)
+      result[k / draws_at_once * draw_count + first + k % draws_at_once] = solved[k];
+  }
+  return result;
+}
+
 Solution solve_exchange_of(const FluxProblem& problem, const RayPlan& plan, const View& view,
                            const std::vector<float>& direct, std::span<const float> reemitted) {
-  const std::size_t size = view.matrix.size();
-  std::vector<double> mean_direct(size);
+  std::vector<double> mean_direct(view.matrix.size());
   for (std::size_t k = 0; k < direct.size(); ++k) {
     const std::size_t rank = k / set_count;
     mean_direct[rank] += static_cast<double>(direct[k]) / (plan.rays(rank) * set_count);
   }
-
   Solution solution;
   solution.flux = solve_exchange<double>(view.matrix, reemitted, mean_direct, 1, mean_tolerance);
   solution.halves = half_differences(view, direct, reemitted, solution.flux);
   solution.sigma = standard_errors(plan, solution.halves);
-  std::vector<float> errors(size * draw_count);
-  for (std::size_t rank = 0; rank < size; ++rank) {
-    const std::uint32_t signs = draw_signs(problem.options, plan.element_at(rank));
-    const double size_and_sign = std::copysign(solution.sigma[rank], solution.halves[rank].flux);
-    for (std::size_t draw = 0; draw < draw_count; ++draw)
-      errors[rank * draw_count + draw] = static_cast<float>(sign(signs, draw) * size_and_sign);
-  }
-  solution.deviation =
-      solve_exchange<float>(view.matrix, reemitted, errors, draw_count, deviation_tolerance);
+  solution.deviation = deviations(problem, plan, view, reemitted, solution);
   return solution;
 }
 

@@ -13,7 +13,7 @@ namespace scarp {
 /// With F the flux on a facet, E its direct part, K the part of its view that each facet fills and
 /// s the sticking, F = E + K (1 - s) F. Rays leave each facet by Lambert's law from places spread
 /// over it; those that reach the sky estimate E, the others K, and both serve all species at once.
-/// Within a facet the flux is taken as constant.
+/// On an element, a piece of a facet no longer than three spacings, the flux is taken as constant.
 ///
 /// Each facet sends two independent scrambled Sobol sets, so facets are independent of each other
 /// and half the difference of a facet's two sets is a fair sample of the error of its equation.
@@ -25,8 +25,8 @@ namespace scarp {
 ///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per facet exceed options.memory_limit.
-/// Cost:   1/4 to 1/2 us per ray, two times that with n != 1, and a solve of a third of it; 4
-///         bytes per ray and 200 per facet and species.
+/// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
+///         for the solves; 4 bytes per ray and 500 per element.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).
 std::vector<FluxField> gather(std::span<const FluxProblem> problems);

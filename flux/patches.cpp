@@ -47,6 +47,37 @@ struct PatchFlux {
   double std_error = 0;
 };
 
+// Fills the tally, and says what its patches have.
+std::vector<PatchFlux> flux_on_patches(const RayScene& scene, const Patches& patches,
+                                       const FluxSpread& spread, Tally& tally) {
+  std::vector<PatchFlux> result(patches.list().size());
+  parallel_for(result.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> sums(spread.deviations);
+    for (std::size_t p = begin; p < end; ++p) {
+      const Patches::Patch& patch = patches.list()[p];
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (const std::uint32_t f : patch.facets) {
+        const double flux = spread.flux(f);
+        double squares = 0;
+        for (std::size_t b = 0; b < sums.size(); ++b) {
+          const double deviation = spread.deviation(f, b);
+          squares += deviation * deviation;
+          sums[b] += deviation * scene.area(f);
+        }
+        result[p].mean += flux * scene.area(f) / patch.area;
+        tally.mean[f] = static_cast<float>(flux);
+        tally.std_error[f] = static_cast<float>(flux > 0 ? std::sqrt(squares / spread.divisor)
+                                                         : spread.unseen / scene.area(f));
+      }
+      double squares = 0;
+      for (const double sum : sums) squares += sum * sum;
+      result[p].std_error =
+          (result[p].mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen) / patch.area;
+    }
+  });
+  return result;
+}
+
 }  // namespace
 
 Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
@@ -87,36 +118,10 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
 }
 
 FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
-  const std::size_t facet_count = scene.facet_count();
   FluxEstimate result;
-  result.tally.mean.resize(facet_count);
-  result.tally.std_error.resize(facet_count);
-  std::vector<PatchFlux> of_patch(patches.list().size());
-
-  parallel_for(patches.list().size(), 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> sums(spread.deviations);
-    for (std::size_t p = begin; p < end; ++p) {
-      const Patches::Patch& patch = patches.list()[p];
-      std::fill(sums.begin(), sums.end(), 0.0);
-      for (const std::uint32_t f : patch.facets) {
-        const double flux = spread.flux(f);
-        double squares = 0;
-        for (std::size_t b = 0; b < sums.size(); ++b) {
-          const double deviation = spread.deviation(f, b);
-          squares += deviation * deviation;
-          sums[b] += deviation * scene.area(f);
-        }
-        of_patch[p].mean += flux * scene.area(f) / patch.area;
-        result.tally.mean[f] = static_cast<float>(flux);
-        result.tally.std_error[f] = static_cast<float>(
-            flux > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen / scene.area(f));
-      }
-      double squares = 0;
-      for (const double sum : sums) squares += sum * sum;
-      of_patch[p].std_error =
-          (of_patch[p].mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen) / patch.area;
-    }
-  });
+  result.tally.mean.resize(scene.facet_count());
+  result.tally.std_error.resize(scene.facet_count());
+  const std::vector<PatchFlux> of_patch = flux_on_patches(scene, patches, spread, result.tally);
 
   std::vector<char> exposed(patches.part_count());
   for (std::size_t p = 0; p < of_patch.size(); ++p)
@@ -134,9 +139,8 @@ FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxS
     area += patch.area;
     squares += patch.area * relative * relative * std::min(1.0, patch.area / patch.whole);
     for (const std::uint32_t f : patch.facets) {
-      const double flux = result.tally.mean[f];
-      result.max_facet_error =
-          std::max(result.max_facet_error, result.tally.std_error[f] / std::max(flux, small_flux));
+      const double flux = std::max<double>(result.tally.mean[f], small_flux);
+      result.max_facet_error = std::max(result.max_facet_error, result.tally.std_error[f] / flux);
     }
   }
   result.error = area > 0 ? std::sqrt(squares / area) : 0;
