@@ -36,7 +36,7 @@ struct CollapseMesh {
   Vec3d normal_of(std::uint32_t f) const;
   bool is_border(std::uint32_t h) const;
   /// Rounds to the nearest place that a float mesh can hold.
-  Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
+  Vec3d rounded(Vec3d place) const;
   double squared_length(std::uint32_t h) const;
 
   /// The mesh that is left: vertices and facets in their old order.

@@ -89,8 +89,8 @@ inline std::string frame(const Plot& plot, const Axes& axes) {
       if (labelled) out += text(left - 6, axes.y(value) + 4, "end", fmt::format("{:.3g}", value));
     }
   }
-  for (int i = 0; i <= 4; ++i) {
-    const double x = axes.x_low + i * (axes.x_high - axes.x_low) / 4;
+  for (int i = 0; i <= 7; ++i) {
+    const double x = axes.x_low + i * (axes.x_high - axes.x_low) / 7;
     out += text(axes.x(x), height - bottom + 16, "middle", fmt::format("{:.3g}", x));
   }
   return out + text(0.5 * (left + width - right), height - 6, "middle", plot.x_label);

@@ -1,0 +1,116 @@
+#include "mesh/collapse_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+
+#include "core/random.h"
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+/// Whether a double holds no more than a float can.
+bool is_float(double value) { return (std::bit_cast<std::uint64_t>(value) & 0x1fffffffU) == 0; }
+
+TEST(CollapseMesh, RoundsEveryCoordinateToFloat) {
+  const CollapseMesh mesh(octahedral_sphere(30, 4, {100.7, -33.3, 812.1}), {});
+  RandomStream random({.seed = 1});
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3d r{random.uniform_double(), 10 * random.uniform_double(), random.uniform_double()};
+    const Vec3d place = mesh.rounded(r) + mesh.centre;
+    EXPECT_TRUE(is_float(place.x) && is_float(place.y) && is_float(place.z));
+    EXPECT_NEAR(length(mesh.rounded(r) - r), 0, 1e-4);
+  }
+}
+
+TEST(CollapseMesh, ExtractGivesTheInputBack) {
+  const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
+  const TriMesh input = polygonised(grid, random_landscape(grid.cells, 3));
+  const TriMesh output = CollapseMesh(input, grid.sides()).extract();
+  EXPECT_EQ(output.vertices, input.vertices);
+  EXPECT_EQ(output.triangles, input.triangles);
+}
+
+class MergeRule : public testing::Test {
+ protected:
+  /// A flat square of 6 x 6 cells; material 1 for x < 3 and 2 beyond.
+  MergeRule() : input_(noisy_plane(6, 0)) {
+    for (std::size_t f = 0; f < input_.triangles.size(); ++f) {
+      const auto p = corners(input_, f);
+      input_.materials.push_back(p[0].x + p[1].x + p[2].x < 9 ? 1 : 2);
+    }
+  }
+
+  /// The rule for the edge from one node to another; on the boundary it may only run the other way.
+  Merge rule(const CollapseMesh& mesh, Vec3d from, Vec3d to) const {
+    const auto at = [&mesh](std::uint32_t v, Vec3d place) {
+      const Vec3d r = mesh.r[v] + mesh.centre;
+      return r.x == place.x && r.y == place.y;
+    };
+    for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+      if (at(mesh.topology.origin(h), from) && at(mesh.topology.target(h), to)) {
+        return merge_rule(mesh, h);
+      }
+      if (at(mesh.topology.origin(h), to) && at(mesh.topology.target(h), from) &&
+          mesh.topology.opposite(h) == HalfEdges::none) {
+        const Merge reversed = merge_rule(mesh, h);
+        if (reversed == Merge::onto_origin) return Merge::onto_target;
+        return reversed == Merge::onto_target ? Merge::onto_origin : reversed;
+      }
+    }
+    ADD_FAILURE() << "no such edge";
+    return Merge::forbidden;
+  }
+
+  TriMesh input_;
+  Sides sides_{.lower = {0, 0}, .upper = {6, 6}};
+};
+
+TEST_F(MergeRule, InsideEverythingIsFree) {
+  const CollapseMesh mesh(input_, sides_);
+  EXPECT_EQ(rule(mesh, {1, 1}, {2, 1}), Merge::free);
+}
+
+TEST_F(MergeRule, SidesHoldTheirVertices) {
+  const CollapseMesh mesh(input_, sides_);
+  EXPECT_EQ(rule(mesh, {0, 1}, {0, 2}), Merge::free) << "along the side";
+  EXPECT_EQ(rule(mesh, {0, 2}, {1, 2}), Merge::free) << "onto the side";
+  EXPECT_EQ(rule(mesh, {0, 0}, {1, 0}), Merge::onto_origin) << "a corner stays";
+  EXPECT_EQ(rule(mesh, {1, 0}, {0, 0}), Merge::onto_target);
+  // One axis only is wide enough to have two different sides next to each other.
+  const TriMesh strip = polygonised({.cells = {1, 6, 4}}, [](Vec3d r) { return r.z - 1.77; });
+  const CollapseMesh narrow(strip, {.lower = {0, 0}, .upper = {1, 6}});
+  EXPECT_EQ(rule(narrow, {0, 2}, {1, 2}), Merge::forbidden) << "between opposite sides";
+}
+
+TEST_F(MergeRule, PeriodicSidesStay) {
+  Sides periodic = sides_;
+  periodic.boundary[0] = Boundary::periodic;
+  const CollapseMesh mesh(input_, periodic);
+  EXPECT_EQ(rule(mesh, {0, 1}, {0, 2}), Merge::forbidden);
+  EXPECT_EQ(rule(mesh, {0, 2}, {1, 2}), Merge::onto_origin);
+  EXPECT_EQ(rule(mesh, {2, 0}, {1, 0}), Merge::free) << "the other axis is reflective";
+}
+
+TEST_F(MergeRule, BordersBetweenMaterialsHoldTheirVertices) {
+  const CollapseMesh mesh(input_, sides_);
+  EXPECT_EQ(rule(mesh, {3, 2}, {3, 3}), Merge::onto_either) << "along the border";
+  EXPECT_EQ(rule(mesh, {3, 2}, {4, 2}), Merge::onto_origin) << "onto the border";
+  EXPECT_EQ(rule(mesh, {3, 0}, {3, 1}), Merge::onto_origin) << "its end on the side stays";
+  EXPECT_EQ(rule(mesh, {3, 0}, {2, 0}), Merge::onto_origin);
+}
+
+TEST(AllowedPlaces, AreThoseOfTheSidesOfBothEnds) {
+  const TriMesh plane = noisy_plane(6, 0);
+  const CollapseMesh mesh(plane, {.lower = {0, 0}, .upper = {6, 6}});
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    const SideMask mask = mesh.sides[mesh.topology.origin(h)] | mesh.sides[mesh.topology.target(h)];
+    const Subspace places = allowed_places(mesh, h);
+    EXPECT_EQ(places.dimension, 3 - (fixes(mask, 0) ? 1 : 0) - (fixes(mask, 1) ? 1 : 0));
+  }
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,29 @@
+#include "mesh/sides.h"
+
+#include <gtest/gtest.h>
+
+namespace scarp {
+namespace {
+
+TEST(SidePlanes, KnowTheirVertices) {
+  const SidePlanes planes({.lower = {-5, 0}, .upper = {5, 8}});
+  EXPECT_EQ(planes.mask({0, 4, 9}), 0);
+  EXPECT_EQ(planes.mask({-5, 4, 9}), 0b0001);
+  EXPECT_EQ(planes.mask({5, 4, 9}), 0b0010);
+  EXPECT_EQ(planes.mask({0, 0, 9}), 0b0100);
+  EXPECT_EQ(planes.mask({5, 8, 9}), 0b1010);
+  EXPECT_TRUE(fixes(planes.mask({5, 8, 9}), 0));
+  EXPECT_TRUE(is_corner(planes.mask({5, 8, 9})));
+  EXPECT_FALSE(is_corner(planes.mask({5, 4, 9})));
+}
+
+TEST(SidePlanes, ForgiveTheRoundingOfFloatsAndNoMore) {
+  const SidePlanes planes({.lower = {0, 0}, .upper = {0.3, 0.3}});
+  EXPECT_EQ(planes.mask({0.3F, 0.1, 0}), 0b0010);
+  EXPECT_EQ(planes.mask({0.2999, 0.1, 0}), 0);
+}
+
+TEST(SidePlanes, WithoutAWidthAreNone) { EXPECT_EQ(SidePlanes(Sides{}).mask({0, 0, 0}), 0); }
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,58 @@
+#include "mesh/zero_area.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+std::size_t without_area(const TriMesh& mesh) {
+  std::size_t count = 0;
+  for (const double area : facet_areas(mesh)) count += area > 1e-7 ? 0 : 1;
+  return count;
+}
+
+double total_area(const TriMesh& mesh) {
+  double sum = 0;
+  for (const double area : facet_areas(mesh)) sum += area;
+  return sum;
+}
+
+/// Splits triangle f at a place on its first edge; the old edge and the new vertex make a facet
+/// without area.
+void add_facet_without_area(TriMesh& mesh, std::size_t f, float t) {
+  const Triangle old = mesh.triangles[f];
+  const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.push_back((1 - t) * mesh.vertices[old[0]] + t * mesh.vertices[old[1]]);
+  mesh.triangles[f] = {old[0], v, old[2]};
+  mesh.triangles.push_back({v, old[1], old[2]});
+  mesh.triangles.push_back({old[0], old[1], v});
+}
+
+TEST(ZeroArea, NeedlesAreCollapsedAndCapsTurned) {
+  const TriMesh plane = noisy_plane(8, 0);
+  for (const float t : {0.0F, 0.5F}) {
+    TriMesh mesh = plane;
+    add_facet_without_area(mesh, 50, t);
+    ASSERT_GT(without_area(mesh), 0U);
+    CollapseMesh work(mesh, {});
+    remove_zero_area(work);
+    const TriMesh result = work.extract();
+    EXPECT_EQ(without_area(result), 0U) << "at " << t;
+    EXPECT_NEAR(total_area(result), 64, 1e-4);
+    for (const Vec3f& n : facet_normals(result)) EXPECT_GT(n.z, 0.99F);
+    // The needle's vertex is gone, the cap's belongs to the neighbour now.
+    EXPECT_EQ(result.vertices.size(), plane.vertices.size() + (t == 0 ? 0 : 1));
+  }
+}
+
+TEST(ZeroArea, GoodMeshesStayAsTheyAre) {
+  const TriMesh plane = noisy_plane(8, 0.05);
+  CollapseMesh work(plane, {});
+  remove_zero_area(work);
+  EXPECT_EQ(work.extract().triangles, plane.triangles);
+}
+
+}  // namespace
+}  // namespace scarp
