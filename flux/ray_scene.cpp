@@ -29,6 +29,15 @@ float snapped(float x, float upper) {
   return x;
 }
 
+// The normal of the facet as it is traced, so that nothing is emitted below its plane; but that of
+// a sliver may turn anywhere by rounding.
+Vec3d placed_normal(const std::array<Vec3f, 3>& corners, Vec3d exact) {
+  const auto& [a, b, c] = corners;
+  const Vec3d placed = cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+  const bool is_turned = !(dot(placed, exact) > 0.99 * length(placed) * length(exact));
+  return normalized(is_turned ? exact : placed);
+}
+
 }  // namespace
 
 struct RayScene::Device {
@@ -212,16 +221,15 @@ void RayScene::place(const TriMesh& mesh, const Sides& sides, double spacing) {
       facets_[f][corner] = r;
       extent.add(Vec3d(r));
     }
-    const auto& [a, b, c] = facets_[f];
-    const Vec3d twice_area = cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
-    areas_[f] = 0.5 * length(twice_area);
-    normals_[f] = normalized(twice_area);
+    const Vec3d exact = area_vector(mesh, f) / (spacing * spacing);
+    areas_[f] = length(exact);
     if (!(areas_[f] > 0) || !std::isfinite(areas_[f])) {
       const Vec3f r = mesh.vertices[mesh.triangles[f][0]];
       throw InputError("flux: facet " + std::to_string(f) + " at (" + std::to_string(r.x) + ", " +
                        std::to_string(r.y) + ", " + std::to_string(r.z) +
                        ") has no area; remove such triangles first");
     }
+    normals_[f] = placed_normal(facets_[f], exact);
   }
   if (extent.lower.x < 0 || extent.lower.y < 0 || extent.upper.x > upper.x ||
       extent.upper.y > upper.y)

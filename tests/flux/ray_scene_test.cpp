@@ -197,6 +197,25 @@ TEST(RayScene, PutsVerticesNearASideOnIt) {
   EXPECT_THROW(scene_of(wafer), InputError);
 }
 
+// Two slivers of area 5e-4 that lose it when they are placed in the domain.
+TEST(RayScene, BearsSliversThatRoundingFlattens) {
+  Shape wafer{.mesh = {}, .sides = {.lower = {-1000, -1000}, .upper = {1000, 1000}}};
+  wafer.mesh.vertices = {{-1000, -1000, 0}, {1000, -1000, 0}, {1000, 1000, 0},
+                         {-1000, 1000, 0},  {0, 0, 0},        {1e-6F, 0, 0}};
+  wafer.mesh.triangles = {{0, 1, 5}, {0, 5, 4}, {1, 2, 5}, {2, 3, 5}, {3, 4, 5}, {3, 0, 4}};
+  const RayScene scene = scene_of(wafer);
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) {
+    EXPECT_EQ(scene.normal(f), (Vec3d{0, 0, 1})) << f;
+    EXPECT_GT(scene.area(f), 0);
+  }
+  RandomStream random({.seed = 1});
+  for (int i = 0; i < 1000; ++i) {
+    const double x = 2000 * random.uniform_double();
+    for (const Vec3d r : {Vec3d{x, x, 1}, Vec3d{x, 2000 - x, 1}, Vec3d{1000, 1000, 1}})
+      EXPECT_EQ(scene.fly({.r = r, .u = {0, 0, -1}}).end, Flight::End::front);
+  }
+}
+
 TEST(RayScene, IsInSpacingsAndKeepsAreasAndNormals) {
   const Shape shape = rough_surface(7);
   const RayScene scene(shape.mesh, shape.sides, {.spacing = 2, .embree = ""});
