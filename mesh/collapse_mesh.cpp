@@ -4,16 +4,6 @@ namespace scarp {
 
 namespace {
 
-/// The nearest float. Volatile, because g++ 12 drops the way to float and back of a pair of doubles
-/// when it vectorises straight-line code (its folding of conversions mistakes the precision of
-/// vector types).
-double to_float(double value) {
-  const volatile auto narrow = static_cast<float>(value);
-  return narrow;
-}
-
-Vec3d to_float(Vec3d r) { return {to_float(r.x), to_float(r.y), to_float(r.z)}; }
-
 /// Corners of the domain and vertices on periodic sides stay. The latter keep opposite sides
 /// congruent.
 bool stays(SideMask mask, const Sides& sides) {
@@ -44,7 +34,7 @@ void classify_borders(CollapseMesh& mesh) {
 CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : topology(mesh) {
   const SidePlanes planes_of_sides(side_positions);
   const Box box = bounding_box(mesh);
-  if (!mesh.vertices.empty()) centre = to_float(0.5 * (box.lower + box.upper));
+  if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
   const std::uint32_t vertex_count = topology.vertex_count();
   r.resize(vertex_count);
   sides.resize(vertex_count);
@@ -77,7 +67,7 @@ Vec3d CollapseMesh::normal_of(std::uint32_t f) const {
   return cross(b - a, c - a);
 }
 
-Vec3d CollapseMesh::rounded(Vec3d place) const { return to_float(place + centre) - centre; }
+Vec3d CollapseMesh::rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
 
 bool CollapseMesh::is_border(std::uint32_t h) const {
   const std::uint32_t o = topology.opposite(h);
