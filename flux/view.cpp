@@ -237,7 +237,7 @@ std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
 }
 
 void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
-  cap = std::max<std::uint64_t>(cap, size() * set_count * least_set);
+  cap = std::max({cap, total(), std::uint64_t{size() * set_count * least_set}});
   std::vector<std::uint32_t> rays = wanted(rays_per_area);
   while (std::accumulate(rays.begin(), rays.end(), std::uint64_t{0}) * set_count > cap) {
     rays_per_area *= 0.95;

@@ -48,6 +48,9 @@ TEST_F(Views, GrowToTheWantedNumberOfRays) {
     EXPECT_GE(plan.rays(rank), before[rank]);
     EXPECT_EQ(plan.rank_of(plan.element_at(rank)), rank);
   }
+  const std::uint64_t full = plan.total();
+  plan.grow(1e6 / surface, full - 1);
+  EXPECT_EQ(plan.total(), full);
 }
 
 TEST_F(Views, AreTheSameInOneLookAndInTwo) {
