@@ -80,14 +80,9 @@ class Progress {
   Clock::time_point printed_;
 };
 
-std::filesystem::path result_folder(const RunArguments& arguments) {
-  if (!arguments.output.empty()) return arguments.output;
-  return std::filesystem::path("results") / std::filesystem::path(arguments.recipe).stem();
-}
-
 int run_recipe(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  const std::filesystem::path folder = result_folder(arguments);
+  const std::filesystem::path folder = result_folder(arguments.recipe, arguments.output);
   RunEnd end{};
   {
     Progress progress(recipe, common.quiet);

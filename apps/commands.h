@@ -36,8 +36,12 @@ struct RecipeArguments {
 
 void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments);
 
+/// Where a recipe's files go: the folder of -o, or results/<recipe name>.
+std::filesystem::path result_folder(const std::string& recipe, const std::string& output);
+
 void add_run(CLI::App& app, const CommonOptions& common, CommandAction& action);
 void add_check(CLI::App& app, const CommonOptions& common, CommandAction& action);
+void add_preview(CLI::App& app, const CommonOptions& common, CommandAction& action);
 void add_models(CLI::App& app, const CommonOptions& common, CommandAction& action);
 void add_simplify(CLI::App& app, const CommonOptions& common, CommandAction& action);
 void add_flux(CLI::App& app, const CommonOptions& common, CommandAction& action);

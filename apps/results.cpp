@@ -21,6 +21,7 @@
 #include "core/quantity.h"
 #include "levelset/checkpoint.h"
 #include "levelset/cross_section.h"
+#include "levelset/extract_surface.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -169,6 +170,26 @@ double peak_memory_mb() {
 }
 
 }  // namespace
+
+Preview write_preview(const fs::path& folder, const Recipe& recipe) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw InputError(fmt::format("{}: the folder cannot be made: {}; choose another with -o",
+                                 folder.string(), error.message()));
+  }
+  Preview preview{.layers = build_layers(recipe.frame, recipe.geometry), .surface = {}};
+  preview.surface = extract_surface(preview.layers);
+  write_vtp(folder / "preview.vtp", preview.surface, {});
+  const std::vector<LayerProfile> profile = middle_profile(preview.layers);
+  write_profile(folder / "preview.csv", profile, recipe.materials);
+  const Sides sides = recipe.frame.sides();
+  write_svg(
+      folder / "preview.svg",
+      {.title = recipe.title, .layers = profile, .left = sides.lower[0], .right = sides.upper[0]},
+      recipe.materials);
+  return preview;
+}
 
 std::string state_hash(const State& state, const Recipe& recipe) {
   Hash result;

@@ -37,6 +37,7 @@ int run_command_line(int argc, char** argv) {
   CommandAction action;
   add_run(app, common, action);
   add_check(app, common, action);
+  add_preview(app, common, action);
   add_simplify(app, common, action);
   add_flux(app, common, action);
   add_distance(app, common, action);
@@ -62,6 +63,11 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
       .add_option("--set", arguments.set,
                   "Change a value: PATH=VALUE, for example domain.spacing='\"0.4 um\"'")
       ->allow_extra_args(false);
+}
+
+std::filesystem::path result_folder(const std::string& recipe, const std::string& output) {
+  if (!output.empty()) return output;
+  return std::filesystem::path("results") / std::filesystem::path(recipe).stem();
 }
 
 }  // namespace scarp

@@ -301,4 +301,19 @@ TEST_F(CommandLine, CheckPrintsTheRecipeThatIsRun) {
   EXPECT_EQ(scarp("check " + path("resolved.toml") + " --quiet").exit_code, 0);
 }
 
+TEST_F(CommandLine, PreviewWritesTheStartGeometryAndLeavesARunAlone) {
+  fs::create_directories(folder_ / "out");
+  write("out/metrics.csv", "kept");
+  const Outcome outcome = scarp("preview " + small_trench("--json -o " + path("out")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  EXPECT_EQ(files("out"),
+            (std::set<std::string>{"metrics.csv", "preview.csv", "preview.svg", "preview.vtp"}));
+  const nlohmann::json result = json_of(outcome);
+  EXPECT_NEAR(result["lowest_nm"], -8000, 1);
+  EXPECT_NEAR(result["highest_nm"], 0, 1);
+  ASSERT_EQ(result["layers"].size(), 1U);
+  EXPECT_EQ(result["layers"][0]["material"], "Si");
+  EXPECT_NEAR(result["layers"][0]["volume_nm3"], -4000.0 * 8000 * 2000, 0.01 * 6.4e10);
+}
+
 }  // namespace

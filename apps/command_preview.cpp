@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "apps/recipe.h"
+#include "apps/results.h"
+#include "levelset/cross_section.h"
+
+namespace scarp {
+
+namespace {
+
+struct PreviewArguments : RecipeArguments {
+  std::string output;
+};
+
+nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
+                               const std::filesystem::path& folder) {
+  nlohmann::ordered_json layers = nlohmann::ordered_json::array();
+  const std::vector<double> volumes = material_volumes(preview.layers);
+  for (std::size_t k = 0; k < preview.layers.stack.size(); ++k) {
+    const Layer& layer = preview.layers.stack[k];
+    layers.push_back({{"material", recipe.materials[layer.material].name},
+                      {"volume_nm3", volumes[k]},
+                      {"active_nodes", layer.phi.active_count()}});
+  }
+  const Sides sides = recipe.frame.sides();
+  const Box box = bounding_box(preview.surface);
+  return {{"title", recipe.title},
+          {"spacing_nm", recipe.frame.spacing},
+          {"extent_nm", {sides.width(0), sides.width(1)}},
+          {"lowest_nm", box.lower.z},
+          {"highest_nm", box.upper.z},
+          {"vertices", preview.surface.vertices.size()},
+          {"facets", preview.surface.triangles.size()},
+          {"layers", layers},
+          {"files", {folder / "preview.vtp", folder / "preview.csv", folder / "preview.svg"}}};
+}
+
+int preview_recipe(const PreviewArguments& arguments, const CommonOptions& common) {
+  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const std::filesystem::path folder = result_folder(arguments.recipe, arguments.output);
+  const Preview preview = write_preview(folder, recipe);
+  const nlohmann::ordered_json result = as_json(preview, recipe, folder);
+  if (common.json) {
+    std::cout << result.dump(2) << '\n';
+    return done;
+  }
+  if (common.quiet) return done;
+  fmt::print("{:16} {:>16} {:>14}\n", "layer, top first", "volume [um^3]", "active nodes");
+  for (auto layer = result["layers"].rbegin(); layer != result["layers"].rend(); ++layer) {
+    fmt::print("{:16} {:16.6g} {:14}\n", (*layer)["material"].get<std::string>(),
+               (*layer)["volume_nm3"].get<double>() * 1e-9,
+               (*layer)["active_nodes"].get<std::size_t>());
+  }
+  const Box box = bounding_box(preview.surface);
+  fmt::print(
+      "surface from z = {:.6g} nm to {:.6g} nm, {} facets; the lowest layer's volume counts "
+      "from z = 0\n{}\n",
+      box.lower.z, box.upper.z, preview.surface.triangles.size(),
+      (folder / "preview.svg").string());
+  return done;
+}
+
+}  // namespace
+
+void add_preview(CLI::App& app, const CommonOptions& common, CommandAction& action) {
+  CLI::App* command =
+      app.add_subcommand("preview", "Write the start geometry of a recipe, without running it");
+  const auto arguments = std::make_shared<PreviewArguments>();
+  add_recipe_arguments(*command, *arguments);
+  command->add_option("-o,--output", arguments->output,
+                      "Folder for preview.vtp, .csv and .svg (default: results/<recipe name>)");
+  command->callback([&common, &action, arguments] {
+    action = [&common, arguments] { return preview_recipe(*arguments, common); };
+  });
+}
+
+}  // namespace scarp
