@@ -195,6 +195,25 @@ std::vector<Item> read_list(const Item& item, ListSize size) {
   return entries;
 }
 
+std::vector<std::array<double, 2>> read_polygon(const Item& item) {
+  std::vector<std::array<double, 2>> points;
+  for (const Item& point : read_list(item, {.minimum = 3})) {
+    const std::vector<Item> coordinates = read_list(point, {2, 2});
+    if (coordinates.empty()) continue;
+    points.push_back({read_quantity(coordinates[0], Dimension::length, {}).value_or(0),
+                      read_quantity(coordinates[1], Dimension::length, {}).value_or(0)});
+  }
+  return points;
+}
+
+/// A list of lists of points rather than of points.
+bool holds_polygons(const TomlValue& value) {
+  const auto first_is_list = [](const TomlValue& list) {
+    return list.is_list() && !list.entries.empty() && list.entries[0].is_list();
+  };
+  return first_is_list(value) && first_is_list(value.entries[0]);
+}
+
 /// The table that an item is; an empty one for an item that is not there or is no table.
 RecipeNode& make_node(const RecipeNode& parent, RecipeRecord& record, std::string path,
                       const std::optional<Item>& item) {
@@ -345,6 +364,21 @@ std::vector<double> RecipeTable::quantities(std::string_view key, Dimension dime
   }
   if (values.empty()) values.assign(size.minimum, stand_in(limits, dimension));
   return values;
+}
+
+std::vector<std::vector<std::array<double, 2>>> RecipeTable::polygons(std::string_view key) const {
+  const auto item = find(*node_, key);
+  if (!item) {
+    note_missing(*node_, key,
+                 "write for example " + std::string(key) +
+                     R"( = [["0 um", "0 um"], ["1 um", "0 um"], ["1 um", "1 um"]])");
+    return {};
+  }
+  node_->record->set(key, format_toml(item->value));
+  if (!holds_polygons(item->value)) return {read_polygon(*item)};
+  std::vector<std::vector<std::array<double, 2>>> all;
+  for (const Item& entry : read_list(*item, {})) all.push_back(read_polygon(entry));
+  return all;
 }
 
 std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {

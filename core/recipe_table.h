@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -80,6 +81,8 @@ class RecipeTable {
   /// A list of quantities: extent = ["10 um", "10 um"].
   std::vector<double> quantities(std::string_view key, Dimension dimension, ListSize size = {},
                                  const Limits& limits = {}) const;
+  /// Polygons of at least three points: one, [["0 um", "0 um"], ...], or a list of such lists.
+  std::vector<std::vector<std::array<double, 2>>> polygons(std::string_view key) const;
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
 
   template <class T>

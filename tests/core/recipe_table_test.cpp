@@ -365,5 +365,44 @@ TEST(RecipePerMaterial, SaysWhichMaterialIsWrong) {
                                  "mean Si?)"));
 }
 
+TEST(RecipeTable, PolygonsAreOneListOfPointsOrAListOfSuchLists) {
+  const RecipeFile file(
+      R"(one = [["0 um", "0 nm"], ["1 um", "0 nm"], ["1 um", "2 um"]]
+two = [[["0 nm", "0 nm"], ["1 nm", "0 nm"], ["0 nm", "1 nm"]],
+       [["5 nm", "5 nm"], ["6 nm", "5 nm"], ["6 nm", "6 nm"], ["5 nm", "6 nm"]]]
+)",
+      "r.toml");
+  const auto one = file.root().polygons("one");
+  ASSERT_EQ(one.size(), 1U);
+  ASSERT_EQ(one[0].size(), 3U);
+  EXPECT_EQ(one[0][2], (std::array<double, 2>{1000, 2000}));
+  const auto two = file.root().polygons("two");
+  ASSERT_EQ(two.size(), 2U);
+  EXPECT_EQ(two[1].size(), 4U);
+  EXPECT_EQ(two[1][1], (std::array<double, 2>{6, 5}));
+  file.finish();
+  const RecipeFile again(file.resolved(), "again.toml");
+  EXPECT_EQ(again.root().polygons("two"), two);
+}
+
+TEST(RecipeTable, PolygonsThatAreNoneNameThePlace) {
+  const RecipeFile file(
+      R"(few = [["0 um", "0 nm"], ["1 um", "0 nm"]]
+flat = [["0 um", "0 nm"], ["1 um", "0 nm", "2 nm"], ["1 um", "2 um"]]
+bare = [["0 um", 7], ["1 um", "0 nm"], ["1 um", "2 um"]]
+)",
+      "r.toml");
+  for (const char* key : {"few", "flat", "bare", "absent"}) file.root().polygons(key);
+  try {
+    file.finish();
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("few: has 2 entries; 3 or more are wanted"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("flat[1]: has 3 entries; 2 are wanted"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("bare[0][1]: 7 has no unit"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("absent: missing"));
+  }
+}
+
 }  // namespace
 }  // namespace scarp
