@@ -90,6 +90,7 @@ int run_recipe(const RunArguments& arguments, const CommonOptions& common) {
         recipe, folder,
         {.resume = arguments.resume,
          .stop = &interrupt_requested,
+         .log = Log(std::cerr, common.quiet ? Log::Level::warnings : Log::Level::everything),
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
   }
   if (end == RunEnd::interrupted) {

@@ -86,6 +86,21 @@ double bar_length(double width) {
   return decade * (mantissa >= 5 ? 5 : mantissa >= 2 ? 2 : 1);
 }
 
+// Text as XML allows it: without the control characters that it has no way to write.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else {
+      out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+  }
+  return out;
+}
+
 std::string legend(const ProfileView& view, const Materials& materials,
                    const std::vector<MaterialId>& order, double y) {
   std::string text;
@@ -95,7 +110,7 @@ std::string legend(const ProfileView& view, const Materials& materials,
     text += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"14\" height=\"14\" fill=\"{}\"/>"
         "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-        x, y, fills[i % fills.size()], x + 20, y + 12, name);
+        x, y, fills[i % fills.size()], x + 20, y + 12, escaped(name));
     x += 40 + 8.0 * static_cast<double>(name.size());
   }
   const Window window = window_of(view);
@@ -107,20 +122,6 @@ std::string legend(const ProfileView& view, const Materials& materials,
       end - bar * window.scale(), y + 7, end, end - bar * window.scale() - 8, y + 12,
       length_text(bar));
   return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace scarp {
 namespace {
 
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
+constexpr double most_outputs = 10000;
 constexpr std::uint64_t bytes_per_megabyte = 1 << 20;
 constexpr Limits positive{.minimum = 0, .exclusive = true};
 
@@ -211,6 +212,20 @@ std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
   return found;
 }
 
+// Each output is a handful of files: an interval of another unit by mistake would fill the disk.
+double read_output_interval(const RecipeTable& table, std::span<const ProcessStep> steps) {
+  const double every = table.time("every", {.fallback = "0 s", .minimum = 0});
+  double duration = 0;
+  for (const ProcessStep& step : steps) duration += step.duration;
+  if (every > 0 && duration / every > most_outputs) {
+    table.error("every", fmt::format("{} gives {:.2g} outputs in {}; at most {:g}: at least {}",
+                                     format_quantity(every, Dimension::time), duration / every,
+                                     format_quantity(duration, Dimension::time), most_outputs,
+                                     format_quantity(duration / most_outputs, Dimension::time)));
+  }
+  return every;
+}
+
 }  // namespace
 
 Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
@@ -240,7 +255,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   const std::vector<RecipeTable> steps = root.tables("step");
   recipe.steps = StepReader(recipe, materials_of(recipe.geometry)).read(steps);
   if (steps.empty()) root.error("step", "there is no step; add a [[step]] table");
-  recipe.output_every = root.table("output").time("every", {.fallback = "0 s", .minimum = 0});
+  recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
   file.finish();
   recipe.resolved = file.resolved();
   return recipe;

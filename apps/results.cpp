@@ -57,9 +57,32 @@ bool is_result(const std::string& name) {
          (starts("profile_") && (ends(".csv") || ends(".svg")));
 }
 
-// A name in CSV: in quotes where it holds a comma, a quote or a line end.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+// What a killed process was writing when it died: NAME.tmp-PID-N.
+bool is_temporary(const std::string& name) {
+  const std::size_t ending = name.rfind(".tmp-");
+  return ending != std::string::npos && is_result(name.substr(0, ending));
+}
+
+bool is_checkpoint(const std::string& name) {
+  return is_result(name) && fs::path(name).extension() == ".vdb";
+}
+
+// Whole lines only: one without an end was being written when the process died.
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t start = 0;
+  for (std::size_t end = 0; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
+    lines.push_back(text.substr(start, end - start));
+  }
+  return lines;
+}
+
+// A name in CSV: in quotes where it holds a comma or a quote. A row stays one line.
+std::string csv_field(std::string text) {
+  for (char& c : text) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  if (text.find_first_of(",\"") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) {
     quoted += c;
@@ -96,23 +119,117 @@ std::string recipe_hash(const Recipe& recipe) {
   return hash.hex();
 }
 
-CheckpointNotes notes_of(const State& state, const Recipe& recipe, int output_count) {
+void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (chosen(entry.path().filename().string())) found.push_back(entry.path());
+  }
+  for (const fs::path& each : found) fs::remove(each);
+}
+
+std::string joined(std::span<const double> numbers) {
+  std::string text;
+  for (const double number : numbers) text += (text.empty() ? "" : " ") + format_number(number);
+  return text;
+}
+
+CheckpointNotes notes_of(const State& state, const Recipe& recipe,
+                         std::span<const double> output_times) {
   return {{"time_s", format_number(state.time)},
           {"step", std::to_string(state.step)},
           {"step_start_s", format_number(state.step_start)},
           {"time_step", std::to_string(state.time_step)},
           {"seed", std::to_string(recipe.flux.seed)},
-          {"outputs", std::to_string(output_count)},
+          {"output_times_s", joined(output_times)},
           {"recipe_hash", recipe_hash(recipe)}};
 }
 
-double number_of(const CheckpointNotes& notes, const std::string& key, const fs::path& file) {
+std::vector<double> numbers_of(const CheckpointNotes& notes, const std::string& key,
+                               const fs::path& file) {
   const auto entry = notes.find(key);
   if (entry == notes.end()) {
     throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
                                  file.string(), key));
   }
-  return std::stod(entry->second);
+  std::vector<double> numbers;
+  std::istringstream text(entry->second);
+  for (std::string word; text >> word;) numbers.push_back(std::strtod(word.c_str(), nullptr));
+  return numbers;
+}
+
+double number_of(const CheckpointNotes& notes, const std::string& key, const fs::path& file) {
+  const std::vector<double> numbers = numbers_of(notes, key, file);
+  if (numbers.size() == 1) return numbers.front();
+  throw InputError(fmt::format(
+      "{}: the entry {} is not a number; this is not a checkpoint of a run", file.string(), key));
+}
+
+// Adds a line; what a full disk leaves of it is taken back.
+void append_whole(const fs::path& file, const std::string& line) {
+  std::error_code ignored;
+  const std::uintmax_t size = fs::file_size(file, ignored);
+  std::ofstream out(file, std::ios::app | std::ios::binary);
+  out << line << std::flush;
+  if (out) return;
+  const std::string cause = std::strerror(errno);
+  out.close();
+  if (!ignored) fs::resize_file(file, size, ignored);
+  throw NumericalError(
+      fmt::format("{}: a line could not be written: {}; make room and go on with --resume",
+                  file.string(), cause));
+}
+
+// Where a run can go on: the state, the file it is from, the times of the outputs up to there.
+struct Restart {
+  State state;
+  fs::path file;
+  std::vector<double> output_times;
+};
+
+Restart read_restart(const fs::path& file, const Recipe& recipe) {
+  Checkpoint checkpoint = read_checkpoint(file);
+  const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
+  if (const auto hash = checkpoint.notes.find("recipe_hash");
+      hash == checkpoint.notes.end() || hash->second != recipe_hash(recipe)) {
+    throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
+  }
+  return {.state = {.layers = std::move(checkpoint.layers),
+                    .time = value("time_s"),
+                    .step = static_cast<std::size_t>(value("step")),
+                    .step_start = value("step_start_s"),
+                    .time_step = static_cast<std::uint32_t>(value("time_step"))},
+          .file = file,
+          .output_times = numbers_of(checkpoint.notes, "output_times_s", file)};
+}
+
+// One that cannot be read, or whose time steps have no rows in metrics.csv, is passed over: an
+// earlier one leads to the same bits.
+std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::size_t row_count,
+                                      const Recipe& recipe, const Log& log) {
+  // Outputs are numbered in the order of time; only the checkpoint of an interrupted run is not.
+  std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
+  std::sort(newest_first.begin(), newest_first.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string left = a.filename().string();
+    const std::string right = b.filename().string();
+    return std::pair(left.size(), left) > std::pair(right.size(), right);
+  });
+  std::optional<Restart> newest;
+  for (const fs::path& file : newest_first) {
+    try {
+      Restart restart = read_restart(file, recipe);
+      if (restart.state.time_step >= row_count) {
+        throw InputError(
+            fmt::format("{}: metrics.csv has no rows for its time steps", file.string()));
+      }
+      if (!newest || restart.state.time_step > newest->state.time_step) {
+        newest = std::move(restart);
+      }
+      if (file.filename() != interrupted_state) break;
+    } catch (const InputError& error) {
+      log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
+    }
+  }
+  return newest;
 }
 
 // The cut through the middle of the domain, across the y direction.
@@ -233,21 +350,19 @@ bool ResultFolder::complete(const Recipe& recipe) const {
 }
 
 void ResultFolder::start(const Recipe& recipe) {
-  std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(path_)) {
-    if (is_result(entry.path().filename().string())) old.push_back(entry.path());
-  }
-  for (const fs::path& each : old) fs::remove(each);
-  output_count_ = 0;
+  // The mark of a complete run goes first, whatever happens on the way.
+  fs::remove(file("summary.json"));
+  remove_files(path_, is_result);
+  remove_files(path_, is_temporary);
+  output_times_.clear();
   write_file(file("recipe.toml"), recipe.resolved);
   write_file(file("metrics.csv"), metrics_head);
 }
 
-std::optional<State> ResultFolder::resume(const Recipe& recipe) {
+std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
   std::vector<fs::path> checkpoints;
   for (const auto& entry : fs::directory_iterator(path_)) {
-    const std::string name = entry.path().filename().string();
-    if (is_result(name) && entry.path().extension() == ".vdb") checkpoints.push_back(entry.path());
+    if (is_checkpoint(entry.path().filename().string())) checkpoints.push_back(entry.path());
   }
   if (checkpoints.empty()) return std::nullopt;
   if (read_text(file("recipe.toml")) != recipe.resolved) {
@@ -256,48 +371,26 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe) {
                     "without --resume to start anew, or choose another folder with -o",
                     file("recipe.toml").string()));
   }
-  // Outputs are numbered in the order of time; only an interrupted run has one beyond them.
-  std::sort(checkpoints.begin(), checkpoints.end());
-  std::optional<State> last;
-  for (auto each = checkpoints.rbegin(); each != checkpoints.rend(); ++each) {
-    const bool between = each->filename() == interrupted_state;
-    if (last && !between) continue;
-    Checkpoint checkpoint = read_checkpoint(*each);
-    const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, *each); };
-    State state{.layers = std::move(checkpoint.layers),
-                .time = value("time_s"),
-                .step = static_cast<std::size_t>(value("step")),
-                .step_start = value("step_start_s"),
-                .time_step = static_cast<std::uint32_t>(value("time_step"))};
-    if (last && last->time_step >= state.time_step) continue;
-    output_count_ = static_cast<int>(value("outputs"));
-    last = std::move(state);
-    last_checkpoint_ = *each;
+  const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
+  std::optional<Restart> restart = newest_restart(checkpoints, rows.size(), recipe, log);
+  if (!restart) {
+    throw InputError(fmt::format(
+        "{}: no checkpoint here can be gone on from; run without --resume to start anew",
+        path_.string()));
   }
-  restore_series();
+  output_times_ = std::move(restart->output_times);
+  last_checkpoint_ = std::move(restart->file);
+  remove_files(path_, is_temporary);
 
-  // Rows of time steps that will be done again.
-  std::istringstream rows(read_text(file("metrics.csv")));
+  // The rows of time steps that will be done again go.
   std::string kept;
-  std::string row;
-  for (std::uint32_t n = 0; n <= last->time_step && std::getline(rows, row); ++n)
-    kept += row + '\n';
+  for (std::size_t n = 0; n <= restart->state.time_step; ++n) kept += rows[n] + '\n';
   write_file(file("metrics.csv"), kept);
-  return last;
-}
-
-// Times of the outputs so far, from their checkpoints.
-void ResultFolder::restore_series() {
-  series_.clear();
-  for (int number = 0; number < output_count_; ++number) {
-    const fs::path state = file(numbered("state", number, ".vdb"));
-    series_.push_back({number_of(read_checkpoint(state).notes, "time_s", state),
-                       numbered("surface", number, ".vtp")});
-  }
+  return std::move(restart->state);
 }
 
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
-  const int number = output_count_;
+  const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   const std::vector<LayerProfile> profile = middle_profile(state.layers);
   write_profile(file(numbered("profile", number, ".csv")), profile, recipe.materials);
@@ -308,16 +401,19 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
              .left = sides.lower[0],
              .right = sides.upper[0]},
             recipe.materials);
-  series_.push_back({state.time, numbered("surface", number, ".vtp")});
-  write_series(file("surface.pvd"), series_);
+  output_times_.push_back(state.time);
+  std::vector<SeriesEntry> series;
+  for (int n = 0; n <= number; ++n) {
+    series.push_back({output_times_[static_cast<std::size_t>(n)], numbered("surface", n, ".vtp")});
+  }
+  write_series(file("surface.pvd"), series);
   // The checkpoint comes last: where it stands, the output is whole.
-  ++output_count_;
   write_state(numbered("state", number, ".vdb"), state, recipe);
   fs::remove(file(interrupted_state));
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
-  scarp::write_checkpoint(file(name), state.layers, notes_of(state, recipe, output_count_));
+  scarp::write_checkpoint(file(name), state.layers, notes_of(state, recipe, output_times_));
   last_checkpoint_ = file(name);
 }
 
@@ -342,14 +438,7 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
   }
   row += fmt::format(",{}\n", after.time_step - 1);
 
-  std::ofstream out(file("metrics.csv"), std::ios::app | std::ios::binary);
-  out << row << std::flush;
-  if (!out) {
-    throw NumericalError(
-        fmt::format("{}: a line could not be written: {}; make room and go on "
-                    "with --resume",
-                    file("metrics.csv").string(), std::strerror(errno)));
-  }
+  append_whole(file("metrics.csv"), row);
 }
 
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
@@ -359,7 +448,7 @@ void ResultFolder::write_summary(const State& state, const Survey& survey, const
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
   summary["time_steps"] = state.time_step;
-  summary["outputs"] = output_count_;
+  summary["outputs"] = output_count();
   summary["state_hash"] = state_hash(state, recipe);
   summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
                           {"lowest_nm", bounding_box(survey.facets).lower.z}};

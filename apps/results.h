@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/simulator.h"
-#include "mesh/mesh_file.h"
+#include "core/log.h"
 
 namespace scarp {
 
@@ -30,13 +30,14 @@ class ResultFolder {
   /// Removes what an earlier run left and starts anew.
   void start(const Recipe& recipe);
 
-  /// Reads the last checkpoint and drops what came after it. Empty when there is none.
+  /// Reads the newest checkpoint that is whole and drops what came after it; the log is told of
+  /// those passed over. Empty when there is none.
   ///
-  /// Throws: InputError when the folder holds a run of another recipe.
-  std::optional<State> resume(const Recipe& recipe);
+  /// Throws: InputError when the folder holds a run of another recipe, or only damaged checkpoints.
+  std::optional<State> resume(const Recipe& recipe, const Log& log);
 
   /// The number of outputs so far; the next one gets this number.
-  int output_count() const { return output_count_; }
+  int output_count() const { return static_cast<int>(output_times_.size()); }
 
   /// surface_NNNN.vtp, surface.pvd, profile_NNNN.csv, profile_NNNN.svg and state_NNNN.vdb.
   void write_output(const State& state, const Survey& survey, const Recipe& recipe);
@@ -58,14 +59,12 @@ class ResultFolder {
  private:
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
-  void restore_series();
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
-  std::vector<SeriesEntry> series_;
+  std::vector<double> output_times_;
   std::filesystem::path last_checkpoint_;
   int lock_ = -1;
-  int output_count_ = 0;
 };
 
 /// The start geometry of a recipe and its surface.

@@ -93,7 +93,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   const auto start = std::chrono::steady_clock::now();
 
   std::optional<State> resumed;
-  if (options.resume) resumed = folder.resume(recipe);
+  if (options.resume) resumed = folder.resume(recipe, options.log);
   if (!resumed) folder.start(recipe);
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
@@ -117,12 +117,13 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
     now = survey_or_save(state, recipe, folder);
     total.add(now.timer);
     observer.look_at(state, now);
+    const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
     if (state.time >= output_time || state.step != step) {
       folder.write_output(state, now, recipe);
-    } else if (options.stop != nullptr && *options.stop) {
+    } else if (stop) {
       folder.write_checkpoint(state, recipe);
-      return RunEnd::interrupted;
     }
+    if (stop) return RunEnd::interrupted;
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   folder.write_summary(state, now, recipe, total, wall.count());

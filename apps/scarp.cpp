@@ -4,6 +4,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <iostream>
 #include <new>
 
 #include "apps/commands.h"
@@ -50,7 +52,12 @@ int run_command_line(int argc, char** argv) {
     return app.exit(error) == 0 ? done : wrong_input;
   }
   const ThreadLimit limit(common.threads);
-  return action();
+  const int code = action();
+  // A result that did not reach its reader is no result.
+  if (!std::cout.flush() || std::fflush(stdout) != 0) {
+    throw NumericalError("standard output cannot be written");
+  }
+  return code;
 }
 
 }  // namespace
@@ -83,6 +90,9 @@ int main(int argc, char** argv) {
     return wrong_input;
   } catch (const NumericalError& error) {
     fmt::print(stderr, "{}\n", error.what());
+    return could_not_go_on;
+  } catch (const std::filesystem::filesystem_error& error) {
+    fmt::print(stderr, "{}: {}\n", error.path1().string(), error.code().message());
     return could_not_go_on;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "out of memory; use a coarser spacing or a smaller extent\n");

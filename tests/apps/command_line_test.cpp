@@ -193,6 +193,111 @@ TEST_F(CommandLine, AnInterruptedRunLeavesACheckpointAndGoesOn) {
             metrics_without_times(folder_ / "cut" / "metrics.csv"));
 }
 
+class DamagedFolder : public CommandLine {
+ protected:
+  // A finished run and a copy of it that seems to have stopped early.
+  void SetUp() override {
+    ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
+    fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+    fs::remove(folder_ / "cut" / "summary.json");
+  }
+
+  Outcome resume() const { return scarp("run " + small_trench("--resume -o " + path("cut"))); }
+
+  void expect_same_run() const {
+    EXPECT_EQ(files("cut"), files("whole"));
+    const auto whole = nlohmann::json::parse(text_of(folder_ / "whole" / "summary.json"));
+    const auto cut = nlohmann::json::parse(text_of(folder_ / "cut" / "summary.json"));
+    EXPECT_EQ(whole["state_hash"], cut["state_hash"]);
+    EXPECT_EQ(metrics_without_times(folder_ / "whole" / "metrics.csv"),
+              metrics_without_times(folder_ / "cut" / "metrics.csv"));
+    EXPECT_EQ(text_of(folder_ / "whole" / "surface.pvd"), text_of(folder_ / "cut" / "surface.pvd"));
+  }
+};
+
+TEST_F(DamagedFolder, GoesOnFromTheCheckpointBeforeADamagedOne) {
+  fs::resize_file(folder_ / "cut" / "state_0003.vdb", 3000);
+  write("cut/state_0002.vdb", "");
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("state_0003.vdb"), HasSubstr("earlier checkpoint")));
+  expect_same_run();
+}
+
+TEST_F(DamagedFolder, NeedsNoCheckpointButTheLast) {
+  write("cut/state_0001.vdb", "");
+  EXPECT_EQ(resume().exit_code, 0);
+}
+
+TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseRowsAreLost) {
+  const fs::path metrics = folder_ / "cut" / "metrics.csv";
+  fs::resize_file(metrics, fs::file_size(metrics) - 5);
+  EXPECT_EQ(resume().exit_code, 0);
+  expect_same_run();
+}
+
+TEST_F(DamagedFolder, SaysWhatToDoWhenNoCheckpointIsWhole) {
+  for (const char* state :
+       {"state_0000.vdb", "state_0001.vdb", "state_0002.vdb", "state_0003.vdb"}) {
+    write(std::string("cut/") + state, "something else");
+  }
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.messages, HasSubstr("without --resume"));
+  EXPECT_TRUE(fs::exists(folder_ / "cut" / "surface_0003.vtp"));
+}
+
+TEST_F(DamagedFolder, DropsWhatAKilledProcessWasWriting) {
+  write("cut/surface_0001.vtp.tmp-123-0", "half");
+  write("cut/notes.tmp-1", "a user's own");
+  EXPECT_EQ(resume().exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "cut" / "surface_0001.vtp.tmp-123-0"));
+  EXPECT_TRUE(fs::exists(folder_ / "cut" / "notes.tmp-1"));
+}
+
+// Every time step is an output here, which has its own checkpoint.
+TEST_F(CommandLine, AnInterruptAtAnOutputEndsTheRun) {
+  const std::string line =
+      "timeout --signal=INT --kill-after=20 --preserve-status 1 " + std::string(SCARP_BINARY) +
+      " run " + small_trench("--set output.every='\"0.01 s\"' -o " + path("r")) + " 2>/dev/null";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 130);
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "summary.json"));
+}
+
+TEST_F(CommandLine, AnOutputIntervalThatFillsTheDiskIsRefused) {
+  const Outcome check = scarp("check " + small_trench("--set output.every='\"1e-9 s\"'"));
+  EXPECT_EQ(check.exit_code, 2);
+  EXPECT_THAT(check.messages, AllOf(HasSubstr("output.every"), HasSubstr("at most 10000")));
+}
+
+TEST_F(CommandLine, AMissedTargetIsAWarning) {
+  const Outcome run =
+      scarp("run " + small_trench("--set flux.target_error=0.001 --set "
+                                  "flux.max_rays=1000 --set flux.engine='\"forward\"' -o " +
+                                  path("r")));
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("warning"), HasSubstr("flux.max_rays")));
+}
+
+TEST_F(CommandLine, AResultThatCannotBePrintedIsExitThree) {
+  EXPECT_EQ(scarp("models >/dev/full").exit_code, 3);
+  EXPECT_EQ(scarp("models --json >/dev/full").exit_code, 3);
+}
+
+TEST_F(CommandLine, NamesMayHoldAnyCharacter) {
+  const Outcome run =
+      scarp("run " + small_trench("--set title='\"a<b & \\\"c\\\", \\u0001 \u00b5\"' --set "
+                                  "step[0].name='\"one, \\\"two\\\"\\nthree\"' --json -o " +
+                                  path("r")));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_THAT(json_of(run)["title"], HasSubstr("a<b & \"c\""));
+  const std::string metrics = text_of(folder_ / "r" / "metrics.csv");
+  EXPECT_THAT(metrics, HasSubstr("0,\"one, \"\"two\"\" three\",5,"));
+  const std::string picture = text_of(folder_ / "r" / "profile_0000.svg");
+  EXPECT_THAT(picture, HasSubstr("a&lt;b &amp; \"c\""));
+  EXPECT_EQ(picture.find('\x01'), std::string::npos);
+}
+
 TEST_F(CommandLine, AWrongRecipeIsExitTwoAndLeavesNoFolder) {
   write("bad.toml", "[domain]\nspacing = \"5\"\n");
   const Outcome bad = scarp("run " + path("bad.toml") + " -o " + path("r"));
