@@ -110,8 +110,9 @@ class Extraction {
   const OpenGas* gas_;
   const Layers* layers_;
   std::vector<LeafSurface> surfaces_;
-  /// Per leaf, node and axis: place in the leaf's vertices, or -1.
-  std::vector<std::int32_t> edge_vertex_;
+  /// Per leaf, node and axis: place in the leaf's vertices, or no_vertex.
+  static constexpr std::uint16_t no_vertex = 0xffff;
+  std::vector<std::uint16_t> edge_vertex_;
   std::vector<std::uint32_t> first_vertex_;
 };
 
@@ -173,7 +174,7 @@ void Extraction::place_on_edge(std::size_t n, Node node, int axis, bool starts_s
   }
   LeafSurface& surface = surfaces_[n];
   edge_vertex_[(n * leaf_size + leaf_offset(node[0], node[1], node[2])) * 3 + axis] =
-      static_cast<std::int32_t>(surface.vertices.size());
+      static_cast<std::uint16_t>(surface.vertices.size());
   surface.vertices.push_back(position(index));
   surface.exposed.push_back(layers_ != nullptr ? exposed_layer(*layers_, node, axis) : 0);
 }
@@ -279,10 +280,10 @@ Corner Extraction::on_edge(std::size_t n, Node cell, int edge) const {
   Node node{cell[0] + (base & 1), cell[1] + ((base >> 1) & 1), cell[2] + (base >> 2)};
   Corner corner;
   const std::size_t leaf = stored_place(n, node, corner);
-  const std::int32_t local =
+  const std::uint16_t local =
       edge_vertex_[(leaf * leaf_size + leaf_offset(node[0], node[1], node[2])) * 3 + edge / 4];
-  if (local >= 0) {
-    corner.vertex = first_vertex_[leaf] + static_cast<std::uint32_t>(local);
+  if (local != no_vertex) {
+    corner.vertex = first_vertex_[leaf] + local;
   }
   return corner;
 }
@@ -468,7 +469,7 @@ TriMesh Extraction::join() const {
 
 TriMesh Extraction::run() {
   const std::size_t count = band_.leaves().size();
-  edge_vertex_.assign(count * leaf_size * 3, -1);
+  edge_vertex_.assign(count * leaf_size * 3, no_vertex);
   parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       place_vertices(n);

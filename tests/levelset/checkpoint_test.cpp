@@ -106,5 +106,10 @@ TEST_F(CheckpointFile, LeavesNothingWhereItCannotWrite) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
+TEST_F(CheckpointFile, SaysSoWhenTheDiskIsFull) {
+  EXPECT_THAT([] { write_checkpoint("/dev/full", etched_wafer(), {}); },
+              ThrowsMessage<NumericalError>(HasSubstr("disk is full")));
+}
+
 }  // namespace
 }  // namespace scarp
