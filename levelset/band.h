@@ -32,7 +32,8 @@ struct NewLeaf {
   std::array<int, 3> origin{};
   bool solid = false;
 
-  friend auto operator<=>(const NewLeaf&, const NewLeaf&) = default;
+  friend bool operator==(const NewLeaf&, const NewLeaf&) = default;
+  friend bool operator<(const NewLeaf& a, const NewLeaf& b) { return a.origin < b.origin; }
 };
 
 /// The leaves of a narrow band in a fixed order, over an OpenVDB tree that no header shows.

@@ -131,6 +131,7 @@ std::vector<CellCase> make_cases() {
     faces[edge] = faces_of(edge);
   }
   std::vector<CellCase> cases;
+  cases.reserve(256);
   for (int mask = 0; mask < 256; ++mask) {
     cases.push_back(make_case(mask, faces));
   }

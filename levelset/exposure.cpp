@@ -15,8 +15,6 @@ constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 8;
 constexpr std::uint16_t unknown = std::numeric_limits<std::uint16_t>::max();
 
-constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
-
 /// Prefers what is nearer, then the lower layer: the same whatever the order of asking.
 struct Candidate {
   float distance = std::numeric_limits<float>::infinity();
@@ -34,7 +32,7 @@ std::uint16_t layer_next_to(const Layers& layers, std::array<int, 3> node, const
   Candidate best;
   for (int axis = 0; axis < 3; ++axis) {
     for (const int step : {-1, 1}) {
-      const float there = phi[step * strides[axis]];
+      const float there = phi[step * axis_strides[axis]];
       if ((*phi < 0) == (there < 0)) {
         continue;
       }
@@ -50,8 +48,8 @@ std::uint16_t layer_next_to(const Layers& layers, std::array<int, 3> node, const
 float layer_of_neighbour(const float* phi, const float* layer) {
   float nearest = std::abs(*phi);
   float found = no_value;
-  for (const int stride : strides) {
-    for (const int to : {-stride, stride}) {
+  for (const std::ptrdiff_t stride : axis_strides) {
+    for (const std::ptrdiff_t to : {-stride, stride}) {
       const float there = std::abs(phi[to]);
       const bool nearer = there < nearest || (there == nearest && layer[to] < found);
       if (nearer && there < std::abs(*phi) && layer[to] != no_value) {

@@ -117,7 +117,7 @@ bool Extension::is_void(std::size_t leaf, int node, const Block& block) const {
   for (int face = 0; face < 6; ++face) {
     std::array<int, 3> other{i0 + i, j0 + j, k0 + k};
     other[face / 2] += face % 2 == 0 ? -1 : 1;
-    const int stride = face / 2 == 0 ? Block::x_stride : face / 2 == 1 ? Block::y_stride : 1;
+    const std::ptrdiff_t stride = axis_strides[face / 2];
     if (p[face % 2 == 0 ? -stride : stride] < 0) {
       continue;
     }
@@ -174,8 +174,8 @@ void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
 float carried_speed(const float* phi, const float* speed) {
   double weights = 0;
   double sum = 0;
-  for (const int stride : {Block::x_stride, Block::y_stride, 1}) {
-    const int nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
+  for (const std::ptrdiff_t stride : axis_strides) {
+    const std::ptrdiff_t nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
     const double weight = std::abs(*phi) - std::abs(phi[nearer]);
     if (weight > 0 && speed[nearer] != no_value) {
       weights += weight;

@@ -65,6 +65,13 @@ struct CellBlock {
     return std::abs((at(i, j, k) - at(i + bi, j + bj, k + bk)) -
                     (at(i + ci, j + cj, k + ck) - at(i + bi + ci, j + bj + cj, k + bk + ck)));
   }
+
+  /// Whether one of the six faces of a cell may hold a corner.
+  bool is_creased(int i, int j, int k) const {
+    return twist(i, j, k, 0) >= least_twist || twist(i + 1, j, k, 0) >= least_twist ||
+           twist(i, j, k, 1) >= least_twist || twist(i, j + 1, k, 1) >= least_twist ||
+           twist(i, j, k, 2) >= least_twist || twist(i, j, k + 1, 2) >= least_twist;
+  }
 };
 
 class Extraction {
@@ -81,6 +88,7 @@ class Extraction {
   bool is_cut(const Leaf& leaf) const;
   void gather_cells(const Leaf& leaf, CellBlock& block) const;
   void place_vertices(std::size_t n);
+  void place_at_node(std::size_t n, const CellBlock& block, Node local);
   void place_on_edge(std::size_t n, Node node, int axis, bool starts_solid);
   void place_on_face(std::size_t n, Node node, int normal);
   Vec3f position(std::array<double, 3> index) const;
@@ -228,31 +236,38 @@ void Extraction::place_vertices(std::size_t n) {
   }
   CellBlock block;
   gather_cells(leaf, block);
-  const auto [i0, j0, k0] = leaf.origin;
-  const Frame& frame = band_.frame();
-  for (int i = 0; i < std::min(leaf_edge, band_.node_count(0) - i0); ++i) {
-    for (int j = 0; j < std::min(leaf_edge, band_.node_count(1) - j0); ++j) {
-      const std::array<bool, 3> has{i0 + i < frame.cells[0], j0 + j < frame.cells[1], true};
+  const int i_count = std::min(leaf_edge, band_.node_count(0) - leaf.origin[0]);
+  const int j_count = std::min(leaf_edge, band_.node_count(1) - leaf.origin[1]);
+  for (int i = 0; i < i_count; ++i) {
+    for (int j = 0; j < j_count; ++j) {
       for (int k = 0; k < leaf_edge; ++k) {
-        const float phi = block.at(i, j, k);
-        if (std::abs(phi) >= far_from_surface) {
-          continue;
-        }
-        const Node node{i0 + i, j0 + j, k0 + k};
-        const std::array<float, 3> next{block.at(i + 1, j, k), block.at(i, j + 1, k),
-                                        block.at(i, j, k + 1)};
-        for (int axis = 0; axis < 3; ++axis) {
-          if (has[axis] && (phi < 0) != (next[axis] < 0)) {
-            place_on_edge(n, node, axis, phi < 0);
-          }
-        }
-        for (int normal = 0; normal < 3; ++normal) {
-          if (has[(normal + 1) % 3] && has[(normal + 2) % 3] &&
-              block.twist(i, j, k, normal) >= least_twist) {
-            place_on_face(n, node, normal);
-          }
+        if (std::abs(block.at(i, j, k)) < far_from_surface) {
+          place_at_node(n, block, {i, j, k});
         }
       }
+    }
+  }
+}
+
+/// Vertices on the edges and faces that start at a node of the leaf.
+void Extraction::place_at_node(std::size_t n, const CellBlock& block, Node local) {
+  const auto [i, j, k] = local;
+  const auto& origin = band_.leaves()[n].origin;
+  const Node node{origin[0] + i, origin[1] + j, origin[2] + k};
+  const Frame& frame = band_.frame();
+  const std::array<bool, 3> has{node[0] < frame.cells[0], node[1] < frame.cells[1], true};
+  const float phi = block.at(i, j, k);
+  const std::array<float, 3> next{block.at(i + 1, j, k), block.at(i, j + 1, k),
+                                  block.at(i, j, k + 1)};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (has[axis] && (phi < 0) != (next[axis] < 0)) {
+      place_on_edge(n, node, axis, phi < 0);
+    }
+  }
+  for (int normal = 0; normal < 3; ++normal) {
+    if (has[(normal + 1) % 3] && has[(normal + 2) % 3] &&
+        block.twist(i, j, k, normal) >= least_twist) {
+      place_on_face(n, node, normal);
     }
   }
 }
@@ -403,13 +418,8 @@ void Extraction::make_triangles(std::size_t n) {
         if (mask == 0 || mask == 255) {
           continue;
         }
-        bool creased = false;
-        for (int normal = 0; normal < 3; ++normal) {
-          const Node up{normal == 0 ? 1 : 0, normal == 1 ? 1 : 0, normal == 2 ? 1 : 0};
-          creased = creased || block.twist(i, j, k, normal) >= least_twist ||
-                    block.twist(i + up[0], j + up[1], k + up[2], normal) >= least_twist;
-        }
-        make_cell(n, {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k}, mask, creased);
+        make_cell(n, {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k}, mask,
+                  block.is_creased(i, j, k));
       }
     }
   }

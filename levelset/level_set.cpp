@@ -66,20 +66,23 @@ std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int l
   return all;
 }
 
-void sample(Band& band, const Sampler& sampler) {
+void sample_leaf(const Leaf& leaf, const Sampler& sampler, int i_count, int j_count) {
+  for (int i = 0; i < i_count; ++i) {
+    for (int j = 0; j < j_count; ++j) {
+      for (int k = 0; k < leaf_edge; ++k) {
+        leaf.phi[leaf_offset(i, j, k)] =
+            sampler.phi(leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k);
+      }
+    }
+  }
+}
+
+void sample(const Band& band, const Sampler& sampler) {
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = band.leaves()[n];
-      const int i_end = std::min(leaf_edge, band.node_count(0) - leaf.origin[0]);
-      const int j_end = std::min(leaf_edge, band.node_count(1) - leaf.origin[1]);
-      for (int i = 0; i < i_end; ++i) {
-        for (int j = 0; j < j_end; ++j) {
-          for (int k = 0; k < leaf_edge; ++k) {
-            leaf.phi[leaf_offset(i, j, k)] =
-                sampler.phi(leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k);
-          }
-        }
-      }
+      sample_leaf(leaf, sampler, std::min(leaf_edge, band.node_count(0) - leaf.origin[0]),
+                  std::min(leaf_edge, band.node_count(1) - leaf.origin[1]));
     }
   });
 }

@@ -11,8 +11,6 @@ namespace scarp {
 
 namespace {
 
-constexpr std::array<int, 3> strides{Block::x_stride, Block::y_stride, 1};
-
 /// Only nodes this near to the surface, in spacings, can be next to it after a time step.
 constexpr float near_surface = 2;
 
@@ -94,7 +92,7 @@ class Keeper {
       for (const int step : {-1, 1}) {
         std::array<int, 3> gas = node;
         gas[axis] += step;
-        if (!(old[step * strides[axis]] < 0) && touches_standing(gas)) {
+        if (!(old[step * axis_strides[axis]] < 0) && touches_standing(gas)) {
           return free;
         }
       }
@@ -131,7 +129,7 @@ class Keeper {
     float limit = wanted;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
-        const float there = old[step * strides[axis]];
+        const float there = old[step * axis_strides[axis]];
         if (*old < 0) {
           limit = std::min(limit, distance_to_buried(node, axis, step, *old));
         } else if (there < 0 && cut_shows_standing(node, axis, step, *old, there)) {
@@ -163,7 +161,7 @@ class Keeper {
     bool comes_to_light = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
-        const float there = old[step * strides[axis]];
+        const float there = old[step * axis_strides[axis]];
         if (cut_shows_standing(node, axis, step, *old, there)) {
           return std::min(wanted, *old);
         }

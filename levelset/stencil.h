@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "levelset/band.h"
@@ -23,14 +25,17 @@ namespace scarp {
 struct Block {
   static constexpr int halo = 2;
   static constexpr int z_offset = 4;
-  static constexpr int x_stride = (leaf_edge + 2 * halo) * 16;
-  static constexpr int y_stride = 16;
+  static constexpr std::ptrdiff_t x_stride = (leaf_edge + 2 * halo) * 16;
+  static constexpr std::ptrdiff_t y_stride = 16;
 
   alignas(64) float values[leaf_edge + 2 * halo][leaf_edge + 2 * halo][16];
 
   const float* row(int i, int j) const { return &values[i + halo][j + halo][z_offset]; }
   float* row(int i, int j) { return &values[i + halo][j + halo][z_offset]; }
 };
+
+/// From a node to its neighbours along x, y and z.
+inline constexpr std::array<std::ptrdiff_t, 3> axis_strides{Block::x_stride, Block::y_stride, 1};
 
 /// Reads a leaf and its halo, mirrored or wrapped at the domain sides.
 ///
@@ -50,9 +55,10 @@ void gather(const Band& band, std::size_t leaf, const Source& source, Block& blo
     const float* above = values(next[5]);
     for (int ij = 0; ij < 64; ++ij) {
       float* row = block.row(ij >> 3, ij & 7);
-      std::memcpy(row, centre + ij * 8, 8 * sizeof(float));
-      std::memcpy(row - 2, below + ij * 8 + 6, 2 * sizeof(float));
-      std::memcpy(row + 8, above + ij * 8, 2 * sizeof(float));
+      const int offset = ij * leaf_edge;
+      std::memcpy(row, centre + offset, 8 * sizeof(float));
+      std::memcpy(row - 2, below + offset + 6, 2 * sizeof(float));
+      std::memcpy(row + 8, above + offset, 2 * sizeof(float));
     }
     const float* left = values(next[0]);
     const float* right = values(next[1]);
@@ -101,7 +107,7 @@ inline int stored_nodes(const Band& band, const Leaf& leaf, int axis) {
 /// Whether a neighbour along an axis is on the other side of the surface.
 inline bool is_next_to_surface(const float* p) {
   const bool solid = *p < 0;
-  for (const int stride : {Block::x_stride, Block::y_stride, 1}) {
+  for (const std::ptrdiff_t stride : axis_strides) {
     if ((p[-stride] < 0) != solid || (p[stride] < 0) != solid) {
       return true;
     }
@@ -125,7 +131,8 @@ struct AxisSlopes {
 ///
 /// Symmetric to the last bit under reversal of the axis. Source: Osher and Sethian 1988, second
 /// order by minmod of neighbouring second differences (ENO2).
-inline AxisSlopes axis_slopes(const float* p, int stride, float side, bool second_order) {
+inline AxisSlopes axis_slopes(const float* p, std::ptrdiff_t stride, float side,
+                              bool second_order) {
   const float centre = p[0];
   float backward = centre - p[-stride];
   float forward = p[stride] - centre;
