@@ -71,20 +71,29 @@ std::vector<HalfDifference> half_differences(const View& view, const std::vector
 }
 
 // A single difference says little about its element. Elements nearby have the same variance but for
-// their numbers of rays n, with which the variance of scrambled sets falls about as n^-1.5.
-std::vector<float> standard_errors(const RayPlan& plan, const std::vector<HalfDifference>& halves) {
+// their numbers of rays n, with which the variance of scrambled sets falls about as n^-1.5. What
+// re-emits and yet has no flux is in a void and has no error; without sticking, an error there
+// would have no end.
+std::vector<float> standard_errors(const RayPlan& plan, std::span<const float> reemitted,
+                                   const std::vector<double>& flux,
+                                   const std::vector<HalfDifference>& halves) {
   const auto relative = [&](std::size_t rank) {
     const double n = plan.rays(rank);
     return n * std::sqrt(n);
   };
+  const auto in_void = [&](std::size_t rank) { return reemitted[rank] > 0 && flux[rank] == 0; };
   std::vector<float> sigma(halves.size());
   for (std::size_t begin = 0; begin < sigma.size(); begin += error_window) {
     const std::size_t end = std::min(begin + error_window, sigma.size());
     double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) sum += halves[i].flux * halves[i].flux * relative(i);
-    const double variance = sum / static_cast<double>(end - begin);
+    int count = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (in_void(i)) continue;
+      sum += halves[i].flux * halves[i].flux * relative(i);
+      ++count;
+    }
     for (std::size_t i = begin; i < end; ++i)
-      sigma[i] = static_cast<float>(std::sqrt(variance / relative(i)));
+      if (!in_void(i)) sigma[i] = static_cast<float>(std::sqrt(sum / count / relative(i)));
   }
   return sigma;
 }
@@ -130,7 +139,7 @@ Solution solve_exchange_of(const FluxProblem& problem, const RayPlan& plan, cons
   Solution solution;
   solution.flux = solve_exchange<double>(view.matrix, reemitted, mean_direct, 1, mean_tolerance);
   solution.halves = half_differences(view, direct, reemitted, solution.flux);
-  solution.sigma = standard_errors(plan, solution.halves);
+  solution.sigma = standard_errors(plan, reemitted, solution.flux, solution.halves);
   solution.deviation = deviations(problem, plan, view, reemitted, solution);
   return solution;
 }
