@@ -136,7 +136,8 @@ void add_flux(CLI::App& app, const CommonOptions& common, CommandAction& action)
       ->check(CLI::PositiveNumber);
   command->add_option("--spacing", arguments->spacing,
                       "Grid spacing the mesh came from (default: from its facets)");
-  command->add_option("--seed", arguments->seed, "Seed of the random numbers (default: 1)");
+  command->add_option("--seed", arguments->seed, "Seed of the random numbers (default: 1)")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--boundary", arguments->boundary, "reflective (default) or periodic sides")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Boundary>{
           {"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}}));

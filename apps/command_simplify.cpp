@@ -74,6 +74,7 @@ void add_simplify(CLI::App& app, const CommonOptions& common, CommandAction& act
   auto* remove = command->add_option("--remove", options.remove, "Fraction of vertices to remove")
                      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--vertices", options.vertices, "Number of vertices to keep")
+      ->check(CLI::PositiveNumber)
       ->excludes(remove);
   command->add_option("--max-error", options.max_error, "Bound on the distance, both ways")
       ->check(CLI::PositiveNumber);

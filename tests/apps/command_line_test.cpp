@@ -386,6 +386,15 @@ TEST_F(CommandLine, ZeroRaysAndStickingOutsideItsRangeAreExitTwo) {
   EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --sticking nan").exit_code, 2);
 }
 
+TEST_F(CommandLine, NegativeCountsAreExitTwo) {
+  write("a.obj", pyramid);
+  for (const char* count : {"0", "-5"}) {
+    const std::string line = "simplify " + path("a.obj") + " " + path("b.ply") + " --vertices ";
+    EXPECT_EQ(scarp(line + count).exit_code, 2) << count;
+  }
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --seed -1").exit_code, 2);
+}
+
 TEST_F(CommandLine, AFullDiskIsExitThree) {
   write("a.obj", pyramid);
   fs::create_symlink("/dev/full", folder_ / "full.ply");
