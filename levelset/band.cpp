@@ -159,6 +159,10 @@ void Band::trim() {
       unused.push_back(n);
     }
   }
+  if (unused.empty()) {
+    // Values may have been written into new leaves: what lies beyond them may be another side.
+    rebuild_index();
+  }
   change_leaves({}, unused);
 }
 
