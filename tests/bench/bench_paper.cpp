@@ -114,8 +114,8 @@ std::vector<Surface> surfaces_of(const Settings& settings) {
     surfaces.push_back({name.stem().string(), packed ? read_packed(file) : read_mesh(file)});
   }
   if (!surfaces.empty()) return surfaces;
-  const Grid vias{.cells = {226, 174, 84}, .noise = 0.006, .seed = 1};
-  surfaces.push_back({"vias", polygonised(vias, via_array(226, 174, 60))});
+  const Grid vias{.cells = {184, 142, 84}, .noise = 0.006, .seed = 1};
+  surfaces.push_back({"vias", polygonised(vias, via_array(184, 142, 60))});
   const Grid trenches{.cells = {150, 145, 190}, .noise = 0.006, .seed = 2};
   surfaces.push_back({"trenches", polygonised(trenches, deep_trenches(150, 172))});
   return surfaces;
