@@ -161,7 +161,8 @@ class CollapseEngine {
     const std::uint32_t v = star.v;
     checks_.accept(mesh_, h);
     for (const std::uint32_t f : star.dying) {
-      if (f != HalfEdges::none) std::fill_n(stamp_.begin() + 3 * f, 3, unqueued);
+      if (f == HalfEdges::none) continue;
+      for (std::uint32_t side = 3 * f; side < 3 * f + 3; ++side) stamp_[side] = unqueued;
     }
     mesh_.topology.collapse(h);
     --mesh_.live_vertices;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,7 +48,7 @@ class HalfEdges {
   /// none for a vertex without facets.
   std::uint32_t outgoing(std::uint32_t v) const { return outgoing_[v]; }
 
-  bool alive(std::uint32_t f) const { return origin_[3 * f] != none; }
+  bool alive(std::uint32_t f) const { return origin_[std::size_t{3} * f] != none; }
   bool on_boundary(std::uint32_t v) const { return opposite_[outgoing_[v]] == none; }
   /// The one of its two half edges that stands for an edge.
   bool is_edge(std::uint32_t h) const { return opposite_[h] == none || h < opposite_[h]; }

@@ -53,9 +53,9 @@ struct Quadric {
     H.yy += square;
     H.zz += square;
     H.add_outer(-weight, e);
-    const Vec3d Ha = square * a - weight * dot(e, a) * e;
-    g += Ha;
-    k += dot(a, Ha);
+    const Vec3d pull = square * a - weight * dot(e, a) * e;
+    g += pull;
+    k += dot(a, pull);
   }
 
   void add(double weight, const Quadric& q) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/frame.h"
@@ -27,8 +28,9 @@ class SidePlanes {
       if (!(sides.width(axis) > 0)) continue;
       // Coordinates are floats: a side may be off its own rounding by as much.
       tolerance_[axis] = 1e-6 * sides.width(axis);
-      position_[2 * axis] = sides.lower[axis];
-      position_[2 * axis + 1] = sides.upper[axis];
+      const std::size_t lower = axis == 0 ? 0 : 2;
+      position_[lower] = sides.lower[axis];
+      position_[lower + 1] = sides.upper[axis];
     }
   }
 

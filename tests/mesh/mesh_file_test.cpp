@@ -292,7 +292,8 @@ TEST_F(MeshFile, LargeMeshesKeepCountAndOrder) {
   TriMesh mesh;
   const std::uint32_t count = 175000;
   for (std::uint32_t v = 0; v < count; ++v) {
-    mesh.vertices.push_back({static_cast<float>(v % 400), static_cast<float>(v / 400), 0.1F * v});
+    mesh.vertices.push_back(
+        {static_cast<float>(v % 400), 0.5F * static_cast<float>(v), 0.1F * static_cast<float>(v)});
   }
   for (std::uint32_t v = 2; v < count; ++v) mesh.triangles.push_back({v, v - 1, v - 2});
   for (const char* name : {"l.obj", "l.ply", "l.stl", "l.vtp"}) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "tests/mesh/generated_surface.h"
 
@@ -39,6 +40,25 @@ TEST(LindstromTurk, KeepsTheVolume) {
     copy.r[u] = placed.r;
     EXPECT_NEAR(volume(copy), before, 1e-4) << "half edge " << h;  // float places
     EXPECT_GT(placed.cost, 0);
+  }
+}
+
+TEST(LindstromTurk, CostsTheSumOfTheSquaredVolumesOfTheFacetsAround) {
+  const CollapseMesh mesh(octahedral_sphere(10, 6), {});
+  const LindstromTurkPlacement placement(mesh);
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); h += 17) {
+    const Placed placed = placement.place(mesh, h, Merge::free);
+    std::set<std::uint32_t> facets;  // each once, those of the edge too
+    for (const std::uint32_t v : {mesh.topology.origin(h), mesh.topology.target(h)}) {
+      mesh.topology.for_each_outgoing(v,
+                                      [&](std::uint32_t g) { facets.insert(HalfEdges::facet(g)); });
+    }
+    double sum = 0;
+    for (const std::uint32_t f : facets) {
+      const double volume = dot(mesh.normals[f], placed.r - mesh.r[mesh.topology.origin(3 * f)]);
+      sum += volume * volume;
+    }
+    EXPECT_NEAR(placed.cost, sum, 1e-6 * sum);
   }
 }
 

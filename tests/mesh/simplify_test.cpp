@@ -48,6 +48,18 @@ const SharedSurfaces& surfaces() {
   return shared;
 }
 
+/// The two reductions of the published comparison, on surfaces like those.
+struct Reduction {
+  const TriMesh& mesh;
+  Sides sides;
+  double remove;
+};
+
+std::vector<Reduction> published_reductions() {
+  return {{surfaces().via, surfaces().via_grid.sides(), 0.78},
+          {surfaces().trenches, surfaces().trench_grid.sides(), 0.52}};
+}
+
 struct MethodCase {
   SimplifyMethod method;
   PlacementMethod placement;
@@ -62,22 +74,21 @@ class EveryMethod : public testing::TestWithParam<MethodCase> {
 };
 
 TEST_P(EveryMethod, ReachesTheNumberOfVerticesWithoutADefect) {
-  const auto& [via_grid, trench_grid, via, trenches] = surfaces();
-  for (const auto& [mesh, grid, remove] :
-       {std::tuple(&via, &via_grid, 0.78), std::tuple(&trenches, &trench_grid, 0.52)}) {
-    SimplifyOptions wanted = options(grid->sides());
-    wanted.remove = remove;
-    const SimplifyResult result = simplify(*mesh, wanted);
+  for (const Reduction& reduction : published_reductions()) {
+    SimplifyOptions wanted = options(reduction.sides);
+    wanted.remove = reduction.remove;
+    const SimplifyResult result = simplify(reduction.mesh, wanted);
     EXPECT_EQ(result.stopped_by, "vertices");
+    const auto count = static_cast<double>(reduction.mesh.vertices.size());
     EXPECT_EQ(result.mesh.vertices.size(),
-              static_cast<std::size_t>(
-                  std::ceil((1 - remove) * static_cast<double>(mesh->vertices.size()))));
-    expect_sound(result.mesh, *mesh, grid->sides());
+              static_cast<std::size_t>(std::ceil((1 - reduction.remove) * count)));
+    expect_sound(result.mesh, reduction.mesh, reduction.sides);
   }
 }
 
 TEST_P(EveryMethod, HoldsTheBoundInBothDirections) {
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const Grid& grid = surfaces().via_grid;
+  const TriMesh& mesh = surfaces().via;
   SimplifyOptions wanted = options(grid.sides());
   wanted.max_error = 0.05;
   const SimplifyResult result = simplify(mesh, wanted);
@@ -93,7 +104,8 @@ TEST_P(EveryMethod, HoldsTheBoundInBothDirections) {
 }
 
 TEST_P(EveryMethod, IsTheSameOnAnyNumberOfThreadsAndTheSecondTime) {
-  const auto& [unused_grid, grid, unused, mesh] = surfaces();
+  const Grid& grid = surfaces().trench_grid;
+  const TriMesh& mesh = surfaces().trenches;
   const auto on_threads = [&](int threads) {
     const ThreadLimit limit(threads);
     SimplifyOptions wanted = options(grid.sides());
@@ -119,13 +131,13 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return tested.param.name; });
 
 TEST(Simplify, PaperIsAtLeastAFifthCloserThanShortestEdgeFirst) {
-  const auto& [via_grid, trench_grid, via, trenches] = surfaces();
-  for (const auto& [mesh, grid, remove] :
-       {std::tuple(&via, &via_grid, 0.78), std::tuple(&trenches, &trench_grid, 0.52)}) {
-    const auto distance = [&](SimplifyMethod method) {
-      const SimplifyResult result = simplify(
-          *mesh, {.method = method, .sides = grid->sides(), .remove = remove, .measure = false});
-      return surface_distance(*mesh, result.mesh).forward;
+  for (const Reduction& reduction : published_reductions()) {
+    const auto distance = [&reduction](SimplifyMethod method) {
+      const SimplifyResult result = simplify(reduction.mesh, {.method = method,
+                                                              .sides = reduction.sides,
+                                                              .remove = reduction.remove,
+                                                              .measure = false});
+      return surface_distance(reduction.mesh, result.mesh).forward;
     };
     const DistanceStatistics paper = distance(SimplifyMethod::paper);
     const DistanceStatistics length = distance(SimplifyMethod::length);
@@ -215,7 +227,8 @@ TEST(Simplify, PeriodicSidesStayCongruent) {
 }
 
 TEST(Simplify, SizesAloneStopIt) {
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const Grid& grid = surfaces().via_grid;
+  const TriMesh& mesh = surfaces().via;
   const SimplifyResult length =
       simplify(mesh, {.method = SimplifyMethod::length, .sides = grid.sides(), .l0 = 1.5});
   EXPECT_EQ(length.stopped_by, "sizes");
@@ -235,7 +248,8 @@ TEST(Simplify, SizesAloneStopIt) {
 }
 
 TEST(Simplify, L0OfZeroKeepsTheFeatures) {
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const Grid& grid = surfaces().via_grid;
+  const TriMesh& mesh = surfaces().via;
   const SimplifyResult result =
       simplify(mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 100, .l0 = 0, .l_max = 2});
   EXPECT_EQ(result.stopped_by, "sizes");
@@ -246,7 +260,8 @@ TEST(Simplify, L0OfZeroKeepsTheFeatures) {
 }
 
 TEST(Simplify, L0AboveLMaxRaisesIt) {
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const Grid& grid = surfaces().via_grid;
+  const TriMesh& mesh = surfaces().via;
   const auto with_l_max = [&](double l_max) {
     return simplify(mesh, {.sides = grid.sides(), .max_error = 1, .l0 = 2, .l_max = l_max}).mesh;
   };
@@ -255,7 +270,7 @@ TEST(Simplify, L0AboveLMaxRaisesIt) {
 
 TEST(Simplify, SizesWithoutAGridComeFromTheMesh) {
   // The same surface in nm and in um: the same mesh, scaled. Scaling by a power of two is exact.
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const TriMesh& mesh = surfaces().via;
   TriMesh scaled = mesh;
   for (Vec3f& r : scaled.vertices) r = 1024.0F * r;
   const TriMesh a = simplify(mesh, {.sides = sides_of(mesh)}).mesh;
@@ -268,7 +283,8 @@ TEST(Simplify, SizesWithoutAGridComeFromTheMesh) {
 }
 
 TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
-  const auto& [grid, unused_grid, mesh, unused] = surfaces();
+  const Grid& grid = surfaces().via_grid;
+  const TriMesh& mesh = surfaces().via;
   const std::vector<float> curved(mesh.vertices.size(), 1);
   const SimplifyResult all_features =
       simplify(mesh, {.sides = grid.sides(), .spacing = 1, .l0 = 0, .curvature = curved});
@@ -289,14 +305,14 @@ TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
 TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
   TriMesh mesh = noisy_plane(10, 0.01);
   // A needle: an edge of length zero put into the middle of an edge. A cap: a vertex on an edge.
-  for (int kind = 0; kind < 2; ++kind) {
-    const Triangle t = mesh.triangles[static_cast<std::size_t>(40 + 50 * kind)];
+  for (std::size_t kind = 0; kind < 2; ++kind) {
+    const Triangle t = mesh.triangles[40 + 50 * kind];
     const Vec3f a = mesh.vertices[t[0]];
     const Vec3f b = mesh.vertices[t[1]];
     const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.push_back(kind == 0 ? a : 0.5F * (a + b));
     // The triangle keeps its own edge; a new one without area fills the gap to its neighbour.
-    mesh.triangles[static_cast<std::size_t>(40 + 50 * kind)] = {t[0], v, t[2]};
+    mesh.triangles[40 + 50 * kind] = {t[0], v, t[2]};
     mesh.triangles.push_back({v, t[1], t[2]});
     mesh.triangles.push_back({t[0], t[1], v});
   }
