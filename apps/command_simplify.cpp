@@ -71,23 +71,16 @@ void add_simplify(CLI::App& app, const CommonOptions& common, CommandAction& act
       ->add_option("--spacing", options.spacing,
                    "Grid spacing the mesh came from: sizes default to what a recipe has")
       ->check(CLI::PositiveNumber);
-  auto* remove = command->add_option("--remove", options.remove, "Fraction of vertices to remove")
-                     ->check(CLI::Range(0.0, 1.0));
+  auto* remove = command->add_option("--remove", options.remove, "Fraction of vertices to remove");
   command->add_option("--vertices", options.vertices, "Number of vertices to keep")
       ->check(CLI::PositiveNumber)
       ->excludes(remove);
-  command->add_option("--max-error", options.max_error, "Bound on the distance, both ways")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--l0", options.l0, "Shortest edge wanted at features")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--step-length", options.step_length, "Growth of the edge length per region")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--l-max", options.l_max, "Longest edge wanted in flat regions")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--curvature-threshold", options.curvature_threshold,
-                   "Mean curvature above which a vertex is a feature (default: from the noise)")
-      ->check(CLI::NonNegativeNumber);
+  command->add_option("--max-error", options.max_error, "Bound on the distance, both ways");
+  command->add_option("--l0", options.l0, "Shortest edge wanted at features");
+  command->add_option("--step-length", options.step_length, "Growth of the edge length per region");
+  command->add_option("--l-max", options.l_max, "Longest edge wanted in flat regions");
+  command->add_option("--curvature-threshold", options.curvature_threshold,
+                      "Mean curvature above which a vertex is a feature (default: from the noise)");
   command->callback([&common, &action, arguments] {
     action = [&common, arguments] { return simplify_mesh(*arguments, common); };
   });

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double picture_width = 720;  // px
 constexpr double margin = 24;          // px
+constexpr double tallest = 1200;       // px, of the surface
 constexpr double headroom = 0.06;      // of the width, above and below the surface
 
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008), taken
@@ -27,7 +28,10 @@ struct Window {
   double bottom = 0;
   double top = 0;
 
-  double scale() const { return (picture_width - 2 * margin) / (right - left); }
+  /// Pixels per nm: as wide as the picture, unless the surface is too tall for that.
+  double scale() const {
+    return std::min((picture_width - 2 * margin) / (right - left), tallest / (top - bottom));
+  }
   double height() const { return (top - bottom) * scale() + 2 * margin; }
   double px(double x) const { return margin + (x - left) * scale(); }
   double py(double z) const { return margin + (top - z) * scale(); }

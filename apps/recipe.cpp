@@ -1,6 +1,7 @@
 #include "apps/recipe.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +17,7 @@ namespace scarp {
 
 namespace {
 
+constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
 constexpr std::uint64_t bytes_per_megabyte = 1 << 20;
@@ -23,6 +25,20 @@ constexpr Limits positive{.minimum = 0, .exclusive = true};
 
 const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
                                    {"periodic", Boundary::periodic}};
+
+// What the band takes for every column of cells at least: its nodes in single precision, in the
+// layer, the speeds and the buffers of a time step. Units: bytes.
+constexpr double memory_per_column = 256;
+
+void require_memory(const RecipeTable& table, const Frame& frame) {
+  const double needed = memory_per_column * frame.cells[0] * frame.cells[1];
+  const double there =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (needed < there) return;
+  table.error("extent", fmt::format("{} x {} cells need {:.3g} GB or more, this machine has {:.3g} "
+                                    "GB; use a coarser spacing or a smaller extent",
+                                    frame.cells[0], frame.cells[1], 1e-9 * needed, 1e-9 * there));
+}
 
 // A number of cells from an extent; at least two, or a mirror plane would meet its neighbour.
 int read_cells(const RecipeTable& table, double extent, double spacing, std::size_t axis) {
@@ -56,6 +72,7 @@ Frame read_domain(const RecipeTable& table) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
     }
   }
+  require_memory(table, frame);
   return frame;
 }
 
@@ -179,7 +196,7 @@ class StepReader {
     ProcessStep step;
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
-    step.duration = table.time("duration", positive);
+    step.duration = table.time("duration", {.minimum = 0, .maximum = longest, .exclusive = true});
     StepModel made = read_model(table, {recipe_.materials, reachable_});
     if (made.model == nullptr) return {};
     step.deposits = made.deposits;

@@ -52,6 +52,21 @@ std::vector<FluxField> trace(const TriMesh& facets, const State& state, const Re
   return solve_flux(facets, species, options);
 }
 
+// Particles that slip through the surface make every number wrong without showing it.
+void require_nothing_lost(std::span<const FluxField> flux, const State& state,
+                          const Recipe& recipe) {
+  constexpr double most_lost = 1e-4;
+  for (const FluxField& field : flux) {
+    const double lost = field.audit.emitted > 0 ? field.audit.lost() / field.audit.emitted : 0;
+    if (lost <= most_lost) continue;
+    throw NumericalError(fmt::format(
+        "time step {} of step \"{}\", t = {:g} s: {:.2g} of the particles were lost at the "
+        "surface, "
+        "more than {:g} is not trusted; please report it with the recipe",
+        state.time_step, current_step(state, recipe).name, state.time, lost, most_lost));
+  }
+}
+
 // The flux at the three corners of every facet, one array per tally of each species.
 std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
                                                 std::span<const FluxField> flux) {
@@ -148,6 +163,7 @@ Survey survey(const State& state, const Recipe& recipe) {
   TriMesh surface = exposed_surface(state, recipe, result);
   result.facets = simplified(std::move(surface), recipe, result);
   result.flux = trace(result.facets, state, recipe, result.timer);
+  require_nothing_lost(result.flux, state, recipe);
   result.speeds_of_layers =
       speeds_at_corners(result.facets, state, result.flux, *current_step(state, recipe).model);
   require_finite(result, state, recipe);

@@ -133,9 +133,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     return read_vdb(in);
   } catch (const InputError& error) {
     throw InputError(path.string() + ": not a checkpoint that can be read: " + error.what());
-  } catch (const std::exception& error) {
-    throw InputError(path.string() + ": damaged or not a checkpoint of scarp (" + error.what() +
-                     ")");
+  } catch (const std::exception&) {
+    // The library's own text may quote the damaged bytes.
+    throw InputError(path.string() + ": damaged or not a checkpoint of scarp");
   }
 }
 

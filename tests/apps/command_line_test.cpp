@@ -360,6 +360,18 @@ TEST_F(CommandLine, SimplifyWritesAMeshAndSaysWhatStoppedIt) {
   EXPECT_TRUE(fs::exists(folder_ / "b.ply"));
 }
 
+TEST_F(CommandLine, SizesThatMakeNoSenseAreExitTwo) {
+  write("a.obj", pyramid);
+  const std::string simplify = "simplify " + path("a.obj") + " " + path("b.ply");
+  for (const char* option : {" --l0 inf", " --l0 -1", " --step-length nan", " --l-max -1",
+                             " --remove 1", " --max-error -1"}) {
+    const Outcome outcome = scarp(simplify + option);
+    EXPECT_EQ(outcome.exit_code, 2) << option;
+    EXPECT_LT(outcome.messages.size(), 300U) << option;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
+}
+
 TEST_F(CommandLine, ANonManifoldMeshIsRefusedWithThePlace) {
   write("bad.obj", std::string(pyramid) + "v 0.5 0 1\nf 1 2 6\n");
   const Outcome simplify = scarp("simplify " + path("bad.obj") + " " + path("b.ply"));
