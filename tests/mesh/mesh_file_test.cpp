@@ -267,7 +267,7 @@ TEST_F(MeshFile, NoPrefixOfAFileIsTakenForAMesh) {
     const std::string whole = content(file(name));
     // The lines behind the last array of a .vtp and the last digits of an .obj carry no shape.
     const std::size_t tail = name[2] == 'v' ? 30 : 2;
-    for (std::size_t size = 0; size + tail < whole.size(); size += 1 + size / 50) {
+    for (std::size_t size = 0; size + tail < whole.size(); size += 1 + size / 15) {
       // An .obj may lose whole lines: only cuts that leave a face undone can be seen.
       if (name[2] == 'o' && (size == 0 || whole.find('f') < size)) continue;
       EXPECT_NE(message_of(file_with(name, whole.substr(0, size))), "no error")
