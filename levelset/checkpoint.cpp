@@ -1,6 +1,12 @@
 #include "levelset/checkpoint.h"
 
+#include <xxhash.h>
+
+#include <array>
+#include <cstring>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string_view>
 
 #include "core/atomic_file.h"
@@ -15,6 +21,36 @@ namespace {
 constexpr int format = 1;
 
 constexpr std::string_view note_prefix = "note:";
+
+/// Follows the .vdb content, which other readers ignore: damage is found before OpenVDB, which
+/// leaks and may crash on damaged files, sees a byte.
+struct Trailer {
+  std::array<char, 8> mark{'s', 'c', 'a', 'r', 'p', 'v', 'd', 'b'};
+  std::uint64_t size = 0;
+  std::uint64_t hash = 0;
+
+  explicit Trailer(std::string_view content)
+      : size(content.size()), hash(XXH3_64bits(content.data(), content.size())) {}
+
+  std::string bytes() const {
+    std::string text(sizeof *this, '\0');
+    std::memcpy(text.data(), this, sizeof *this);
+    return text;
+  }
+};
+
+/// The content of a file without its trailer.
+std::string checked_content(std::string file) {
+  if (file.size() < sizeof(Trailer)) {
+    throw InputError("it is too short");
+  }
+  const std::string found = file.substr(file.size() - sizeof(Trailer));
+  file.resize(file.size() - sizeof(Trailer));
+  if (found != Trailer(file).bytes()) {
+    throw InputError("it is truncated, damaged or was not written by scarp");
+  }
+  return file;
+}
 
 /// Notes may hold any bytes, OpenVDB's strings as well: no escaping is needed.
 openvdb::MetaMap notes_meta(const Layers& layers, const CheckpointNotes& notes) {
@@ -111,14 +147,13 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
   for (std::size_t n = 0; n < layers.stack.size(); ++n) {
     grids.push_back(named_grid(layers, n));
   }
-  AtomicFile file(path);
-  openvdb::io::Stream stream(file.stream());
+  std::ostringstream content(std::ios::binary);
+  openvdb::io::Stream stream(content);
   stream.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK);
-  try {
-    stream.write(grids, notes_meta(layers, notes));
-  } catch (const openvdb::IoError&) {
-    // The stream is bad: commit() throws with the reason, which OpenVDB does not know.
-  }
+  stream.write(grids, notes_meta(layers, notes));
+  AtomicFile file(path);
+  file.write(content.view());
+  file.write(Trailer(content.view()).bytes());
   file.commit();
 }
 
@@ -130,7 +165,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   }
   // The only place where exceptions of OpenVDB are expected: they tell of damaged files.
   try {
-    return read_vdb(in);
+    const std::string file(std::istreambuf_iterator<char>(in), {});
+    std::istringstream content(checked_content(file), std::ios::binary);
+    return read_vdb(content);
   } catch (const InputError& error) {
     throw InputError(path.string() + ": not a checkpoint that can be read: " + error.what());
   } catch (const std::exception&) {
