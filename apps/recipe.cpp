@@ -215,13 +215,17 @@ class StepReader {
 
 std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
   std::vector<MaterialId> found;
+  const auto add = [&](std::optional<MaterialId> material) {
+    if (material && std::find(found.begin(), found.end(), *material) == found.end()) {
+      found.push_back(*material);
+    }
+  };
   for (const Shape& shape : shapes) {
     std::visit(
         [&](const auto& each) {
-          if constexpr (requires { each.material; }) {
-            if (std::find(found.begin(), found.end(), each.material) == found.end()) {
-              found.push_back(each.material);
-            }
+          if constexpr (requires { each.material; }) add(each.material);
+          if constexpr (requires { each.layers; }) {
+            for (const LayerShape& layer : each.layers) add(layer.material);
           }
         },
         shape);
@@ -254,7 +258,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   read_materials(root.table("materials"), recipe.materials);
 
   const std::vector<RecipeTable> shapes = root.tables("geometry");
-  recipe.geometry = read_geometry(shapes, recipe.materials);
+  recipe.geometry = read_geometry(shapes, recipe.materials, path.parent_path());
   if (file.ok()) {
     for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
       if (shapes.empty()) {

@@ -1,8 +1,16 @@
 #include "apps/recipe_geometry.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
+
+#include "core/error.h"
+#include "levelset/gds.h"
+#include "mesh/mesh_file.h"
 
 namespace scarp {
 
@@ -16,10 +24,46 @@ const Choices<int> axes{{"x", 0}, {"y", 1}};
 constexpr double degree = 0.017453292519943295;
 constexpr Limits taper_limits{.fallback = "0 deg", .minimum = -88 * degree, .maximum = 88 * degree};
 
+/// What readers of shapes need besides their table.
+struct GeometryContext {
+  const Materials& materials;
+  std::filesystem::path folder;
+};
+
 std::array<double, 2> read_center(const RecipeTable& table) {
   const std::vector<double> center =
       table.quantities("center", Dimension::length, {2, 2}, any_position);
   return {center[0], center[1]};
+}
+
+constexpr Limits radius_limits{.fallback = "0 nm", .minimum = 0};
+constexpr Limits count_limits{.fallback = "1", .minimum = 1, .maximum = 1e6};
+
+/// Copies side by side: repeat = 3, pitch = "2 um".
+Repeat read_row(const RecipeTable& table, int along) {
+  Repeat repeat;
+  if (!table.has("repeat")) return repeat;
+  const auto across = static_cast<std::size_t>(1 - along);
+  repeat.count[across] = static_cast<int>(table.integer("repeat", count_limits));
+  repeat.pitch[across] = table.length("pitch", positive);
+  return repeat;
+}
+
+/// Copies on a lattice: repeat = [3, 2], pitch = ["2 um", "1 um"].
+Repeat read_lattice(const RecipeTable& table) {
+  Repeat repeat;
+  if (!table.has("repeat")) return repeat;
+  const std::vector<double> count =
+      table.quantities("repeat", Dimension::number, {2, 2}, count_limits);
+  const std::vector<double> pitch = table.quantities("pitch", Dimension::length, {2, 2}, positive);
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (count[axis] != std::floor(count[axis])) {
+      table.error("repeat[" + std::to_string(axis) + "]", "is not a whole number");
+    }
+    repeat.count[axis] = static_cast<int>(count[axis]);
+    repeat.pitch[axis] = pitch[axis];
+  }
+  return repeat;
 }
 
 Cut read_cut(const RecipeTable& table, const Materials& materials) {
@@ -27,63 +71,123 @@ Cut read_cut(const RecipeTable& table, const Materials& materials) {
   cut.depth = table.length("depth", positive);
   cut.taper = table.angle("taper", taper_limits);
   if (table.has("depth_from")) cut.depth_from = table.material("depth_from", materials);
+  cut.bottom_radius = table.length("bottom_radius", radius_limits);
+  cut.top_radius = table.length("top_radius", radius_limits);
   if (table.has("through")) cut.through = table.material_list("through", materials);
   return cut;
 }
 
-Shape read_wafer(const RecipeTable& table, const Materials& materials) {
-  return WaferShape{.material = table.material("material", materials)};
+Shape read_wafer(const RecipeTable& table, const GeometryContext& context) {
+  return WaferShape{.material = table.material("material", context.materials)};
 }
 
-Shape read_layer(const RecipeTable& table, const Materials& materials) {
-  return LayerShape{.material = table.material("material", materials),
+Shape read_layer(const RecipeTable& table, const GeometryContext& context) {
+  return LayerShape{.material = table.material("material", context.materials),
                     .thickness = table.length("thickness", positive)};
 }
 
-Shape read_trench(const RecipeTable& table, const Materials& materials) {
+Shape read_stack(const RecipeTable& table, const GeometryContext& context) {
+  const std::vector<MaterialId> of_layers = table.material_list("materials", context.materials);
+  const std::vector<double> thickness =
+      table.quantities("thicknesses", Dimension::length, {}, positive);
+  StackShape stack{.layers = {}, .count = static_cast<int>(table.integer("count", count_limits))};
+  if (of_layers.size() != thickness.size() && table.ok("materials") && table.ok("thicknesses")) {
+    table.error("thicknesses", "has " + std::to_string(thickness.size()) + " entries for " +
+                                   std::to_string(of_layers.size()) + " materials");
+  }
+  for (std::size_t k = 0; k < std::min(of_layers.size(), thickness.size()); ++k) {
+    stack.layers.push_back({.material = of_layers[k], .thickness = thickness[k]});
+  }
+  return stack;
+}
+
+Shape read_trench(const RecipeTable& table, const GeometryContext& context) {
+  const int along = table.choice<int>("along", axes, "y");
   return TrenchShape{.width = table.length("width", positive),
                      .centre = table.length("center", any_position),
-                     .along = table.choice<int>("along", axes, "y"),
-                     .cut = read_cut(table, materials)};
+                     .along = along,
+                     .cut = read_cut(table, context.materials),
+                     .repeat = read_row(table, along)};
 }
 
-Shape read_hole(const RecipeTable& table, const Materials& materials) {
+Shape read_hole(const RecipeTable& table, const GeometryContext& context) {
   return HoleShape{.radius = table.length("radius", positive),
                    .centre = read_center(table),
-                   .cut = read_cut(table, materials)};
+                   .cut = read_cut(table, context.materials),
+                   .repeat = read_lattice(table)};
 }
 
-Shape read_fin(const RecipeTable& table, const Materials& materials) {
-  return FinShape{.material = table.material("material", materials),
+Shape read_fin(const RecipeTable& table, const GeometryContext& context) {
+  const int along = table.choice<int>("along", axes, "y");
+  return FinShape{.material = table.material("material", context.materials),
                   .width = table.length("width", positive),
                   .height = table.length("height", positive),
                   .centre = table.length("center", any_position),
-                  .along = table.choice<int>("along", axes, "y"),
-                  .taper = table.angle("taper", taper_limits)};
+                  .along = along,
+                  .taper = table.angle("taper", taper_limits),
+                  .repeat = read_row(table, along)};
 }
 
-Outline read_outline(const RecipeTable& table) {
-  enum class Kind { slot, circle, rectangle };
-  const Choices<Kind> kinds{
-      {"trench", Kind::slot}, {"hole", Kind::circle}, {"rectangle", Kind::rectangle}};
+/// One layer of a layout; its origin becomes the middle of the domain.
+Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
+  constexpr Limits numbers{.minimum = 0, .maximum = 32767};
+  PolygonOutline outline{.loops = {}, .rule = PolygonOutline::Rule::any};
+  const std::string file = table.file("file", context.folder);
+  GdsSelection selection{.cell = table.text("cell", ""),
+                         .layer = static_cast<int>(table.integer("layer", numbers))};
+  if (table.has("datatype")) {
+    selection.datatype = static_cast<int>(table.integer("datatype", numbers));
+  }
+  const std::vector<double> origin =
+      table.quantities("origin", Dimension::length, {2, 2}, any_position);
+  if (!table.ok()) return outline;
+  try {
+    outline.loops = read_gds(file, selection);
+  } catch (const InputError& error) {
+    table.error("file", error.what());
+  }
+  for (Loop& loop : outline.loops) {
+    for (Point2& point : loop) point = {point[0] - origin[0], point[1] - origin[1]};
+  }
+  return outline;
+}
+
+Outline read_outline(const RecipeTable& table, const GeometryContext& context) {
+  enum class Kind { slot, circle, rectangle, polygon, gds };
+  const Choices<Kind> kinds{{"trench", Kind::slot},
+                            {"hole", Kind::circle},
+                            {"rectangle", Kind::rectangle},
+                            {"polygon", Kind::polygon},
+                            {"gds", Kind::gds}};
   switch (table.choice<Kind>("shape", kinds)) {
-    case Kind::slot:
+    case Kind::slot: {
+      const int along = table.choice<int>("along", axes, "y");
       return SlotOutline{.width = table.length("width", positive),
                          .centre = table.length("center", any_position),
-                         .along = table.choice<int>("along", axes, "y")};
+                         .along = along,
+                         .repeat = read_row(table, along)};
+    }
     case Kind::circle:
       return CircleOutline{.radius = table.length("radius", positive),
-                           .centre = read_center(table)};
+                           .centre = read_center(table),
+                           .repeat = read_lattice(table)};
+    case Kind::polygon:
+      return PolygonOutline{.loops = table.polygons("points")};
+    case Kind::gds:
+      return read_layout(table, context);
     case Kind::rectangle:
       break;
   }
   const std::vector<double> size = table.quantities("size", Dimension::length, {2, 2}, positive);
-  return RectangleOutline{.size = {size[0], size[1]}, .centre = read_center(table)};
+  return RectangleOutline{.size = {size[0], size[1]},
+                          .centre = read_center(table),
+                          .corner_radius = table.length("corner_radius", radius_limits),
+                          .repeat = read_lattice(table)};
 }
 
-Shape read_mask(const RecipeTable& table, const Materials& materials) {
+Shape read_mask(const RecipeTable& table, const GeometryContext& context) {
   MaskShape mask;
-  mask.material = table.material("material", materials);
+  mask.material = table.material("material", context.materials);
   mask.thickness = table.length("thickness", positive);
   mask.taper = table.angle("taper", taper_limits);
   const bool opening = table.has("opening");
@@ -96,18 +200,46 @@ Shape read_mask(const RecipeTable& table, const Materials& materials) {
     return mask;
   }
   mask.outlines = opening ? MaskShape::Outlines::opening : MaskShape::Outlines::resist;
-  mask.outline = read_outline(table.table(opening ? "opening" : "resist"));
+  mask.outline = read_outline(table.table(opening ? "opening" : "resist"), context);
   return mask;
 }
 
-using ShapeReader = Shape (*)(const RecipeTable&, const Materials&);
-const Choices<ShapeReader> readers{{"wafer", read_wafer},   {"layer", read_layer},
-                                   {"trench", read_trench}, {"hole", read_hole},
-                                   {"fin", read_fin},       {"mask", read_mask}};
+/// The mesh at its place; empty when the file cannot be read.
+std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::string& file,
+                                         double unit, const std::vector<double>& offset) {
+  TriMesh mesh;
+  try {
+    mesh = read_mesh(file);
+  } catch (const InputError& error) {
+    if (table.ok("file")) table.error("file", error.what());
+  }
+  for (Vec3f& r : mesh.vertices) {
+    r = Vec3f(unit * Vec3d(r) + Vec3d{offset[0], offset[1], offset[2]});
+  }
+  return std::make_shared<const TriMesh>(std::move(mesh));
+}
+
+Shape read_mesh_shape(const RecipeTable& table, const GeometryContext& context) {
+  const std::string file = table.file("file", context.folder);
+  const double unit = table.length("unit", {.fallback = "1 nm", .minimum = 0, .exclusive = true});
+  const std::vector<double> offset =
+      table.quantities("offset", Dimension::length, {3, 3}, any_position);
+  MeshShape shape{.mesh = load_mesh(table, file, unit, offset)};
+  if (table.flag("cut", false)) return shape;
+  shape.material = table.material("material", context.materials);
+  return shape;
+}
+
+using ShapeReader = Shape (*)(const RecipeTable&, const GeometryContext&);
+const Choices<ShapeReader> readers{
+    {"wafer", read_wafer}, {"layer", read_layer}, {"stack", read_stack}, {"trench", read_trench},
+    {"hole", read_hole},   {"fin", read_fin},     {"mask", read_mask},   {"mesh", read_mesh_shape}};
 
 }  // namespace
 
-std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials) {
+std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
+                                 const std::filesystem::path& folder) {
+  const GeometryContext context{materials, folder};
   std::vector<Shape> shapes;
   for (const RecipeTable& table : tables) {
     const ShapeReader read = table.choice<ShapeReader>("shape", readers);
@@ -115,7 +247,7 @@ std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Mate
       table.accept_rest();
       continue;
     }
-    shapes.push_back(read(table, materials));
+    shapes.push_back(read(table, context));
   }
   return shapes;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "core/material.h"
@@ -8,7 +9,9 @@
 
 namespace scarp {
 
-/// Reads the tables [[geometry]], from the bottom up.
-std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials);
+/// Reads the tables [[geometry]], from the bottom up. Files that they name are looked for in the
+/// folder of the recipe.
+std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
+                                 const std::filesystem::path& folder);
 
 }  // namespace scarp

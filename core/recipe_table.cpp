@@ -381,6 +381,14 @@ std::vector<std::vector<std::array<double, 2>>> RecipeTable::polygons(std::strin
   return all;
 }
 
+std::string RecipeTable::file(std::string_view key, const std::filesystem::path& folder) const {
+  const std::string name = text(key);
+  if (name.empty()) return name;
+  const std::filesystem::path path = std::filesystem::absolute(folder / name).lexically_normal();
+  node_->record->set(key, toml_string(path.string()));
+  return path.string();
+}
+
 std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {
   const auto item = find(*node_, key);
   if (!item) note_missing(*node_, key, "write " + std::string(key) + " = [\"...\"]");

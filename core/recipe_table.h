@@ -83,6 +83,9 @@ class RecipeTable {
                                  const Limits& limits = {}) const;
   /// Polygons of at least three points: one, [["0 um", "0 um"], ...], or a list of such lists.
   std::vector<std::vector<std::array<double, 2>>> polygons(std::string_view key) const;
+  /// The name of a file, relative to the given folder; recorded as an absolute path, so that the
+  /// resolved recipe finds it from anywhere.
+  std::string file(std::string_view key, const std::filesystem::path& folder) const;
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
 
   template <class T>

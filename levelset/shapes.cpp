@@ -7,6 +7,8 @@
 
 #include "core/error.h"
 #include "levelset/distance.h"
+#include "levelset/mesh_solid.h"
+#include "levelset/polygon_walls.h"
 
 namespace scarp {
 
@@ -59,6 +61,37 @@ Solid common(Solid a, Solid b) {
   return [a = std::move(a), b = std::move(b)](Vec3d r) { return intersect(a(r), b(r)); };
 }
 
+/// Distance to the common part with its edge rounded: that of the parts shrunk by the radius, grown
+/// again.
+Distance round_intersect(Distance a, Distance b, double radius) {
+  a.value += radius;
+  b.value += radius;
+  Distance both = intersect(a, b);
+  both.value -= radius;
+  return both;
+}
+
+Solid round_common(Solid a, Solid b, double radius) {
+  return [a = std::move(a), b = std::move(b), radius](Vec3d r) {
+    return round_intersect(a(r), b(r), radius);
+  };
+}
+
+/// Copies on a lattice around a centre. They are far enough from each other that the nearest one
+/// counts.
+Solid repeated(const Repeat& repeat, std::array<double, 2> centre, Solid one) {
+  if (repeat.count == std::array{1, 1}) return one;
+  return [repeat, centre, one = std::move(one)](Vec3d r) {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (repeat.count[axis] == 1) continue;
+      const double middle = 0.5 * (repeat.count[axis] - 1);
+      const double nearest = std::round((r[axis] - centre[axis]) / repeat.pitch[axis] + middle);
+      r[axis] -= (std::clamp(nearest, 0.0, 2 * middle) - middle) * repeat.pitch[axis];
+    }
+    return one(r);
+  };
+}
+
 Solid outside(Solid a) {
   return [a = std::move(a)](Vec3d r) { return complement(a(r)); };
 }
@@ -87,16 +120,29 @@ Solid with_images(const Frame& frame, Solid shape) {
   return with_images(frame, 1, with_images(frame, 0, std::move(shape)));
 }
 
-Solid outline_solid(const Outline& outline, double z, double slope) {
+/// The region under and between the walls of a mask, images beyond the sides included.
+Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeights& heights) {
+  const double z = heights.foot;
+  const double slope = heights.slope;
+  if (const auto* polygon = std::get_if<PolygonOutline>(&outline)) {
+    const double growth = (heights.top - heights.foot) * std::tan(slope);
+    const auto walls =
+        std::make_shared<const PolygonWalls>(frame, domain_loops(frame, *polygon, growth), heights);
+    return [walls](Vec3d r) { return (*walls)(r); };
+  }
   if (const auto* slot = std::get_if<SlotOutline>(&outline)) {
-    return slab(1 - slot->along, slot->centre, slot->width, z, slope);
+    return with_images(frame, repeated(slot->repeat, {slot->centre, slot->centre},
+                                       slab(1 - slot->along, slot->centre, slot->width, z, slope)));
   }
   if (const auto* circle = std::get_if<CircleOutline>(&outline)) {
-    return cone(circle->centre, circle->radius, z, slope);
+    return with_images(frame, repeated(circle->repeat, circle->centre,
+                                       cone(circle->centre, circle->radius, z, slope)));
   }
   const auto& box = std::get<RectangleOutline>(outline);
-  return common(slab(0, box.centre[0], box.size[0], z, slope),
-                slab(1, box.centre[1], box.size[1], z, slope));
+  return with_images(frame, repeated(box.repeat, box.centre,
+                                     round_common(slab(0, box.centre[0], box.size[0], z, slope),
+                                                  slab(1, box.centre[1], box.size[1], z, slope),
+                                                  box.corner_radius)));
 }
 
 /// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
@@ -111,19 +157,28 @@ class Builder {
     grow(shape.material, top, below(top));
   }
 
+  void apply(const StackShape& shape) {
+    for (int n = 0; n < shape.count; ++n) {
+      for (const LayerShape& layer : shape.layers) apply(layer);
+    }
+  }
+
   void apply(const TrenchShape& shape) {
     const double z = cut_from(shape.cut);
-    cut(shape.cut, z, slab(1 - shape.along, shape.centre, shape.width, z, shape.cut.taper));
+    const Solid walls = slab(1 - shape.along, shape.centre, shape.width, z, shape.cut.taper);
+    cut(shape.cut, z, repeated(shape.repeat, {shape.centre, shape.centre}, walls));
   }
 
   void apply(const HoleShape& shape) {
     const double z = cut_from(shape.cut);
-    cut(shape.cut, z, cone(shape.centre, shape.radius, z, shape.cut.taper));
+    const Solid walls = cone(shape.centre, shape.radius, z, shape.cut.taper);
+    cut(shape.cut, z, repeated(shape.repeat, shape.centre, walls));
   }
 
   void apply(const FinShape& shape) {
     const double foot = highest();
-    Solid ridge = slab(1 - shape.along, shape.centre, shape.width, foot, -shape.taper);
+    Solid ridge = repeated(shape.repeat, {shape.centre, shape.centre},
+                           slab(1 - shape.along, shape.centre, shape.width, foot, -shape.taper));
     grow(shape.material, foot + shape.height,
          with_images(frame_, common(std::move(ridge), below(foot + shape.height))));
   }
@@ -132,10 +187,31 @@ class Builder {
     const double foot = highest();
     const double top = foot + shape.thickness;
     const bool opening = shape.outlines == MaskShape::Outlines::opening;
-    Solid outline = with_images(
-        frame_, outline_solid(shape.outline, foot, opening ? shape.taper : -shape.taper));
+    Solid outline = outline_solid(frame_, shape.outline,
+                                  {.foot = foot,
+                                   .top = top,
+                                   .lowest = std::min(foot, lower_),
+                                   .slope = opening ? shape.taper : -shape.taper});
     Solid stays = opening ? outside(std::move(outline)) : std::move(outline);
     grow(shape.material, top, common(below(top), std::move(stays)));
+  }
+
+  void apply(const MeshShape& shape) {
+    const TriMesh mesh = welded(*shape.mesh);
+    const Box box = bounding_box(mesh);
+    lower_ = std::min(lower_, box.lower.z);
+    Solid solid = [body = std::make_shared<const MeshSolid>(mesh)](Vec3d r) { return (*body)(r); };
+    const bool is_patch = mesh_border(mesh) > 0;
+    for (int axis = 0; axis < 2 && !is_patch; ++axis) {
+      if (frame_.boundary[axis] == Boundary::periodic) {
+        solid = with_images(frame_, axis, std::move(solid));
+      }
+    }
+    if (shape.material) {
+      grow(*shape.material, box.upper.z, std::move(solid));
+    } else {
+      cut_run(0, parts_.size() - 1, is_patch ? outside(std::move(solid)) : std::move(solid), 0);
+    }
   }
 
   Layers build() const;
@@ -198,7 +274,8 @@ class Builder {
 
   void cut(const Cut& cut, double z, Solid walls) {
     lower_ = std::min(lower_, z - cut.depth);
-    const Solid gone = with_images(frame_, common(std::move(walls), above(z - cut.depth)));
+    const Solid gone = with_images(
+        frame_, round_common(std::move(walls), above(z - cut.depth), cut.bottom_radius));
     const auto is_cut = [&](std::size_t layer) {
       return cut.through.empty() || std::find(cut.through.begin(), cut.through.end(),
                                               parts_[layer].material) != cut.through.end();
@@ -213,20 +290,22 @@ class Builder {
       while (first > 0 && is_cut(first - 1)) {
         --first;
       }
-      cut_run(first, end - 1, gone);
+      cut_run(first, end - 1, gone, cut.top_radius);
       end = first;
     }
   }
 
   /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
-  /// only what lies in the run.
-  void cut_run(std::size_t first, std::size_t last, const Solid& gone) {
+  /// only what lies in the run. The radius is that of the top layer's edges around the mouth.
+  void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) {
     operations_.push_back([=](Vec3d r, std::vector<Distance>& all) {
       const Distance open = gone(r);
       const Distance open_in_run = intersect(open, all[last]);
       for (std::size_t layer = all.size(); layer-- > first;) {
         const Distance& hole = layer <= last ? open : open_in_run;
-        all[layer] = intersect(all[layer], complement(hole));
+        const bool is_top = layer + 1 == all.size();
+        all[layer] = round_intersect(all[layer], complement(hole), is_top ? radius : 0);
+        if (radius > 0 && !is_top) all[layer] = intersect(all[layer], all.back());
         if (first > 0) {
           all[layer] = unite(all[layer], all[first - 1]);
         }

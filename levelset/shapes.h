@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,7 +11,9 @@
 
 #include "core/frame.h"
 #include "core/material.h"
+#include "core/tri_mesh.h"
 #include "levelset/layers.h"
+#include "levelset/polygon.h"
 
 namespace scarp {
 
@@ -28,6 +31,18 @@ struct LayerShape {
   double thickness = 0;
 };
 
+/// Layers from the bottom up, all of them count times.
+struct StackShape {
+  std::vector<LayerShape> layers;
+  int count = 1;
+};
+
+/// Copies of a shape on a lattice; its centre is that of the lattice. One along an axis: no copies.
+struct Repeat {
+  std::array<int, 2> count{1, 1};
+  std::array<double, 2> pitch{};
+};
+
 /// What a trench or a hole cuts, and from which height its depth and its width are measured.
 struct Cut {
   double depth = 0;
@@ -35,14 +50,17 @@ struct Cut {
   std::optional<MaterialId>
       depth_from{};                   ///< top of this material; else the highest of what is cut
   std::vector<MaterialId> through{};  ///< only these are cut; empty: everything
+  double bottom_radius = 0;           ///< of the fillet between wall and floor
+  double top_radius = 0;              ///< of the edge around the mouth
 };
 
-/// A groove through the whole domain, along y (axis 1) or x (axis 0).
+/// A groove, or parallel grooves, through the whole domain, along y (axis 1) or x (axis 0).
 struct TrenchShape {
   double width = 0;
   double centre = 0;
   int along = 1;
   Cut cut{};
+  Repeat repeat{};
 };
 
 /// A round hole.
@@ -50,6 +68,7 @@ struct HoleShape {
   double radius = 0;
   std::array<double, 2> centre{};
   Cut cut{};
+  Repeat repeat{};
 };
 
 /// A ridge through the whole domain, along y (axis 1) or x (axis 0); width is that of its foot.
@@ -60,6 +79,7 @@ struct FinShape {
   double centre = 0;
   int along = 1;
   double taper = 0;
+  Repeat repeat{};
 };
 
 /// Outlines of mask openings and of resist.
@@ -67,16 +87,20 @@ struct SlotOutline {
   double width = 0;
   double centre = 0;
   int along = 1;
+  Repeat repeat{};
 };
 struct CircleOutline {
   double radius = 0;
   std::array<double, 2> centre{};
+  Repeat repeat{};
 };
 struct RectangleOutline {
   std::array<double, 2> size{};
   std::array<double, 2> centre{};
+  double corner_radius = 0;
+  Repeat repeat{};
 };
-using Outline = std::variant<SlotOutline, CircleOutline, RectangleOutline>;
+using Outline = std::variant<SlotOutline, CircleOutline, RectangleOutline, PolygonOutline>;
 
 /// A flat mask on top of everything; the outline, at the mask's foot, is cut out or is what stays.
 struct MaskShape {
@@ -88,7 +112,18 @@ struct MaskShape {
   Outline outline{};
 };
 
-using Shape = std::variant<WaferShape, LayerShape, TrenchShape, HoleShape, FinShape, MaskShape>;
+/// What is inside a closed mesh, or below an open patch that covers the domain. Of a material, it
+/// is added to what is there; without one, what is inside, or above the patch, is removed.
+///
+/// The part of a closed mesh beyond a reflective side is left out; beyond a periodic one it comes
+/// back on the other side.
+struct MeshShape {
+  std::shared_ptr<const TriMesh> mesh{};
+  std::optional<MaterialId> material{};
+};
+
+using Shape = std::variant<WaferShape, LayerShape, StackShape, TrenchShape, HoleShape, FinShape,
+                           MaskShape, MeshShape>;
 
 /// What is wrong with one key of one shape; key is as in a recipe ("width", "opening.width").
 struct ShapeProblem {
@@ -102,7 +137,8 @@ std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape
 
 /// The layers that the shapes describe.
 ///
-/// phi is the exact distance for planes, cones and the edges where two of them meet. All solid is
+/// phi is the exact distance for planes, cones, the walls over polygons and the edges where two of
+/// them meet. All solid is
 /// dilated by a thousandth of a spacing, so that surfaces on nodes keep their corners.
 ///
 /// Throws: InputError with the first problem that check_shapes finds.

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "levelset/mesh_solid.h"
+#include "levelset/polygon_walls.h"
 #include "levelset/shapes.h"
 
 namespace scarp {
@@ -63,32 +65,91 @@ class Checker {
     }
   }
 
-  /// A lateral interval: narrower than the domain, its centre inside, and walls that are not too
-  /// thin between it and its image beyond a side.
-  void interval(const std::string& key, const std::string& centre_key, int axis, double centre,
-                double width) {
-    const double extent = sides_.width(axis);
-    if (!std::isfinite(centre) || centre < sides_.lower[axis] || centre > sides_.upper[axis]) {
-      report(centre_key, "must lie in the domain, between " + in_nm(sides_.lower[axis]) + " and " +
-                             in_nm(sides_.upper[axis]));
+  /// Where a shape lies along an axis, copies included. key and centre_key are named in messages.
+  struct Interval {
+    std::string key;
+    std::string centre_key;
+    int axis = 0;
+    double centre = 0;
+    double width = 0;
+    int count = 1;
+    double pitch = 0;
+  };
+
+  /// Copies that do not overlap; the first and the last with their centres in the domain, each one
+  /// narrower than the domain, and walls that are not too thin between them and to the images
+  /// beyond the sides.
+  void interval(const Interval& s) {
+    const double thin = thinnest * frame_.spacing;
+    const double extent = sides_.width(s.axis);
+    const double half_row = 0.5 * (s.count - 1) * s.pitch;
+    const double slack = 1e-9 * extent;
+    if (!(s.centre - half_row >= sides_.lower[s.axis] - slack &&
+          s.centre + half_row <= sides_.upper[s.axis] + slack)) {
+      report(s.count > 1 ? prefix_of(s.centre_key) + "repeat" : s.centre_key,
+             (s.count > 1 ? std::string("puts the centre of a copy outside the domain; they ")
+                          : std::string()) +
+                 "must lie in the domain, between " + in_nm(sides_.lower[s.axis]) + " and " +
+                 in_nm(sides_.upper[s.axis]));
       return;
     }
-    if (width >= extent * (1 - 1e-9)) {
-      report(key, in_nm(width) + " is not narrower than the domain (" + in_nm(extent) + ")");
+    if (s.width >= extent * (1 - 1e-9)) {
+      report(s.key, in_nm(s.width) + " is not narrower than the domain (" + in_nm(extent) + ")");
       return;
     }
-    const double left = centre - 0.5 * width - sides_.lower[axis];
-    const double right = sides_.upper[axis] - centre - 0.5 * width;
-    const bool periodic = frame_.boundary[axis] == Boundary::periodic;
+    if (s.count > 1 && !(s.pitch - s.width >= thin * (1 - 1e-9))) {
+      report(prefix_of(s.centre_key) + "pitch",
+             "leaves " + in_nm(s.pitch - s.width) +
+                 " between copies at their widest: less than two grid spacings (" + in_nm(thin) +
+                 ")");
+      return;
+    }
+    const double left = s.centre - half_row - 0.5 * s.width - sides_.lower[s.axis];
+    const double right = sides_.upper[s.axis] - s.centre - half_row - 0.5 * s.width;
+    const bool periodic = frame_.boundary[s.axis] == Boundary::periodic;
     for (const double wall :
          {periodic ? left + right : 2 * left, periodic ? left + right : 2 * right}) {
-      if (wall > 0 && wall < thinnest * frame_.spacing * (1 - 1e-9)) {
-        report(key, "leaves " + in_nm(wall) +
-                        " to its image beyond a side of the domain: less than two grid spacings (" +
-                        in_nm(thinnest * frame_.spacing) + ")");
+      if (wall > (periodic && s.count > 1 ? -s.width : 0) && wall < thin * (1 - 1e-9)) {
+        report(s.key, "leaves " + in_nm(wall) +
+                          " to its image beyond a side of the domain: less than two grid spacings "
+                          "(" +
+                          in_nm(thin) + ")");
         return;
       }
     }
+  }
+
+  static std::string prefix_of(const std::string& key) { return key.substr(0, key.rfind('.') + 1); }
+
+  /// Counts and pitches that make sense.
+  bool lattice(const std::string& prefix, const Repeat& repeat) {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (repeat.count[axis] < 1) {
+        report(prefix + "repeat", "must be 1 or more");
+        return false;
+      }
+      if (repeat.count[axis] > 1 &&
+          !(std::isfinite(repeat.pitch[axis]) && repeat.pitch[axis] > 0)) {
+        report(prefix + "pitch", "must be a length above 0");
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// A slot, trench or fin: one interval across.
+  void row(const std::string& prefix, int along, double centre, double widest,
+           const Repeat& repeat) {
+    const int axis = across(prefix + "along", along);
+    if (lattice(prefix, repeat)) {
+      interval({prefix + "width", prefix + "center", axis, centre, widest, repeat.count[axis],
+                repeat.pitch[axis]});
+    }
+  }
+
+  /// The widest place of an opening whose walls run from the mouth to the depth.
+  static double widest(double width, const Cut& cut) {
+    return std::max(width, width - 2 * cut.depth * std::tan(cut.taper));
   }
 
   int across(const std::string& key, int along) {
@@ -118,16 +179,29 @@ class Checker {
       report("taper", "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
                           " at this depth: less than two grid spacings");
     }
+    radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
+    radius("top_radius", cut.top_radius, cut.depth);
+    if (cut.top_radius > 0 && !cut.through.empty()) {
+      report("top_radius", "cannot be rounded where only some materials are cut (through)");
+    }
   }
 
-  void round_outline(const std::string& prefix, std::array<double, 2> centre, double radius) {
-    if (feature(prefix + "radius", 2 * radius)) {
+  void radius(const std::string& key, double value, double largest) {
+    if (!(value >= 0 && value <= largest * (1 + 1e-9))) {
+      report(key, "must lie between 0 nm and " + in_nm(std::max(largest, 0.0)));
+    }
+  }
+
+  void round_outline(const std::string& prefix, const std::array<double, 2>& centre, double radius,
+                     double widest_radius, const Repeat& repeat) {
+    if (feature(prefix + "radius", 2 * radius) && lattice(prefix, repeat)) {
       for (int axis = 0; axis < (frame_.two_dimensional ? 1 : 2); ++axis) {
-        interval(prefix + "radius", prefix + "center", axis, centre[axis], 2 * radius);
+        interval({prefix + "radius", prefix + "center", axis, centre[axis], 2 * widest_radius,
+                  repeat.count[axis], repeat.pitch[axis]});
       }
     }
     if (frame_.two_dimensional) {
-      report("shape", "round shapes need three dimensions");
+      report(prefix + "shape", "round shapes need three dimensions");
     }
   }
 
@@ -140,23 +214,25 @@ class Checker {
     materials_.push_back(s.material);
   }
 
+  void check(const StackShape& s) {
+    if (s.layers.empty()) report("materials", "there is no layer");
+    if (s.count < 1) report("count", "must be 1 or more");
+    for (const LayerShape& layer : s.layers) check(layer);
+  }
+
   void check(const TrenchShape& s) {
-    if (feature("width", s.width)) {
-      interval("width", "center", across("along", s.along), s.centre, s.width);
-    }
+    if (feature("width", s.width)) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat);
     cut(s.cut, s.width);
   }
 
   void check(const HoleShape& s) {
-    round_outline("", s.centre, s.radius);
+    round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut), s.repeat);
     cut(s.cut, 2 * s.radius);
   }
 
   void check(const FinShape& s) {
     taper(s.taper);
-    if (feature("width", s.width)) {
-      interval("width", "center", across("along", s.along), s.centre, s.width);
-    }
+    if (feature("width", s.width)) row("", s.along, s.centre, s.width, s.repeat);
     const double ridge = s.width - 2 * s.height * std::tan(s.taper);
     if (feature("height", s.height) && ridge < thinnest * frame_.spacing * (1 - 1e-9)) {
       report("taper", "leaves a ridge of less than two grid spacings");
@@ -168,25 +244,98 @@ class Checker {
     feature("thickness", s.thickness);
     taper(s.taper);
     const std::string prefix = s.outlines == MaskShape::Outlines::opening ? "opening." : "resist.";
-    std::visit([&](const auto& outline) { check_outline(prefix, outline); }, s.outline);
+    if (const auto* polygon = std::get_if<PolygonOutline>(&s.outline)) {
+      check_polygon(prefix, *polygon, s);
+    } else {
+      std::visit([&](const auto& outline) { check_outline(prefix, outline); }, s.outline);
+    }
     materials_.push_back(s.material);
   }
 
-  void check_outline(const std::string& prefix, const SlotOutline& s) {
-    if (feature(prefix + "width", s.width)) {
-      interval(prefix + "width", prefix + "center", across(prefix + "along", s.along), s.centre,
-               s.width);
+  void check(const MeshShape& s) {
+    if (frame_.two_dimensional) {
+      report("shape", "meshes need three dimensions");
+    } else if (const auto fault = mesh_fault(frame_, welded(*s.mesh))) {
+      report("file", *fault);
     }
+    if (s.material) materials_.push_back(*s.material);
+  }
+
+  void check_outline(const std::string& prefix, const SlotOutline& s) {
+    if (feature(prefix + "width", s.width)) row(prefix, s.along, s.centre, s.width, s.repeat);
   }
   void check_outline(const std::string& prefix, const CircleOutline& s) {
-    round_outline(prefix, s.centre, s.radius);
+    round_outline(prefix, s.centre, s.radius, s.radius, s.repeat);
   }
   void check_outline(const std::string& prefix, const RectangleOutline& s) {
+    if (!lattice(prefix, s.repeat)) return;
     for (int axis = 0; axis < 2; ++axis) {
       if (feature(prefix + "size", s.size[axis])) {
-        interval(prefix + "size", prefix + "center", axis, s.centre[axis], s.size[axis]);
+        interval({prefix + "size", prefix + "center", axis, s.centre[axis], s.size[axis],
+                  s.repeat.count[axis], s.repeat.pitch[axis]});
       }
     }
+    radius(prefix + "corner_radius", s.corner_radius, 0.5 * std::min(s.size[0], s.size[1]));
+  }
+  void check_outline(const std::string&, const PolygonOutline&) {}
+
+  /// The walls must stand on their own at the foot and at the top.
+  void check_polygon(const std::string& prefix, const PolygonOutline& outline, const MaskShape& s) {
+    const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
+    const std::string key = prefix + (is_list ? "points" : "file");
+    if (frame_.two_dimensional) {
+      report(prefix + "shape", "polygons need three dimensions");
+      return;
+    }
+    if (is_list) {
+      if (const auto fault = polygon_fault(outline.loops)) {
+        report(key, *fault);
+        return;
+      }
+    }
+    const double shortest = thinnest * frame_.spacing;
+    const bool opening = s.outlines == MaskShape::Outlines::opening;
+    const double growth = (opening ? 1 : -1) * s.thickness * std::tan(s.taper);
+    if (!std::isfinite(growth)) return;
+    const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
+    if (foot.empty()) {
+      report(key, "lies wholly outside the domain, which reaches from " + place(sides_.lower) +
+                      " to " + place(sides_.upper));
+    } else if (const auto fault = thin_feature(frame_, foot, shortest)) {
+      report(key, *fault);
+    } else if (growth != 0) {
+      const std::vector<Loop> top = moved_outwards(foot, growth);
+      if (!same_directions(foot, top) || thin_feature(frame_, top, shortest)) {
+        report("taper",
+               "makes the walls of the polygon meet, or nearly, below the top of the mask");
+      }
+    }
+  }
+
+  static std::string place(const std::array<double, 2>& corner) {
+    return '(' + in_nm(corner[0]) + ", " + in_nm(corner[1]) + ')';
+  }
+
+  bool in_domain(const Point2& point) const {
+    return point[0] >= sides_.lower[0] && point[0] <= sides_.upper[0] &&
+           point[1] >= sides_.lower[1] && point[1] <= sides_.upper[1];
+  }
+
+  /// No edge that ends in the domain has shrunk to nothing and turned over.
+  bool same_directions(const std::vector<Loop>& before, const std::vector<Loop>& after) const {
+    for (std::size_t l = 0; l < before.size(); ++l) {
+      for (std::size_t p = 0; p < before[l].size(); ++p) {
+        const std::size_t next = (p + 1) % before[l].size();
+        if (!in_domain(before[l][p]) && !in_domain(before[l][next])) continue;
+        double along = 0;
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          along += (before[l][next][axis] - before[l][p][axis]) *
+                   (after[l][next][axis] - after[l][p][axis]);
+        }
+        if (!(along > 0)) return false;
+      }
+    }
+    return true;
   }
 
   const Frame& frame_;

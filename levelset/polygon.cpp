@@ -1,0 +1,250 @@
+#include "levelset/polygon.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "levelset/arrangement.h"
+
+namespace scarp {
+
+namespace {
+
+/// Images beyond a side are kept this far, in spacings: further than the band and a leaf see.
+constexpr double image_reach = 24;
+
+/// Points are rounded to this fraction of a spacing.
+constexpr double units_per_spacing = 65536;
+
+struct NamedEdge {
+  std::size_t loop = 0;
+  std::size_t number = 0;
+  Point2 a{};
+  Point2 b{};
+
+  double lower(int axis) const { return std::min(a[axis], b[axis]); }
+  double upper(int axis) const { return std::max(a[axis], b[axis]); }
+};
+
+std::vector<NamedEdge> edges_of(std::span<const Loop> loops) {
+  std::vector<NamedEdge> edges;
+  for (std::size_t l = 0; l < loops.size(); ++l) {
+    for (std::size_t p = 0; p < loops[l].size(); ++p) {
+      edges.push_back({l, p, loops[l][p], loops[l][(p + 1) % loops[l].size()]});
+    }
+  }
+  return edges;
+}
+
+std::string named(const NamedEdge& edge, std::size_t loop_count) {
+  return (loop_count > 1 ? "polygon " + std::to_string(edge.loop) + " edge " : "edge ") +
+         std::to_string(edge.number);
+}
+
+double cross(Point2 o, Point2 p, Point2 q) {
+  return (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
+}
+
+double distance_to_edge(Point2 r, const NamedEdge& e) {
+  const Point2 along{e.b[0] - e.a[0], e.b[1] - e.a[1]};
+  const double square = along[0] * along[0] + along[1] * along[1];
+  const double s =
+      std::clamp(((r[0] - e.a[0]) * along[0] + (r[1] - e.a[1]) * along[1]) / square, 0.0, 1.0);
+  const double x = r[0] - e.a[0] - s * along[0];
+  const double y = r[1] - e.a[1] - s * along[1];
+  return std::sqrt(x * x + y * y);
+}
+
+bool cross_properly(const NamedEdge& e, const NamedEdge& f) {
+  return (cross(e.a, e.b, f.a) > 0) != (cross(e.a, e.b, f.b) > 0) &&
+         (cross(f.a, f.b, e.a) > 0) != (cross(f.a, f.b, e.b) > 0);
+}
+
+double distance_between(const NamedEdge& e, const NamedEdge& f) {
+  if (cross_properly(e, f)) return 0;
+  return std::min({distance_to_edge(e.a, f), distance_to_edge(e.b, f), distance_to_edge(f.a, e),
+                   distance_to_edge(f.b, e)});
+}
+
+/// Whether f follows e around the same loop, or the other way round.
+bool adjacent(const NamedEdge& e, const NamedEdge& f, std::span<const Loop> loops) {
+  const std::size_t count = loops[e.loop].size();
+  return e.loop == f.loop &&
+         ((e.number + 1) % count == f.number || (f.number + 1) % count == e.number);
+}
+
+/// Calls visit for pairs of edges whose boxes are not further apart than reach, until it is true.
+template <class Visit>
+bool any_pair(std::vector<NamedEdge>& edges, double reach, const Visit& visit) {
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const NamedEdge& e, const NamedEdge& f) { return e.lower(0) < f.lower(0); });
+  std::vector<const NamedEdge*> open;
+  for (const NamedEdge& e : edges) {
+    std::erase_if(open, [&](const NamedEdge* f) { return f->upper(0) + reach < e.lower(0); });
+    for (const NamedEdge* f : open) {
+      const bool far = f->upper(1) + reach < e.lower(1) || e.upper(1) + reach < f->lower(1);
+      if (!far && visit(*f, e)) return true;
+    }
+    open.push_back(&e);
+  }
+  return false;
+}
+
+std::optional<std::string> fault_of_loop(const Loop& loop, const std::string& name) {
+  if (loop.size() < 3)
+    return name + " has " + std::to_string(loop.size()) + " points; three or more are needed";
+  for (std::size_t p = 0; p < loop.size(); ++p) {
+    if (!std::isfinite(loop[p][0]) || !std::isfinite(loop[p][1])) {
+      return name + " point " + std::to_string(p) + " is not finite";
+    }
+    const std::size_t next = (p + 1) % loop.size();
+    if (loop[p] == loop[next]) {
+      return name + " points " + std::to_string(p) + " and " + std::to_string(next) +
+             " are the same; the last point is joined to the first by itself";
+    }
+  }
+  return std::nullopt;
+}
+
+/// Two neighbours share their point; they are at fault if one runs back along the other.
+bool runs_back(const NamedEdge& e, const NamedEdge& f) {
+  const bool forward = e.b == f.a;
+  const Point2 tip = forward ? e.b : e.a;
+  const Point2 p = forward ? e.a : e.b;
+  const Point2 q = forward ? f.b : f.a;
+  const double along = (p[0] - tip[0]) * (q[0] - tip[0]) + (p[1] - tip[1]) * (q[1] - tip[1]);
+  return along > 0 && std::abs(cross(tip, p, q)) <= 1e-12 * along;
+}
+
+std::vector<Loop> mirrored(std::vector<Loop> loops, int axis, double wall) {
+  for (Loop& loop : loops) {
+    for (Point2& point : loop) point[axis] = 2 * wall - point[axis];
+    std::reverse(loop.begin(), loop.end());
+  }
+  return loops;
+}
+
+std::vector<Loop> shifted(std::vector<Loop> loops, int axis, double shift) {
+  for (Loop& loop : loops) {
+    for (Point2& point : loop) point[axis] += shift;
+  }
+  return loops;
+}
+
+Loop box(const Sides& sides, double margin) {
+  const double left = sides.lower[0] - margin;
+  const double right = sides.upper[0] + margin;
+  const double front = sides.lower[1] - margin;
+  const double back = sides.upper[1] + margin;
+  return {{left, front}, {right, front}, {right, back}, {left, back}};
+}
+
+/// False if the loop lies wholly on one side of the box and changes nothing in it.
+bool may_meet(const Loop& loop, const Loop& box) {
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto by_axis = [&](const Point2& a, const Point2& b) { return a[axis] < b[axis]; };
+    const auto [least, most] = std::minmax_element(loop.begin(), loop.end(), by_axis);
+    if ((*most)[axis] < box[0][axis] || (*least)[axis] > box[2][axis]) return false;
+  }
+  return true;
+}
+
+/// The part of loops for which the rule holds that lies in a box.
+template <class Inside>
+std::vector<Loop> clipped(double unit, const std::vector<Loop>& loops, const Loop& box,
+                          const Inside& inside) {
+  Arrangement arrangement(unit);
+  for (const Loop& loop : loops) {
+    if (may_meet(loop, box)) arrangement.add(loop, 0);
+  }
+  arrangement.add(box, 1);
+  return arrangement.region(
+      [&](int turns, int turns_of_box) { return inside(turns) && turns_of_box != 0; });
+}
+
+}  // namespace
+
+std::optional<std::string> polygon_fault(std::span<const Loop> loops) {
+  if (loops.empty()) return "there is no polygon";
+  for (std::size_t l = 0; l < loops.size(); ++l) {
+    if (auto fault = fault_of_loop(loops[l], "polygon " + std::to_string(l))) return fault;
+  }
+  std::optional<std::string> fault;
+  std::vector<NamedEdge> edges = edges_of(loops);
+  any_pair(edges, 0, [&](const NamedEdge& e, const NamedEdge& f) {
+    const bool neighbours = adjacent(e, f, loops);
+    if (neighbours ? !runs_back(e, f) : distance_between(e, f) > 0) return false;
+    const bool in_order = std::pair(e.loop, e.number) < std::pair(f.loop, f.number);
+    fault = named(in_order ? e : f, loops.size()) + " and " +
+            named(in_order ? f : e, loops.size()) +
+            (neighbours ? " lie on each other" : " cross or touch") +
+            "; write holes and islands as polygons of their own";
+    return true;
+  });
+  return fault;
+}
+
+std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop> loops,
+                                        double shortest) {
+  const Sides sides = frame.sides();
+  const auto in_domain = [&](const NamedEdge& e) {
+    return e.upper(0) >= sides.lower[0] && e.lower(0) <= sides.upper[0] &&
+           e.upper(1) >= sides.lower[1] && e.lower(1) <= sides.upper[1];
+  };
+  // Walls that face each other within 60 degrees; others meet at a corner.
+  const auto opposite = [](const NamedEdge& e, const NamedEdge& f) {
+    const Point2 u{e.b[0] - e.a[0], e.b[1] - e.a[1]};
+    const Point2 v{f.b[0] - f.a[0], f.b[1] - f.a[1]};
+    const double cosine = (u[0] * v[0] + u[1] * v[1]) /
+                          std::sqrt((u[0] * u[0] + u[1] * u[1]) * (v[0] * v[0] + v[1] * v[1]));
+    return cosine < -0.5;
+  };
+  std::optional<std::string> fault;
+  std::vector<NamedEdge> edges = edges_of(loops);
+  any_pair(edges, shortest, [&](const NamedEdge& e, const NamedEdge& f) {
+    if (!in_domain(e) || !in_domain(f) || adjacent(e, f, loops)) return false;
+    const double gap = distance_between(e, f);
+    if (gap >= (opposite(e, f) ? shortest * (1 - 1e-4) : 1e-4 * shortest)) return false;
+    fault = "walls near (" + std::to_string(e.a[0]) + ", " + std::to_string(e.a[1]) + ") and (" +
+            std::to_string(f.a[0]) + ", " + std::to_string(f.a[1]) + ") nm are " +
+            std::to_string(gap) + " nm apart: less than two grid spacings";
+    return true;
+  });
+  return fault;
+}
+
+std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline, double growth) {
+  const Sides sides = frame.sides();
+  const double unit = frame.spacing / units_per_spacing;
+  const bool even_odd = outline.rule == PolygonOutline::Rule::even_odd;
+  // Loops that go round the same way never cancel where they overlap.
+  std::vector<Loop> loops = outline.loops;
+  for (Loop& loop : loops) {
+    if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
+  }
+  std::vector<Loop> all = clipped(unit, loops, box(sides, 0), [&](int turns) {
+    return even_odd ? turns % 2 != 0 : turns != 0;
+  });
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<Loop> images = all;
+    for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
+      const double shift = wall == sides.lower[axis] ? -sides.width(axis) : sides.width(axis);
+      const std::vector<Loop> image = frame.boundary[axis] == Boundary::periodic
+                                          ? shifted(all, axis, shift)
+                                          : mirrored(all, axis, wall);
+      images.insert(images.end(), image.begin(), image.end());
+    }
+    all = std::move(images);
+  }
+  return clipped(unit, all, box(sides, image_reach * frame.spacing + 2 * std::abs(growth)),
+                 [](int turns) { return turns != 0; });
+}
+
+double area(std::span<const Loop> loops) {
+  double twice = 0;
+  for (const NamedEdge& e : edges_of(loops)) twice += e.a[0] * e.b[1] - e.a[1] * e.b[0];
+  return 0.5 * twice;
+}
+
+}  // namespace scarp

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/frame.h"
+
+namespace scarp {
+
+using Point2 = std::array<double, 2>;
+
+/// A closed polygon; the last point is joined to the first.
+using Loop = std::vector<Point2>;
+
+/// A region of the x-y plane between polygons.
+///
+/// Units: nm.
+struct PolygonOutline {
+  /// even_odd: a point is inside if an odd number of loops surround it, so a loop within a loop is
+  /// a hole. any: inside if any loop surrounds it; loops may overlap, touch and cross themselves.
+  enum class Rule { even_odd, any };
+  std::vector<Loop> loops;
+  Rule rule = Rule::even_odd;
+};
+
+/// The first thing that is wrong with an even-odd outline: a loop of less than three points, points
+/// that coincide, edges that cross, touch or lie on each other. Names loops, points and edges by
+/// their numbers from 0; edge 3 goes from point 3 to the next.
+std::optional<std::string> polygon_fault(std::span<const Loop> loops);
+
+/// Two walls in the domain that cross, touch at a point that is no common corner, or face each
+/// other at less than the given length.
+std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop> loops,
+                                        double shortest);
+
+/// The part of an outline in the domain together with its mirror images or copies beyond the sides,
+/// as loops that neither cross nor touch except at points, interior on the left. Empty if the
+/// outline leaves the domain empty.
+///
+/// Images are kept to 24 spacings beyond the sides, and twice the given growth for loops that will
+/// be moved by it.
+///
+/// Points are rounded to 2^-16 spacings, symmetrically about the middle of the domain; crossings
+/// are found in integers, so the result is right for any input. Cost: O(n (sqrt n + crossings)) for
+/// edges that are spread out.
+std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline,
+                               double growth = 0);
+
+/// Area enclosed by loops with the interior on the left.
+double area(std::span<const Loop> loops);
+
+}  // namespace scarp
