@@ -11,7 +11,7 @@ endfunction()
 
 # scarp_tests(NAME NEEDS ...)
 #
-# All tests/NAME/*_test.cpp in one program. A test whose name starts with Slow carries the label slow.
+# All tests/NAME/*_test.cpp in one program. A test whose name starts with Slow carries the label slow instead of NAME.
 function(scarp_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
@@ -24,7 +24,7 @@ function(scarp_tests name)
   target_compile_definitions(${name}_tests PRIVATE
     SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCARP_BINARY="${PROJECT_BINARY_DIR}/apps/scarp")
   gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
-  gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS "${name};slow" DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS slow DISCOVERY_TIMEOUT 60)
 endfunction()
 
 # scarp_bench(NAME NEEDS ... LIBRARIES ...)
