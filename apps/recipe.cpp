@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -20,7 +21,6 @@ namespace {
 constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
-constexpr std::uint64_t bytes_per_megabyte = 1 << 20;
 constexpr Limits positive{.minimum = 0, .exclusive = true};
 
 const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
@@ -115,7 +115,25 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   return options;
 }
 
-// Units: memory_limit in MB of 2^20 bytes.
+// An amount of memory, "512 MB" or "1 GB" (powers of 1024). Units: bytes.
+std::uint64_t read_memory(const RecipeTable& table, std::string_view key,
+                          std::string_view fallback) {
+  constexpr double megabyte = 1024.0 * 1024.0;
+  const std::string text = table.text(key, fallback);
+  double amount = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, amount);
+  const std::string_view unit(rest, static_cast<std::size_t>(end - rest));
+  const double scale = unit == " MB" ? megabyte : unit == " GB" ? 1024 * megabyte : 0;
+  if (error != std::errc{} || !(amount * scale >= megabyte && amount * scale <= 1e15)) {
+    table.error(key, fmt::format("\"{}\" is not an amount of memory of 1 MB or more; write for "
+                                 "example \"512 MB\" or \"2 GB\"",
+                                 text));
+    return static_cast<std::uint64_t>(megabyte);
+  }
+  return static_cast<std::uint64_t>(amount * scale);
+}
+
 FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
   const Choices<FluxOptions::Engine> engines{{"auto", FluxOptions::Engine::automatic},
                                              {"forward", FluxOptions::Engine::forward},
@@ -129,10 +147,11 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
       table.number("target_error", {.fallback = "0.01", .minimum = 1e-6, .maximum = 1});
   if (table.has("rays")) {
     options.rays =
-        static_cast<std::uint64_t>(table.integer("rays", {.minimum = 1, .maximum = 1e15}));
+        static_cast<std::uint64_t>(table.integer("rays", {.minimum = 1, .maximum = most_rays}));
   }
   options.max_rays = static_cast<std::uint64_t>(
-      table.integer("max_rays", {.fallback = "1000000000", .minimum = 1, .maximum = 1e15}));
+      table.integer("max_rays", {.fallback = "1000000000", .minimum = 1, .maximum = most_rays}));
+  options.memory_limit = read_memory(table, "memory_limit", "1 GB");
   options.seed = static_cast<std::uint64_t>(
       table.integer("seed", {.fallback = "1", .minimum = 0, .maximum = 9e15}));
   return options;

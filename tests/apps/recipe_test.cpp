@@ -95,6 +95,13 @@ TEST_F(RecipeTest, ReadsTheTrenchInInternalUnits) {
   EXPECT_DOUBLE_EQ(recipe.simplify->l0.value(), 60);
 }
 
+TEST_F(RecipeTest, ReadsTheMemoryLimit) {
+  EXPECT_EQ(read(trench_recipe).flux.memory_limit, std::uint64_t{1} << 30);
+  EXPECT_EQ(
+      read(changed("[[step]]", "[flux]\nmemory_limit = \"64 MB\"\n\n[[step]]")).flux.memory_limit,
+      std::uint64_t{64} << 20);
+}
+
 TEST_F(RecipeTest, TheResolvedRecipeReadsTheSame) {
   const Recipe recipe = read(trench_recipe);
   EXPECT_EQ(read(recipe.resolved).resolved, recipe.resolved);
@@ -231,6 +238,14 @@ INSTANTIATE_TEST_SUITE_P(
                   "\"0.1 um\"",
                   "\"0.3 um\"",
                   {"r.toml:3:", "domain.extent[0]", "whole number"}},
+        BadRecipe{"MemoryLimitWithoutUnit",
+                  "[[step]]",
+                  "[flux]\nmemory_limit = \"512\"\n\n[[step]]",
+                  {"r.toml:15:", "flux.memory_limit", "512 MB"}},
+        BadRecipe{"MoreRaysThanATallyHolds",
+                  "[[step]]",
+                  "[flux]\nrays = 10000000000\n\n[[step]]",
+                  {"r.toml:15:", "flux.rays"}},
         BadRecipe{"DomainLargerThanMemory",
                   "extent = [\"10 um\", \"10 um\"]",
                   "extent = [\"90 mm\", \"90 mm\"]",
