@@ -1,4 +1,5 @@
-// The house rules that CMake cannot check, because Debian puts all headers in one folder: who may include what.
+// The house rules that CMake cannot check, because Debian puts all headers in one folder: who may
+// include what.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +36,8 @@ std::vector<Include> includes() {
   static const std::regex pattern(R"re(^\s*#\s*include\s*[<"]([^>"]+)[>"])re");
   std::vector<Include> found;
   for (const auto& [folder, below] : floors_below()) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SCARP_SOURCE_DIR) / folder)) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(SCARP_SOURCE_DIR) / folder)) {
       if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
       std::ifstream in(entry.path());
       std::string text;
@@ -86,8 +88,7 @@ TEST(Floors, OpenVdbIsSeenInOnePrivateHeaderOnly) {
 }
 
 TEST(Floors, EmbreeIsSeenInOneFileOfFluxOnly) {
-  EXPECT_EQ(files_that_include({"embree3/", "embree"}),
-            (std::set<fs::path>{"flux/ray_scene.cpp"}));
+  EXPECT_EQ(files_that_include({"embree3/", "embree"}), (std::set<fs::path>{"flux/ray_scene.cpp"}));
 }
 
 TEST(Floors, TheTomlParserIsSeenInOneFileOfCoreOnly) {
