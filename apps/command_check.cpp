@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -10,9 +9,7 @@
 
 namespace scarp {
 
-namespace {
-
-int check_recipe(const RecipeArguments& arguments, const CommonOptions& common) {
+ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const CostEstimate cost = estimate_cost(recipe);
   if (common.json) {
@@ -39,22 +36,11 @@ int check_recipe(const RecipeArguments& arguments, const CommonOptions& common) 
       "#   time steps  {:.0f}\n"
       "#   rays        {:.2g} per time step\n"
       "#   memory      {:.0f} MB\n"
-      "#   time        {:.0f} s on this machine\n",
+      "#   time        {:.0f} s on this machine\n"
+      "# Results would go to {}\n",
       cost.active_nodes, cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
-      cost.rays_per_time_step, cost.memory_mb, cost.seconds);
+      cost.rays_per_time_step, cost.memory_mb, cost.seconds, arguments.result_folder().string());
   return done;
-}
-
-}  // namespace
-
-void add_check(CLI::App& app, const CommonOptions& common, CommandAction& action) {
-  CLI::App* command =
-      app.add_subcommand("check", "Check a recipe and print it with every default and its cost");
-  const auto arguments = std::make_shared<RecipeArguments>();
-  add_recipe_arguments(*command, *arguments);
-  command->callback([&common, &action, arguments] {
-    action = [&common, arguments] { return check_recipe(*arguments, common); };
-  });
 }
 
 }  // namespace scarp

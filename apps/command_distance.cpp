@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -11,12 +10,6 @@
 namespace scarp {
 
 namespace {
-
-struct DistanceArguments {
-  std::string a;
-  std::string b;
-  std::string output;
-};
 
 nlohmann::ordered_json as_json(const DistanceStatistics& distance) {
   return {
@@ -30,7 +23,9 @@ void write_distances(const std::string& file, const TriMesh& a, const TriMesh& b
   write_vtp(file, a, {.facets = {}, .vertices = {{"distance", std::span(values)}}});
 }
 
-int measure_distance(const DistanceArguments& arguments, const CommonOptions& common) {
+}  // namespace
+
+ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common) {
   const TriMesh a = read_mesh(arguments.a);
   const TriMesh b = read_mesh(arguments.b);
   const SurfaceDistance distance = surface_distance(a, b);
@@ -49,20 +44,6 @@ int measure_distance(const DistanceArguments& arguments, const CommonOptions& co
   }
   fmt::print("{:22} {:12.6g}\n", "symmetric", symmetric_max);
   return done;
-}
-
-}  // namespace
-
-void add_distance(CLI::App& app, const CommonOptions& common, CommandAction& action) {
-  CLI::App* command = app.add_subcommand("distance", "Distance between two surfaces");
-  const auto arguments = std::make_shared<DistanceArguments>();
-  command->add_option("a", arguments->a, "Mesh: .obj .ply .stl .vtp")->required();
-  command->add_option("b", arguments->b, "Mesh to compare with")->required();
-  command->add_option("-o,--output", arguments->output,
-                      "A with the distance to B at every vertex (.vtp)");
-  command->callback([&common, &action, arguments] {
-    action = [&common, arguments] { return measure_distance(*arguments, common); };
-  });
 }
 
 }  // namespace scarp

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -34,7 +33,10 @@ const ModelDescription& model_named(const std::string& name) {
   return *model;
 }
 
-int print_models(const std::string& name, const CommonOptions& common) {
+}  // namespace
+
+ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common) {
+  const std::string& name = arguments.name;
   if (!common.json) {
     std::cout << (name.empty() ? model_list() : model_page(model_named(name)));
     return done;
@@ -47,18 +49,6 @@ int print_models(const std::string& name, const CommonOptions& common) {
   }
   std::cout << result.dump(2) << '\n';
   return done;
-}
-
-}  // namespace
-
-void add_models(CLI::App& app, const CommonOptions& common, CommandAction& action) {
-  CLI::App* command =
-      app.add_subcommand("models", "The process models with their parameters, units and sources");
-  const auto name = std::make_shared<std::string>();
-  command->add_option("name", *name, "Print the reference page of this model");
-  command->callback([&common, &action, name] {
-    action = [&common, name] { return print_models(*name, common); };
-  });
 }
 
 }  // namespace scarp

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -12,10 +11,6 @@
 namespace scarp {
 
 namespace {
-
-struct PreviewArguments : RecipeArguments {
-  std::string output;
-};
 
 nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
                                const std::filesystem::path& folder) {
@@ -40,9 +35,11 @@ nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
           {"files", {folder / "preview.vtp", folder / "preview.csv", folder / "preview.svg"}}};
 }
 
-int preview_recipe(const PreviewArguments& arguments, const CommonOptions& common) {
+}  // namespace
+
+ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  const std::filesystem::path folder = result_folder(arguments.recipe, arguments.output);
+  const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);
   const nlohmann::ordered_json result = as_json(preview, recipe, folder);
   if (common.json) {
@@ -63,20 +60,6 @@ int preview_recipe(const PreviewArguments& arguments, const CommonOptions& commo
       box.lower.z, box.upper.z, preview.surface.triangles.size(),
       (folder / "preview.svg").string());
   return done;
-}
-
-}  // namespace
-
-void add_preview(CLI::App& app, const CommonOptions& common, CommandAction& action) {
-  CLI::App* command =
-      app.add_subcommand("preview", "Write the start geometry of a recipe, without running it");
-  const auto arguments = std::make_shared<PreviewArguments>();
-  add_recipe_arguments(*command, *arguments);
-  command->add_option("-o,--output", arguments->output,
-                      "Folder for preview.vtp, .csv and .svg (default: results/<recipe name>)");
-  command->callback([&common, &action, arguments] {
-    action = [&common, arguments] { return preview_recipe(*arguments, common); };
-  });
 }
 
 }  // namespace scarp

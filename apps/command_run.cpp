@@ -15,11 +15,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct RunArguments : RecipeArguments {
-  std::string output;
-  bool resume = false;
-};
-
 std::string duration_text(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
   if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
@@ -80,9 +75,11 @@ class Progress {
   Clock::time_point printed_;
 };
 
-int run_recipe(const RunArguments& arguments, const CommonOptions& common) {
+}  // namespace
+
+ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  const std::filesystem::path folder = result_folder(arguments.recipe, arguments.output);
+  const std::filesystem::path folder = arguments.result_folder();
   RunEnd end{};
   {
     Progress progress(recipe, common.quiet);
@@ -106,20 +103,6 @@ int run_recipe(const RunArguments& arguments, const CommonOptions& common) {
                end == RunEnd::was_complete ? "was complete" : "complete", folder.string());
   }
   return done;
-}
-
-}  // namespace
-
-void add_run(CLI::App& app, const CommonOptions& common, CommandAction& action) {
-  CLI::App* command = app.add_subcommand("run", "Run a recipe");
-  const auto arguments = std::make_shared<RunArguments>();
-  add_recipe_arguments(*command, *arguments);
-  command->add_option("-o,--output", arguments->output,
-                      "Result folder (default: results/<recipe name>)");
-  command->add_flag("--resume", arguments->resume, "Go on from the last checkpoint in the folder");
-  command->callback([&common, &action, arguments] {
-    action = [=, &common] { return run_recipe(*arguments, common); };
-  });
 }
 
 }  // namespace scarp

@@ -23,6 +23,13 @@ function(scarp_tests name)
   target_link_libraries(${name}_tests PRIVATE ${tests_NEEDS} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name}_tests PRIVATE
     SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCARP_BINARY="${PROJECT_BINARY_DIR}/apps/scarp")
+  # A test runs once: what matters is how soon it is compiled.
+  target_compile_options(${name}_tests PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(TARGET core_tests AND NOT name STREQUAL core)
+    target_precompile_headers(${name}_tests REUSE_FROM core_tests)
+  else()
+    target_precompile_headers(${name}_tests PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
   gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
   gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS slow DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -6,6 +6,10 @@
 
 #include "levelset/band.h"
 
+// The OpenVDB library holds the float grid: no source file of ours compiles it again.
+extern template class openvdb::Grid<openvdb::FloatTree>;
+extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
+
 namespace scarp {
 
 using PhiGrid = openvdb::FloatGrid;

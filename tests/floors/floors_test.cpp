@@ -98,6 +98,10 @@ TEST(Floors, TheTomlParserIsSeenInOneFileOfCoreOnly) {
   EXPECT_EQ(files.begin()->extension(), ".cpp");
 }
 
+TEST(Floors, TheCommandLineParserIsSeenInOneFileOfAppsOnly) {
+  EXPECT_EQ(files_that_include({"CLI/"}), (std::set<fs::path>{"apps/command_line.cpp"}));
+}
+
 TEST(Floors, NoHeaderIncludesTbb) {
   for (const fs::path& file : files_that_include({"tbb/", "oneapi/tbb"})) {
     EXPECT_EQ(file.extension(), ".cpp") << file;

@@ -1,0 +1,139 @@
+#include "apps/command_line.h"
+
+// The only source file that includes the parser: it takes seconds to compile.
+#include <CLI/CLI.hpp>
+#include <map>
+
+namespace scarp {
+
+namespace {
+
+void add_common_options(CLI::App& command, CommonOptions& common) {
+  command.add_option("--threads", common.threads, "Number of threads (default: all cores)")
+      ->check(CLI::PositiveNumber);
+  command.add_flag("--quiet", common.quiet, "Only errors and results");
+  command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");
+}
+
+void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
+  command.add_option("recipe", arguments.recipe, "Recipe file (.toml)")->required();
+  command
+      .add_option("--set", arguments.set,
+                  "Change a value: PATH=VALUE, for example domain.spacing='\"0.4 um\"'")
+      ->allow_extra_args(false);
+  command.add_option("-o,--output", arguments.output,
+                     "Result folder (default: results/<recipe name>)");
+}
+
+void add_arguments(CLI::App& command, RunArguments& arguments) {
+  add_recipe_arguments(command, arguments);
+  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
+}
+
+void add_arguments(CLI::App& command, CheckArguments& arguments) {
+  add_recipe_arguments(command, arguments);
+}
+
+void add_arguments(CLI::App& command, PreviewArguments& arguments) {
+  add_recipe_arguments(command, arguments);
+}
+
+void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
+  SimplifyOptions& options = arguments.options;
+  command.add_option("in", arguments.in, "Mesh: .obj .ply .stl .vtp")->required();
+  command.add_option("out", arguments.out, "Result, the format by its ending")->required();
+  command.add_option("--method", arguments.method, "paper (default), lindstrom-turk or length")
+      ->check(CLI::IsMember({"paper", "curvature", "lindstrom-turk", "length"}));
+  command
+      .add_option("--spacing", options.spacing,
+                  "Grid spacing the mesh came from: sizes default to what a recipe has")
+      ->check(CLI::PositiveNumber);
+  auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove");
+  command.add_option("--vertices", options.vertices, "Number of vertices to keep")
+      ->check(CLI::PositiveNumber)
+      ->excludes(remove);
+  command.add_option("--max-error", options.max_error, "Bound on the distance, both ways");
+  command.add_option("--l0", options.l0, "Shortest edge wanted at features");
+  command.add_option("--step-length", options.step_length, "Growth of the edge length per region");
+  command.add_option("--l-max", options.l_max, "Longest edge wanted in flat regions");
+  command.add_option("--curvature-threshold", options.curvature_threshold,
+                     "Mean curvature above which a vertex is a feature (default: from the noise)");
+}
+
+void add_arguments(CLI::App& command, FluxArguments& arguments) {
+  FluxOptions& options = arguments.options;
+  command.add_option("mesh", arguments.mesh, "Mesh: .obj .ply .stl .vtp")->required();
+  command.add_option("--sticking", arguments.sticking, "Sticking probability (default: 1)");
+  command.add_option("--source-power", arguments.source_power,
+                     "Power of the cosine of the source (default: 1)");
+  command.add_option("--engine", options.engine, "forward, gather or auto (default)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, FluxOptions::Engine>{{"auto", FluxOptions::Engine::automatic},
+                                                     {"forward", FluxOptions::Engine::forward},
+                                                     {"gather", FluxOptions::Engine::gather}}));
+  auto* rays = command.add_option("--rays", options.rays, "Number of rays; no target then")
+                   ->check(CLI::PositiveNumber);
+  command
+      .add_option("--target-error", options.target_error,
+                  "Rays are added until this error (default: 0.01)")
+      ->excludes(rays);
+  command.add_option("--max-rays", options.max_rays, "Cap on the rays for the target")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--spacing", options.spacing,
+                     "Grid spacing the mesh came from (default: from its facets)");
+  command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--boundary", arguments.boundary, "reflective (default) or periodic sides")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Boundary>{
+          {"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}}));
+  command.add_option("-o,--output", arguments.output, "Flux per facet: .vtp or .csv");
+}
+
+void add_arguments(CLI::App& command, DistanceArguments& arguments) {
+  command.add_option("a", arguments.a, "Mesh: .obj .ply .stl .vtp")->required();
+  command.add_option("b", arguments.b, "Mesh to compare with")->required();
+  command.add_option("-o,--output", arguments.output,
+                     "A with the distance to B at every vertex (.vtp)");
+}
+
+void add_arguments(CLI::App& command, ModelsArguments& arguments) {
+  command.add_option("name", arguments.name, "Print the reference page of this model");
+}
+
+/// Declares a command; the arguments live as long as the parser.
+template <class Arguments>
+void add_command(CLI::App& app, const char* name, const char* summary, CommandLine& line) {
+  CLI::App* command = app.add_subcommand(name, summary);
+  const auto arguments = std::make_shared<Arguments>();
+  add_arguments(*command, *arguments);
+  add_common_options(*command, line.common);
+  command->callback([&line, arguments] { line.command = *arguments; });
+}
+
+}  // namespace
+
+std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
+  CLI::App app("scarp simulates the topography of wafers that are etched and coated.", "scarp");
+  app.set_version_flag("--version", "scarp " SCARP_VERSION);
+  app.require_subcommand(1);
+
+  CommandLine line;
+  add_command<RunArguments>(app, "run", "Run a recipe", line);
+  add_command<CheckArguments>(app, "check",
+                              "Check a recipe and print it with every default and its cost", line);
+  add_command<PreviewArguments>(app, "preview",
+                                "Write the start geometry of a recipe, without running it", line);
+  add_command<SimplifyArguments>(app, "simplify", "Reduce a surface mesh by edge collapse", line);
+  add_command<FluxArguments>(app, "flux", "What arrives on a mesh, relative to the source", line);
+  add_command<DistanceArguments>(app, "distance", "Distance between two surfaces", line);
+  add_command<ModelsArguments>(app, "models",
+                               "The process models with their parameters, units and sources", line);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? done : wrong_input;
+  }
+  return line;
+}
+
+}  // namespace scarp

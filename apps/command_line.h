@@ -1,0 +1,87 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/frame.h"
+#include "flux/solve.h"
+#include "mesh/simplify.h"
+
+namespace scarp {
+
+/// Exit codes, as the README lists them.
+enum ExitCode {
+  done = 0,
+  check_failed = 1,
+  wrong_input = 2,
+  could_not_go_on = 3,
+  interrupted = 130
+};
+
+/// Options that every command has.
+struct CommonOptions {
+  int threads = 0;  ///< 0: all cores
+  bool quiet = false;
+  bool json = false;
+};
+
+/// Options of the commands that take a recipe.
+struct RecipeArguments {
+  std::string recipe;
+  std::vector<std::string> set;  ///< PATH=VALUE, VALUE in TOML
+  std::string output;            ///< result folder; empty: results/<recipe name>
+
+  std::filesystem::path result_folder() const {
+    if (!output.empty()) return output;
+    return std::filesystem::path("results") / std::filesystem::path(recipe).stem();
+  }
+};
+
+struct RunArguments : RecipeArguments {
+  bool resume = false;
+};
+
+struct CheckArguments : RecipeArguments {};
+
+struct PreviewArguments : RecipeArguments {};
+
+struct SimplifyArguments {
+  std::string in;
+  std::string out;
+  std::string method = "paper";
+  SimplifyOptions options;
+};
+
+struct FluxArguments {
+  std::string mesh;
+  std::string output;
+  double sticking = 1;
+  double source_power = 1;
+  Boundary boundary = Boundary::reflective;
+  FluxOptions options;
+};
+
+struct DistanceArguments {
+  std::string a;
+  std::string b;
+  std::string output;
+};
+
+struct ModelsArguments {
+  std::string name;
+};
+
+struct CommandLine {
+  CommonOptions common;
+  std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
+               DistanceArguments, ModelsArguments>
+      command;
+};
+
+/// The command line in plain values. Help and mistakes are printed here: then the result is the
+/// exit code.
+std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv);
+
+}  // namespace scarp
