@@ -157,6 +157,13 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
   return options;
 }
 
+void read_advection(const RecipeTable& table, Recipe& recipe) {
+  const Choices<Scheme> schemes{
+      {"first_order", Scheme::first_order}, {"eno2", Scheme::eno2}, {"weno5", Scheme::weno5}};
+  recipe.scheme = table.choice<Scheme>("scheme", schemes, "eno2");
+  recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
+}
+
 // Reflective sides mirror a beam; a tilted one that is not symmetric about them would be another
 // process on every other copy of the domain.
 void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
@@ -290,8 +297,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
 
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
-  recipe.cfl = root.table("advection")
-                   .number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
+  read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
   recipe.steps = StepReader(recipe, materials_of(recipe.geometry)).read(steps);
   if (steps.empty()) root.error("step", "there is no step; add a [[step]] table");

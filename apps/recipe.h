@@ -9,6 +9,7 @@
 #include "core/frame.h"
 #include "core/material.h"
 #include "flux/solve.h"
+#include "levelset/scheme.h"
 #include "levelset/shapes.h"
 #include "mesh/simplify.h"
 #include "models/surface_model.h"
@@ -35,7 +36,8 @@ struct Recipe {
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
   std::vector<ProcessStep> steps;
-  double cfl = 0;
+  Scheme scheme = Scheme::eno2;
+  double cfl = 0;  ///< part of a spacing by which the surface may move in one time step
   double output_every = 0;
   std::string resolved;  ///< the recipe as TOML with every default written out
 };

@@ -196,7 +196,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   }();
   {
     const auto measurement = move.timer.measure("advect");
-    advect(state.layers, band, move.dt);
+    advect(state.layers, band, move.dt, recipe.scheme);
   }
 
   state.time = move.dt == left ? target : state.time + move.dt;

@@ -4,10 +4,14 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/differences.h"
+#include "levelset/leaf_stage.h"
 #include "levelset/redistance.h"
 #include "levelset/standstill.h"
 #include "levelset/stencil.h"
@@ -22,52 +26,76 @@ constexpr std::size_t grain = 16;
 /// No node lies exactly on the surface: it is moved off it to the side it is on.
 constexpr float smallest_phi = 1e-6F;
 
-/// phi - dt V |grad phi| for the nodes of a leaf that lie in the domain; what is not in the band
-/// stays.
-template <bool second_order>
-inline void euler_rows(const Block& block, const float* speed, float dt,
-                       std::array<int, 2> node_count, float* out) {
-  for (int i = 0; i < node_count[0]; ++i) {
-    for (int j = 0; j < node_count[1]; ++j) {
-      const float* row = block.row(i, j);
+/// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
+template <Scheme scheme>
+inline void move_rows(const LeafStage& leaf) {
+  for (int i = 0; i < leaf.node_count[0]; ++i) {
+    for (int j = 0; j < leaf.node_count[1]; ++j) {
+      const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
       for (int k = 0; k < leaf_edge; ++k) {
         const float* p = row + k;
-        const float v = speed[node + k];
+        const float v = leaf.speed[node + k];
         const float side = v < 0 ? -1.0F : 1.0F;
-        const float slope = second_order ? distance_slope(p, side) : upwind_slope(p, side);
-        const float moved = *p - dt * v * slope;
-        out[node + k] = std::abs(*p) < half_width ? moved : *p;
+        const float moved = *p - leaf.stage.dt * v * distance_slope<scheme>(p, side);
+        leaf.set(node + k, *p, moved);
       }
     }
   }
 }
 
-using LeafKernel = void (*)(const Block&, const float*, float, std::array<int, 2>, float*);
-
-SCARP_VECTOR_KERNEL void first_order_leaf(const Block& block, const float* speed, float dt,
-                                          std::array<int, 2> node_count, float* out) {
-  euler_rows<false>(block, speed, dt, node_count, out);
+SCARP_VECTOR_KERNEL void move_first_order(const LeafStage& leaf) {
+  move_rows<Scheme::first_order>(leaf);
 }
 
-SCARP_VECTOR_KERNEL void second_order_leaf(const Block& block, const float* speed, float dt,
-                                           std::array<int, 2> node_count, float* out) {
-  euler_rows<true>(block, speed, dt, node_count, out);
+SCARP_VECTOR_KERNEL void move_eno2(const LeafStage& leaf) { move_rows<Scheme::eno2>(leaf); }
+
+SCARP_VECTOR_KERNEL void move_weno5(const LeafStage& leaf) { move_rows<Scheme::weno5>(leaf); }
+
+/// A kernel and the parts of the way that its stages keep. Source: Shu and Osher 1988.
+struct Method {
+  void (*move)(const LeafStage&);
+  std::vector<float> parts;
+};
+
+Method method_of(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::first_order:
+      return {move_first_order, {1}};
+    case Scheme::eno2:
+      return {move_eno2, {1, 0.5F}};
+    case Scheme::weno5:
+      return {move_weno5, {1, 0.25F, 2.0F / 3.0F}};
+  }
+  SCARP_ASSERT(static_cast<int>(scheme), <=, static_cast<int>(Scheme::weno5));
+  return {};
 }
 
-/// An Euler step of all leaves, from one set of values to another.
-template <class Source>
-void euler_step(const Band& band, const SpeedField& field, float dt, const Source& from,
-                LeafKernel kernel, LeafValues& to) {
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    Block block;
-    for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = band.leaves()[n];
-      gather(band, n, from, block);
-      kernel(block, &field.speed[n * leaf_size], dt,
-             {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)}, to[n]);
-    }
-  });
+/// phi of every leaf after a time step.
+LeafValues moved_values(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
+  const Method method = method_of(scheme);
+  LeafValues before(band.leaves().size());
+  LeafValues after(band.leaves().size());
+  for (std::size_t stage = 0; stage < method.parts.size(); ++stage) {
+    std::swap(before, after);
+    const auto values = [&](std::size_t n) -> const float* {
+      return stage == 0 ? band.leaves()[n].phi : before[n];
+    };
+    parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+      Block block;
+      for (std::size_t n = begin; n < end; ++n) {
+        const Leaf& leaf = band.leaves()[n];
+        gather_for(scheme, band, n, values, block);
+        method.move({.before = block,
+                     .start = leaf.phi,
+                     .speed = &field.speed[n * leaf_size],
+                     .stage = {dt, method.parts[stage]},
+                     .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
+                     .after = after[n]});
+      }
+    });
+  }
+  return after;
 }
 
 void write_back(const Band& band, const LeafValues& values) {
@@ -82,33 +110,6 @@ void write_back(const Band& band, const LeafValues& values) {
       }
     }
   });
-}
-
-/// One Euler step of the first order.
-LeafValues first_order_step(const Band& band, const SpeedField& field, float dt) {
-  LeafValues moved(band.leaves().size());
-  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
-  euler_step(band, field, dt, in_tree, first_order_leaf, moved);
-  return moved;
-}
-
-/// Heun's method: the mean of phi and of phi after two Euler steps.
-LeafValues second_order_step(const Band& band, const SpeedField& field, float dt) {
-  LeafValues once(band.leaves().size());
-  LeafValues mean(band.leaves().size());
-  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
-  const auto after_one = [&](std::size_t n) { return once[n]; };
-  euler_step(band, field, dt, in_tree, second_order_leaf, once);
-  euler_step(band, field, dt, after_one, second_order_leaf, mean);
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const float* phi = band.leaves()[n].phi;
-      for (int node = 0; node < leaf_size; ++node) {
-        mean[n][node] = 0.5F * (phi[node] + mean[n][node]);
-      }
-    }
-  });
-  return mean;
 }
 
 void require_finite(const Layers& layers, const SpeedField& field) {
@@ -138,11 +139,10 @@ void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   require_finite(layers, field);
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
   Band& band = layers.top().band();
-  LeafValues moved = scheme == Scheme::first_order ? first_order_step(band, field, scaled_dt)
-                                                   : second_order_step(band, field, scaled_dt);
+  LeafValues moved = moved_values(band, field, scaled_dt, scheme);
   keep_standing_layers(layers, field, scaled_dt, moved);
   write_back(band, moved);
-  redistance(band);
+  redistance(band, scheme);
   cut_lower_layers(layers);
 }
 

@@ -1,12 +1,10 @@
 #pragma once
 
 #include "levelset/layers.h"
+#include "levelset/scheme.h"
 #include "levelset/speed_field.h"
 
 namespace scarp {
-
-/// Order in space and time: first order upwind with one Euler step, or ENO2 with TVD Runge-Kutta 2.
-enum class Scheme { first_order, second_order };
 
 /// Largest part of a spacing by which the surface may move in one time step: Godunov's scheme is
 /// monotone up to 1 / sqrt(3), the band follows up to 1.
@@ -24,8 +22,7 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
 /// Units:  dt in s, at most stable_time_step of max_cfl.
 /// Throws: NumericalError for a speed that is not finite.
 /// Cost:   see docs; linear in the area of the surface.
-/// Source: Osher and Sethian 1988; Shu and Osher 1988 (ENO, TVD Runge-Kutta).
-void advect(Layers& layers, const SpeedField& field, double dt,
-            Scheme scheme = Scheme::second_order);
+/// Source: Osher and Sethian 1988; Shu and Osher 1988 (TVD Runge-Kutta); differences.h.
+void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme = Scheme::eno2);
 
 }  // namespace scarp

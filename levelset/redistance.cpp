@@ -8,6 +8,7 @@
 
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/differences.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -83,7 +84,8 @@ void grow_band(Band& band) {
 }
 
 /// One step of phi_tau = -sign (|grad phi| - 1) for the nodes of a leaf that lie in the domain.
-SCARP_VECTOR_KERNEL void step_leaf(const Block& block, int i_count, int j_count, float* out) {
+template <Scheme scheme>
+inline void step_rows(const Block& block, int i_count, int j_count, float* out) {
   for (int i = 0; i < i_count; ++i) {
     for (int j = 0; j < j_count; ++j) {
       const float* row = block.row(i, j);
@@ -97,13 +99,21 @@ SCARP_VECTOR_KERNEL void step_leaf(const Block& block, int i_count, int j_count,
         const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
         const float z = std::min(p[-1] * side, p[1] * side);
         const float least = std::min(std::min(x, y), z);
-        const float moved = here * side - step_length * (distance_slope(p, side) - 1);
+        const float moved = here * side - step_length * (distance_slope<scheme>(p, side) - 1);
         const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
         const float free = here * side < half_width ? kept : here;
         target[k] = least < 0 ? here : free;
       }
     }
   }
+}
+
+SCARP_VECTOR_KERNEL void step_eno2(const Block& block, int i_count, int j_count, float* out) {
+  step_rows<Scheme::eno2>(block, i_count, j_count, out);
+}
+
+SCARP_VECTOR_KERNEL void step_weno5(const Block& block, int i_count, int j_count, float* out) {
+  step_rows<Scheme::weno5>(block, i_count, j_count, out);
 }
 
 /// The band's nodes as they are, the nodes just outside at one spacing beyond their nearest
@@ -129,13 +139,15 @@ SCARP_VECTOR_KERNEL void extend_leaf(const Block& block, int i_count, int j_coun
 
 using LeafKernel = void (*)(const Block&, int, int, float*);
 
-/// Applies a kernel to all leaves, from one set of values to another.
+/// Applies a kernel to all leaves, with the halo that the scheme needs, from one set of values to
+/// another.
 template <class Source, class Target>
-void for_each_leaf(const Band& band, const Source& from, const Target& to, LeafKernel kernel) {
+void for_each_leaf(const Band& band, Scheme scheme, const Source& from, const Target& to,
+                   LeafKernel kernel) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
-      gather(band, n, from, block);
+      gather_for(scheme, band, n, from, block);
       kernel(block, stored_nodes(band, band.leaves()[n], 0),
              stored_nodes(band, band.leaves()[n], 1), to(n));
     }
@@ -144,19 +156,20 @@ void for_each_leaf(const Band& band, const Source& from, const Target& to, LeafK
 
 }  // namespace
 
-void redistance(Band& band) {
+void redistance(Band& band, Scheme scheme) {
   grow_band(band);
+  const LeafKernel step_leaf = scheme == Scheme::weno5 ? step_weno5 : step_eno2;
 
   LeafValues other(band.leaves().size());
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
   const auto aside = [&](std::size_t n) { return other[n]; };
 
-  for_each_leaf(band, in_tree, aside, extend_leaf);
+  for_each_leaf(band, scheme, in_tree, aside, extend_leaf);
   for (int step = 0; step < step_count; ++step) {
     if (step % 2 == 0) {
-      for_each_leaf(band, aside, in_tree, step_leaf);
+      for_each_leaf(band, scheme, aside, in_tree, step_leaf);
     } else {
-      for_each_leaf(band, in_tree, aside, step_leaf);
+      for_each_leaf(band, scheme, in_tree, aside, step_leaf);
     }
   }
   static_assert(step_count % 2 == 0);

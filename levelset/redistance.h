@@ -1,5 +1,7 @@
 #pragma once
 
+#include "levelset/scheme.h"
+
 namespace scarp {
 
 class Band;
@@ -12,6 +14,6 @@ class Band;
 /// beyond the old band: the surface may have moved by a spacing at most.
 ///
 /// Source: Sussman, Smereka, Osher 1994, with frozen nodes instead of a smeared sign.
-void redistance(Band& band);
+void redistance(Band& band, Scheme scheme = Scheme::eno2);
 
 }  // namespace scarp

@@ -81,6 +81,15 @@ class RecipeTest : public ::testing::Test {
   fs::path folder_;
 };
 
+TEST_F(RecipeTest, KnowsTheSchemes) {
+  EXPECT_EQ(read(trench_recipe).scheme, Scheme::eno2);
+  const Recipe recipe = read(trench_recipe, {"advection.scheme=\"weno5\""});
+  EXPECT_EQ(recipe.scheme, Scheme::weno5);
+  EXPECT_THAT(recipe.resolved, HasSubstr("scheme = \"weno5\""));
+  EXPECT_THAT(message_of(trench_recipe, {"advection.scheme=\"eno3\""}),
+              AllOf(HasSubstr("advection.scheme"), HasSubstr("eno2")));
+}
+
 TEST_F(RecipeTest, ReadsTheTrenchInInternalUnits) {
   const Recipe recipe = read(trench_recipe);
   EXPECT_EQ(recipe.frame.spacing, 100);

@@ -28,7 +28,7 @@ TEST_P(Plane, MovesByRateTimesTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, Plane,
-                         testing::Values(Scheme::first_order, Scheme::second_order));
+                         testing::Values(Scheme::first_order, Scheme::eno2, Scheme::weno5));
 
 /// Mean error of the radius, in nm, of a sphere of 10 nm that grows to 14 nm or shrinks to 6 nm.
 /// A quarter of it, mirrored at two sides.

@@ -25,7 +25,7 @@ inline Layers single_layer(const Frame& frame, const std::function<double(Vec3d)
 /// Moves the surface with the given speeds for a time, in steps of the given length at most.
 inline void move(Layers& layers, double time, double max_dt,
                  const std::function<double(Vec3d, MaterialId)>& speed,
-                 Scheme scheme = Scheme::second_order) {
+                 Scheme scheme = Scheme::eno2) {
   const auto steps = static_cast<int>(std::ceil(time / max_dt - 1e-9));
   for (int step = 0; step < steps; ++step) {
     advect(layers, prescribe_speeds(layers, speed), time / steps, scheme);
