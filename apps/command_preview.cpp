@@ -5,7 +5,7 @@
 
 #include "apps/commands.h"
 #include "apps/recipe.h"
-#include "apps/results.h"
+#include "apps/result_files.h"
 #include "levelset/cross_section.h"
 
 namespace scarp {

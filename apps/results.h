@@ -67,20 +67,4 @@ class ResultFolder {
   int lock_ = -1;
 };
 
-/// The start geometry of a recipe and its surface.
-struct Preview {
-  Layers layers;
-  TriMesh surface;
-};
-
-/// Writes the start geometry as preview.vtp, preview.csv and preview.svg; what a run left in the
-/// folder stays.
-///
-/// Throws: InputError when the folder cannot be made or written; NumericalError when the disk is
-///         full.
-Preview write_preview(const std::filesystem::path& folder, const Recipe& recipe);
-
-/// The hash over phi with its band, materials and process time by which runs are compared.
-std::string state_hash(const State& state, const Recipe& recipe);
-
 }  // namespace scarp

@@ -59,6 +59,17 @@ void sync_folder(const std::filesystem::path& folder) {
   close(handle);
 }
 
+/// False when the system refuses; errno says why.
+bool write_all(int handle, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(handle, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
 }  // namespace
 
 /// A stream buffer over a file handle that remembers the first error of the system.
@@ -115,13 +126,8 @@ class AtomicFile::Buffer : public std::streambuf {
 
   bool flush() {
     if (error_ != 0) return false;
-    const char* next = pbase();
-    while (next < pptr()) {
-      const ssize_t written = ::write(handle_, next, static_cast<std::size_t>(pptr() - next));
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) return failed();
-      next += written;
-    }
+    const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
+    if (!write_all(handle_, bytes)) return failed();
     clear();
     return true;
   }
@@ -177,6 +183,19 @@ void write_file(const std::filesystem::path& target, std::string_view bytes) {
   AtomicFile file(target);
   file.write(bytes);
   file.commit();
+}
+
+void append_to_file(const std::filesystem::path& target, std::string_view bytes) {
+  const int handle = open(target.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (handle < 0) throw_cannot_write(target, errno);
+  const off_t size = lseek(handle, 0, SEEK_END);
+  const bool written = write_all(handle, bytes) && fsync(handle) == 0;
+  const int error = errno;
+  close(handle);
+  if (written) return;
+  std::error_code ignored;
+  std::filesystem::resize_file(target, static_cast<std::uintmax_t>(size), ignored);
+  throw_cannot_write(target, error);
 }
 
 }  // namespace scarp

@@ -43,4 +43,10 @@ class AtomicFile {
 /// Writes a whole file by way of AtomicFile.
 void write_file(const std::filesystem::path& target, std::string_view bytes);
 
+/// Appends bytes to a file that is there and brings them to the disk; what a full disk has taken of
+/// them is taken back.
+///
+/// Throws: NumericalError if they could not be written.
+void append_to_file(const std::filesystem::path& target, std::string_view bytes);
+
 }  // namespace scarp

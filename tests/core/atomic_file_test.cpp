@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -143,6 +145,31 @@ TEST_F(AtomicFileTest, NoticesAFullDiskWhileWriting) {
   AtomicFile file("/dev/full");
   EXPECT_THROW(file.write(std::string(3 << 20, 'x')), NumericalError);
   EXPECT_THROW(file.commit(), NumericalError);
+}
+
+TEST_F(AtomicFileTest, AppendsToWhatIsThere) {
+  write_file(folder_ / "file", "one\n");
+  append_to_file(folder_ / "file", "two\n");
+  EXPECT_EQ(content(folder_ / "file"), "one\ntwo\n");
+}
+
+/// A limit on the size of files stands for a disk that is full after some bytes.
+[[noreturn]] void append_beyond_the_limit(const fs::path& file) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{6, 6};
+  if (setrlimit(RLIMIT_FSIZE, &limit) != 0) std::_Exit(4);
+  try {
+    append_to_file(file, "two\n");
+  } catch (const NumericalError& error) {
+    std::_Exit(std::string(error.what()).ends_with("File too large") ? 3 : 5);
+  }
+  std::_Exit(0);
+}
+
+TEST_F(AtomicFileTest, TakesBackHalfALine) {
+  write_file(folder_ / "file", "one\n");
+  EXPECT_EXIT(append_beyond_the_limit(folder_ / "file"), testing::ExitedWithCode(3), "");
+  EXPECT_EQ(content(folder_ / "file"), "one\n");
 }
 
 }  // namespace

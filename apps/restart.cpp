@@ -1,0 +1,124 @@
+#include "apps/restart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/quantity.h"
+#include "levelset/checkpoint.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string recipe_hash(const Recipe& recipe) {
+  Hash hash;
+  hash.add(recipe.resolved);
+  return hash.hex();
+}
+
+std::string joined(std::span<const double> numbers) {
+  std::string text;
+  for (const double number : numbers) text += (text.empty() ? "" : " ") + format_number(number);
+  return text;
+}
+
+CheckpointNotes notes_of(const State& state, const Recipe& recipe,
+                         std::span<const double> output_times) {
+  return {{"time_s", format_number(state.time)},
+          {"step", std::to_string(state.step)},
+          {"step_start_s", format_number(state.step_start)},
+          {"time_step", std::to_string(state.time_step)},
+          {"seed", std::to_string(recipe.flux.seed)},
+          {"output_times_s", joined(output_times)},
+          {"recipe_hash", recipe_hash(recipe)}};
+}
+
+std::vector<double> numbers_of(const CheckpointNotes& notes, const std::string& key,
+                               const fs::path& file) {
+  const auto entry = notes.find(key);
+  if (entry == notes.end()) {
+    throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
+                                 file.string(), key));
+  }
+  std::vector<double> numbers;
+  std::istringstream text(entry->second);
+  for (std::string word; text >> word;) numbers.push_back(std::strtod(word.c_str(), nullptr));
+  return numbers;
+}
+
+double number_of(const CheckpointNotes& notes, const std::string& key, const fs::path& file) {
+  const std::vector<double> numbers = numbers_of(notes, key, file);
+  if (numbers.size() == 1) return numbers.front();
+  throw InputError(fmt::format(
+      "{}: the entry {} is not a number; this is not a checkpoint of a run", file.string(), key));
+}
+
+Restart read_restart(const fs::path& file, const Recipe& recipe) {
+  Checkpoint checkpoint = read_checkpoint(file);
+  const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
+  if (const auto hash = checkpoint.notes.find("recipe_hash");
+      hash == checkpoint.notes.end() || hash->second != recipe_hash(recipe)) {
+    throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
+  }
+  return {.state = {.layers = std::move(checkpoint.layers),
+                    .time = value("time_s"),
+                    .step = static_cast<std::size_t>(value("step")),
+                    .step_start = value("step_start_s"),
+                    .time_step = static_cast<std::uint32_t>(value("time_step"))},
+          .file = file,
+          .output_times = numbers_of(checkpoint.notes, "output_times_s", file)};
+}
+
+}  // namespace
+
+void write_restart(const fs::path& file, const State& state, std::span<const double> output_times,
+                   const Recipe& recipe) {
+  write_checkpoint(file, state.layers, notes_of(state, recipe, output_times));
+}
+
+std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::size_t row_count,
+                                      const Recipe& recipe, const Log& log) {
+  // Outputs are numbered in the order of time; only the checkpoint of an interrupted run is not.
+  std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
+  std::sort(newest_first.begin(), newest_first.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string left = a.filename().string();
+    const std::string right = b.filename().string();
+    return std::pair(left.size(), left) > std::pair(right.size(), right);
+  });
+  std::optional<Restart> newest;
+  for (const fs::path& file : newest_first) {
+    try {
+      Restart restart = read_restart(file, recipe);
+      if (restart.state.time_step >= row_count) {
+        throw InputError(
+            fmt::format("{}: metrics.csv has no rows for its time steps", file.string()));
+      }
+      if (!newest || restart.state.time_step > newest->state.time_step) {
+        newest = std::move(restart);
+      }
+      if (file.filename() != interrupted_state) break;
+    } catch (const InputError& error) {
+      log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
+    }
+  }
+  return newest;
+}
+
+std::string state_hash(const State& state, const Recipe& recipe) {
+  Hash result;
+  for (const Layer& layer : state.layers.stack) {
+    result.add(recipe.materials[layer.material].name);
+    result.add("\n");
+  }
+  result.add_value(hash(state.layers));
+  result.add_value(state.time);
+  return result.hex();
+}
+
+}  // namespace scarp

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/simulator.h"
+#include "core/log.h"
+
+namespace scarp {
+
+/// The checkpoint of a run that was stopped between outputs; those at outputs are numbered.
+inline constexpr const char* interrupted_state = "state_interrupted.vdb";
+
+/// Where a run can go on: the state, the file it is from, the times of the outputs up to there.
+///
+/// Units: s.
+struct Restart {
+  State state;
+  std::filesystem::path file;
+  std::vector<double> output_times;
+};
+
+/// Writes a checkpoint that holds everything the run depends on, with the recipe's hash.
+///
+/// Throws: as AtomicFile.
+void write_restart(const std::filesystem::path& file, const State& state,
+                   std::span<const double> output_times, const Recipe& recipe);
+
+/// The newest of the checkpoints from which the run can go on; empty if there is none.
+///
+/// One that cannot be read, is of another recipe, or whose time steps have no rows in metrics.csv
+/// (row_count lines, the head included) is passed over and the log is told: an earlier one leads
+/// to the same bits.
+std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
+                                      std::size_t row_count, const Recipe& recipe, const Log& log);
+
+/// The hash over phi with its band, materials and process time by which runs are compared.
+std::string state_hash(const State& state, const Recipe& recipe);
+
+}  // namespace scarp

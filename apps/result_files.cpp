@@ -1,0 +1,190 @@
+#include "apps/result_files.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "apps/picture.h"
+#include "apps/restart.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/quantity.h"
+#include "levelset/cross_section.h"
+#include "levelset/extract_surface.h"
+#include "mesh/mesh_file.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A name in CSV: in quotes where it holds a comma or a quote. A row stays one line.
+std::string csv_field(std::string text) {
+  for (char& c : text) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  if (text.find_first_of(",\"") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c;
+    if (c == '"') quoted += '"';
+  }
+  return quoted + '"';
+}
+
+// The worst of all species, and their sums.
+struct FluxTotals {
+  std::uint64_t segments = 0;
+  std::uint64_t rays = 0;
+  double error = 0;
+  double lost = 0;
+  double balance_error = 0;
+};
+
+FluxTotals totals_of(std::span<const FluxField> flux) {
+  FluxTotals totals;
+  for (const FluxField& field : flux) {
+    totals.segments += field.segments;
+    totals.rays += field.rays;
+    totals.error = std::max(totals.error, field.error);
+    if (field.audit.emitted > 0) totals.lost += field.audit.lost() / field.audit.emitted;
+    const double balance = field.audit.balance_error();
+    if (std::abs(balance) > std::abs(totals.balance_error)) totals.balance_error = balance;
+  }
+  return totals;
+}
+
+// The cut through the middle of the domain, across the y direction.
+std::vector<LayerProfile> middle_profile(const Layers& layers) {
+  const std::vector<std::vector<Polyline>> lines = cross_section(layers, 1, 0.0);
+  std::vector<LayerProfile> profile;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    profile.push_back({layers.stack[k].material, lines[k]});
+  }
+  return profile;
+}
+
+void write_profile_csv(const fs::path& file, std::span<const LayerProfile> layers,
+                       const Materials& materials) {
+  AtomicFile out(file);
+  out.write("material,layer,line,x_nm,z_nm\n");
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    for (std::size_t line = 0; line < layers[k].lines.size(); ++line) {
+      for (const auto& [x, z] : layers[k].lines[line].points) {
+        out.write(fmt::format("{},{},{},{:.6g},{:.6g}\n",
+                              csv_field(materials[layers[k].material].name), k, line, x, z));
+      }
+    }
+  }
+  out.commit();
+}
+
+void write_cross_section(const fs::path& folder, const std::string& stem, const std::string& title,
+                         const Layers& layers, const Recipe& recipe) {
+  const std::vector<LayerProfile> profile = middle_profile(layers);
+  write_profile_csv(folder / (stem + ".csv"), profile, recipe.materials);
+  const Sides sides = recipe.frame.sides();
+  write_svg(folder / (stem + ".svg"),
+            {.title = title, .layers = profile, .left = sides.lower[0], .right = sides.upper[0]},
+            recipe.materials);
+}
+
+std::string machine_name() {
+  std::ifstream cpu("/proc/cpuinfo");
+  for (std::string line; std::getline(cpu, line);) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace
+
+void write_surface(const fs::path& file, const State& state, const Survey& survey,
+                   const Recipe& recipe) {
+  const std::vector<float> speed = facet_speeds(state, survey);
+  MeshFields fields;
+  const std::vector<Species> species = current_step(state, recipe).model->species();
+  for (std::size_t s = 0; s < survey.flux.size(); ++s) {
+    const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
+    fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
+    fields.facets.push_back(
+        {"flux_std_error" + suffix, std::span(survey.flux[s].arrivals().std_error)});
+  }
+  fields.facets.push_back({"speed_nm_s", std::span(speed)});
+  write_vtp(file, survey.facets, fields);
+}
+
+void write_profile(const fs::path& folder, const std::string& stem, const State& state,
+                   const Recipe& recipe) {
+  write_cross_section(folder, stem, fmt::format("{}, t = {:.4g} s", recipe.title, state.time),
+                      state.layers, recipe);
+}
+
+std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
+                        const Move& move, const Recipe& recipe) {
+  const FluxTotals flux = totals_of(survey.flux);
+  std::string row = fmt::format(
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{}", step, csv_field(recipe.steps[step].name),
+      format_number(after.time), format_number(move.dt), survey.vertices_full,
+      survey.facets.vertices.size(), survey.facets_full, survey.facets.triangles.size(),
+      format_number(survey.simplify_max_distance), flux.segments, flux.rays,
+      format_number(flux.error), format_number(flux.lost), format_number(flux.balance_error));
+  for (const char* stage : {"surface", "simplify", "flux"}) {
+    row += fmt::format(",{:.6f}", survey.timer.seconds(stage));
+  }
+  for (const char* stage : {"map", "advect"}) {
+    row += fmt::format(",{:.6f}", move.timer.seconds(stage));
+  }
+  return row + fmt::format(",{}\n", after.time_step - 1);
+}
+
+std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
+                         int output_count, const StageTimer& total, double wall_seconds) {
+  nlohmann::ordered_json summary;
+  summary["title"] = recipe.title;
+  summary["complete"] = true;
+  summary["process_time_s"] = state.time;
+  summary["time_steps"] = state.time_step;
+  summary["outputs"] = output_count;
+  summary["state_hash"] = state_hash(state, recipe);
+  summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
+                          {"lowest_nm", bounding_box(survey.facets).lower.z}};
+  summary["wall_s"] = wall_seconds;
+  for (const auto& [stage, seconds] : total.stages()) summary["stages_s"][stage] = seconds;
+  summary["peak_memory_mb"] = peak_memory_mb();
+  summary["threads"] = thread_count();
+  summary["machine"] = machine_name();
+  summary["versions"] = {{"scarp", SCARP_VERSION},
+                         {"openvdb", SCARP_OPENVDB_VERSION},
+                         {"embree", SCARP_EMBREE_VERSION},
+                         {"compiler", __VERSION__}};
+  return summary.dump(2) + "\n";
+}
+
+Preview write_preview(const fs::path& folder, const Recipe& recipe) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw InputError(fmt::format("{}: the folder cannot be made: {}; choose another with -o",
+                                 folder.string(), error.message()));
+  }
+  Preview preview{.layers = build_layers(recipe.frame, recipe.geometry), .surface = {}};
+  preview.surface = extract_surface(preview.layers);
+  write_vtp(folder / "preview.vtp", preview.surface, {});
+  write_cross_section(folder, "preview", recipe.title, preview.layers, recipe);
+  return preview;
+}
+
+}  // namespace scarp

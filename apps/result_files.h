@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/simulator.h"
+
+namespace scarp {
+
+// What the single files of a result folder hold, see the README's table; ResultFolder decides when
+// they are written.
+//
+// All throw InputError when a file cannot be made and NumericalError when the disk is full.
+
+/// The surface with material, flux, its standard error and speed of every facet, as .vtp.
+void write_surface(const std::filesystem::path& file, const State& state, const Survey& survey,
+                   const Recipe& recipe);
+
+/// STEM.csv and STEM.svg: the cross-section through the middle of the domain, across y.
+void write_profile(const std::filesystem::path& folder, const std::string& stem, const State& state,
+                   const Recipe& recipe);
+
+/// The first line of metrics.csv; new columns are appended.
+inline constexpr const char* metrics_head =
+    "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
+    "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,t_map_s,"
+    "t_advect_s,time_step\n";
+
+/// A line of metrics.csv: the state after the time step, which belonged to the given step.
+std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
+                        const Move& move, const Recipe& recipe);
+
+/// The content of summary.json.
+std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
+                         int output_count, const StageTimer& total, double wall_seconds);
+
+/// The start geometry of a recipe and its surface.
+struct Preview {
+  Layers layers;
+  TriMesh surface;
+};
+
+/// Writes the start geometry as preview.vtp, preview.csv and preview.svg; what a run left in the
+/// folder stays.
+Preview write_preview(const std::filesystem::path& folder, const Recipe& recipe);
+
+}  // namespace scarp
