@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -131,6 +132,28 @@ TEST_F(CommandLine, TheThreadCountChangesNoBit) {
             metrics_without_times(folder_ / "two" / "metrics.csv"));
   EXPECT_EQ(text_of(folder_ / "one" / "surface_0003.vtp"),
             text_of(folder_ / "two" / "surface_0003.vtp"));
+}
+
+// Release and native, g++ and clang, today and tomorrow: who changes the numbers on purpose writes
+// the new hashes to the file.
+TEST_F(CommandLine, EveryBuildGivesTheKnownBits) {
+  const std::string hole = std::string(SCARP_SOURCE_DIR) +
+                           "/configs/hole_directional_etch.toml --set domain.spacing='\"20 nm\"' "
+                           "--set flux.target_error=0.1 --quiet ";
+  const std::map<std::string, std::string> runs{
+      {"trench_gather", small_trench()},
+      {"trench_forward_periodic",
+       small_trench("--set flux.engine='\"forward\"' --set flux.rays=100000 "
+                    "--set domain.boundary='[\"periodic\", \"periodic\"]' ")},
+      {"hole_beam", hole}};
+  const fs::path known = fs::path(SCARP_SOURCE_DIR) / "tests/reference/state_hash.json";
+  nlohmann::json hashes;
+  for (const auto& [name, arguments] : runs) {
+    const Outcome run = scarp("run " + arguments + " --json -o " + path(name));
+    ASSERT_EQ(run.exit_code, 0) << run.messages;
+    hashes[name] = json_of(run)["state_hash"];
+  }
+  EXPECT_EQ(nlohmann::json::parse(text_of(known)), hashes) << hashes.dump(2);
 }
 
 TEST_F(CommandLine, TheResolvedRecipeGivesTheSameBits) {
