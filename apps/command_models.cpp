@@ -18,12 +18,12 @@ nlohmann::ordered_json as_json(const ModelDescription& model) {
                           {"unit", unit_text(parameter)},
                           {"default", default_text(parameter)},
                           {"range", range_text(parameter)},
+                          {"by_material", parameter.kind == Parameter::Kind::per_material},
                           {"meaning", parameter.meaning},
                           {"source", parameter.source}});
   }
-  return {{"name", model.name},
-          {"summary", model.summary},
-          {"equation", model.equation},
+  return {{"name", model.name},       {"summary", model.summary}, {"equation", model.equation},
+          {"symbols", model.symbols}, {"limits", model.limits},   {"source", model.source},
           {"parameters", parameters}};
 }
 
@@ -38,7 +38,7 @@ const ModelDescription& model_named(const std::string& name) {
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common) {
   const std::string& name = arguments.name;
   if (!common.json) {
-    std::cout << (name.empty() ? model_list() : model_page(model_named(name)));
+    std::cout << (name.empty() ? model_pages() : model_page(model_named(name)));
     return done;
   }
   nlohmann::ordered_json result;

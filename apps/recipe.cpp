@@ -203,6 +203,8 @@ class StepReader {
     const std::vector<RecipeTable> inner = table.tables("step");
     if (inner.empty()) {
       table.error("repeat", "there is nothing to repeat; add [[step.step]] tables below it");
+      table.accept_rest();
+      return {};
     }
     // In the second round the steps meet what the first one left.
     const auto known = reachable_;

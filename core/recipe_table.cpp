@@ -33,6 +33,18 @@ std::string indexed(const std::string& path, std::size_t index) {
   return path + '[' + std::to_string(index) + ']';
 }
 
+/// A path as headers of TOML have it: "step.beam" for "step[0].beam".
+std::string without_indices(const std::string& path) {
+  std::string text;
+  bool inside = false;
+  for (const char c : path) {
+    if (c == '[') inside = true;
+    if (!inside) text += c;
+    if (c == ']') inside = false;
+  }
+  return text;
+}
+
 std::optional<Item> find(RecipeNode& node, std::string_view key) {
   if (std::find(node.asked.begin(), node.asked.end(), key) == node.asked.end()) {
     node.asked.emplace_back(key);
@@ -524,7 +536,7 @@ std::vector<RecipeTable> RecipeTable::tables(std::string_view key) const {
     } else {
       note(*item, (item->value.is_table() ? "is one table; write [["
                                           : described(item->value) + " is not a table; write [[") +
-                      item->path + "]]");
+                      without_indices(item->path) + "]]");
       if (item->value.is_table()) append(item->value);
     }
   }

@@ -91,6 +91,36 @@ std::vector<Directional::Beam> read_beams(const RecipeTable& step) {
   return beams;
 }
 
+std::span<const Parameter> parameters() {
+  static const std::array rows{directional_growth_rate,
+                               directional_etch_rate,
+                               isotropic_growth_rate,
+                               isotropic_etch_rate,
+                               deposited_parameter("directional_growth_rate"),
+                               visibility,
+                               tilt,
+                               azimuth,
+                               share};
+  return rows;
+}
+
+StepModel read(const RecipeTable& step, const StepScope& scope) {
+  const std::optional<Action> action =
+      read_action(step, directional_growth_rate, directional_etch_rate, parameters(), scope);
+  if (!action) return {};
+  Directional::Values values;
+  values.directional_speed =
+      read_per_material(step, action->grows ? directional_growth_rate : directional_etch_rate,
+                        scope, action->deposited);
+  values.isotropic_speed = read_per_material(
+      step, action->grows ? isotropic_growth_rate : isotropic_etch_rate, scope, action->deposited);
+  for (float& v : values.directional_speed) v = action->speed(v);
+  for (float& v : values.isotropic_speed) v = action->speed(v);
+  values.visibility = read_flag(step, visibility);
+  values.beams = read_beams(step);
+  return {std::make_shared<Directional>(std::move(values)), action->deposited};
+}
+
 }  // namespace
 
 Vec3d beam_direction(double tilt_angle, double azimuth_angle) {
@@ -130,34 +160,24 @@ std::vector<float> Directional::speeds(const SurfacePoints& points,
   return speeds;
 }
 
-std::span<const Parameter> directional_parameters() {
-  static const std::array parameters{directional_growth_rate,
-                                     directional_etch_rate,
-                                     isotropic_growth_rate,
-                                     isotropic_etch_rate,
-                                     deposited_parameter("directional_growth_rate"),
-                                     visibility,
-                                     tilt,
-                                     azimuth,
-                                     share};
-  return parameters;
-}
-
-StepModel read_directional(const RecipeTable& step, const StepScope& scope) {
-  const std::optional<Action> action = read_action(
-      step, directional_growth_rate, directional_etch_rate, directional_parameters(), scope);
-  if (!action) return {};
-  Directional::Values values;
-  values.directional_speed =
-      read_per_material(step, action->grows ? directional_growth_rate : directional_etch_rate,
-                        scope, action->deposited);
-  values.isotropic_speed = read_per_material(
-      step, action->grows ? isotropic_growth_rate : isotropic_etch_rate, scope, action->deposited);
-  for (float& v : values.directional_speed) v = action->speed(v);
-  for (float& v : values.isotropic_speed) v = action->speed(v);
-  values.visibility = read_flag(step, visibility);
-  values.beams = read_beams(step);
-  return {std::make_shared<Directional>(std::move(values)), action->deposited};
+ModelDescription directional_description() {
+  return {
+      .name = "directional",
+      .summary = "parallel beams with shadows, and an isotropic part",
+      .equation = "v = directional_rate sum_i share_i max(0, -d_i.n) seen_i + isotropic_rate",
+      .symbols =
+          "v is the speed along the outward normal n, negative for etching; d_i is the direction "
+          "of beam i towards the wafer, seen_i the part of the point from which the source is in "
+          "sight against d_i, and the shares add up to 1. Without a [[step.beam]] table there is "
+          "one vertical beam: flat ground moves at the directional rate, vertical walls do not "
+          "move by it.",
+      .limits =
+          "Particles stay where they arrive; the rate depends on the angle by the cosine "
+          "alone. A tilted beam between reflective sides is refused where they would mirror "
+          "it into another process: make those sides periodic.",
+      .source = "J. A. Sethian, D. Adalsteinsson, IEEE Trans. Semicond. Manuf. 10, 167 (1997)",
+      .parameters = parameters(),
+      .read = read};
 }
 
 }  // namespace scarp

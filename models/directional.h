@@ -4,8 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "models/parameter.h"
-#include "models/surface_model.h"
+#include "models/model_description.h"
 
 namespace scarp {
 
@@ -19,21 +18,7 @@ namespace scarp {
 /// one vertical beam a flat bottom moves at exactly the directional rate, walls along the beam do
 /// not move and slopes keep their angle.
 ///
-/// directional_growth_rate, directional_etch_rate
-///                length/time, >= 0, one value or a table by material: the speed of a surface that
-///                faces the beam; exactly one of the two is given
-/// isotropic_growth_rate, isotropic_etch_rate
-///                the same kind, beside the directional rate of its name; default 0
-/// material       what is deposited; when it grows
-/// visibility     default true; false leaves out the shadows: seen_i = 1
-/// [[step.beam]]  one table per beam; none means one vertical beam
-///   tilt         angle to the vertical, at most 89 deg; default 0
-///   azimuth      direction in which the beam leans, from x towards y; default 0
-///   share        > 0, relative to those of the other beams; default 1
-///
-/// Limits: Particles stay where they arrive; the rate depends on the angle by the cosine alone. A
-/// beam that leans towards a reflective side is refused, because the side would mirror it.
-/// Source: Sethian and Adalsteinsson 1997.
+/// Parameters, limits and source are in its description: `scarp models directional`.
 class Directional final : public SurfaceModel {
  public:
   struct Beam {
@@ -62,8 +47,6 @@ class Directional final : public SurfaceModel {
 /// and opposite azimuths give exactly mirrored vectors. Units: rad.
 Vec3d beam_direction(double tilt, double azimuth);
 
-std::span<const Parameter> directional_parameters();
-/// Without a model, and with errors noted in the recipe, if the step does not make sense.
-StepModel read_directional(const RecipeTable& step, const StepScope& scope);
+ModelDescription directional_description();
 
 }  // namespace scarp

@@ -4,8 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "models/parameter.h"
-#include "models/surface_model.h"
+#include "models/model_description.h"
 
 namespace scarp {
 
@@ -13,15 +12,7 @@ namespace scarp {
 ///
 ///     v = growth_rate(material)    or    v = -etch_rate(material)
 ///
-/// growth_rate  length/time, >= 0, one value or a table by material
-/// etch_rate    the same; exactly one of the two is given
-/// material     what is deposited; with growth_rate
-///
-/// Limits: No particles, so no shadow and no dependence on the aspect ratio: wet etching, or a gas
-/// that reacts so seldom that it is everywhere the same. A mask is a material of rate 0. Growth
-/// coats masks as well, unless its table says 0 for them. Voids that are closed off do not move.
-/// Exact: the surface is offset by rate times time.
-/// Source: Sethian and Adalsteinsson 1997.
+/// Parameters, limits and source are in its description: `scarp models isotropic`.
 class Isotropic final : public SurfaceModel {
  public:
   /// Shape: speed has one entry per material. Units: nm/s.
@@ -35,8 +26,6 @@ class Isotropic final : public SurfaceModel {
   std::vector<float> speed_;
 };
 
-std::span<const Parameter> isotropic_parameters();
-/// Without a model, and with errors noted in the recipe, if the step does not make sense.
-StepModel read_isotropic(const RecipeTable& step, const StepScope& scope);
+ModelDescription isotropic_description();
 
 }  // namespace scarp

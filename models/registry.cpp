@@ -38,19 +38,49 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows) {
   return text;
 }
 
+/// A paragraph of lines that fit a page.
+std::string wrapped(std::string_view text) {
+  constexpr std::size_t width = 96;
+  std::string paragraph;
+  std::string line = "  ";
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    if (line.size() + 1 + (end - begin) > width) {
+      paragraph += line + '\n';
+      line = "  ";
+    }
+    if (line.size() > 2) line += ' ';
+    line += text.substr(begin, end - begin);
+    begin = end + 1;
+  }
+  return paragraph + line + '\n';
+}
+
+/// How parameters of inner tables are written: `beam.tilt` is the key `tilt` of [[step.beam]].
+std::string inner_tables(const ModelDescription& model) {
+  std::string text;
+  std::string_view last;
+  for (const Parameter& parameter : model.parameters) {
+    const std::size_t dot = parameter.name.find('.');
+    const std::string_view table = parameter.name.substr(0, dot);
+    if (dot == std::string_view::npos || table == last) continue;
+    last = table;
+    const std::string name(table);
+    text += "\n  " + std::string(parameter.name) + " is the key " +
+            std::string(parameter.name.substr(dot + 1)) + " of a [[step." + name +
+            "]] table, one for each " + name + '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 std::span<const ModelDescription> models() {
-  static const std::array<ModelDescription, 3> table{{
-      {"isotropic", "the same speed in all directions, by material", "v = rate",
-       isotropic_parameters(), read_isotropic},
-      {"directional", "parallel beams with shadows, and an isotropic part",
-       "v = directional_rate sum_i share_i max(0, -d_i.n) seen_i + isotropic_rate",
-       directional_parameters(), read_directional},
-      {"single_particle", "one species with constant sticking: CVD, plain reactive etching",
-       "v = rate F, with F = 1 on an open flat wafer", single_particle_parameters(),
-       read_single_particle},
-  }};
+  static const std::array table{
+      isotropic_description(),
+      directional_description(),
+      single_particle_description(),
+  };
   return table;
 }
 
@@ -75,14 +105,6 @@ std::string unknown_model_text(std::string_view name) {
   for (const std::string& other : model_names()) known.append(known.empty() ? "" : ", ") += other;
   return "there is no model \"" + std::string(name) + '"' + suggestion(name, model_names()) +
          "; there are " + known;
-}
-
-std::string model_list() {
-  std::vector<std::vector<std::string>> rows;
-  for (const ModelDescription& model : models()) {
-    rows.push_back({std::string(model.name), std::string(model.summary)});
-  }
-  return aligned(rows);
 }
 
 std::string unit_text(const Parameter& parameter) {
@@ -132,8 +154,19 @@ std::string model_page(const ModelDescription& model) {
                     parameter.kind == Parameter::Kind::per_material ? "yes" : "",
                     std::string(parameter.meaning), std::string(parameter.source)});
   }
-  return std::string(model.name) + ": " + std::string(model.summary) + "\n\n  " +
-         std::string(model.equation) + "\n\n" + aligned(rows);
+  return std::string(model.name) + ": " + std::string(model.summary) + "\n\n    " +
+         std::string(model.equation) + "\n\n" + wrapped(model.symbols) +
+         wrapped("Limits: " + std::string(model.limits)) +
+         wrapped("Source: " + std::string(model.source) + ".") + '\n' + aligned(rows) +
+         inner_tables(model);
+}
+
+std::string model_pages() {
+  std::string text;
+  for (const ModelDescription& model : models()) {
+    text += (text.empty() ? "" : "\n\n") + model_page(model);
+  }
+  return text;
 }
 
 }  // namespace scarp

@@ -30,6 +30,25 @@ const Parameter source_power{.name = "source_power",
                              .meaning = "n of the source's cos^n(theta)",
                              .source = "kinetic theory: 1 for a gas in equilibrium"};
 
+std::span<const Parameter> parameters() {
+  static const std::array rows{growth_rate, etch_rate, deposited_parameter("growth_rate"), sticking,
+                               source_power};
+  return rows;
+}
+
+StepModel read(const RecipeTable& step, const StepScope& scope) {
+  const std::optional<Action> action =
+      read_action(step, growth_rate, etch_rate, parameters(), scope);
+  if (!action) return {};
+  SingleParticle::Values values;
+  values.speed =
+      read_per_material(step, action->grows ? growth_rate : etch_rate, scope, action->deposited);
+  for (float& v : values.speed) v = action->speed(v);
+  values.sticking = read_per_material(step, sticking, scope, action->deposited);
+  values.source_power = read_value(step, source_power);
+  return {std::make_shared<SingleParticle>(std::move(values)), action->deposited};
+}
+
 }  // namespace
 
 std::vector<Species> SingleParticle::species() const {
@@ -48,23 +67,25 @@ std::vector<float> SingleParticle::speeds(const SurfacePoints& points,
   return speeds;
 }
 
-std::span<const Parameter> single_particle_parameters() {
-  static const std::array parameters{growth_rate, etch_rate, deposited_parameter("growth_rate"),
-                                     sticking, source_power};
-  return parameters;
-}
-
-StepModel read_single_particle(const RecipeTable& step, const StepScope& scope) {
-  const std::optional<Action> action =
-      read_action(step, growth_rate, etch_rate, single_particle_parameters(), scope);
-  if (!action) return {};
-  SingleParticle::Values values;
-  values.speed =
-      read_per_material(step, action->grows ? growth_rate : etch_rate, scope, action->deposited);
-  for (float& v : values.speed) v = action->speed(v);
-  values.sticking = read_per_material(step, sticking, scope, action->deposited);
-  values.source_power = read_value(step, source_power);
-  return {std::make_shared<SingleParticle>(std::move(values)), action->deposited};
+ModelDescription single_particle_description() {
+  return {
+      .name = "single_particle",
+      .summary = "one species with constant sticking: CVD, plain reactive etching",
+      .equation = "v = growth_rate F or -etch_rate F",
+      .symbols =
+          "v is the speed along the outward normal; F is what arrives, first and later arrivals "
+          "together, relative to an open flat wafer. There F = 1 whatever the sticking, because "
+          "nothing comes back, so the rate is what a blanket wafer shows. Particles leave the "
+          "source with a density cos^n(theta) per solid angle about the downward normal, among "
+          "those that cross a plane; those that do not stick are re-emitted by the cosine law.",
+      .limits =
+          "Molecules meet walls and not each other (mean free path above ten widths). "
+          "Sticking does not depend on flux, angle or temperature.",
+      .source =
+          "J. C. Rey, J. P. McVittie, K. C. Saraswat, 1990, for one sticking probability; "
+          "kinetic theory for n = 1",
+      .parameters = parameters(),
+      .read = read};
 }
 
 }  // namespace scarp

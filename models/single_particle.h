@@ -4,8 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "models/parameter.h"
-#include "models/surface_model.h"
+#include "models/model_description.h"
 
 namespace scarp {
 
@@ -19,17 +18,7 @@ namespace scarp {
 /// normal, among those that cross a plane; those that do not stick are re-emitted by the cosine
 /// law.
 ///
-/// growth_rate   length/time, >= 0, one value or a table by material
-/// etch_rate     the same; exactly one of the two is given
-/// material      what is deposited; with growth_rate
-/// sticking      in [0, 1], one value or a table by material; default 1
-///               LPCVD oxide from TEOS 0.03-0.1, oxide from silane 0.3-0.8, CVD tungsten
-///               0.001-0.1, PVD about 1
-/// source_power  n, >= 0; default 1, a gas in equilibrium; above for a directed source
-///
-/// Limits: Molecules meet walls and not each other (mean free path above ten widths). Sticking does
-/// not depend on flux, angle or temperature.
-/// Source: Rey, McVittie and Saraswat 1990 for one sticking probability; kinetic theory for n = 1.
+/// Parameters, limits and source are in its description: `scarp models single_particle`.
 class SingleParticle final : public SurfaceModel {
  public:
   /// Shape: speed and sticking have one entry per material. Units: speed in nm/s.
@@ -48,8 +37,6 @@ class SingleParticle final : public SurfaceModel {
   Values values_;
 };
 
-std::span<const Parameter> single_particle_parameters();
-/// Without a model, and with errors noted in the recipe, if the step does not make sense.
-StepModel read_single_particle(const RecipeTable& step, const StepScope& scope);
+ModelDescription single_particle_description();
 
 }  // namespace scarp

@@ -445,6 +445,16 @@ TEST_F(CommandLine, ModelsPrintsAPage) {
   EXPECT_EQ(scarp("models no_such_model").exit_code, 2);
 }
 
+TEST_F(CommandLine, ModelsWithoutANamePrintsAllParameters) {
+  EXPECT_THAT(scarp("models").out, AllOf(HasSubstr("beam.tilt"), HasSubstr("source_power"),
+                                         HasSubstr("Limits: "), HasSubstr("Source: ")));
+  const auto models = json_of(scarp("models --json"));
+  for (const auto& parameter : models["single_particle"]["parameters"]) {
+    EXPECT_EQ(parameter["by_material"],
+              parameter["name"] != "source_power" && parameter["name"] != "material");
+  }
+}
+
 TEST_F(CommandLine, CheckPrintsTheRecipeThatIsRun) {
   const Outcome check = scarp("check " + small_trench());
   ASSERT_EQ(check.exit_code, 0) << check.messages;

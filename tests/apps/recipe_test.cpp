@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -299,6 +300,12 @@ directional_etch_rate = "1 nm/s"
 beam = [{ tilt = "10 deg" }]
 )");
   EXPECT_THAT(message_of(text), AllOf(HasSubstr("step[0]"), HasSubstr("periodic")));
+}
+
+TEST_F(RecipeTest, RepeatOnAPlainStepIsOneError) {
+  const std::string message = message_of(trench_recipe, {"step[0].repeat=3"});
+  EXPECT_THAT(message, HasSubstr("step[0].repeat: there is nothing to repeat"));
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0) << message;
 }
 
 TEST_F(RecipeTest, AnEmptyOrMissingFileIsRefused) {

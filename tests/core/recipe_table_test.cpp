@@ -198,6 +198,13 @@ r.toml:11:5: k: a date or a time of day is not a number; write for example 1
 r.toml:12:5: l: a list is not a length; write for example "5 nm")");
 }
 
+TEST(RecipeTable, WritesTheHeaderOfAnInnerTableAsTomlHasIt) {
+  const std::string message = errors("[[step]]\nbeam = { tilt = \"10 deg\" }\n", [](RecipeTable t) {
+    for (const RecipeTable& beam : t.tables("step")[0].tables("beam")) beam.angle("tilt");
+  });
+  EXPECT_EQ(message, "r.toml:2:8: step[0].beam: is one table; write [[step.beam]]");
+}
+
 TEST(RecipeErrors, NotANumberAndInfinity) {
   EXPECT_EQ(errors("[[step]]\nsticking = nan\n[[step]]\nsticking = -inf\n", read_sticking),
             "r.toml:2:12: step[0].sticking: nan is not a finite number\n"

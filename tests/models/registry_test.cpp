@@ -20,6 +20,8 @@ TEST(Registry, HasTheModelsOfTheHouse) {
     EXPECT_EQ(find_model(model.name), &model);
     EXPECT_FALSE(model.summary.empty());
     EXPECT_FALSE(model.equation.empty());
+    EXPECT_FALSE(model.limits.empty());
+    EXPECT_FALSE(model.source.empty());
   }
   EXPECT_THAT(names, testing::IsSupersetOf({"isotropic", "directional", "single_particle"}));
   EXPECT_EQ(find_model("none"), nullptr);
@@ -49,14 +51,38 @@ TEST(Registry, SuggestsTheModelThatWasMeant) {
 }
 
 TEST(Registry, PrintsAPageThatShowsUnitsDefaultsAndRanges) {
-  EXPECT_THAT(model_list(), HasSubstr("isotropic        the same speed in all directions"));
   const std::string page = model_page(*find_model("single_particle"));
   EXPECT_THAT(page, HasSubstr("single_particle: one species"));
-  EXPECT_THAT(page, HasSubstr("F = 1 on an open flat wafer"));
+  EXPECT_THAT(page, HasSubstr("relative to an open flat wafer"));
+  EXPECT_THAT(page, ContainsRegex("\n  Limits: Molecules meet walls"));
+  EXPECT_THAT(page, ContainsRegex("\n  Source: J. C. Rey"));
   EXPECT_THAT(page, ContainsRegex("sticking +- +1 +\\[0, 1\\] +yes +probability"));
   EXPECT_THAT(page, ContainsRegex("growth_rate +nm/s +this or etch_rate +>= 0 +yes"));
   EXPECT_THAT(model_page(*find_model("directional")),
               ContainsRegex("beam.tilt +deg +0 deg +\\[0, 89 deg\\]"));
+}
+
+TEST(Registry, SaysHowTheKeysOfInnerTablesAreWritten) {
+  EXPECT_THAT(model_page(*find_model("directional")),
+              HasSubstr("beam.tilt is the key tilt of a [[step.beam]] table, one for each beam"));
+  EXPECT_EQ(model_page(*find_model("isotropic")).find("[[step."), std::string::npos);
+}
+
+TEST(Registry, PrintsAllPages) {
+  for (const ModelDescription& model : models()) {
+    EXPECT_THAT(model_pages(), HasSubstr(model_page(model)));
+  }
+}
+
+TEST(Registry, WrapsPagesToTheirWidth) {
+  const std::string page = model_page(*find_model("single_particle"));
+  const std::string prose = page.substr(0, page.find("  parameter "));
+  for (std::size_t begin = 0; begin < prose.size();) {
+    const std::size_t end = prose.find('\n', begin);
+    EXPECT_LE(end - begin, 96U) << prose.substr(begin, end - begin);
+    begin = end + 1;
+  }
+  EXPECT_THAT(prose, HasSubstr("among those that cross"));
 }
 
 TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
