@@ -42,7 +42,9 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   SimplifyOptions& options = arguments.options;
   command.add_option("in", arguments.in, "Mesh: .obj .ply .stl .vtp")->required();
   command.add_option("out", arguments.out, "Result, the format by its ending")->required();
-  command.add_option("--method", arguments.method, "paper (default), lindstrom-turk or length")
+  command
+      .add_option("--method", arguments.method,
+                  "paper (default), curvature, lindstrom-turk or length")
       ->check(CLI::IsMember({"paper", "curvature", "lindstrom-turk", "length"}));
   command
       .add_option("--spacing", options.spacing,
@@ -58,6 +60,8 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command.add_option("--l-max", options.l_max, "Longest edge wanted in flat regions");
   command.add_option("--curvature-threshold", options.curvature_threshold,
                      "Mean curvature above which a vertex is a feature (default: from the noise)");
+  command.add_option("--shape-weight", options.shape_weight,
+                     "Good shapes against small distances, for curvature (default: 1e-6)");
 }
 
 void add_arguments(CLI::App& command, FluxArguments& arguments) {

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
-#include "core/error.h"
 #include "mesh/mesh_file.h"
 #include "mesh/simplify.h"
 
@@ -14,10 +13,10 @@ namespace scarp {
 namespace {
 
 SimplifyMethod method_named(const std::string& name) {
+  if (name == "curvature") return SimplifyMethod::curvature;
   if (name == "lindstrom-turk") return SimplifyMethod::lindstrom_turk;
   if (name == "length") return SimplifyMethod::length;
-  if (name == "paper") return SimplifyMethod::paper;
-  throw InputError("--method curvature does not exist yet; use paper, lindstrom-turk or length");
+  return SimplifyMethod::paper;
 }
 
 }  // namespace

@@ -84,21 +84,17 @@ void read_materials(const RecipeTable& table, Materials& materials) {
 }
 
 std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Frame& frame) {
-  // The last has a name but no method yet.
-  const Choices<std::optional<SimplifyMethod>> methods{
-      {"paper", SimplifyMethod::paper},
-      {"lindstrom-turk", SimplifyMethod::lindstrom_turk},
-      {"length", SimplifyMethod::length},
-      {"curvature", std::nullopt}};
+  const Choices<SimplifyMethod> methods{{"curvature", SimplifyMethod::curvature},
+                                        {"paper", SimplifyMethod::paper},
+                                        {"lindstrom-turk", SimplifyMethod::lindstrom_turk},
+                                        {"length", SimplifyMethod::length}};
   const bool enabled = table.flag("enabled", !frame.two_dimensional);
   if (enabled && frame.two_dimensional) {
     table.error("enabled", "the mesh is not simplified in two dimensions; leave this out");
   }
   const double h = frame.spacing;
   SimplifyOptions options;
-  const auto method = table.choice<std::optional<SimplifyMethod>>("method", methods, "paper");
-  if (!method) table.error("method", "curvature does not exist yet; use \"paper\"");
-  options.method = method.value_or(SimplifyMethod::paper);
+  options.method = table.choice<SimplifyMethod>("method", methods, "paper");
   options.sides = frame.sides();
   options.spacing = h;
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
@@ -108,6 +104,9 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
       "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
   if (table.has("curvature_threshold")) {
     options.curvature_threshold = table.number("curvature_threshold", {.minimum = 0}) / h;
+  }
+  if (table.has("shape_weight")) {
+    options.shape_weight = table.number("shape_weight", {.minimum = 0});
   }
   if (table.has("remove")) options.remove = table.fraction("remove");
   options.measure = false;  // max_error proves the distance

@@ -9,6 +9,9 @@ namespace {
 /// Cosine of the angle that the normal of a facet may turn by in one collapse.
 constexpr double lowest_cosine = 0.5;
 
+/// The same for all the moves of vertices together.
+constexpr double lowest_cosine_of_move = 0.87;
+
 /// The same for needles, against the mean normal around.
 constexpr double lowest_cosine_of_needle = 0.2;
 
@@ -57,18 +60,20 @@ CollapseChecks::CollapseChecks(const CollapseMesh& mesh, std::optional<double> m
   if (max_error) bound_.emplace(mesh.normals.size(), *max_error);
 }
 
-bool CollapseChecks::allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
   if (!mesh.topology.can_collapse(h) || !star_.gather(mesh.topology, h)) return false;
   if (!keeps_facets(mesh, r) || !makes_no_fold(mesh)) return false;
-  if (!keeps_border(mesh, h, r)) return false;
-  if (bound_ && !bound_->allows(mesh, star_, r)) {
-    bound_was_met_ = true;
-    return false;
-  }
-  return true;
+  return keeps_border(mesh, h, r);
+}
+
+bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
+  if (!bound_ || bound_->allows(mesh, star_, place_)) return true;
+  bound_was_met_ = true;
+  return false;
 }
 
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
+  place_ = r;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {
@@ -96,6 +101,17 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
     if (cosine <= 0 || cosine * cosine < lowest * lowest * square * dot(reference, reference)) {
       return false;
     }
+  }
+  return true;
+}
+
+bool CollapseChecks::turns_little(std::span<const Vec3d> reference) const {
+  for (int i = 0; i < star_.count; ++i) {
+    const Vec3d old_n = reference[star_.facet[i]];
+    const double squares = dot(old_n, old_n) * dot(normals_[i], normals_[i]);
+    const double cosine = dot(old_n, normals_[i]);
+    if (cosine < 0 || cosine * cosine < lowest_cosine_of_move * lowest_cosine_of_move * squares)
+      return false;
   }
   return true;
 }

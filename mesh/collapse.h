@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/collapse_mesh.h"
@@ -21,24 +23,47 @@ class CollapseChecks {
 
   /// Whether h may be collapsed to r: no facet flips or loses its area, borders stay, and the
   /// bound holds. The star of h is gathered on the way.
-  bool allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
+  bool allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+    return keeps_surface(mesh, h, r) && keeps_bound(mesh);
+  }
+
+  /// The cheap part of allow(), and the dear one, to be asked after it.
+  bool keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
+  bool keeps_bound(const CollapseMesh& mesh);
 
   /// To be called right before the collapse that was allowed last.
   void accept(const CollapseMesh& mesh, std::uint32_t h);
 
+  /// Makes the star that of a vertex; then whether the vertex may move to r without turning a facet
+  /// much against a reference (per facet of the mesh), to be followed by keeps_bound() and
+  /// accept_move(). Not for vertices of borders between materials.
+  bool gather_vertex(const CollapseMesh& mesh, std::uint32_t v) {
+    return star_.gather_vertex(mesh.topology, v);
+  }
+  bool may_move(const CollapseMesh& mesh, Vec3d r, std::span<const Vec3d> reference) {
+    return keeps_facets(mesh, r) && turns_little(reference) && makes_no_fold(mesh);
+  }
+  void accept_move() {
+    if (bound_) bound_->accept(star_);
+  }
+
+  // Of the change that was asked for last: the facets around, where their centre goes, and twice
+  // their area vectors then.
   const Star& star() const { return star_; }
-  /// New normal of facet i of the star.
-  Vec3d normal(int i) const { return normals_[i]; }
+  Vec3d place() const { return place_; }
+  std::span<const Vec3d> normals() const { return normals_; }
   /// Whether the bound has refused anything so far.
   bool bound_was_met() const { return bound_was_met_; }
   double proven_error(const HalfEdges& topology) const;
 
  private:
   bool keeps_facets(const CollapseMesh& mesh, Vec3d r);
+  bool turns_little(std::span<const Vec3d> reference) const;
   bool makes_no_fold(const CollapseMesh& mesh) const;
   bool keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
 
   Star star_;
+  Vec3d place_;
   std::array<Vec3d, Star::capacity> normals_;
   std::optional<ErrorBound> bound_;
   std::vector<double> border_shift_;  ///< per vertex, only where there are materials
@@ -51,8 +76,11 @@ class CollapseChecks {
 ///
 /// A Placement (placement.h) says where the merged vertex goes. An Order says the rest:
 ///   wanted(mesh, h, squared_length): whether the edge may be collapsed now;
-///   key(cost, squared_length): what goes first; by_cost: whether the key depends on the cost;
-///   merged(u, v): v went into u.
+///   key(mesh, h, cost, squared_length): what goes first; by_cost: whether it depends on the cost;
+///   merged(u, v): v went into u;
+///   allows(mesh, checks), exact_key(mesh, checks) and accept(mesh, checks), if it has them:
+///   whether the collapse that the checks were asked for last may be; its key, where key() is only
+///   an estimate; it comes next.
 ///
 /// Keys are cached with a count of the changes around the edge. Edges at the merged vertex get a
 /// new key at once, those of its neighbours when their turn comes. What the checks refused is asked
@@ -60,10 +88,10 @@ class CollapseChecks {
 template <class Placement>
 class CollapseEngine {
  public:
-  CollapseEngine(CollapseMesh& mesh, CollapseChecks& checks)
+  CollapseEngine(CollapseMesh& mesh, CollapseChecks& checks, Placement placement)
       : mesh_(mesh),
         checks_(checks),
-        placement_(mesh),
+        placement_(std::move(placement)),
         changes_(mesh.r.size(), 0),
         refused_(mesh.topology.half_edge_count(), unqueued) {}
 
@@ -83,10 +111,14 @@ class CollapseEngine {
       stamp_[entry.h] = unqueued;
       const Merge rule = merge_rule(mesh_, entry.h);
       const Vec3d r = placement_.place(mesh_, entry.h, rule).r;
-      if (checks_.allow(mesh_, entry.h, r)) {
-        collapse(order, entry.h, r);
-      } else {
+      if (!checks_.keeps_surface(mesh_, entry.h, r) || !is_allowed(order)) {
         refused_[entry.h] = entry.stamp;
+      } else if (!comes_later(order, entry)) {
+        if (checks_.keeps_bound(mesh_)) {
+          collapse(order, entry.h, r);
+        } else {
+          refused_[entry.h] = entry.stamp;
+        }
       }
     }
     queue_.clear();
@@ -100,6 +132,7 @@ class CollapseEngine {
     float key;
     std::uint32_t h;
     std::uint32_t stamp;
+    bool is_exact = false;
 
     /// For the heap of the standard library, which has the greatest first.
     bool operator<(const Entry& other) const {
@@ -121,7 +154,29 @@ class CollapseEngine {
     const Merge rule = merge_rule(mesh_, h);
     if (rule == Merge::forbidden) return std::nullopt;
     const double cost = Order::by_cost ? placement_.place(mesh_, h, rule).cost : 0;
-    return Entry{static_cast<float>(order.key(cost, squared_length)), h, stamp};
+    return Entry{static_cast<float>(order.key(mesh_, h, cost, squared_length)), h, stamp};
+  }
+
+  template <class Order>
+  bool is_allowed(const Order& order) const {
+    if constexpr (requires { order.allows(mesh_, checks_); }) return order.allows(mesh_, checks_);
+    return true;
+  }
+
+  /// Puts an estimated entry back if its exact key is not the lowest any more.
+  template <class Order>
+  bool comes_later(const Order& order, const Entry& entry) {
+    if constexpr (requires { order.exact_key(mesh_, checks_); }) {
+      if (entry.is_exact || queue_.empty()) return false;
+      const auto key = static_cast<float>(order.exact_key(mesh_, checks_));
+      if (key <= queue_.front().key) return false;
+      stamp_[entry.h] = entry.stamp;
+      queue_.push_back({key, entry.h, entry.stamp, true});
+      std::push_heap(queue_.begin(), queue_.end());
+      return true;
+    } else {
+      return false;
+    }
   }
 
   template <class Order>
@@ -160,6 +215,7 @@ class CollapseEngine {
     const std::uint32_t u = star.u;
     const std::uint32_t v = star.v;
     checks_.accept(mesh_, h);
+    if constexpr (requires { order.accept(mesh_, checks_); }) order.accept(mesh_, checks_);
     for (const std::uint32_t f : star.dying) {
       if (f == HalfEdges::none) continue;
       for (std::uint32_t side = 3 * f; side < 3 * f + 3; ++side) stamp_[side] = unqueued;
@@ -169,7 +225,7 @@ class CollapseEngine {
     mesh_.r[u] = r;
     mesh_.sides[u] |= mesh_.sides[v];
     mesh_.kind[u] = std::max(mesh_.kind[u], mesh_.kind[v]);
-    for (int i = 0; i < star.count; ++i) mesh_.normals[star.facet[i]] = checks_.normal(i);
+    for (int i = 0; i < star.count; ++i) mesh_.normals[star.facet[i]] = checks_.normals()[i];
     placement_.collapsed(mesh_, u, v);
     order.merged(u, v);
 

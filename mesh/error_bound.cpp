@@ -233,7 +233,7 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   // Whatever the shape: the surface moves linearly with its vertices.
   const double shift = std::max(length(r - mesh.r[star.u]), length(r - mesh.r[star.v]));
   double simple = 0;
-  const int old_count = star.count + (star.dying[1] == HalfEdges::none ? 1 : 2);
+  const int old_count = star.count + star.dying_count();
   for (int i = 0; i < old_count; ++i) simple = std::max(simple, old_error(i));
   simple += shift;
 

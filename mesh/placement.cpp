@@ -14,7 +14,8 @@ constexpr std::size_t grain = 1024;
 /// 1e-4, the rounding of coordinates at 1e-10.
 constexpr double faint = 3e-6;
 
-/// Part of length^6 added to every cost: between equal costs, as on a plane, short edges go first.
+/// Part of the length, to the power of the cost, added to every cost: between equal costs, as on a
+/// plane, short edges go first.
 constexpr double tie_break = 1e-10;
 
 /// A minimum further from the middle of the edge than this many lengths is not trusted.
@@ -44,9 +45,10 @@ Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q,
   return {place, q.value(place - u)};
 }
 
-double with_tie_break(double cost, double squared_length) {
+/// scale: what the unit of the cost is to the length of the edge.
+double with_tie_break(double cost, double scale) {
   // Rounding may leave a flat cost a little below zero.
-  return (cost > 0 ? cost : 0) + tie_break * squared_length * squared_length * squared_length;
+  return (cost > 0 ? cost : 0) + tie_break * scale;
 }
 
 /// Adds, for the edges of an open boundary (not a side) at v, the areas under the new place as
@@ -64,17 +66,24 @@ void add_open_boundary(const CollapseMesh& mesh, std::uint32_t v, Vec3d frame, d
 
 }  // namespace
 
-LindstromTurkPlacement::LindstromTurkPlacement(const CollapseMesh& mesh) : terms_(mesh.r.size()) {
+LindstromTurkPlacement::LindstromTurkPlacement(const CollapseMesh& mesh, Measure measure)
+    : terms_(mesh.r.size()), measure_(measure) {
   parallel_for(terms_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) refresh(mesh, static_cast<std::uint32_t>(v));
   });
+}
+
+double LindstromTurkPlacement::weight(Vec3d n) const {
+  if (measure_ == Measure::volume) return 1;
+  const double twice_area = length(n);
+  return twice_area > 0 ? 1 / twice_area : 0;
 }
 
 void LindstromTurkPlacement::refresh(const CollapseMesh& mesh, std::uint32_t v) {
   VertexTerms terms;
   mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
     const Vec3d n = mesh.normals[HalfEdges::facet(h)];
-    terms.H.add_outer(1, n);
+    terms.H.add_outer(weight(n), n);
     terms.n += n;
   });
   terms_[v] = terms;
@@ -97,11 +106,11 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
   for (const std::uint32_t side : {h, mesh.topology.opposite(h)}) {
     if (side == HalfEdges::none) continue;
     const Vec3d shared = mesh.normals[HalfEdges::facet(side)];
-    q.H.add_outer(-1, shared);
+    q.H.add_outer(-weight(shared), shared);
     n = n - shared;
   }
   if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) {
-    const double height = std::sqrt(squared_length);
+    const double height = measure_ == Measure::volume ? std::sqrt(squared_length) : 1;
     add_open_boundary(mesh, u, mesh.r[u], height, q);
     add_open_boundary(mesh, v, mesh.r[u], height, q);
   }
@@ -113,7 +122,9 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
   } else {
     placed = best_end(mesh, h, rule, q);
   }
-  placed.cost = with_tie_break(placed.cost, squared_length);
+  const double square = squared_length * squared_length;
+  const double scale = measure_ == Measure::volume ? square * squared_length : square;
+  placed.cost = with_tie_break(placed.cost, scale);
   return placed;
 }
 
@@ -144,7 +155,8 @@ Placed GarlandHeckbertPlacement::place(const CollapseMesh& mesh, std::uint32_t h
   Placed placed = rule == Merge::free ? best_place(mesh, h, q, allowed_places(mesh, h))
                                       : best_end(mesh, h, rule, q);
   // Area times squared distance, made a squared volume by the only other length there is.
-  placed.cost = with_tie_break(placed.cost * squared_length, squared_length);
+  placed.cost = with_tie_break(placed.cost * squared_length,
+                               squared_length * squared_length * squared_length);
   return placed;
 }
 

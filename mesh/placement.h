@@ -11,7 +11,7 @@ namespace scarp {
 /// Where the vertex goes that two become, and what that costs.
 struct Placed {
   Vec3d r;
-  double cost = 0;  ///< length^6: a square of a volume
+  double cost = 0;  ///< length^6: a square of a volume (or as the placement says)
 };
 
 // A placement policy has
@@ -25,22 +25,31 @@ struct Placed {
 /// terms for boundaries. Where the surface is flat the volume leaves the place open; instead of a
 /// shape term behind angle tests, a faint pull to the middle of the edge decides.
 ///
+/// By area, the squared volume under each facet is divided by twice the facet's area: what is least
+/// then is the squared distance between the surfaces, and the cost is length^4.
+///
 /// Source: Lindstrom and Turk 1998, memoryless simplification, sec. 4.
 class LindstromTurkPlacement {
  public:
-  explicit LindstromTurkPlacement(const CollapseMesh& mesh);
+  enum class Measure { volume, distance };
+
+  explicit LindstromTurkPlacement(const CollapseMesh& mesh, Measure measure = Measure::volume);
   Placed place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const;
   void collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t v);
 
  private:
   /// Over the facets of a vertex, in its own frame: all their planes go through the origin.
   struct VertexTerms {
-    SymmetricMatrix H;  ///< r H r is the sum of the squared volumes under r
+    SymmetricMatrix H;  ///< r H r is the weighted sum of the squared volumes under r
     Vec3d n;            ///< n r is the sum of the volumes
   };
   void refresh(const CollapseMesh& mesh, std::uint32_t v);
 
+  /// What a facet with the normal n (twice the area vector) weighs.
+  double weight(Vec3d n) const;
+
   std::vector<VertexTerms> terms_;
+  Measure measure_;
 };
 
 /// Remembers the planes of the input and goes where the sum of the squared distances to them, by

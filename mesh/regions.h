@@ -34,7 +34,7 @@ class RegionOrder {
   RegionOrder(const std::vector<bool>& is_feature, std::vector<float> size_limit, Sizes sizes);
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
-  double key(double cost, double) const { return cost; }
+  double key(const CollapseMesh&, std::uint32_t, double cost, double) const { return cost; }
   void merged(std::uint32_t u, std::uint32_t v);
 
   /// Goes on to the next size outside the regions. False if it is no greater.

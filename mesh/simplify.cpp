@@ -8,9 +8,12 @@
 #include "core/triangle_tree.h"
 #include "mesh/collapse.h"
 #include "mesh/curvature.h"
+#include "mesh/curvature_order.h"
 #include "mesh/distance.h"
 #include "mesh/placement.h"
 #include "mesh/regions.h"
+#include "mesh/relocate.h"
+#include "mesh/tracked_points.h"
 #include "mesh/zero_area.h"
 
 namespace scarp {
@@ -21,6 +24,9 @@ namespace {
 constexpr double default_max_error = 0.1;
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
+constexpr double default_shape_weight = 1e-6;  ///< of the spacing's square
+
+constexpr int relocation_sweeps = 3;
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
@@ -46,7 +52,9 @@ struct PlainOrder {
     }
     return squared_length < limit * limit;
   }
-  double key(double cost, double squared_length) const { return ByCost ? cost : squared_length; }
+  double key(const CollapseMesh&, std::uint32_t, double cost, double squared_length) const {
+    return ByCost ? cost : squared_length;
+  }
   void merged(std::uint32_t u, std::uint32_t v) {
     if (!size_limit.empty()) size_limit[u] = std::min(size_limit[u], size_limit[v]);
   }
@@ -67,6 +75,7 @@ void check(const TriMesh& mesh, const SimplifyOptions& options) {
   check_length("l_max", options.l_max);
   check_length("max_error", options.max_error);
   check_length("curvature_threshold", options.curvature_threshold);
+  check_length("shape_weight", options.shape_weight);
   if (options.remove && !(*options.remove >= 0 && *options.remove < 1)) {
     throw InputError("simplify: remove: " + std::to_string(*options.remove) + " is outside [0, 1)");
   }
@@ -94,6 +103,10 @@ std::uint32_t target_of(const SimplifyOptions& options, std::uint32_t live_verti
   return static_cast<std::uint32_t>(std::min<double>(target, live_vertices));
 }
 
+bool uses_features(SimplifyMethod method) {
+  return method == SimplifyMethod::paper || method == SimplifyMethod::curvature;
+}
+
 /// The options with nothing left open but what is a feature.
 SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
                          const std::vector<bool>& is_feature) {
@@ -104,7 +117,7 @@ SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
   if (!options.remove && !options.vertices && !options.max_error && !stops_itself) {
     options.max_error = default_max_error * options.spacing;
   }
-  if (options.method == SimplifyMethod::paper) {
+  if (uses_features(options.method)) {
     if (!options.l0) options.l0 = default_l0 * options.spacing;
     if (!options.step_length) options.step_length = default_step_length * options.spacing;
     if (options.l_max > 0) options.l_max = std::max(options.l_max, *options.l0);
@@ -158,10 +171,29 @@ void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_featu
   }
 }
 
+/// Returns the distance that no vertex of the input is further from the result than.
+double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+                     CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
+  using Placement = LindstromTurkPlacement;
+  const double h = options.spacing;
+  const double shape_weight = options.shape_weight.value_or(default_shape_weight) * h * h;
+  TrackedPoints points(work);
+  CurvatureOrder order(
+      work, points,
+      {.field = graded_sizes(work.topology, is_feature, *options.l0, *options.step_length, h),
+       .limit = with_copies<float>(options.size_limit, work.topology),
+       .l_max = options.l_max > 0 ? options.l_max : unlimited},
+      shape_weight);
+  CollapseEngine<Placement> engine(work, checks, Placement(work, Placement::Measure::distance));
+  engine.run(order, target);
+  relocate(work, checks, points, shape_weight, relocation_sweeps);
+  return points.largest(work);
+}
+
 template <class Placement>
 void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, CollapseMesh& work,
          CollapseChecks& checks, std::uint32_t target) {
-  CollapseEngine<Placement> engine(work, checks);
+  CollapseEngine<Placement> engine(work, checks, Placement(work));
   const std::vector<float> size_limit = with_copies<float>(options.size_limit, work.topology);
   const double l_max = options.l_max > 0 ? options.l_max : unlimited;
   if (options.method == SimplifyMethod::paper) {
@@ -218,11 +250,15 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
 
   std::vector<bool> is_feature(work.r.size(), false);
   if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
+  if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
   CollapseChecks checks(work, options.max_error,
                         options.max_error.value_or(default_max_error * options.spacing));
-  if (options.placement == PlacementMethod::garland_heckbert) {
+  double tracked_distance = 0;
+  if (options.method == SimplifyMethod::curvature) {
+    tracked_distance = run_curvature(options, is_feature, work, checks, target);
+  } else if (options.placement == PlacementMethod::garland_heckbert) {
     run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
   } else {
     run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
@@ -236,6 +272,7 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
     measure(mesh, result);
   } else {
     result.max_distance = result.reverse_max_distance = result.proven_distance;
+    if (options.method == SimplifyMethod::curvature) result.max_distance = tracked_distance;
   }
   return result;
 }

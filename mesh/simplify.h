@@ -13,12 +13,13 @@ namespace scarp {
 
 /// Which collapse goes first, and how fine the mesh stays where.
 enum class SimplifyMethod {
+  curvature,       ///< closest to the input, finest where the surface bends
   paper,           ///< finest where the surface bends: Lenz et al.
   lindstrom_turk,  ///< least change of volume first
   length           ///< shortest edge first: the same fineness everywhere
 };
 
-/// Where the vertex goes that two become.
+/// Where the vertex goes that two become; `curvature` has its own way.
 enum class PlacementMethod { lindstrom_turk, garland_heckbert };
 
 /// Units: lengths as in the mesh. A span is over the vertices of the input; the caller keeps it
@@ -39,16 +40,22 @@ struct SimplifyOptions {
 
   // Sizes. An edge as long as the size wanted at both its ends is not collapsed, so edges end up
   // between one and two times as long.
-  std::optional<double> l0{};  ///< paper: size in features (.6 spacings); length: size everywhere
-  std::optional<double> step_length{};  ///< paper: growth from ring to ring (2 spacings)
+  // For `curvature` l0 and step_length are wishes: longer edges cost more.
+  std::optional<double> l0{};           ///< size in features (.6 spacings); length: size everywhere
+  std::optional<double> step_length{};  ///< growth from ring to ring (2 spacings)
   double l_max = 0;                     ///< greatest size; 0: no limit. l0 above it raises it
   std::span<const float> size_limit{};  ///< greatest size at each vertex; empty: no limit
 
-  // What is a feature (paper).
+  /// What a facet of a bad shape weighs against squared distances, in squared spacings (1e-6);
+  /// curvature only. At 1e-4 angles count as much as distances do.
+  std::optional<double> shape_weight{};
+
+  // What is a feature (paper, curvature).
   std::span<const float> curvature{};  ///< mean curvature at each vertex; empty: from the mesh
   double curvature_threshold = 0;      ///< on its modulus; 0: from the noise
 
-  /// Whether the distances of the result are measured; otherwise they are what max_error proved.
+  /// Whether the distances of the result are measured; otherwise they are what max_error proved,
+  /// for `curvature` max_distance what was tracked on the way.
   bool measure = true;
 };
 
@@ -75,7 +82,11 @@ struct SimplifyResult {
 /// Units:  as the mesh.
 /// Throws: InputError if the mesh is empty or no 2-manifold (the message names the first bad edge
 ///         by its end points), or an option is out of range.
-/// Cost:   O(n log n), about 5 us per vertex removed, 10 us with max_error; 400 bytes per vertex.
+/// `curvature` follows every vertex of the input to the facet that is nearest to it. It collapses
+/// what adds least to the sum of the squared distances, and moves the vertices that are left to
+/// where that sum is least, in three sweeps.
+///
+/// Cost:   O(n log n), about 5 us per vertex removed, 10 us with max_error; 500 bytes per vertex.
 /// Source: Lindstrom and Turk 1998 (placement, cost); Lenz et al., A Novel Surface Mesh
 ///         Simplification Method for Flux-Dependent Topography Simulations (regions); deviations in
 ///         regions.h and placement.h.

@@ -65,4 +65,24 @@ bool Star::gather(const HalfEdges& topology, std::uint32_t h) {
   return true;
 }
 
+bool Star::gather_vertex(const HalfEdges& topology, std::uint32_t vertex) {
+  u = v = vertex;
+  dying = {HalfEdges::none, HalfEdges::none};
+  count = 0;
+  bool fits = true;
+  topology.for_each_outgoing(vertex, [&](std::uint32_t g) {
+    if (count == capacity) {
+      fits = false;
+      return;
+    }
+    facet[count] = HalfEdges::facet(g);
+    rim[count] = HalfEdges::next(g);
+    at_target[count] = false;
+    ring[count] = topology.target(g);
+    ring[++count] = topology.apex(g);
+  });
+  closed = count > 0 && ring[count] == ring[0];
+  return fits;
+}
+
 }  // namespace scarp

@@ -24,8 +24,15 @@ struct Star {
   std::array<std::uint32_t, capacity + 1> ring;
   std::array<std::uint32_t, 2> dying;  ///< the facets of the edge; the second may be none
 
+  int dying_count() const {
+    return (dying[0] == HalfEdges::none ? 0 : 1) + (dying[1] == HalfEdges::none ? 0 : 1);
+  }
+
   /// The star of half edge h. False if it has more facets than the capacity.
   bool gather(const HalfEdges& topology, std::uint32_t h);
+
+  /// The star of a single vertex: u and v are the same, no facet dies.
+  bool gather_vertex(const HalfEdges& topology, std::uint32_t vertex);
 };
 
 }  // namespace scarp

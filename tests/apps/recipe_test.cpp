@@ -269,10 +269,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "material = \"Si\"\n",
                   "material = \"Sj\"\n",
                   {"r.toml:7:", "geometry[0].material", "Sj"}},
-        BadRecipe{"MethodThatIsNotThereYet",
+        BadRecipe{"UnknownMethod",
                   "[[step]]",
-                  "[simplify]\nmethod = \"curvature\"\n\n[[step]]",
-                  {"r.toml:15:", "simplify.method", "does not exist yet"}},
+                  "[simplify]\nmethod = \"curvatur\"\n\n[[step]]",
+                  {"r.toml:15:", "simplify.method", "curvature"}},
         BadRecipe{"AmbiguousMask",
                   "[[step]]",
                   "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n\n"

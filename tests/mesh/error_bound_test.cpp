@@ -122,7 +122,7 @@ TEST_P(ErrorBoundOfRandomSurfaces, IsNeverBelowTheDistanceOfDenseSamples) {
     mesh.r[star.u] = r;
     mesh.sides[star.u] |= mesh.sides[star.v];
     mesh.kind[star.u] = std::max(mesh.kind[star.u], mesh.kind[star.v]);
-    for (int k = 0; k < star.count; ++k) mesh.normals[star.facet[k]] = checks.normal(k);
+    for (int k = 0; k < star.count; ++k) mesh.normals[star.facet[k]] = checks.normals()[k];
     placement.collapsed(mesh, star.u, star.v);
     ++collapses;
   }

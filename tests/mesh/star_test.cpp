@@ -40,6 +40,24 @@ TEST(Star, HoldsTheFacetsOfBothEndsInTheOrderOfTheirRing) {
   EXPECT_GT(open, 20);
 }
 
+TEST(Star, OfAVertexHoldsItsFacetsInTheOrderOfTheirRing) {
+  const HalfEdges mesh(noisy_plane(8, 0.02));
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh, v));
+    EXPECT_EQ(star.dying_count(), 0);
+    EXPECT_EQ(star.closed, !mesh.on_boundary(v));
+    int count = 0;
+    mesh.for_each_outgoing(v, [&](std::uint32_t g) {
+      ASSERT_EQ(star.facet[count], HalfEdges::facet(g));
+      ASSERT_EQ(star.ring[count], mesh.target(g));
+      ASSERT_EQ(star.ring[count + 1], mesh.apex(g));
+      ++count;
+    });
+    EXPECT_EQ(star.count, count);
+  }
+}
+
 TEST(Star, TooManyFacetsAreRefused) {
   TriMesh wheel{{{0, 0, 0}}, {}, {}};
   const std::uint32_t n = Star::capacity + 8;
@@ -51,6 +69,7 @@ TEST(Star, TooManyFacetsAreRefused) {
   const HalfEdges mesh(wheel);
   Star star;
   EXPECT_FALSE(star.gather(mesh, mesh.outgoing(0)));
+  EXPECT_FALSE(star.gather_vertex(mesh, 0));
 }
 
 }  // namespace

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh/collapse.h"
+#include "mesh/tracked_points.h"
+
+namespace scarp {
+
+/// The order of the method `curvature`: what adds least to the sum of the squared distances between
+/// the vertices of the input and the surface goes first, with a little for the shape of the facets.
+///
+/// The exact sum is asked only of edges that an estimate ranks first: the squared distance between
+/// the present surface and the next one, by area.
+///
+/// A size field makes the mesh coarser with the distance from where the surface bends. It is soft:
+/// an edge of more than twice its size costs more, by the square. The size limits are hard.
+class CurvatureOrder {
+ public:
+  static constexpr bool by_cost = true;
+
+  struct Sizes {
+    std::vector<float> field;  ///< soft, per vertex of the mesh
+    std::vector<float> limit;  ///< hard, per vertex of the mesh, or empty
+    double l_max;              ///< hard
+  };
+
+  /// shape_weight: squared length that a facet of the worst shape weighs (facet_shape.h). The
+  /// points have to outlive the order.
+  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, Sizes sizes, double shape_weight);
+
+  bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
+
+  /// cost: of the placement weighted by area.
+  double key(const CollapseMesh& mesh, std::uint32_t h, double cost, double squared_length) const;
+  /// Whether no edge gets longer than twice its limit.
+  bool allows(const CollapseMesh& mesh, const CollapseChecks& checks) const;
+  double exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const;
+  void accept(const CollapseMesh& mesh, const CollapseChecks& checks);
+  void merged(std::uint32_t u, std::uint32_t v);
+
+ private:
+  double limit(std::uint32_t u, std::uint32_t v) const;
+  double stretch(std::uint32_t u, std::uint32_t v, double squared_length) const;
+
+  TrackedPoints& points_;
+  Sizes sizes_;
+  double shape_weight_;
+  double points_per_cost_;
+};
+
+/// A size for each vertex: l0 at features, and the growth of it from ring to ring as in the regions
+/// of the published method (regions.h), in the limit of many rings: a size l grows by step_length
+/// over a length l.
+///
+/// Distances from the features are counted in rings of the mesh, `ring` apart.
+std::vector<float> graded_sizes(const HalfEdges& topology, const std::vector<bool>& is_feature,
+                                double l0, double step_length, double ring);
+
+}  // namespace scarp

@@ -1,0 +1,97 @@
+#include "mesh/relocate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/facet_shape.h"
+
+namespace scarp {
+
+namespace {
+
+/// Pull to where the vertex is, as part of the quadric's trace: where no point says otherwise, a
+/// vertex stays.
+constexpr double faint = 1e-2;
+
+/// Pull to the middle of the neighbours, in shape weights.
+constexpr double pull_of_shape = 10;
+
+bool may_move(const CollapseMesh& mesh, std::uint32_t v) {
+  return mesh.topology.outgoing(v) != HalfEdges::none && mesh.kind[v] == VertexKind::free &&
+         (!mesh.topology.on_boundary(v) || mesh.sides[v] != 0);
+}
+
+/// Sum of the squared distances of the points when the centre of a star moves by r, in the frame of
+/// the centre. A point moves with its facet, by the weight that the centre has where it lies.
+Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
+                            const TrackedPoints& points) {
+  Quadric q;
+  const Vec3d centre = mesh.r[star.u];
+  for (int i = 0; i < star.count; ++i) {
+    const Vec3d x = mesh.r[star.ring[i]] - centre;
+    const Vec3d y = mesh.r[star.ring[i + 1]] - centre;
+    const Vec3d n = mesh.normals[star.facet[i]];
+    const double square = dot(n, n);
+    const Vec3d unit = normalized(n);
+    points.for_each(star.facet[i], [&](Vec3d place) {
+      const Vec3d p = place - centre;
+      const double weight = std::clamp(dot(cross(x - p, y - p), n) / square, 0.0, 1.0);
+      q.add_plane(1, weight * unit, dot(unit, p));
+    });
+  }
+  return q;
+}
+
+/// The centre of area of a star, in the frame of its centre.
+Vec3d middle(const CollapseMesh& mesh, const Star& star) {
+  Vec3d sum;
+  double area = 0;
+  for (int i = 0; i < star.count; ++i) {
+    const double weight = length(mesh.normals[star.facet[i]]);
+    sum += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
+    area += weight;
+  }
+  return sum / (3 * area);
+}
+
+Vec3d best_place(const CollapseMesh& mesh, const Star& star, const TrackedPoints& points,
+                 double shape_weight) {
+  const Quadric q = distances_of_points(mesh, star, points);
+  Subspace places;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (fixes(mesh.sides[star.u], axis)) places.fix(axis, 0);
+  }
+  const double pull = pull_of_shape * shape_weight;
+  const double weight = faint * q.H.trace() + pull;
+  if (!(weight > 0)) return mesh.r[star.u];
+  const Vec3d centre = (pull / weight) * middle(mesh, star);
+  return mesh.rounded(mesh.r[star.u] + minimum(q, weight, centre, places));
+}
+
+void sweep(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points, double shape_weight,
+           std::span<const Vec3d> reference) {
+  const Star& star = checks.star();
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    if (!may_move(mesh, v) || !checks.gather_vertex(mesh, v)) continue;
+    const Vec3d r = best_place(mesh, star, points, shape_weight);
+    if (r == mesh.r[v] || !checks.may_move(mesh, r, reference)) continue;
+    const Fan fan(mesh, star, r, checks.normals());
+    const double growth =
+        points.growth(star, fan) + shape_weight * shape_growth(mesh, star, r, checks.normals());
+    if (!(growth < 0) || !checks.keeps_bound(mesh)) continue;
+    points.move(star, fan);
+    checks.accept_move();
+    mesh.r[v] = r;
+    for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = checks.normals()[i];
+  }
+}
+
+}  // namespace
+
+void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
+              double shape_weight, int sweeps) {
+  const std::vector<Vec3d> reference = mesh.normals;
+  for (int i = 0; i < sweeps; ++i) sweep(mesh, checks, points, shape_weight, reference);
+}
+
+}  // namespace scarp

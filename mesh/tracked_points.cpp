@@ -1,0 +1,135 @@
+#include "mesh/tracked_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/triangle_tree.h"
+
+namespace scarp {
+
+namespace {
+
+template <class Visit>
+void for_each_old_facet(const Star& star, const Visit& visit) {
+  for (int i = 0; i < star.count; ++i) visit(star.facet[i]);
+  for (const std::uint32_t f : star.dying) {
+    if (f != HalfEdges::none) visit(f);
+  }
+}
+
+double squared(double a) { return a * a; }
+
+}  // namespace
+
+Fan::Fan(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Vec3d> normals)
+    : mesh_(mesh), star_(star), r_(r) {
+  Vec3d axis;
+  for (int i = 0; i < star.count; ++i) {
+    axis += normals[i];
+    unit_[i] = normalized(normals[i]);
+  }
+  for (int k = 0; k <= star.count; ++k) {
+    spoke_[k] = mesh.r[star.ring[k]] - r;
+    left_[k] = cross(axis, spoke_[k]);
+  }
+}
+
+/// The facet that d lies in when seen along the mean normal; where that says nothing, the first.
+int Fan::sector(Vec3d d) const {
+  double left = dot(left_[0], d);
+  for (int i = 0; i < star_.count; ++i) {
+    const double after = dot(left_[i + 1], d);
+    if (left >= 0 && after < 0) return i;
+    left = after;
+  }
+  return 0;
+}
+
+/// Whether the point of the plane of facet i that is nearest to d lies in the facet.
+bool Fan::is_over(int i, Vec3d d) const {
+  const Vec3d a = spoke_[i];
+  const Vec3d b = spoke_[i + 1];
+  return dot(cross(a, d), unit_[i]) >= 0 && dot(cross(d, b), unit_[i]) >= 0 &&
+         dot(cross(b - a, d - a), unit_[i]) >= 0;
+}
+
+Fan::Nearest Fan::nearest(Vec3d p) const {
+  const Vec3d d = p - r_;
+  const int i = sector(d);
+  if (is_over(i, d)) return {star_.facet[i], squared(dot(unit_[i], d))};
+  Nearest nearest;
+  const auto look_at = [&](std::uint32_t f, const std::array<Vec3d, 3>& corners) {
+    const double square = squared(closest_on_triangle(d, corners).distance);
+    if (square < nearest.squared_distance) nearest = {f, square};
+  };
+  for (int k = 0; k < star_.count; ++k)
+    look_at(star_.facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
+  const std::uint32_t across = mesh_.topology.opposite(star_.rim[i]);
+  if (across != HalfEdges::none) {
+    const Vec3d tip = mesh_.r[mesh_.topology.apex(across)] - r_;
+    look_at(HalfEdges::facet(across), {spoke_[i + 1], spoke_[i], tip});
+  }
+  return nearest;
+}
+
+TrackedPoints::TrackedPoints(const CollapseMesh& mesh)
+    : places_(mesh.r),
+      next_(mesh.r.size(), HalfEdges::none),
+      first_(mesh.normals.size(), HalfEdges::none),
+      squares_(mesh.normals.size(), 0) {
+  for (std::uint32_t v = 0; v < places_.size(); ++v) {
+    const std::uint32_t h = mesh.topology.outgoing(v);
+    if (h == HalfEdges::none) continue;
+    const std::uint32_t f = HalfEdges::facet(h);
+    next_[v] = first_[f];
+    first_[f] = v;
+  }
+}
+
+double TrackedPoints::growth(const Star& star, const Fan& fan) const {
+  double sum = 0;
+  for_each_old_facet(star, [&](std::uint32_t f) {
+    sum -= squares_[f];
+    for_each(f, [&](Vec3d p) { sum += fan.nearest(p).squared_distance; });
+  });
+  return sum;
+}
+
+void TrackedPoints::move(const Star& star, const Fan& fan) {
+  // All points of the star as one chain, so that a facet's own are gone before it is given new
+  // ones.
+  std::uint32_t chain = HalfEdges::none;
+  for_each_old_facet(star, [&](std::uint32_t f) {
+    for (std::uint32_t p = first_[f]; p != HalfEdges::none;) {
+      const std::uint32_t after = next_[p];
+      next_[p] = chain;
+      chain = p;
+      p = after;
+    }
+    first_[f] = HalfEdges::none;
+    squares_[f] = 0;
+  });
+  while (chain != HalfEdges::none) {
+    const std::uint32_t p = chain;
+    chain = next_[p];
+    const Fan::Nearest nearest = fan.nearest(places_[p]);
+    next_[p] = first_[nearest.facet];
+    first_[nearest.facet] = p;
+    squares_[nearest.facet] += nearest.squared_distance;
+  }
+}
+
+double TrackedPoints::largest(const CollapseMesh& mesh) const {
+  double largest = 0;
+  for (std::uint32_t f = 0; f < first_.size(); ++f) {
+    if (first_[f] == HalfEdges::none) continue;
+    const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
+                                       mesh.r[mesh.topology.origin(3 * f + 1)],
+                                       mesh.r[mesh.topology.origin(3 * f + 2)]};
+    for_each(
+        f, [&](Vec3d p) { largest = std::max(largest, closest_on_triangle(p, corners).distance); });
+  }
+  return largest;
+}
+
+}  // namespace scarp

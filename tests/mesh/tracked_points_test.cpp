@@ -1,0 +1,110 @@
+#include "mesh/tracked_points.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/random.h"
+#include "core/triangle_tree.h"
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+const TriMesh& landscape() {
+  static const Grid grid{.cells = {16, 16, 16}, .noise = 0.03, .seed = 3};
+  static const TriMesh mesh = polygonised(grid, random_landscape(grid.cells, grid.seed));
+  return mesh;
+}
+
+std::vector<Vec3d> normals_around(const CollapseMesh& mesh, const Star& star, Vec3d r) {
+  std::vector<Vec3d> normals;
+  for (int i = 0; i < star.count; ++i) {
+    normals.push_back(cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r));
+  }
+  return normals;
+}
+
+TEST(Fan, FindsTheNearestFacetAroundAVertex) {
+  const CollapseMesh mesh(landscape(), {});
+  RandomStream random({.seed = 5});
+  int asked = 0;
+  int missed = 0;
+  for (std::uint32_t v = 0; v < mesh.r.size(); v += 3) {
+    if (mesh.topology.outgoing(v) == HalfEdges::none || mesh.topology.on_boundary(v)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    const Fan fan(mesh, star, mesh.r[v], normals_around(mesh, star, mesh.r[v]));
+    for (int n = 0; n < 10; ++n) {
+      const Vec3d step{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+      const Vec3d p = mesh.r[v] + 0.3 * step;
+      double nearest = 1e300;
+      for (int i = 0; i < star.count; ++i) {
+        const ClosestPoint point =
+            closest_on_triangle(p, {mesh.r[v], mesh.r[star.ring[i]], mesh.r[star.ring[i + 1]]});
+        nearest = std::min(nearest, point.distance);
+      }
+      const double found = std::sqrt(fan.nearest(p).squared_distance);
+      // Never nearer than the fan with the facet behind the rim, and nearly always the fan itself.
+      ++asked;
+      missed += std::abs(found - nearest) > 1e-9 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(asked, 500);
+  EXPECT_LT(missed, 0.1 * asked);
+}
+
+TEST(Fan, HasTheDistanceOfAPointOverAPlane) {
+  const CollapseMesh mesh(noisy_plane(6, 0), {});
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    if (mesh.topology.on_boundary(v)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    const Fan fan(mesh, star, mesh.r[v], normals_around(mesh, star, mesh.r[v]));
+    EXPECT_NEAR(fan.nearest(mesh.r[v] + Vec3d{0.1, 0.2, 0.5}).squared_distance, 0.25, 1e-12);
+    EXPECT_NEAR(fan.nearest(mesh.r[v] + Vec3d{0, 0, -0.5}).squared_distance, 0.25, 1e-12);
+  }
+}
+
+TEST(TrackedPoints, LieOnTheInput) {
+  const CollapseMesh mesh(landscape(), {});
+  const TrackedPoints points(mesh);
+  EXPECT_EQ(points.largest(mesh), 0);
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
+    points.for_each(f, [&](Vec3d) { ++count; });
+  }
+  EXPECT_EQ(count, mesh.live_vertices);
+}
+
+TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
+  CollapseMesh mesh(landscape(), {});
+  TrackedPoints points(mesh);
+  double there_sum = 0;
+  for (std::uint32_t v = 0; v < mesh.r.size(); v += 5) {
+    if (mesh.topology.outgoing(v) == HalfEdges::none || mesh.topology.on_boundary(v)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    const Vec3d back = mesh.r[v];
+    const Vec3d there = back + Vec3d{0.02, -0.01, 0.04};
+    double growth[2]{};
+    int n = 0;
+    for (const Vec3d r : {there, back}) {
+      const auto normals = normals_around(mesh, star, r);
+      const Fan fan(mesh, star, r, normals);
+      growth[n++] = points.growth(star, fan);
+      points.move(star, fan);
+      mesh.r[v] = r;
+      for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = normals[i];
+    }
+    EXPECT_GE(growth[0], 0);
+    EXPECT_NEAR(growth[0] + growth[1], 0, 1e-12);
+    there_sum += growth[0];
+  }
+  EXPECT_GT(there_sum, 0.01);
+  EXPECT_NEAR(points.largest(mesh), 0, 1e-7);
+}
+
+}  // namespace
+}  // namespace scarp
