@@ -1,8 +1,10 @@
 #include "levelset/advect.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "core/parallel.h"
 #include "levelset/band.h"
 #include "levelset/differences.h"
+#include "levelset/lax_friedrichs.h"
 #include "levelset/leaf_stage.h"
 #include "levelset/redistance.h"
 #include "levelset/standstill.h"
@@ -28,14 +31,14 @@ constexpr float smallest_phi = 1e-6F;
 
 /// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
 template <Scheme scheme>
-inline void move_rows(const LeafStage& leaf) {
+inline void move_rows(const LeafStage& leaf, const float* speed) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
       for (int k = 0; k < leaf_edge; ++k) {
         const float* p = row + k;
-        const float v = leaf.speed[node + k];
+        const float v = speed[node + k];
         const float side = v < 0 ? -1.0F : 1.0F;
         const float moved = *p - leaf.stage.dt * v * distance_slope<scheme>(p, side);
         leaf.set(node + k, *p, moved);
@@ -44,39 +47,54 @@ inline void move_rows(const LeafStage& leaf) {
   }
 }
 
-SCARP_VECTOR_KERNEL void move_first_order(const LeafStage& leaf) {
-  move_rows<Scheme::first_order>(leaf);
+SCARP_VECTOR_KERNEL void move_first_order(const LeafStage& leaf, const float* speed) {
+  move_rows<Scheme::first_order>(leaf, speed);
 }
 
-SCARP_VECTOR_KERNEL void move_eno2(const LeafStage& leaf) { move_rows<Scheme::eno2>(leaf); }
+SCARP_VECTOR_KERNEL void move_eno2(const LeafStage& leaf, const float* speed) {
+  move_rows<Scheme::eno2>(leaf, speed);
+}
 
-SCARP_VECTOR_KERNEL void move_weno5(const LeafStage& leaf) { move_rows<Scheme::weno5>(leaf); }
+SCARP_VECTOR_KERNEL void move_weno5(const LeafStage& leaf, const float* speed) {
+  move_rows<Scheme::weno5>(leaf, speed);
+}
 
-/// A kernel and the parts of the way that its stages keep. Source: Shu and Osher 1988.
-struct Method {
-  void (*move)(const LeafStage&);
-  std::vector<float> parts;
-};
+using LeafKernel = void (*)(const LeafStage&, const float*);
 
-Method method_of(Scheme scheme) {
+LeafKernel upwind_kernel(Scheme scheme) {
   switch (scheme) {
     case Scheme::first_order:
-      return {move_first_order, {1}};
+      return move_first_order;
     case Scheme::eno2:
-      return {move_eno2, {1, 0.5F}};
-    case Scheme::weno5:
-      return {move_weno5, {1, 0.25F, 2.0F / 3.0F}};
+      return move_eno2;
+    default:
+      return move_weno5;
   }
-  SCARP_ASSERT(static_cast<int>(scheme), <=, static_cast<int>(Scheme::weno5));
-  return {};
 }
 
-/// phi of every leaf after a time step.
-LeafValues moved_values(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
-  const Method method = method_of(scheme);
+/// The parts of the way that the stages keep. Source: Shu and Osher 1988.
+std::span<const float> stage_parts(Scheme scheme) {
+  static constexpr std::array<float, 1> euler{1};
+  static constexpr std::array<float, 2> second{1, 0.5F};
+  static constexpr std::array<float, 3> third{1, 0.25F, 2.0F / 3.0F};
+  switch (scheme) {
+    case Scheme::first_order:
+      return euler;
+    case Scheme::eno2:
+      return second;
+    default:
+      return third;
+  }
+}
+
+/// phi of every leaf after a time step; move(leaf index, stage of the leaf) is asked for one stage
+/// of one leaf.
+template <class Move>
+LeafValues moved_values(const Band& band, float dt, Scheme scheme, const Move& move) {
+  const std::span<const float> parts = stage_parts(scheme);
   LeafValues before(band.leaves().size());
   LeafValues after(band.leaves().size());
-  for (std::size_t stage = 0; stage < method.parts.size(); ++stage) {
+  for (std::size_t stage = 0; stage < parts.size(); ++stage) {
     std::swap(before, after);
     const auto values = [&](std::size_t n) -> const float* {
       return stage == 0 ? band.leaves()[n].phi : before[n];
@@ -86,16 +104,32 @@ LeafValues moved_values(const Band& band, const SpeedField& field, float dt, Sch
       for (std::size_t n = begin; n < end; ++n) {
         const Leaf& leaf = band.leaves()[n];
         gather_for(scheme, band, n, values, block);
-        method.move({.before = block,
-                     .start = leaf.phi,
-                     .speed = &field.speed[n * leaf_size],
-                     .stage = {dt, method.parts[stage]},
-                     .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
-                     .after = after[n]});
+        move(n, {.before = block,
+                 .start = leaf.phi,
+                 .stage = {dt, parts[stage]},
+                 .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
+                 .after = after[n]});
       }
     });
   }
   return after;
+}
+
+LeafValues moved_by_speed(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
+  const LeafKernel kernel = upwind_kernel(scheme);
+  return moved_values(band, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+    kernel(leaf, &field.speed[n * leaf_size]);
+  });
+}
+
+LeafValues moved_by_normal(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
+  const std::vector<float> mobility = mobilities(band, field);
+  const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
+  return moved_values(band, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+    Block around;
+    gather<Block::halo>(band, n, source, around);
+    move_lax_friedrichs(leaf, around, scheme, field, n);
+  });
 }
 
 void write_back(const Band& band, const LeafValues& values) {
@@ -112,11 +146,11 @@ void write_back(const Band& band, const LeafValues& values) {
   });
 }
 
-void require_finite(const Layers& layers, const SpeedField& field) {
+void require_finite(const Layers& layers, const std::vector<float>& speed) {
   const auto& leaves = layers.top().band().leaves();
-  SCARP_ASSERT(field.speed.size(), ==, leaves.size() * leaf_size);
-  for (std::size_t n = 0; n < field.speed.size(); ++n) {
-    if (!std::isfinite(field.speed[n])) {
+  SCARP_ASSERT(speed.size(), ==, leaves.size() * leaf_size);
+  for (std::size_t n = 0; n < speed.size(); ++n) {
+    if (!std::isfinite(speed[n])) {
       const Frame& frame = layers.frame;
       const auto [i, j, k] = leaves[n / leaf_size].origin;
       const int node = static_cast<int>(n % leaf_size);
@@ -136,13 +170,21 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
 }
 
 void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
-  require_finite(layers, field);
+  require_finite(layers, field.speed);
+  for (const AngularSpeed& part : field.angular) {
+    require_finite(layers, part.amplitude);
+  }
+  // The dissipation of the scheme for speeds that depend on the normal is the jump between
+  // one-sided derivatives, which ENO2 leaves too large.
+  const bool by_normal = !field.angular.empty();
+  const Scheme used = by_normal && scheme == Scheme::eno2 ? Scheme::weno5 : scheme;
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
   Band& band = layers.top().band();
-  LeafValues moved = moved_values(band, field, scaled_dt, scheme);
+  LeafValues moved = by_normal ? moved_by_normal(band, field, scaled_dt, used)
+                               : moved_by_speed(band, field, scaled_dt, used);
   keep_standing_layers(layers, field, scaled_dt, moved);
   write_back(band, moved);
-  redistance(band, scheme);
+  redistance(band, used);
   cut_lower_layers(layers);
 }
 

@@ -20,7 +20,6 @@ struct Stage {
 struct LeafStage {
   const Block& before;
   const float* start;
-  const float* speed;
   Stage stage;
   std::array<int, 2> node_count;
   float* after;

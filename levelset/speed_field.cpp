@@ -56,13 +56,31 @@ SpeedField prescribe_speeds(const Layers& layers,
   return field;
 }
 
+SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
+                            const std::function<double(Vec3d r, MaterialId material)>& amplitude) {
+  SpeedField field = prescribe_speeds(layers, amplitude);
+  field.angular.push_back({factor, field.speed});
+  std::fill(field.speed.begin(), field.speed.end(), 0.0F);
+  update_max_speed(layers, field);
+  return field;
+}
+
 void update_max_speed(const Layers& layers, SpeedField& field) {
   const auto& leaves = layers.top().band().leaves();
+  std::vector<float> limits;
+  for (const AngularSpeed& part : field.angular) {
+    limits.push_back(static_cast<float>(part.factor.limiting_speed()));
+  }
   field.max_speed = 0;
   for (std::size_t n = 0; n < leaves.size(); ++n) {
     for (int node = 0; node < leaf_size; ++node) {
       if (std::abs(leaves[n].phi[node]) < 1) {
-        field.max_speed = std::max(field.max_speed, std::abs(field.speed[n * leaf_size + node]));
+        const std::size_t at = n * leaf_size + static_cast<std::size_t>(node);
+        float speed = std::abs(field.speed[at]);
+        for (std::size_t part = 0; part < limits.size(); ++part) {
+          speed += limits[part] * std::abs(field.angular[part].amplitude[at]);
+        }
+        field.max_speed = std::max(field.max_speed, speed);
       }
     }
   }

@@ -3,18 +3,29 @@
 #include <functional>
 #include <vector>
 
+#include "core/angular_factor.h"
 #include "core/material.h"
 #include "core/vec3.h"
 #include "levelset/layers.h"
 
 namespace scarp {
 
+/// A part of a speed that depends on the normal: at a node amplitude times factor(n), with the
+/// normal that the scheme finds there.
+///
+/// Shape: 512 amplitudes per leaf of the band. Units: nm/s.
+struct AngularSpeed {
+  AngularFactor factor;
+  std::vector<float> amplitude;
+};
+
 /// Speeds along the outward normal at the nodes of the top layer's band, > 0 grows.
 ///
 /// Valid until the layers change. Shape: 512 values per leaf of the band. Units: nm/s.
 struct SpeedField {
   std::vector<float> speed;
-  float max_speed = 0;  ///< largest magnitude at nodes next to the surface
+  std::vector<AngularSpeed> angular{};  ///< parts that depend on the normal, beside speed
+  float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
   std::vector<bool> stands_still;
 };
@@ -27,6 +38,10 @@ struct SpeedField {
 SpeedField prescribe_speeds(const Layers& layers,
                             const std::function<double(Vec3d r, MaterialId material)>& speed,
                             double dt = 0);
+
+/// Speeds that depend on the normal: amplitude(position, exposed material) times one factor.
+SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
+                            const std::function<double(Vec3d r, MaterialId material)>& amplitude);
 
 /// Sets max_speed from the speeds at nodes with |phi| < 1.
 void update_max_speed(const Layers& layers, SpeedField& field);

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "levelset/leaf_stage.h"
+#include "levelset/scheme.h"
+#include "levelset/speed_field.h"
+
+namespace scarp {
+
+/// An Euler step of phi_t = -V(x, n) |grad phi| for the nodes of a leaf, by the local
+/// Lax-Friedrichs scheme: V at the node's own normal, and along every axis a dissipation with the
+/// largest |d(V |grad phi|) / d phi_axis| that is met between the differences to the neighbours.
+///
+/// For one beam and a linear response this is the upwind scheme, without dissipation across the
+/// beam. Within three nodes of what does not move the differences are of first order: there phi
+/// has an edge that is no edge of the surface that moves, and a wrong normal undercuts a mask.
+///
+/// mobility is zero at nodes that do not move, with a halo of three nodes. scheme is first_order or
+/// weno5.
+/// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant); Toifl et al. 2019 (bounds
+/// over the stencil for rates that depend on the orientation).
+void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
+                         const SpeedField& field, std::size_t leaf_index);
+
+/// Zero where V is zero whatever the normal, positive elsewhere, also outside the band.
+///
+/// Shape: 512 values per leaf.
+std::vector<float> mobilities(const Band& band, const SpeedField& field);
+
+}  // namespace scarp

@@ -1,0 +1,270 @@
+#include "levelset/lax_friedrichs.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "core/parallel.h"
+#include "levelset/advect.h"
+#include "levelset/band.h"
+#include "surfaces.h"
+
+namespace scarp {
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+/// Moves the surface for a time in the longest stable time steps.
+void move_for(Layers& layers, double time, const std::function<SpeedField(const Layers&)>& speeds,
+              Scheme scheme = Scheme::eno2) {
+  double t = 0;
+  while (t < time) {
+    const SpeedField field = speeds(layers);
+    const double dt = std::min(time - t, stable_time_step(layers, field, 0.4));
+    advect(layers, field, dt, scheme);
+    t += dt;
+  }
+}
+
+/// Height of the surface below z = 0 above or below a point.
+double height(const LevelSet& phi, double x, double y = 0) {
+  const double step = 0.25 * phi.frame().spacing;
+  double upper = 0;
+  while (phi.distance({x, y, upper - step}) > 0) upper -= step;
+  double lower = upper - step;
+  for (int n = 0; n < 30; ++n) {
+    const double middle = 0.5 * (lower + upper);
+    (phi.distance({x, y, middle}) > 0 ? upper : lower) = middle;
+  }
+  return lower;
+}
+
+/// Angle to the horizontal, from heights a spacing to either side. Units: degrees.
+double slope(const LevelSet& phi, double x, double y = 0) {
+  const double h = phi.frame().spacing;
+  return degrees * std::atan((height(phi, x + h, y) - height(phi, x - h, y)) / (2 * h));
+}
+
+// A mesa whose top fills x < 0, with a vertical wall, under a vertical beam that removes cos^2 (1 +
+// B sin^2) of the depth of a flat field: H(x) = -max over q of (q x + Y(q)), for x in units of that
+// depth. The wall is in view down to its foot.
+
+/// The speed along the beam of a slope q.
+double beam_speed(double b, double q) {
+  return (1 + b * q * q / (1 + q * q)) / std::sqrt(1 + q * q);
+}
+
+double faceted_height(double b, double x) {
+  double highest = 1;
+  for (double q = 0; q < 20; q += 1e-3) {
+    highest = std::max(highest, q * x + beam_speed(b, q));
+  }
+  return -highest;
+}
+
+struct FacetErrors {
+  double slope = 0;  ///< largest between two places on the facet, in degrees
+  double depth = 0;  ///< relative, at the wall
+};
+
+constexpr double flat_depth = 20;  // spacings
+
+/// Which parts of the facet are asked for slopes, in units of the depth.
+struct FacetCase {
+  double b = 0;
+  double upper_edge = 0;
+  double from = 0;
+  double to = 0;
+  double wall_depth = 0;
+};
+constexpr FacetCase wide{.b = 9.3, .upper_edge = 3.32, .from = -3.1, .to = -0.3, .wall_depth = 4.2};
+constexpr FacetCase narrow{
+    .b = 2, .upper_edge = 0.52, .from = -0.44, .to = -0.15, .wall_depth = 1.42};
+
+FacetErrors facet_errors(const FacetCase& facet,
+                         const std::function<SpeedField(const Layers&)>& speeds) {
+  constexpr double wall = 0.3;
+  const int behind = static_cast<int>((facet.upper_edge + 1) * flat_depth);
+  Frame frame{.spacing = 1, .cells = {2 * behind, 1}};
+  frame.two_dimensional = true;
+  const double floor = -2 * (facet.wall_depth + 1) * flat_depth;
+  const auto mesa = [&](Vec3d r) {
+    const double x = r.x - wall;
+    const double top = x > 0 && r.z > 0 ? std::hypot(x, r.z) : std::max(x, r.z);
+    return std::min(top, r.z - floor) - 1e-3;
+  };
+  Layers layers = single_layer(frame, mesa, floor, 4);
+  move_for(layers, flat_depth, speeds);
+
+  FacetErrors errors;
+  const double h = 1 / flat_depth;
+  for (double x = facet.from; x < facet.to; x += h) {
+    const double exact =
+        degrees *
+        std::atan((faceted_height(facet.b, x + h) - faceted_height(facet.b, x - h)) / (2 * h));
+    errors.slope =
+        std::max(errors.slope, std::abs(slope(layers.top(), wall + flat_depth * x) - exact));
+  }
+  // One spacing inside the wall.
+  const double depth = height(layers.top(), wall - 1) / flat_depth;
+  errors.depth = std::abs(depth / faceted_height(facet.b, -h) - 1);
+  return errors;
+}
+
+BeamResponse milling(double b) {
+  return BeamResponse({0, 0, -1}, [=](double c) { return c * c * (1 + b * (1 - c * c)); });
+}
+
+TEST(LaxFriedrichs, FacetsAMesaUnderABeamAsTheExactSolution) {
+  for (const FacetCase& facet : {wide, narrow}) {
+    const FacetErrors errors = facet_errors(facet, [&](const Layers& layers) {
+      return prescribe_speeds(layers, milling(facet.b), [](Vec3d, MaterialId) { return -1.0; });
+    });
+    EXPECT_LT(errors.slope, 1) << facet.b;
+    EXPECT_LT(errors.depth, 0.03) << facet.b;
+  }
+}
+
+TEST(LaxFriedrichs, IsNeededForFacets) {
+  // The same speeds as numbers, which the upwind scheme takes for independent of the normal.
+  const AngularFactor factor = milling(wide.b);
+  const FacetErrors errors = facet_errors(wide, [&](const Layers& layers) {
+    SpeedField field = prescribe_speeds(
+        layers, [&](Vec3d r, MaterialId) { return -factor.value(Vec3f(layers.top().normal(r))); });
+    field.max_speed = static_cast<float>(factor.limiting_speed());
+    return field;
+  });
+  EXPECT_GT(errors.slope, 3);
+}
+
+TEST(LaxFriedrichs, KeepsWallsAndSlopesUnderABeam) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  TrenchShape shape{.width = 24.6};
+  shape.cut.depth = 10.3;
+  shape.cut.taper = 20 / degrees;
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, shape});
+  const LevelSet before = layers.top().copy();
+  const AngularFactor beam = BeamResponse({0, 0, -1}, [](double c) { return c; });
+  move_for(layers, 8, [&](const Layers& now) {
+    return prescribe_speeds(now, beam, [](Vec3d, MaterialId) { return -1.0; });
+  });
+  // Everything sinks by 8, whatever its slope; edges are rounded a little.
+  const double mouth = 0.5 * 24.6;
+  const double foot = mouth - 10.3 * std::tan(20 / degrees);
+  for (double x = 0.1; x < 29; x += 0.3) {
+    const bool at_edge = std::abs(x - mouth) < 1.2 || std::abs(x - foot) < 1.2;
+    EXPECT_NEAR(height(layers.top(), x), height(before, x) - 8, at_edge ? 0.5 : 0.1) << x;
+  }
+}
+
+// Silicon (100) in 30 % KOH at 70 degrees Celsius, in um/min, with an opening along <110>.
+
+AngularFactor koh() {
+  const double s = std::sqrt(0.5);
+  return CrystalRates({.r100 = 1, .r110 = 1.855, .r111 = 0.0073, .r311 = 1.801},
+                      {Vec3d{s, s, 0}, {-s, s, 0}, {0, 0, 1}});
+}
+
+Layers etched_in_koh(Frame frame, const Outline& opening, double time,
+                     Scheme scheme = Scheme::eno2) {
+  Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{.material = 0},
+                                MaskShape{.material = 1, .thickness = 5.4, .outline = opening}});
+  move_for(
+      layers, time,
+      [](const Layers& now) {
+        return prescribe_speeds(
+            now, koh(), [](Vec3d, MaterialId material) { return material == 0 ? -1.0 : 0.0; });
+      },
+      scheme);
+  return layers;
+}
+
+constexpr double angle_111 = 54.7356;
+
+TEST(LaxFriedrichs, SlotInKohBecomesAVGroove) {
+  constexpr double width = 24;
+  Frame frame{.spacing = 1, .cells = {40, 1}};
+  frame.two_dimensional = true;
+  // Long enough for a flat bottom to pass the tip of the groove by a third.
+  const Layers layers = etched_in_koh(frame, SlotOutline{.width = width}, 0.95 * width);
+  for (double x = 2.5; x < 0.5 * width - 2; x += 0.5) {
+    EXPECT_NEAR(slope(layers.top(), x), angle_111, 1) << x;
+  }
+  EXPECT_NEAR(height(layers.top(), 0), -std::sqrt(0.5) * width, 2);
+  // The walls start where the mask ends.
+  EXPECT_NEAR(height(layers.top(), 6), -std::sqrt(2.0) * (0.5 * width - 6), 1);
+}
+
+TEST(SlowLaxFriedrichs, SquareInKohBecomesAnInvertedPyramid) {
+  constexpr double width = 24;
+  const Frame frame{.spacing = 1, .cells = {32, 32}};
+  const Layers layers =
+      etched_in_koh(frame, RectangleOutline{.size = {width, width}}, 0.85 * width);
+  const LevelSet& phi = layers.top();
+  for (double x = 4.5; x < 0.5 * width - 2; x += 0.5) {
+    EXPECT_NEAR(slope(phi, x), angle_111, 1) << x;
+    // Four faces alike, which meet on the diagonals.
+    EXPECT_NEAR(height(phi, 0, x), height(phi, x), 1e-4);
+    EXPECT_NEAR(height(phi, -x), height(phi, x), 1e-4);
+    EXPECT_NEAR(height(phi, x, 0.5 * x), height(phi, x), 0.5) << x;
+    EXPECT_NEAR(height(phi, x), -std::sqrt(2.0) * (0.5 * width - x), 1) << x;
+  }
+  // The tip is blunt by a few spacings.
+  EXPECT_NEAR(height(phi, 0), -std::sqrt(0.5) * width, 3);
+}
+
+TEST(LaxFriedrichs, SquareInKohGetsFourSlopesAndAFlatBottom) {
+  const Frame frame{.spacing = 1, .cells = {22, 22}};
+  const Layers layers = etched_in_koh(frame, RectangleOutline{.size = {16, 16}}, 4);
+  const LevelSet& phi = layers.top();
+  EXPECT_NEAR(height(phi, 0), -4, 0.05);
+  EXPECT_NEAR(height(phi, 2, 2), -4, 0.05);
+  for (const double x : {-6.3, 6.3}) {
+    EXPECT_NEAR(std::abs(slope(phi, x)), angle_111, 3);
+    EXPECT_NEAR(height(phi, 0, x), height(phi, 6.3), 1e-4);
+    EXPECT_NEAR(height(phi, x, 3), height(phi, 6.3), 0.1);
+  }
+}
+
+TEST(LaxFriedrichs, TimeStepKnowsTheDissipation) {
+  const Frame frame{.spacing = 2, .cells = {8, 8}};
+  const Layers layers = single_layer(
+      frame, [](Vec3d r) { return r.z - 0.3; }, -8, 8);
+  const SpeedField field = prescribe_speeds(layers, koh(), [](Vec3d, MaterialId) { return -3.0; });
+  const AngularFactor::Bounds bounds = koh().bounds();
+  EXPECT_GT(bounds.slopes / std::sqrt(3.0), bounds.value);
+  EXPECT_NEAR(stable_time_step(layers, field, 0.4), 0.4 * 2 / (3 * bounds.slopes / std::sqrt(3.0)),
+              1e-6);
+}
+
+TEST(LaxFriedrichs, MirroredGeometryStaysMirroredBitForBit) {
+  for (const Scheme scheme : {Scheme::first_order, Scheme::weno5}) {
+    const Frame frame{.spacing = 1, .cells = {21, 18}};
+    const Layers layers = etched_in_koh(frame, RectangleOutline{.size = {9.3, 7.1}}, 3, scheme);
+    for (int i = 0; i <= 21; ++i) {
+      for (int j = 0; j <= 18; ++j) {
+        for (int k = -12; k < 12; ++k) {
+          ASSERT_EQ(layers.top().node(i, j, k), layers.top().node(21 - i, j, k));
+          ASSERT_EQ(layers.top().node(i, j, k), layers.top().node(i, 18 - j, k));
+        }
+      }
+    }
+  }
+}
+
+TEST(LaxFriedrichs, GivesTheSameBitsForAnyNumberOfThreads) {
+  const auto run = [](int threads) {
+    const ThreadLimit limit(threads);
+    const Frame frame{.spacing = 1, .cells = {40, 28}};
+    return hash(etched_in_koh(frame, RectangleOutline{.size = {21.3, 15.1}}, 2));
+  };
+  EXPECT_EQ(run(1), run(2));
+}
+
+}  // namespace
+}  // namespace scarp
