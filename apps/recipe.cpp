@@ -99,16 +99,15 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   options.spacing = h;
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
   options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
-  options.l_max = table.length_or_multiple("l_max", h, {.fallback = "8", .minimum = 0});
+  const std::string l_max = format_number(std::max(8.0, *options.l0 / h));
+  options.l_max = table.length_or_multiple("l_max", h, {.fallback = l_max, .minimum = 0});
   options.max_error = table.length_or_multiple(
       "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
-  if (table.has("curvature_threshold")) {
-    options.curvature_threshold = table.number("curvature_threshold", {.minimum = 0}) / h;
-  }
-  if (table.has("shape_weight")) {
-    options.shape_weight = table.number("shape_weight", {.minimum = 0});
-  }
-  if (table.has("remove")) options.remove = table.fraction("remove");
+  options.curvature_threshold =
+      table.number("curvature_threshold", {.fallback = "0", .minimum = 0}) / h;
+  options.shape_weight = table.number("shape_weight", {.fallback = "1e-6", .minimum = 0});
+  const double remove = table.fraction("remove", "1");
+  if (remove < 1) options.remove = remove;
   options.measure = false;  // max_error proves the distance
   if (!enabled) return std::nullopt;
   return options;

@@ -39,30 +39,34 @@ std::array<double, 2> read_center(const RecipeTable& table) {
 constexpr Limits radius_limits{.fallback = "0 nm", .minimum = 0};
 constexpr Limits count_limits{.fallback = "1", .minimum = 1, .maximum = 1e6};
 
+/// One of a kind has no neighbour, but may say how far away it would be.
+bool needs_pitch(const RecipeTable& table, const Repeat& repeat) {
+  return table.has("pitch") || repeat.count[0] > 1 || repeat.count[1] > 1;
+}
+
 /// Copies side by side: repeat = 3, pitch = "2 um".
 Repeat read_row(const RecipeTable& table, int along) {
   Repeat repeat;
-  if (!table.has("repeat")) return repeat;
   const auto across = static_cast<std::size_t>(1 - along);
   repeat.count[across] = static_cast<int>(table.integer("repeat", count_limits));
-  repeat.pitch[across] = table.length("pitch", positive);
+  if (needs_pitch(table, repeat)) repeat.pitch[across] = table.length("pitch", positive);
   return repeat;
 }
 
 /// Copies on a lattice: repeat = [3, 2], pitch = ["2 um", "1 um"].
 Repeat read_lattice(const RecipeTable& table) {
   Repeat repeat;
-  if (!table.has("repeat")) return repeat;
   const std::vector<double> count =
       table.quantities("repeat", Dimension::number, {2, 2}, count_limits);
-  const std::vector<double> pitch = table.quantities("pitch", Dimension::length, {2, 2}, positive);
   for (std::size_t axis = 0; axis < 2; ++axis) {
     if (count[axis] != std::floor(count[axis])) {
       table.error("repeat[" + std::to_string(axis) + "]", "is not a whole number");
     }
     repeat.count[axis] = static_cast<int>(count[axis]);
-    repeat.pitch[axis] = pitch[axis];
   }
+  if (!needs_pitch(table, repeat)) return repeat;
+  const std::vector<double> pitch = table.quantities("pitch", Dimension::length, {2, 2}, positive);
+  repeat.pitch = {pitch[0], pitch[1]};
   return repeat;
 }
 
@@ -70,10 +74,10 @@ Cut read_cut(const RecipeTable& table, const Materials& materials) {
   Cut cut;
   cut.depth = table.length("depth", positive);
   cut.taper = table.angle("taper", taper_limits);
-  if (table.has("depth_from")) cut.depth_from = table.material("depth_from", materials);
+  cut.depth_from = table.material_or("surface", "depth_from", materials);
   cut.bottom_radius = table.length("bottom_radius", radius_limits);
   cut.top_radius = table.length("top_radius", radius_limits);
-  if (table.has("through")) cut.through = table.material_list("through", materials);
+  cut.through = table.material_list_or("all", "through", materials);
   return cut;
 }
 

@@ -462,6 +462,26 @@ MaterialId RecipeTable::material(std::string_view key, const Materials& material
   return *id;
 }
 
+bool RecipeTable::is_word(std::string_view key, std::string_view word) const {
+  const auto item = find(*node_, key);
+  if (item && !(item->value.kind == TomlValue::Kind::text && item->value.text == word))
+    return false;
+  node_->record->set(key, toml_string(word));
+  return true;
+}
+
+std::optional<MaterialId> RecipeTable::material_or(std::string_view word, std::string_view key,
+                                                   const Materials& materials) const {
+  if (is_word(key, word)) return std::nullopt;
+  return material(key, materials);
+}
+
+std::vector<MaterialId> RecipeTable::material_list_or(std::string_view word, std::string_view key,
+                                                      const Materials& materials) const {
+  if (is_word(key, word)) return {};
+  return material_list(key, materials);
+}
+
 std::vector<MaterialId> RecipeTable::material_list(std::string_view key, const Materials& materials,
                                                    ListSize size) const {
   const auto item = find(*node_, key);
@@ -544,6 +564,15 @@ std::vector<RecipeTable> RecipeTable::tables(std::string_view key) const {
   tables.reserve(known.size());
   for (RecipeNode* const node : known) tables.push_back(RecipeTable(*node));
   return tables;
+}
+
+std::vector<RecipeTable> RecipeTable::tables_or_one(std::string_view key) const {
+  std::vector<RecipeTable> entries = tables(key);
+  if (!entries.empty() || find(*node_, key)) return entries;
+  std::vector<RecipeNode*>& known = node_->inner[std::string(key)];
+  known.push_back(&make_node(*node_, node_->record->append(key),
+                             indexed(inner_path(*node_, key), 0), std::nullopt));
+  return {RecipeTable(*known.front())};
 }
 
 bool RecipeTable::has(std::string_view key) const { return find(*node_, key).has_value(); }

@@ -97,8 +97,14 @@ class RecipeTable {
 
   MaterialId material(std::string_view key, const Materials& materials,
                       std::string_view fallback = {}) const;
+  /// A material; nothing for the word that stands for none of them, which is the fallback.
+  std::optional<MaterialId> material_or(std::string_view word, std::string_view key,
+                                        const Materials& materials) const;
   std::vector<MaterialId> material_list(std::string_view key, const Materials& materials,
                                         ListSize size = {}) const;
+  /// Some materials; an empty list for the word that stands for all of them, which is the fallback.
+  std::vector<MaterialId> material_list_or(std::string_view word, std::string_view key,
+                                           const Materials& materials) const;
 
   /// One value for all materials, or a table { Si = ..., default = ... } that lists at least the
   /// reachable ones.
@@ -110,6 +116,8 @@ class RecipeTable {
   RecipeTable table(std::string_view key) const;
   /// The entries of an array of tables, [[key]]; none if there is no such key.
   std::vector<RecipeTable> tables(std::string_view key) const;
+  /// The same, but one empty entry if there is no such key: its fallbacks are recorded.
+  std::vector<RecipeTable> tables_or_one(std::string_view key) const;
 
   bool has(std::string_view key) const;
   bool has_table(std::string_view key) const;  ///< the key is there and is a table
@@ -132,6 +140,8 @@ class RecipeTable {
   friend class RecipeFile;
   explicit RecipeTable(detail::RecipeNode& node) : node_(&node) {}
 
+  /// The key has the word, or is not there: then the word is recorded.
+  bool is_word(std::string_view key, std::string_view word) const;
   std::size_t choice_index(std::string_view key, std::span<const std::string_view> names,
                            std::string_view fallback) const;
   std::vector<std::size_t> choice_indices(std::string_view key,

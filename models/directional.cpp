@@ -79,14 +79,13 @@ Parameter in_beam(Parameter parameter) {
 std::vector<Directional::Beam> read_beams(const RecipeTable& step) {
   std::vector<Directional::Beam> beams;
   double sum = 0;
-  for (const RecipeTable& table : step.tables("beam")) {
+  for (const RecipeTable& table : step.tables_or_one("beam")) {
     const double theta = read_value(table, in_beam(tilt));
     const double towards = read_value(table, in_beam(azimuth));
     const double strength = read_value(table, in_beam(share));
     beams.push_back({beam_direction(theta, towards), strength});
     sum += strength;
   }
-  if (beams.empty()) return {Directional::Beam{}};
   for (Directional::Beam& beam : beams) beam.share /= sum;
   return beams;
 }

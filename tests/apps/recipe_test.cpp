@@ -117,6 +117,25 @@ TEST_F(RecipeTest, TheResolvedRecipeReadsTheSame) {
   EXPECT_EQ(read(recipe.resolved).resolved, recipe.resolved);
 }
 
+TEST_F(RecipeTest, TheResolvedRecipeHoldsDefaultsThatAreNotNumbers) {
+  std::string text = trench_recipe;
+  text.replace(text.find("model = \"single"), std::string::npos,
+               "model = \"directional\"\nduration = \"1 s\"\ndirectional_etch_rate = \"1 nm/s\"\n");
+  const std::string resolved = read(text).resolved;
+  EXPECT_THAT(resolved,
+              AllOf(HasSubstr("depth_from = \"surface\"\n"), HasSubstr("through = \"all\"\n"),
+                    HasSubstr("repeat = 1\n"), HasSubstr("curvature_threshold = 0\n"),
+                    HasSubstr("remove = 1\n"), HasSubstr("[[step.beam]]\ntilt = \"0 deg\"\n")));
+  EXPECT_EQ(read(resolved).resolved, resolved);
+  EXPECT_FALSE(read(resolved).simplify->remove.has_value());
+}
+
+TEST_F(RecipeTest, AnL0AboveTheDefaultOfLMaxRaisesItInTheResolvedRecipe) {
+  const Recipe recipe = read(trench_recipe, {"simplify.l0=10"});
+  EXPECT_DOUBLE_EQ(recipe.simplify->l_max, 1000);
+  EXPECT_THAT(recipe.resolved, HasSubstr("l_max = 10\n"));
+}
+
 TEST_F(RecipeTest, EveryRecipeInConfigsIsAccepted) {
   int count = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {

@@ -198,6 +198,31 @@ r.toml:11:5: k: a date or a time of day is not a number; write for example 1
 r.toml:12:5: l: a list is not a length; write for example "5 nm")");
 }
 
+TEST(RecipeTable, AWordStandsForNoneOrForAllMaterials) {
+  const Materials materials;
+  const RecipeFile file("a = \"Si\"\nb = \"surface\"\nd = [\"Si\", \"W\"]\ne = \"all\"\n",
+                        "r.toml");
+  EXPECT_EQ(file.root().material_or("surface", "a", materials), materials.id("Si"));
+  EXPECT_EQ(file.root().material_or("surface", "b", materials), std::nullopt);
+  EXPECT_EQ(file.root().material_or("surface", "c", materials), std::nullopt);
+  EXPECT_EQ(file.root().material_list_or("all", "d", materials).size(), 2U);
+  EXPECT_TRUE(file.root().material_list_or("all", "e", materials).empty());
+  EXPECT_TRUE(file.root().material_list_or("all", "f", materials).empty());
+  EXPECT_NO_THROW(file.finish());
+  EXPECT_EQ(file.resolved(),
+            "a = \"Si\"\nb = \"surface\"\nc = \"surface\"\nd = [\"Si\", \"W\"]\ne = \"all\"\n"
+            "f = \"all\"\n");
+}
+
+TEST(RecipeTable, AMissingArrayOfTablesMayHaveOneEntryOfFallbacks) {
+  const RecipeFile file("[[a]]\nx = 1\n[[a]]\nx = 2\n", "r.toml");
+  EXPECT_EQ(file.root().tables_or_one("a").size(), 2U);
+  const auto one = file.root().tables_or_one("b");
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one[0].number("x", {.fallback = "3"}), 3);
+  EXPECT_THAT(file.resolved(), ::testing::HasSubstr("[[b]]\nx = 3\n"));
+}
+
 TEST(RecipeTable, WritesTheHeaderOfAnInnerTableAsTomlHasIt) {
   const std::string message = errors("[[step]]\nbeam = { tilt = \"10 deg\" }\n", [](RecipeTable t) {
     for (const RecipeTable& beam : t.tables("step")[0].tables("beam")) beam.angle("tilt");

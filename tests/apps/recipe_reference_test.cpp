@@ -1,0 +1,227 @@
+// docs/recipe.md against the program: every key and every default that a recipe is read with stands
+// there, and no other.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/recipe.h"
+#include "apps/recipe_geometry.h"
+#include "core/recipe_table.h"
+#include "models/registry.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// Key to value, by table; the tables of a resolved recipe or the sections of the reference.
+using Keys = std::map<std::string, std::map<std::string, std::string>>;
+
+/// The rows of the reference's tables, each with its default, by heading: "[simplify]", "hole".
+Keys reference() {
+  Keys sections;
+  std::vector<std::string> headings;
+  std::istringstream in(text_of(fs::path(SCARP_SOURCE_DIR) / "docs/recipe.md"));
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("##", 0) == 0) {
+      headings.clear();
+      std::istringstream names(line.substr(line.find(' ') + 1));
+      for (std::string name; std::getline(names >> std::ws, name, ',');) headings.push_back(name);
+    }
+    if (line.rfind("| `", 0) != 0) continue;
+    const std::string key = line.substr(3, line.find('`', 3) - 3);
+    const std::size_t last = line.rfind(" | ", line.size() - 3);
+    for (const std::string& heading : headings) {
+      std::string& text = sections[heading][key];
+      text += line.substr(last + 3, line.size() - last - 5) + ' ';
+    }
+  }
+  return sections;
+}
+
+/// The values of a recipe of one table per kind.
+Keys tables_of(const std::string& toml) {
+  Keys tables;
+  std::string table = "Top level";
+  std::istringstream in(toml);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind('[', 0) == 0) {
+      table = line;
+    } else if (const auto equals = line.find(" = "); equals != std::string::npos) {
+      tables[table][line.substr(0, equals)] = line.substr(equals + 3);
+    }
+  }
+  return tables;
+}
+
+std::set<std::string> keys_of(const std::map<std::string, std::string>& table) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : table) keys.insert(key);
+  return keys;
+}
+
+/// A key with its default in the reference, when the recipe did not give it.
+void expect_described(const std::map<std::string, std::string>& section, const std::string& key,
+                      const std::string& value, bool was_given) {
+  const auto row = section.find(key);
+  ASSERT_NE(row, section.end()) << key << " is missing";
+  if (!was_given) {
+    EXPECT_THAT(row->second, HasSubstr('`' + value + '`')) << key;
+  }
+}
+
+constexpr const char* smallest_recipe = R"(title = "t"
+
+[domain]
+spacing = "10 nm"
+extent = ["100 nm", "100 nm"]
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[step]]
+model = "isotropic"
+name = "isotropic"
+duration = "1 s"
+etch_rate = "1 nm/s"
+)";
+
+std::string resolved(const std::string& text) {
+  const fs::path file = fs::temp_directory_path() / "scarp_recipe_reference.toml";
+  std::ofstream(file) << text;
+  const std::string result = read_recipe(file, {}).resolved;
+  fs::remove(file);
+  return result;
+}
+
+TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
+  const Keys sections = reference();
+  const Keys given = tables_of(smallest_recipe);
+  Keys known = tables_of(resolved(smallest_recipe));
+  known.erase("[[geometry]]");
+  known.erase("[[step]]");
+  EXPECT_EQ(known.size(), 6U);
+  known["[flux]"]["rays"] = "none";
+  for (const auto& [table, keys] : known) {
+    SCOPED_TRACE(table);
+    ASSERT_TRUE(sections.contains(table));
+    for (const auto& [key, value] : keys) {
+      const bool was_given = given.contains(table) && given.at(table).contains(key);
+      expect_described(sections.at(table), key, value, was_given || key == "rays");
+    }
+    EXPECT_EQ(keys_of(sections.at(table)), keys_of(keys));
+  }
+}
+
+/// A shape, its section in the reference, and how it is written.
+struct ShapeKeys {
+  const char* section;
+  std::vector<std::string> texts;
+};
+
+const std::vector<ShapeKeys> shapes{
+    {"wafer", {"shape = \"wafer\"\nmaterial = \"Si\"\n"}},
+    {"layer", {"shape = \"layer\"\nmaterial = \"Si\"\nthickness = \"1 um\"\n"}},
+    {"stack", {"shape = \"stack\"\nmaterials = [\"Si\"]\nthicknesses = [\"1 um\"]\n"}},
+    {"trench",
+     {"shape = \"trench\"\nwidth = \"1 um\"\ndepth = \"1 um\"\npitch = \"2 um\"\n",
+      "shape = \"hole\"\nradius = \"1 um\"\ndepth = \"1 um\"\npitch = [\"2 um\", \"2 um\"]\n"}},
+    {"fin",
+     {"shape = \"fin\"\nmaterial = \"Si\"\nwidth = \"1 um\"\nheight = \"1 um\"\npitch = \"2 "
+      "um\"\n"}},
+    {"mask",
+     {"shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.opening]\n"
+      "shape = \"trench\"\nwidth = \"1 um\"\npitch = \"2 um\"\n",
+      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
+      "shape = \"hole\"\nradius = \"1 um\"\npitch = [\"2 um\", \"2 um\"]\n",
+      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
+      "shape = \"rectangle\"\nsize = [\"1 um\", \"1 um\"]\n",
+      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
+      "shape = \"polygon\"\npoints = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 "
+      "um\"]]\n",
+      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
+      "shape = \"gds\"\nfile = \"none.gds\"\nlayer = 1\ndatatype = 0\n"}},
+    {"mesh", {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\n"}},
+};
+
+TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
+  Keys sections = reference();
+  EXPECT_EQ(keys_of(sections["[[geometry]]"]), std::set<std::string>{"shape"});
+  sections["trench"].merge(sections["hole"]);
+  for (const ShapeKeys& shape : shapes) {
+    SCOPED_TRACE(shape.section);
+    std::set<std::string> read{"shape"};
+    sections[shape.section].emplace("shape", "");
+    for (const std::string& text : shape.texts) {
+      const RecipeFile file("[[geometry]]\n" + text, "r.toml");
+      read_geometry(file.root().tables("geometry"), Materials(), "/");
+      const Keys given = tables_of("[[geometry]]\n" + text);
+      for (const auto& [table, keys] : tables_of(file.resolved())) {
+        if (table != "[[geometry]]") read.insert(table.substr(10, table.size() - 11));
+        for (const auto& [key, value] : keys) {
+          read.insert(key);
+          expect_described(sections[shape.section], key, value, given.at(table).contains(key));
+        }
+      }
+    }
+    EXPECT_EQ(keys_of(sections[shape.section]), read);
+  }
+}
+
+TEST(RecipeReference, HasTheParametersOfEveryModel) {
+  const Keys sections = reference();
+  for (const ModelDescription& model : models()) {
+    SCOPED_TRACE(model.name);
+    ASSERT_TRUE(sections.contains(std::string(model.name)));
+    const auto& section = sections.at(std::string(model.name));
+    std::set<std::string> names;
+    for (const Parameter& parameter : model.parameters) {
+      names.emplace(parameter.name);
+      ASSERT_TRUE(section.contains(std::string(parameter.name))) << parameter.name;
+      const std::string& text = section.at(std::string(parameter.name));
+      EXPECT_THAT(text, HasSubstr(default_text(parameter))) << parameter.name;
+    }
+    EXPECT_EQ(keys_of(section), names);
+  }
+}
+
+TEST(RecipeReference, HasTheKeysOfSteps) {
+  const Keys sections = reference();
+  EXPECT_EQ(keys_of(sections.at("[[step]]")),
+            (std::set<std::string>{"model", "name", "duration", "repeat", "step"}));
+}
+
+TEST(RecipeReference, ListsTheBuiltInMaterials) {
+  const std::string text = text_of(fs::path(SCARP_SOURCE_DIR) / "docs/recipe.md");
+  const Materials materials;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const Material& material = materials[static_cast<MaterialId>(m)];
+    const std::string name = '`' + material.name + "` ";
+    const std::size_t at = text.find(name);
+    ASSERT_NE(at, std::string::npos) << material.name;
+    EXPECT_NEAR(std::strtod(text.c_str() + at + name.size(), nullptr), material.density,
+                0.006 * material.density)
+        << material.name;
+  }
+}
+
+}  // namespace
+}  // namespace scarp
