@@ -28,7 +28,6 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
     return done;
   }
   fmt::print("{}\n", recipe.resolved);
-  if (common.quiet) return done;
   fmt::print(
       "# Cost, good to about a factor of two:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"

@@ -84,10 +84,12 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
       {"balance_error", flux.audit.balance_error()},
       {"error", flux.error},
       {"max_facet_error", flux.max_facet_error},
-      {"target_reached", flux.target_reached}};
+      {"target_reached", nullptr}};
+  // Without a target there is none to be reached.
+  if (options.rays == 0) result["target_reached"] = flux.target_reached;
   if (common.json) {
     std::cout << result.dump(2) << '\n';
-  } else if (!common.quiet) {
+  } else {
     for (const auto& [key, value] : result.items()) fmt::print("{:16} {}\n", key, value.dump());
   }
   return done;

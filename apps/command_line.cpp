@@ -8,10 +8,51 @@ namespace scarp {
 
 namespace {
 
+// Checks of our own: the parser's would print the range of a double, and accept the numbers behind
+// the names of an enum.
+CLI::Validator number(const std::string& wanted, bool (*is_wanted)(double)) {
+  return {[=](const std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && is_wanted(value)) return "";
+            return '"' + text + "\" is not " + wanted;
+          },
+          ""};
+}
+
+CLI::Validator above_zero() {
+  return number("a number above 0", [](double x) { return x > 0; });
+}
+CLI::Validator not_negative() {
+  return number("a number of 0 or more", [](double x) { return x >= 0; });
+}
+CLI::Validator probability() {
+  return number("a number in [0, 1]", [](double x) { return x >= 0 && x <= 1; });
+}
+CLI::Validator fraction_to_remove() {
+  return number("a number in [0, 1)", [](double x) { return x >= 0 && x < 1; });
+}
+
+template <class T>
+void add_choice(CLI::App& command, const std::string& option, const std::string& meaning, T& value,
+                const std::map<std::string, T>& choices) {
+  const auto choose = [&value, option, choices](const std::string& name) {
+    const auto found = choices.find(name);
+    if (found != choices.end()) {
+      value = found->second;
+      return;
+    }
+    std::string known;
+    for (const auto& choice : choices) known += (known.empty() ? "" : ", ") + choice.first;
+    throw CLI::ValidationError(option, '"' + name + "\" is none of " + known);
+  };
+  command.add_option_function<std::string>(option, choose, meaning)->type_name("NAME");
+}
+
 void add_common_options(CLI::App& command, CommonOptions& common) {
   command.add_option("--threads", common.threads, "Number of threads (default: all cores)")
-      ->check(CLI::PositiveNumber);
-  command.add_flag("--quiet", common.quiet, "Only errors and results");
+      ->check(above_zero());
+  command.add_flag("--quiet", common.quiet,
+                   "No progress and no notes: results, warnings and errors");
   command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");
 }
 
@@ -49,10 +90,11 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command
       .add_option("--spacing", options.spacing,
                   "Grid spacing the mesh came from: sizes default to what a recipe has")
-      ->check(CLI::PositiveNumber);
-  auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove");
+      ->check(above_zero());
+  auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove")
+                     ->check(fraction_to_remove());
   command.add_option("--vertices", options.vertices, "Number of vertices to keep")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->excludes(remove);
   command.add_option("--max-error", options.max_error, "Bound on the distance, both ways");
   command.add_option("--l0", options.l0, "Shortest edge wanted at features");
@@ -67,29 +109,30 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
 void add_arguments(CLI::App& command, FluxArguments& arguments) {
   FluxOptions& options = arguments.options;
   command.add_option("mesh", arguments.mesh, "Mesh: .obj .ply .stl .vtp")->required();
-  command.add_option("--sticking", arguments.sticking, "Sticking probability (default: 1)");
-  command.add_option("--source-power", arguments.source_power,
-                     "Power of the cosine of the source (default: 1)");
-  command.add_option("--engine", options.engine, "forward, gather or auto (default)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, FluxOptions::Engine>{{"auto", FluxOptions::Engine::automatic},
-                                                     {"forward", FluxOptions::Engine::forward},
-                                                     {"gather", FluxOptions::Engine::gather}}));
+  command.add_option("--sticking", arguments.sticking, "Sticking probability (default: 1)")
+      ->check(probability());
+  command
+      .add_option("--source-power", arguments.source_power,
+                  "Power of the cosine of the source (default: 1)")
+      ->check(not_negative());
+  add_choice(command, "--engine", "forward, gather or auto (default)", options.engine,
+             {{"auto", FluxOptions::Engine::automatic},
+              {"forward", FluxOptions::Engine::forward},
+              {"gather", FluxOptions::Engine::gather}});
   auto* rays = command.add_option("--rays", options.rays, "Number of rays; no target then")
-                   ->check(CLI::PositiveNumber);
+                   ->check(above_zero());
   command
       .add_option("--target-error", options.target_error,
                   "Rays are added until this error (default: 0.01)")
       ->excludes(rays);
   command.add_option("--max-rays", options.max_rays, "Cap on the rays for the target")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command.add_option("--spacing", options.spacing,
                      "Grid spacing the mesh came from (default: from its facets)");
   command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--boundary", arguments.boundary, "reflective (default) or periodic sides")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Boundary>{
-          {"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}}));
+      ->check(not_negative());
+  add_choice(command, "--boundary", "reflective (default) or periodic sides", arguments.boundary,
+             {{"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}});
   command.add_option("-o,--output", arguments.output, "Flux per facet: .vtp or .csv");
 }
 

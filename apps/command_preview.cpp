@@ -46,7 +46,6 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
     std::cout << result.dump(2) << '\n';
     return done;
   }
-  if (common.quiet) return done;
   fmt::print("{:16} {:>16} {:>14}\n", "layer, top first", "volume [um^3]", "active nodes");
   for (auto layer = result["layers"].rbegin(); layer != result["layers"].rend(); ++layer) {
     fmt::print("{:16} {:16.6g} {:14}\n", (*layer)["material"].get<std::string>(),
@@ -56,9 +55,8 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
   const Box box = bounding_box(preview.surface);
   fmt::print(
       "surface from z = {:.6g} nm to {:.6g} nm, {} facets; the lowest layer's volume counts "
-      "from z = 0\n{}\n",
-      box.lower.z, box.upper.z, preview.surface.triangles.size(),
-      (folder / "preview.svg").string());
+      "from z = 0\n{}: preview.vtp, preview.csv and preview.svg\n",
+      box.lower.z, box.upper.z, preview.surface.triangles.size(), folder.string());
   return done;
 }
 

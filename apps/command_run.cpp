@@ -49,7 +49,7 @@ class Progress {
     printed_ = now;
     shown_ = true;
     const std::string line = fmt::format(
-        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}  {}", terminal_ ? "\x1b[K" : "",
+        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
         current_step(state, recipe_).name, state.time, whole_, survey.facets.triangles.size(),
         survey.facets_full, time_left(state, now));
     fmt::print(stderr, "{}{}", line, terminal_ ? "\r" : "\n");
@@ -61,7 +61,7 @@ class Progress {
     const double done = state.time - start_time_;
     if (done <= 0) return "";
     const double wall = std::chrono::duration<double>(now - start_).count();
-    return duration_text(wall * (whole_ - state.time) / done) + " left";
+    return "  " + duration_text(wall * (whole_ - state.time) / done) + " left";
   }
 
   const Recipe& recipe_;

@@ -44,7 +44,7 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
                                       {"stopped_by", simplified.stopped_by}};
   if (common.json) {
     std::cout << result.dump(2) << '\n';
-  } else if (!common.quiet) {
+  } else {
     for (const auto& [key, value] : result.items()) fmt::print("{:22} {}\n", key, value.dump());
   }
   return done;

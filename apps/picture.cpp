@@ -17,10 +17,22 @@ constexpr double margin = 24;          // px
 constexpr double tallest = 1200;       // px, of the surface
 constexpr double headroom = 0.06;      // of the width, above and below the surface
 
-// Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008), taken
-// in the order in which materials come up from the bottom.
-constexpr std::array<const char*, 8> fills{"#b8bec6", "#5b9bd5", "#e69f00", "#4fb286",
-                                           "#cc79a7", "#f0e442", "#d55e00", "#8c6bb1"};
+constexpr double row_height = 22;   // px, of the legend
+constexpr double letter_width = 8;  // px, at most on average
+
+// Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008), for Si,
+// polySi, SiO2, Si3N4, SiGe, polymer, mask and resist.
+constexpr std::array<const char*, 8> fills{"#b8bec6", "#8c6bb1", "#5b9bd5", "#4fb286",
+                                           "#f0e442", "#d55e00", "#cc79a7", "#e69f00"};
+
+// A material has the same colour in every picture. Those without one of their own take turns of the
+// golden angle around the circle of hues, which never come back to the same hue.
+std::string fill_of(MaterialId material) {
+  if (material < fills.size()) return fills[material];
+  constexpr double golden_angle = 137.508;
+  const double hue = std::fmod(golden_angle * static_cast<double>(material), 360.0);
+  return fmt::format("hsl({:.0f}, 40%, {}%)", hue, material % 2 == 0 ? 45 : 68);
+}
 
 struct Window {
   double left = 0;
@@ -105,27 +117,60 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string legend(const ProfileView& view, const Materials& materials,
-                   const std::vector<MaterialId>& order, double y) {
-  std::string text;
+// A layer that has been consumed lies on the one below: there is nothing of it to see.
+std::vector<MaterialId> visible_materials(std::span<const LayerProfile> layers) {
+  std::vector<MaterialId> seen;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const MaterialId material = layers[k].material;
+    if (layers[k].lines.empty() || (k > 0 && layers[k].lines == layers[k - 1].lines)) continue;
+    if (std::find(seen.begin(), seen.end(), material) == seen.end()) seen.push_back(material);
+  }
+  return seen;
+}
+
+// The bar that shows the scale, with its right end at the margin, and the room that it takes.
+struct ScaleBar {
+  std::string svg;
+  double left = 0;  ///< px
+};
+
+ScaleBar scale_bar(const Window& window, double y) {
+  const double length = bar_length(window.right - window.left);
+  const std::string label = length_text(length);
+  const double end = picture_width - margin;
+  const double begin = end - length * window.scale();
+  return {
+      .svg = fmt::format("<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"#222\" stroke-width=\"3\"/>"
+                         "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
+                         begin, y + 7, end, begin - 8, y + 12, label),
+      .left = begin - 8 - letter_width * static_cast<double>(label.size())};
+}
+
+struct Legend {
+  std::string svg;
+  double height = 0;  ///< px
+};
+
+// Names in rows that end before the scale bar.
+Legend legend(const ProfileView& view, const Materials& materials, const Window& window, double y) {
+  const ScaleBar bar = scale_bar(window, y);
+  Legend result{.svg = bar.svg, .height = row_height + 8};
   double x = margin;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const std::string& name = materials[order[i]].name;
-    text += fmt::format(
+  for (const MaterialId material : visible_materials(view.layers)) {
+    const std::string& name = materials[material].name;
+    const double width = 40 + letter_width * static_cast<double>(name.size());
+    if (x > margin && x + width > bar.left) {
+      x = margin;
+      y += row_height;
+      result.height += row_height;
+    }
+    result.svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"14\" height=\"14\" fill=\"{}\"/>"
         "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-        x, y, fills[i % fills.size()], x + 20, y + 12, escaped(name));
-    x += 40 + 8.0 * static_cast<double>(name.size());
+        x, y, fill_of(material), x + 20, y + 12, escaped(name));
+    x += width;
   }
-  const Window window = window_of(view);
-  const double bar = bar_length(window.right - window.left);
-  const double end = picture_width - margin;
-  text += fmt::format(
-      "<path d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"#222\" stroke-width=\"3\"/>"
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n",
-      end - bar * window.scale(), y + 7, end, end - bar * window.scale() - 8, y + 12,
-      length_text(bar));
-  return text;
+  return result;
 }
 
 }  // namespace
@@ -133,15 +178,9 @@ std::string legend(const ProfileView& view, const Materials& materials,
 void write_svg(const std::filesystem::path& file, const ProfileView& view,
                const Materials& materials) {
   const Window window = window_of(view);
-  std::vector<MaterialId> order;
-  for (const LayerProfile& layer : view.layers) {
-    if (std::find(order.begin(), order.end(), layer.material) == order.end()) {
-      order.push_back(layer.material);
-    }
-  }
   constexpr double title_height = 30;
-  constexpr double legend_height = 30;
-  const double height = title_height + window.height() + legend_height;
+  const Legend names = legend(view, materials, window, title_height + window.height());
+  const double height = title_height + window.height() + names.height;
 
   AtomicFile out(file);
   out.write(
@@ -153,14 +192,12 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
   // From the top of the stack down: each layer is the union of itself and those below, so the
   // lower ones are painted over the upper.
   for (auto layer = view.layers.rbegin(); layer != view.layers.rend(); ++layer) {
-    const auto colour = static_cast<std::size_t>(
-        std::find(order.begin(), order.end(), layer->material) - order.begin());
     out.write(fmt::format(
         "<path d=\"{}\" fill=\"{}\" fill-rule=\"evenodd\" stroke=\"#222\" stroke-width=\"0.6\"/>\n",
-        path_of(*layer, window), fills[colour % fills.size()]));
+        path_of(*layer, window), fill_of(layer->material)));
   }
   out.write("</g>\n");
-  out.write(legend(view, materials, order, title_height + window.height()));
+  out.write(names.svg);
   out.write("</svg>\n");
   out.commit();
 }

@@ -95,6 +95,13 @@ void write_cross_section(const fs::path& folder, const std::string& stem, const 
             recipe.materials);
 }
 
+// The numbers that stand for the materials in surface_NNNN.vtp, of those in the stack.
+nlohmann::ordered_json material_numbers(const Layers& layers, const Materials& materials) {
+  nlohmann::ordered_json numbers;
+  for (const Layer& layer : layers.stack) numbers[materials[layer.material].name] = layer.material;
+  return numbers;
+}
+
 std::string machine_name() {
   std::ifstream cpu("/proc/cpuinfo");
   for (std::string line; std::getline(cpu, line);) {
@@ -114,7 +121,7 @@ double peak_memory_mb() {
 void write_surface(const fs::path& file, const State& state, const Survey& survey,
                    const Recipe& recipe) {
   const std::vector<float> speed = facet_speeds(state, survey);
-  MeshFields fields;
+  MeshFields fields{.facets = {}, .vertices = {}, .material_names = recipe.materials.names()};
   const std::vector<Species> species = current_step(state, recipe).model->species();
   for (std::size_t s = 0; s < survey.flux.size(); ++s) {
     const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
@@ -161,6 +168,7 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["state_hash"] = state_hash(state, recipe);
   summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
                           {"lowest_nm", bounding_box(survey.facets).lower.z}};
+  summary["materials"] = material_numbers(state.layers, recipe.materials);
   summary["wall_s"] = wall_seconds;
   for (const auto& [stage, seconds] : total.stages()) summary["stages_s"][stage] = seconds;
   summary["peak_memory_mb"] = peak_memory_mb();
@@ -182,7 +190,8 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
   }
   Preview preview{.layers = build_layers(recipe.frame, recipe.geometry), .surface = {}};
   preview.surface = extract_surface(preview.layers);
-  write_vtp(folder / "preview.vtp", preview.surface, {});
+  write_vtp(folder / "preview.vtp", preview.surface,
+            {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});
   write_cross_section(folder, "preview", recipe.title, preview.layers, recipe);
   return preview;
 }

@@ -102,7 +102,10 @@ bool ResultFolder::complete(const Recipe& recipe) const {
   return fs::exists(file("summary.json")) && read_text(file("recipe.toml")) == recipe.resolved;
 }
 
-void ResultFolder::start(const Recipe& recipe) {
+void ResultFolder::start(const Recipe& recipe, const Log& log) {
+  if (fs::exists(file("recipe.toml"))) {
+    log.info(fmt::format("{}: replaces the run that was here", path_.string()));
+  }
   // The mark of a complete run goes first, whatever happens on the way.
   fs::remove(file("summary.json"));
   remove_files(path_, is_result);

@@ -27,8 +27,8 @@ class ResultFolder {
   /// True when a run of the same recipe has come to its end here.
   bool complete(const Recipe& recipe) const;
 
-  /// Removes what an earlier run left and starts anew.
-  void start(const Recipe& recipe);
+  /// Removes what an earlier run left, of which the log is told, and starts anew.
+  void start(const Recipe& recipe, const Log& log);
 
   /// Reads the newest checkpoint that is whole and drops what came after it; the log is told of
   /// those passed over. Empty when there is none.

@@ -94,7 +94,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
 
   std::optional<State> resumed;
   if (options.resume) resumed = folder.resume(recipe, options.log);
-  if (!resumed) folder.start(recipe);
+  if (!resumed) folder.start(recipe, options.log);
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
   Observer observer(recipe, options.log);

@@ -13,7 +13,7 @@ namespace scarp {
 struct RunOptions {
   bool resume = false;
   const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
-  Log log{};  ///< told of voids that close or open, and of targets that were not reached
+  Log log{};  ///< told of voids, of targets that were not reached, of a run that is replaced
   /// Told after every time step; may be empty.
   std::function<void(const State&, const Survey&)> progress;
 };

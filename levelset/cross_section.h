@@ -15,6 +15,8 @@ namespace scarp {
 /// Units: nm.
 struct Polyline {
   std::vector<std::array<double, 2>> points;
+
+  friend bool operator==(const Polyline&, const Polyline&) = default;
 };
 
 /// Where the plane r[axis] = position (axis 0 or 1) cuts a mesh.

@@ -93,6 +93,18 @@ struct VtpWriter {
   }
 };
 
+/// Texts as VTK has them: the codes of their bytes, with a zero behind each text.
+std::string string_array(std::string_view name, std::span<const std::string> texts) {
+  std::string codes;
+  for (const std::string& text : texts) {
+    for (const char c : text) codes += std::to_string(static_cast<unsigned char>(c)) + ' ';
+    codes += "0\n";
+  }
+  return "    <FieldData>\n      <DataArray type=\"String\" Name=\"" + escaped(name) +
+         "\" NumberOfTuples=\"" + std::to_string(texts.size()) + "\" format=\"ascii\">\n" + codes +
+         "      </DataArray>\n    </FieldData>\n";
+}
+
 void add_polygons(VtpWriter& writer, const TriMesh& mesh) {
   std::vector<std::int32_t> connectivity;
   std::vector<std::int32_t> offsets;
@@ -282,10 +294,13 @@ std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields) {
   VtpWriter writer;
   writer.xml =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n    <Piece "
-      "NumberOfPoints=\"" +
-      std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" +
-      std::to_string(mesh.triangles.size()) + "\">\n      <PointData>\n";
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n";
+  if (!fields.material_names.empty()) {
+    writer.xml += string_array("material_names", fields.material_names);
+  }
+  writer.xml += "    <Piece NumberOfPoints=\"" + std::to_string(mesh.vertices.size()) +
+                "\" NumberOfPolys=\"" + std::to_string(mesh.triangles.size()) +
+                "\">\n      <PointData>\n";
   writer.add_fields(fields.vertices, mesh.vertices.size());
   writer.xml += "      </PointData>\n      <CellData>\n";
   if (!mesh.materials.empty()) {

@@ -22,10 +22,12 @@ struct FieldView {
 
 /// What a .vtp file carries besides the surface.
 ///
-/// Shape: one value per triangle in each array of facets, one per vertex in each of vertices.
+/// Shape: one value per triangle in each array of facets, one per vertex in each of vertices; names
+///        are those of the materials 0, 1, ..., written as the field data `material_names`.
 struct MeshFields {
   std::vector<FieldView> facets;
   std::vector<FieldView> vertices;
+  std::vector<std::string> material_names{};
 };
 
 /// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name.

@@ -421,6 +421,55 @@ TEST_F(CommandLine, ZeroRaysAndStickingOutsideItsRangeAreExitTwo) {
   EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --sticking nan").exit_code, 2);
 }
 
+TEST_F(CommandLine, AnOptionOutOfRangeIsNamedWithWhatIsAllowed) {
+  write("a.obj", pyramid);
+  const std::string flux = "flux " + path("a.obj") + " --rays 100 ";
+  const std::string simplify = "simplify " + path("a.obj") + " " + path("b.ply");
+  const std::map<std::string, std::string> messages{
+      {flux + "--sticking 2", "--sticking: \"2\" is not a number in [0, 1]\n"},
+      {flux + "--threads abc", "--threads: \"abc\" is not a number above 0\n"},
+      {flux + "--threads 0", "--threads: \"0\" is not a number above 0\n"},
+      {flux + "--engine 1", "--engine: \"1\" is none of auto, forward, gather\n"},
+      {flux + "--boundary open", "--boundary: \"open\" is none of periodic, reflective\n"},
+      {simplify + " --remove 1.5", "--remove: \"1.5\" is not a number in [0, 1)\n"}};
+  for (const auto& [line, message] : messages) {
+    const Outcome outcome = scarp(line);
+    EXPECT_EQ(outcome.exit_code, 2) << line;
+    EXPECT_THAT(outcome.messages, HasSubstr(message)) << line;
+  }
+  EXPECT_EQ(scarp(flux + "--engine forward --boundary periodic").exit_code, 0);
+}
+
+TEST_F(CommandLine, QuietKeepsResults) {
+  write("a.obj", pyramid);
+  EXPECT_THAT(scarp("flux " + path("a.obj") + " --rays 100 --quiet").out, HasSubstr("absorbed"));
+  EXPECT_THAT(scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --quiet").out,
+              HasSubstr("vertices_out"));
+  EXPECT_THAT(scarp("check " + small_trench()).out, HasSubstr("# Cost"));
+  EXPECT_THAT(scarp("preview " + small_trench("-o " + path("p"))).out, HasSubstr("preview.svg"));
+  EXPECT_EQ(scarp("run " + small_trench("-o " + path("r"))).out, "");
+}
+
+TEST_F(CommandLine, AFixedNumberOfRaysHasNoTarget) {
+  write("a.obj", pyramid);
+  EXPECT_TRUE(
+      json_of(scarp("flux " + path("a.obj") + " --rays 100 --json"))["target_reached"].is_null());
+  EXPECT_EQ(json_of(scarp("flux " + path("a.obj") + " --json"))["target_reached"], true);
+}
+
+TEST_F(CommandLine, ARunThatReplacesAnotherSaysSo) {
+  std::string loud = small_trench("-o " + path("r"));
+  loud.erase(loud.find(" --quiet"), 8);
+  EXPECT_THAT(scarp("run " + loud).messages, ::testing::Not(HasSubstr("replaces")));
+  EXPECT_THAT(scarp("run " + loud).messages, HasSubstr(path("r") + ": replaces the run"));
+}
+
+TEST_F(CommandLine, ResultsNameTheMaterials) {
+  const Outcome run = scarp("run " + small_trench("--json -o " + path("r")));
+  EXPECT_EQ(json_of(run)["materials"], (nlohmann::json{{"Si", 0}, {"SiO2", 2}}));
+  EXPECT_THAT(text_of(folder_ / "r" / "surface_0000.vtp"), HasSubstr("Name=\"material_names\""));
+}
+
 TEST_F(CommandLine, NegativeCountsAreExitTwo) {
   write("a.obj", pyramid);
   for (const char* count : {"0", "-5"}) {

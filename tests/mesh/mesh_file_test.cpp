@@ -168,6 +168,14 @@ TEST_F(MeshFile, VtpKeepsMaterials) {
   EXPECT_EQ(read_mesh(file("a.vtp")).materials, mesh.materials);
 }
 
+TEST_F(MeshFile, VtpCarriesTheNamesOfMaterials) {
+  write_vtp(file("a.vtp"), tent(), {.facets = {}, .vertices = {}, .material_names = {"Si", "W"}});
+  EXPECT_THAT(content(file("a.vtp")),
+              HasSubstr("<DataArray type=\"String\" Name=\"material_names\" NumberOfTuples=\"2\" "
+                        "format=\"ascii\">\n83 105 0\n87 0\n      </DataArray>"));
+  EXPECT_EQ(read_mesh(file("a.vtp")).triangles, tent().triangles);
+}
+
 TEST_F(MeshFile, VtpCarriesNamedArraysOnFacetsAndVertices) {
   const TriMesh mesh = tent();
   const std::vector<float> flux{0.25F, 0.5F, 0.75F, 1};
