@@ -29,11 +29,11 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   }
   fmt::print("{}\n", recipe.resolved);
   fmt::print(
-      "# Cost, good to about a factor of two:\n"
+      "# Cost, good to about a factor of three, the memory better:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
       "#   facets      {} of {} after simplification\n"
       "#   time steps  {:.0f}\n"
-      "#   rays        {:.2g} per time step\n"
+      "#   rays        {:.2g} per time step on average\n"
       "#   memory      {:.0f} MB\n"
       "#   time        {:.0f} s on this machine\n"
       "# Results would go to {}\n",

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "apps/simulator.h"
+#include "core/peak_memory.h"
 
 namespace scarp {
 
@@ -25,14 +27,10 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
   return top;
 }
 
-double time_steps(const Recipe& recipe) {
-  double count = 0;
-  for (const ProcessStep& step : recipe.steps) {
-    const double cells =
-        step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
-    count += std::max(1.0, std::ceil(cells / recipe.cfl));
-  }
-  return count;
+double time_steps(const ProcessStep& step, const Recipe& recipe) {
+  const double cells =
+      step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
+  return std::max(1.0, std::ceil(cells / recipe.cfl));
 }
 
 // The error falls with the root of the number of rays, or faster.
@@ -45,6 +43,31 @@ double ray_factor(const Survey& trial, const Recipe& recipe) {
   return factor;
 }
 
+// What one time step of a step of the recipe takes.
+struct TimeStepCost {
+  double rays = 0;
+  double seconds = 0;
+};
+
+TimeStepCost time_step_cost(const Survey& trial, const Recipe& recipe) {
+  // Mapping and advection together cost about six times as much as extraction.
+  constexpr double grid_part = 6;
+  const double factor = ray_factor(trial, recipe);
+  TimeStepCost cost{.seconds = (1 + grid_part) * trial.timer.seconds("surface") +
+                               trial.timer.seconds("simplify") +
+                               factor * trial.timer.seconds("flux")};
+  for (const FluxField& flux : trial.flux) cost.rays += factor * static_cast<double>(flux.rays);
+  return cost;
+}
+
+// What a run holds at once: what the trial did, and a time step's copies of the band.
+double memory_mb(const Layers& layers) {
+  constexpr double band_copies = 3;
+  double band = 0;
+  for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
+  return peak_memory_mb() + 1e-6 * band_copies * band;
+}
+
 }  // namespace
 
 CostEstimate estimate_cost(const Recipe& recipe) {
@@ -52,30 +75,31 @@ CostEstimate estimate_cost(const Recipe& recipe) {
   trial_recipe.flux.rays = 0;
   trial_recipe.flux.max_rays = trial_rays;
   State state = start_state(recipe);
-  begin_step(state, recipe);
-  const Survey trial = survey(state, trial_recipe);
-
   CostEstimate cost;
-  for (const Layer& layer : state.layers.stack) {
-    cost.active_nodes += layer.phi.active_count();
-    cost.memory_mb += static_cast<double>(layer.phi.memory_bytes()) / 1e6;
-  }
   cost.lowest = state.layers.top().lower();
   cost.highest = state.layers.top().upper();
-  cost.facets_full = trial.facets_full;
-  cost.facets = trial.facets.triangles.size();
-  cost.time_steps = time_steps(recipe);
-  const double factor = ray_factor(trial, recipe);
-  for (const FluxField& flux : trial.flux) {
-    cost.rays_per_time_step += factor * static_cast<double>(flux.rays);
+
+  // Repeated steps share their model: one trial is enough for all of them.
+  std::map<const SurfaceModel*, TimeStepCost> known;
+  double rays = 0;
+  for (; state.step < recipe.steps.size(); ++state.step) {
+    const ProcessStep& step = recipe.steps[state.step];
+    const auto [entry, is_new] = known.try_emplace(step.model.get());
+    if (is_new) {
+      begin_step(state, recipe);
+      const Survey trial = survey(state, trial_recipe);
+      entry->second = time_step_cost(trial, recipe);
+      cost.facets_full = std::max(cost.facets_full, trial.facets_full);
+      cost.facets = std::max(cost.facets, trial.facets.triangles.size());
+    }
+    const double count = time_steps(step, recipe);
+    cost.time_steps += count;
+    cost.seconds += count * entry->second.seconds;
+    rays += count * entry->second.rays;
   }
-  // The full mesh with its half edges, the ray scene, and the ray pools.
-  cost.memory_mb += 150 + 1e-6 * (500.0 * static_cast<double>(trial.facets_full) +
-                                  400.0 * static_cast<double>(cost.facets));
-  const double survey_seconds = trial.timer.seconds("surface") + trial.timer.seconds("simplify") +
-                                factor * trial.timer.seconds("flux");
-  // Mapping and advection cost about as much as extraction.
-  cost.seconds = cost.time_steps * (survey_seconds + 2 * trial.timer.seconds("surface"));
+  cost.rays_per_time_step = rays / cost.time_steps;
+  for (const Layer& layer : state.layers.stack) cost.active_nodes += layer.phi.active_count();
+  cost.memory_mb = memory_mb(state.layers);
   return cost;
 }
 

@@ -1,0 +1,61 @@
+#include "apps/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+
+#include "core/peak_memory.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+
+CostEstimate estimate(std::initializer_list<const char*> steps) {
+  const fs::path file = fs::temp_directory_path() / "scarp_estimate_test.toml";
+  {
+    std::ofstream out(file);
+    out << "[domain]\nspacing = \"10 nm\"\nextent = [\"100 nm\", \"100 nm\"]\n"
+           "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
+    for (const char* step : steps) out << step;
+  }
+  const CostEstimate cost = estimate_cost(read_recipe(file, {}));
+  fs::remove(file);
+  return cost;
+}
+
+// 40 nm at 0.4 spacings of 10 nm.
+constexpr const char* wet =
+    "[[step]]\nmodel = \"isotropic\"\nduration = \"40 s\"\netch_rate = \"1 nm/s\"\n";
+constexpr const char* gas =
+    "[[step]]\nmodel = \"single_particle\"\nduration = \"40 s\"\netch_rate = \"1 nm/s\"\n";
+
+TEST(Estimate, CountsTheTimeStepsOfAllSteps) {
+  EXPECT_EQ(estimate({wet}).time_steps, 10);
+  EXPECT_EQ(estimate({wet, gas}).time_steps, 20);
+}
+
+TEST(Estimate, RaysAreTheMeanOverStepsOfAnyModel) {
+  const double rays = estimate({gas}).rays_per_time_step;
+  EXPECT_GT(rays, 0);
+  EXPECT_EQ(estimate({wet}).rays_per_time_step, 0);
+  EXPECT_DOUBLE_EQ(estimate({wet, gas}).rays_per_time_step, 0.5 * rays);
+}
+
+TEST(Estimate, RepeatedStepsCountEveryTime) {
+  constexpr const char* inner =
+      "[[step]]\nrepeat = 3\n[[step.step]]\nmodel = \"isotropic\"\nduration = \"40 s\"\n"
+      "etch_rate = \"1 nm/s\"\n";
+  EXPECT_EQ(estimate({inner}).time_steps, 30);
+}
+
+TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
+  const CostEstimate cost = estimate({wet});
+  EXPECT_GT(cost.memory_mb, 10);
+  EXPECT_LT(cost.memory_mb, peak_memory_mb() + 10);
+}
+
+}  // namespace
+}  // namespace scarp
