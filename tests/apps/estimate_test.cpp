@@ -42,6 +42,7 @@ TEST(Estimate, RaysAreTheMeanOverStepsOfAnyModel) {
   EXPECT_GT(rays, 0);
   EXPECT_EQ(estimate({wet}).rays_per_time_step, 0);
   EXPECT_DOUBLE_EQ(estimate({wet, gas}).rays_per_time_step, 0.5 * rays);
+  EXPECT_DOUBLE_EQ(estimate({gas, wet}).rays_per_time_step, 0.5 * rays);
 }
 
 TEST(Estimate, RepeatedStepsCountEveryTime) {
