@@ -91,8 +91,9 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
   }
   if (end == RunEnd::interrupted) {
-    fmt::print(stderr, "interrupted; go on with: scarp run {} --resume -o {}\n", arguments.recipe,
-               folder.string());
+    // The recipe in the folder has what --set changed.
+    fmt::print(stderr, "interrupted; go on with: scarp run {} --resume -o {}\n",
+               (folder / "recipe.toml").string(), folder.string());
     return interrupted;
   }
   if (common.json) {

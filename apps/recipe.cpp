@@ -162,19 +162,19 @@ void read_advection(const RecipeTable& table, Recipe& recipe) {
   recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
 }
 
-// Reflective sides mirror a beam; a tilted one that is not symmetric about them would be another
-// process on every other copy of the domain.
+// What reflective sides mirror has to be its own mirror image, or it would be another process on
+// every other copy of the domain.
 void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
                            const Frame& frame) {
-  for (const Species& species : model.species()) {
-    if (species.source.kind != SourceLobe::Kind::beam) continue;
-    for (int axis = 0; axis < 2; ++axis) {
-      const bool tilted = std::abs(species.source.direction[axis]) > 1e-9;
-      if (!tilted || frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic) continue;
-      table.error("", fmt::format("the beam is tilted along {}, where the sides of the domain are "
-                                  "reflective and would mirror it; make them periodic",
-                                  axis == 0 ? 'x' : 'y'));
-    }
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool periodic = frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
+    if (periodic || model.is_mirror_symmetric(axis)) continue;
+    const char name = axis == 0 ? 'x' : 'y';
+    table.error(table.has("beam") ? "beam" : "",
+                fmt::format("the beams are not symmetric along {0}, where the sides of the domain "
+                            "are reflective and mirror them; make the sides periodic, or add the "
+                            "mirror image of each beam tilted along {0}, with the same share",
+                            name));
   }
 }
 

@@ -1,48 +1,114 @@
 #include "flux/beam.h"
 
-#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 
 #include "core/parallel.h"
+#include "core/random.h"
+#include "flux/patches.h"
+#include "flux/sobol.h"
 
 namespace scarp {
 
 namespace {
 
+// Points per set on a facet: a few and points near the corners, which tell whether a border crosses
+// it; many where one does.
+constexpr std::uint32_t few_points = 4;
+constexpr std::uint32_t many_points = 128;
+constexpr double near_corner = 0.01;
+constexpr std::size_t set_count = 2;
+
+constexpr std::size_t draw_count = 16;
+
 struct Visibility {
-  int points = 0;
-  int seen = 0;
-  int flights = 0;
+  double seen = 0;  // part of the facet
+  double std_error = 0;
+  std::uint64_t flights = 0;
 };
 
-// The centroids of the divisions^2 equal triangles that a facet divides into.
-template <class Visit>
-void for_each_centroid(const std::array<Vec3f, 3>& corners, int divisions, const Visit& visit) {
-  const Vec3d a = Vec3d(corners[0]);
-  const Vec3d ab = (Vec3d(corners[1]) - a) / (3.0 * divisions);
-  const Vec3d ac = (Vec3d(corners[2]) - a) / (3.0 * divisions);
-  for (int i = 0; i < divisions; ++i) {
-    for (int j = 0; i + j < divisions; ++j) {
-      visit(a + (3.0 * i + 1) * ab + (3.0 * j + 1) * ac);
-      if (i + j + 1 < divisions) visit(a + (3.0 * i + 2) * ab + (3.0 * j + 2) * ac);
-    }
-  }
+RandomStream stream_of(const FluxProblem& problem, std::size_t facet) {
+  return RandomStream(
+      {problem.options.seed, problem.options.time_step, problem.species_index, facet});
 }
 
-Visibility visibility(const RayScene& scene, std::uint32_t facet, Vec3d towards_source) {
-  Visibility result;
-  for (const int divisions : {4, 8}) {
-    result.points = 0;
-    result.seen = 0;
-    for_each_centroid(scene.corners(facet), divisions, [&](Vec3d r) {
-      ++result.points;
-      ++result.flights;
-      const Flight flight = scene.fly({.r = r, .u = towards_source, .from = facet});
-      if (flight.end == Flight::End::sky) ++result.seen;
-    });
-    if (result.seen == 0 || result.seen == result.points) break;
+class Facet {
+ public:
+  Facet(const FluxProblem& problem, std::uint32_t facet, Vec3d towards_source)
+      : scene_(problem.scene),
+        facet_(facet),
+        towards_source_(towards_source),
+        sets_(sets_of(problem, facet)) {}
+
+  // Two independent sets: half their difference is a fair sample of the error of their mean.
+  Visibility visibility() {
+    const std::uint32_t at_corners = lit_corners();
+    std::array<std::uint32_t, set_count> lit{count(0, 0, few_points), count(1, 0, few_points)};
+    const std::uint32_t all = at_corners + lit[0] + lit[1];
+    if (all == 0 || all == 3 + set_count * few_points) {
+      return {.seen = all == 0 ? 0.0 : 1.0, .flights = flights_};
+    }
+    for (std::size_t s = 0; s < set_count; ++s) lit[s] += count(s, few_points, many_points);
+    constexpr double scale = 1.0 / (set_count * many_points);
+    const double difference = static_cast<double>(lit[0]) - static_cast<double>(lit[1]);
+    return {.seen = scale * (lit[0] + lit[1]),
+            .std_error = scale * std::abs(difference),
+            .flights = flights_};
   }
-  return result;
+
+ private:
+  static std::array<ScrambledSobol, set_count> sets_of(const FluxProblem& problem,
+                                                       std::uint32_t facet) {
+    RandomStream random = stream_of(problem, facet);
+    const auto set = [&] {
+      std::array<std::uint32_t, 4> seeds{};
+      for (std::uint32_t& seed : seeds) seed = random.bits();
+      return ScrambledSobol(seeds);
+    };
+    return {set(), set()};
+  }
+
+  // At a + b (corner 1 - a) + c (corner 2 - a), from corner a.
+  bool is_lit(double b, double c) {
+    ++flights_;
+    const auto& corners = scene_.corners(facet_);
+    const Vec3d a = Vec3d(corners[0]);
+    const Vec3d r = a + b * (Vec3d(corners[1]) - a) + c * (Vec3d(corners[2]) - a);
+    return scene_.fly({.r = r, .u = towards_source_, .from = facet_}).end == Flight::End::sky;
+  }
+
+  std::uint32_t lit_corners() {
+    constexpr double far = 1 - 2 * near_corner;
+    return static_cast<std::uint32_t>(is_lit(near_corner, near_corner)) +
+           static_cast<std::uint32_t>(is_lit(far, near_corner)) +
+           static_cast<std::uint32_t>(is_lit(near_corner, far));
+  }
+
+  std::uint32_t count(std::size_t set, std::uint32_t first, std::uint32_t end) {
+    std::uint32_t lit = 0;
+    for (std::uint32_t n = first; n < end; ++n) {
+      const auto point = sets_[set].point(n);
+      // Even in the unit square to even in the triangle.
+      const double b = 1 - std::sqrt(point[0]);
+      if (is_lit(b, (1 - b) * point[1])) ++lit;
+    }
+    return lit;
+  }
+
+  const RayScene& scene_;
+  std::uint32_t facet_;
+  Vec3d towards_source_;
+  std::array<ScrambledSobol, set_count> sets_;
+  std::uint64_t flights_ = 0;
+};
+
+// Errors of different facets have nothing to do with each other: each draw gives them signs.
+double sign(const FluxProblem& problem, std::size_t facet, std::size_t draw) {
+  const std::uint32_t signs =
+      RandomStream({problem.options.seed, problem.options.time_step, problem.species_index, facet})
+          .bits();
+  return (signs >> draw) & 1U ? 1 : -1;
 }
 
 }  // namespace
@@ -51,24 +117,39 @@ FluxField trace_beam(const FluxProblem& problem) {
   const RayScene& scene = problem.scene;
   const Vec3d direction = normalized(problem.species.source.direction);
   const std::size_t facet_count = scene.facet_count();
-  Tally tally{.mean = std::vector<float>(facet_count),
-              .std_error = std::vector<float>(facet_count)};
+  std::vector<double> mean(facet_count);
+  std::vector<double> std_error(facet_count);
   std::atomic<std::uint64_t> flights = 0;
   parallel_for(facet_count, 256, [&](std::size_t begin, std::size_t end) {
     std::uint64_t flown = 0;
     for (std::size_t f = begin; f < end; ++f) {
       const double cosine = -dot(direction, scene.normal(f));
       if (cosine <= 0) continue;
-      const Visibility result = visibility(scene, static_cast<std::uint32_t>(f), -direction);
-      flown += static_cast<std::uint64_t>(result.flights);
-      tally.mean[f] = static_cast<float>(cosine * result.seen / result.points);
+      const Visibility result =
+          Facet(problem, static_cast<std::uint32_t>(f), -direction).visibility();
+      flown += result.flights;
+      mean[f] = cosine * result.seen;
+      std_error[f] = cosine * result.std_error;
     }
     flights += flown;
   });
 
   FluxAudit audit{.emitted = -direction.z * scene.source_area()};
-  for (std::size_t f = 0; f < facet_count; ++f) audit.absorbed += tally.mean[f] * scene.area(f);
-  return {.tallies = {std::move(tally)}, .audit = audit, .rays = flights, .segments = flights};
+  for (std::size_t f = 0; f < facet_count; ++f) audit.absorbed += mean[f] * scene.area(f);
+  FluxEstimate estimated = estimate(
+      scene, problem.patches,
+      {.flux = [&](std::size_t f) { return mean[f]; },
+       .deviation = [&](std::size_t f,
+                        std::size_t draw) { return sign(problem, f, draw) * std_error[f]; },
+       .deviations = draw_count,
+       .divisor = draw_count,
+       .unseen = 0});
+  return {.tallies = {std::move(estimated.tally)},
+          .audit = audit,
+          .rays = flights,
+          .segments = flights,
+          .error = estimated.error,
+          .max_facet_error = estimated.max_facet_error};
 }
 
 }  // namespace scarp

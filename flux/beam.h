@@ -6,9 +6,12 @@ namespace scarp {
 
 /// The flux of a parallel beam: max(0, -d.n) times the part of the facet that sees the source.
 ///
-/// Sees: 16 points per facet, or 64 where they differ, each by a flight against the beam. Standard
-/// errors are zero; the balance of the audit holds up to the points' resolution of shadow borders.
-/// What does not stick is not followed.
+/// Sees: 11 points per facet, 256 more where they differ, each by a flight against the beam; two
+/// scrambled Sobol sets, whose difference gives the standard error. What does not stick is not
+/// followed.
+///
+/// The sides of the domain unfold: a beam that leans towards a reflective side falls on the domain
+/// and on its mirror images alike.
 FluxField trace_beam(const FluxProblem& problem);
 
 }  // namespace scarp

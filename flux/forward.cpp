@@ -243,7 +243,9 @@ FluxAudit audit_of(const Counts& counts) {
 FluxField trace_forward(const FluxProblem& problem) {
   const FluxOptions& options = problem.options;
   const bool fixed = options.rays > 0;
-  const std::uint64_t cap = whole_batches(fixed ? options.rays : options.max_rays);
+  // A cap is never passed, unless it is below one batch.
+  const std::uint64_t most = options.max_rays / batch_count * batch_count;
+  const std::uint64_t cap = whole_batches(fixed ? options.rays : std::max<std::uint64_t>(most, 1));
   Tracer tracer(problem);
   FluxEstimate estimate;
   for (std::uint64_t rays = fixed ? cap : std::min(cap, first_round);;) {

@@ -44,12 +44,6 @@ void check_beam(const Species& species, const FluxOptions& options) {
         where + "the direction of a beam has to point down to the wafer");
   for (int axis = 0; axis < 2; ++axis) {
     const bool tilted = std::abs(d[axis]) > 1e-12 * norm;
-    const bool reflective =
-        options.sides.boundary[static_cast<std::size_t>(axis)] == Boundary::reflective;
-    check(!tilted || !reflective,
-          where +
-              "a beam tilted towards a reflective side would mix both tilts; use periodic "
-              "sides, or tilt it parallel to the side");
     check(!tilted || !options.two_dimensional || axis == 0,
           where + "in two dimensions a beam has to lie in the cross-section");
   }
@@ -78,6 +72,38 @@ std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& specie
     sticking[f] = species.sticking[mesh.materials[f]];
   }
   return sticking;
+}
+
+bool is_mirror_image(Vec3d a, Vec3d b, const Sides& sides) {
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool mirrored = sides.boundary[static_cast<std::size_t>(axis)] == Boundary::reflective;
+    const double turned = mirrored ? std::abs(a[axis]) - std::abs(b[axis]) : a[axis] - b[axis];
+    if (std::abs(turned) > 1e-12) return false;
+  }
+  return true;
+}
+
+// Between reflective sides a tilted beam falls on the domain from one side only, its mirror images
+// from the others: what they bring and what is absorbed balance in the mean of them all.
+void balance_mirror_images(std::span<const Species> species, const Sides& sides,
+                           std::span<FluxField> fields) {
+  std::vector<double> absorbed(fields.size());
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i].engine != FluxEngine::beam) continue;
+    int images = 0;
+    for (std::size_t j = 0; j < fields.size(); ++j) {
+      if (fields[j].engine != FluxEngine::beam ||
+          !is_mirror_image(normalized(species[i].source.direction),
+                           normalized(species[j].source.direction), sides)) {
+        continue;
+      }
+      absorbed[i] += fields[j].audit.absorbed;
+      ++images;
+    }
+    absorbed[i] /= images;
+  }
+  for (std::size_t i = 0; i < fields.size(); ++i)
+    if (fields[i].engine == FluxEngine::beam) fields[i].audit.absorbed = absorbed[i];
 }
 
 // Two facets per grid cell, as marching cubes gives them.
@@ -128,6 +154,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     fields[gathered[k]] = std::move(from_gather[k]);
     fields[gathered[k]].engine = FluxEngine::gather;
   }
+  balance_mirror_images(species, options.sides, fields);
   return fields;
 }
 

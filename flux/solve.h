@@ -24,8 +24,10 @@ struct FluxOptions {
   double spacing = 0;            ///< of the grid; 0: as of a mesh with two facets per grid cell
   double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
-  std::uint64_t rays = 0;        ///< fixes the number of rays and switches the target off, when > 0
-  std::uint64_t max_rays = std::uint64_t{1} << 28;
+  /// Fixes the number of rays and switches the target off, when > 0. Whole batches of 32 (forward)
+  /// or as near as whole sets on every facet come (gather).
+  std::uint64_t rays = 0;
+  std::uint64_t max_rays = std::uint64_t{1} << 28;      ///< but at least 32 (forward), 4 per facet
   std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;
   std::uint32_t time_step = 0;  ///< part of the random number's key

@@ -159,6 +159,21 @@ std::vector<float> Directional::speeds(const SurfacePoints& points,
   return speeds;
 }
 
+bool Directional::is_mirror_symmetric(int axis) const {
+  // The share of all beams along a direction.
+  const auto share_along = [&](Vec3d direction) {
+    double sum = 0;
+    for (const Beam& beam : values_.beams)
+      if (length(beam.direction - direction) < 1e-9) sum += beam.share;
+    return sum;
+  };
+  return std::all_of(values_.beams.begin(), values_.beams.end(), [&](const Beam& beam) {
+    Vec3d mirrored = beam.direction;
+    mirrored[axis] = -mirrored[axis];
+    return std::abs(share_along(beam.direction) - share_along(mirrored)) < 1e-9;
+  });
+}
+
 ModelDescription directional_description() {
   return {
       .name = "directional",
@@ -172,8 +187,8 @@ ModelDescription directional_description() {
           "move by it.",
       .limits =
           "Particles stay where they arrive; the rate depends on the angle by the cosine "
-          "alone. A tilted beam between reflective sides is refused where they would mirror "
-          "it into another process: make those sides periodic.",
+          "alone. Beams that lean towards a reflective side have to come in mirrored pairs of "
+          "equal share.",
       .source = "J. A. Sethian, D. Adalsteinsson, IEEE Trans. Semicond. Manuf. 10, 167 (1997)",
       .parameters = parameters(),
       .read = read};

@@ -38,6 +38,7 @@ class Directional final : public SurfaceModel {
   std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
+  bool is_mirror_symmetric(int axis) const override;
 
  private:
   Values values_;

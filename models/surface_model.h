@@ -34,6 +34,10 @@ class SurfaceModel {
   /// theirs, arrivals first. Units: nm/s; flux relative to the source.
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
+
+  /// Whether the process is its own mirror image along x (axis 0) or y, as reflective sides take
+  /// for granted.
+  virtual bool is_mirror_symmetric([[maybe_unused]] int axis) const { return true; }
 };
 
 /// What a step of a recipe comes to.

@@ -318,7 +318,17 @@ duration = "1 s"
 directional_etch_rate = "1 nm/s"
 beam = [{ tilt = "10 deg" }]
 )");
-  EXPECT_THAT(message_of(text), AllOf(HasSubstr("step[0]"), HasSubstr("periodic")));
+  EXPECT_THAT(message_of(text), AllOf(HasSubstr("step[0].beam"), HasSubstr("periodic")));
+  const auto with_beams = [&](const std::string& beams) {
+    std::string other = text;
+    return other.replace(other.find("beam = "), std::string::npos, "beam = [" + beams + "]\n");
+  };
+  EXPECT_EQ(
+      message_of(with_beams(R"({ tilt = "10 deg" }, { tilt = "10 deg", azimuth = "180 deg" })")),
+      "no error");
+  EXPECT_THAT(message_of(with_beams(
+                  R"({ tilt = "10 deg" }, { tilt = "10 deg", azimuth = "180 deg", share = 2 })")),
+              HasSubstr("same share"));
 }
 
 TEST_F(RecipeTest, RepeatOnAPlainStepIsOneError) {
