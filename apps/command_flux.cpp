@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -44,6 +46,19 @@ void write_output(const std::filesystem::path& file, const TriMesh& mesh, const 
   }
 }
 
+// What is neither absorbed nor escapes has found a way through the surface. The balance of gathered
+// rays holds on average.
+void warn_of_leaks(const FluxAudit& audit) {
+  constexpr double most_lost = 1e-3;
+  const double lost = audit.emitted > 0 ? audit.lost() / audit.emitted : 0;
+  const double missing = std::abs(audit.balance_error()) - 5 * audit.balance_std_error;
+  if (lost <= most_lost && missing <= most_lost) return;
+  fmt::print(stderr,
+             "warning: {:.2g} of the particles are lost: the mesh has holes, does not reach its "
+             "sides, or faces down; its outside is where vertices go round counter-clockwise\n",
+             std::max(lost, missing));
+}
+
 }  // namespace
 
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
@@ -71,6 +86,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
                flux.error, options.target_error, options.max_rays);
   }
 
+  warn_of_leaks(flux.audit);
   const double emitted = flux.audit.emitted > 0 ? flux.audit.emitted : 1;
   nlohmann::ordered_json result{
       {"engine", flux.engine == FluxEngine::gather ? "gather" : "forward"},

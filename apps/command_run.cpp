@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
+#include <csignal>
 #include <fstream>
 #include <iostream>
 
@@ -14,6 +16,14 @@ namespace scarp {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Set by the first interrupt; the second ends the process at once.
+std::atomic<bool> interrupt_requested{false};
+
+void on_interrupt(int signal) {
+  interrupt_requested = true;
+  std::signal(signal, SIG_DFL);
+}
 
 std::string duration_text(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
@@ -80,6 +90,8 @@ class Progress {
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const std::filesystem::path folder = arguments.result_folder();
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
   RunEnd end{};
   {
     Progress progress(recipe, common.quiet);

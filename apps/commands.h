@@ -1,7 +1,5 @@
 #pragma once
 
-#include <atomic>
-
 #include "apps/command_line.h"
 
 namespace scarp {
@@ -16,8 +14,5 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common);
 ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
-
-/// Set by the first interrupt from the keyboard; the second ends the process at once.
-extern const std::atomic<bool>& interrupt_requested;
 
 }  // namespace scarp

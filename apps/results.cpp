@@ -5,8 +5,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "apps/restart.h"
@@ -32,20 +34,31 @@ std::string read_text(const fs::path& file) {
   return text.str();
 }
 
-// The files of a run, told apart from a user's own by their names.
+// STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
+bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending) {
+  if (name.size() < stem.size() + 5 + ending.size() || name.rfind(stem + '_', 0) != 0 ||
+      !name.ends_with(ending)) {
+    return false;
+  }
+  return std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()) + 1,
+                     name.end() - static_cast<std::ptrdiff_t>(ending.size()),
+                     [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// What a run writes beside recipe.toml.
 bool is_result(const std::string& name) {
-  const auto starts = [&](const char* stem) { return name.rfind(stem, 0) == 0; };
-  const auto ends = [&](const char* end) { return fs::path(name).extension() == end; };
-  return name == "recipe.toml" || name == "metrics.csv" || name == "summary.json" ||
-         name == "surface.pvd" || (starts("surface_") && ends(".vtp")) ||
-         (starts("state_") && ends(".vdb")) ||
-         (starts("profile_") && (ends(".csv") || ends(".svg")));
+  return name == "metrics.csv" || name == "summary.json" || name == "surface.pvd" ||
+         name == interrupted_state || is_numbered(name, "surface", ".vtp") ||
+         is_numbered(name, "state", ".vdb") || is_numbered(name, "profile", ".csv") ||
+         is_numbered(name, "profile", ".svg");
 }
 
 // What a killed process was writing when it died: NAME.tmp-PID-N.
 bool is_temporary(const std::string& name) {
   const std::size_t ending = name.rfind(".tmp-");
-  return ending != std::string::npos && is_result(name.substr(0, ending));
+  if (ending == std::string::npos) return false;
+  const std::string target = name.substr(0, ending);
+  return target == "recipe.toml" || is_result(target);
 }
 
 bool is_checkpoint(const std::string& name) {
@@ -60,6 +73,15 @@ std::vector<std::string> lines_of(const std::string& text) {
     lines.push_back(text.substr(start, end - start));
   }
   return lines;
+}
+
+// The lines of metrics.csv up to the first that is not what it should be: the head, then a row for
+// each time step, which has its number at the end.
+std::size_t count_whole_rows(const std::vector<std::string>& lines) {
+  if (lines.empty() || lines.front() + '\n' != metrics_head) return 0;
+  std::size_t count = 1;
+  while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", count - 1))) ++count;
+  return count;
 }
 
 void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
@@ -99,10 +121,24 @@ ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)) {
 ResultFolder::~ResultFolder() { close(lock_); }
 
 bool ResultFolder::complete(const Recipe& recipe) const {
-  return fs::exists(file("summary.json")) && read_text(file("recipe.toml")) == recipe.resolved;
+  if (read_text(file("recipe.toml")) != recipe.resolved) return false;
+  const auto summary =
+      nlohmann::json::parse(read_text(file("summary.json")), nullptr, /*allow_exceptions=*/false);
+  return summary.is_object() && summary.value("complete", false);
+}
+
+void ResultFolder::require_own() const {
+  if (!fs::exists(file("recipe.toml"))) return;
+  const std::string metrics = read_text(file("metrics.csv"));
+  if (metrics.rfind("step,step_name,time_s,", 0) == 0) return;
+  throw InputError(
+      fmt::format("{}: was not written by a run, and a run would replace it; choose another folder "
+                  "with -o",
+                  file("recipe.toml").string()));
 }
 
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
+  require_own();
   if (fs::exists(file("recipe.toml"))) {
     log.info(fmt::format("{}: replaces the run that was here", path_.string()));
   }
@@ -128,7 +164,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
                     file("recipe.toml").string()));
   }
   const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
-  std::optional<Restart> restart = newest_restart(checkpoints, rows.size(), recipe, log);
+  std::optional<Restart> restart = newest_restart(checkpoints, count_whole_rows(rows), recipe, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",

@@ -28,6 +28,8 @@ class ResultFolder {
   bool complete(const Recipe& recipe) const;
 
   /// Removes what an earlier run left, of which the log is told, and starts anew.
+  ///
+  /// Throws: InputError when the folder holds a recipe.toml that no run has written.
   void start(const Recipe& recipe, const Log& log);
 
   /// Reads the newest checkpoint that is whole and drops what came after it; the log is told of
@@ -57,6 +59,7 @@ class ResultFolder {
                      const StageTimer& total, double wall_seconds);
 
  private:
+  void require_own() const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
   void write_state(const std::string& name, const State& state, const Recipe& recipe);

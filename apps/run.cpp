@@ -94,13 +94,14 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
 
   std::optional<State> resumed;
   if (options.resume) resumed = folder.resume(recipe, options.log);
-  if (!resumed) folder.start(recipe, options.log);
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
   Observer observer(recipe, options.log);
 
   begin_step(state, recipe);
-  Survey now = survey_or_save(state, recipe, folder);
+  Survey now = resumed ? survey_or_save(state, recipe, folder) : survey(state, recipe);
+  // An earlier run is not given up before this one is known to work.
+  if (!resumed) folder.start(recipe, options.log);
   total.add(now.timer);
   observer.look_at(state, now);
   if (!resumed) folder.write_output(state, now, recipe);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -16,13 +15,6 @@
 namespace scarp {
 
 namespace {
-
-std::atomic<bool> interrupt_flag{false};
-
-void on_interrupt(int signal) {
-  interrupt_flag = true;
-  std::signal(signal, SIG_DFL);
-}
 
 ExitCode run_command_line(int argc, char** argv) {
   const auto read = read_command_line(argc, argv);
@@ -40,14 +32,10 @@ ExitCode run_command_line(int argc, char** argv) {
 
 }  // namespace
 
-const std::atomic<bool>& interrupt_requested = interrupt_flag;
-
 }  // namespace scarp
 
 int main(int argc, char** argv) {
   using namespace scarp;
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
   try {
     return run_command_line(argc, argv);
   } catch (const InputError& error) {

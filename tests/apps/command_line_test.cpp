@@ -259,6 +259,22 @@ TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseRowsAreLost) {
   expect_same_run();
 }
 
+TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseRowsAreNotInOrder) {
+  const fs::path metrics = folder_ / "cut" / "metrics.csv";
+  std::string rows = text_of(metrics);
+  const std::size_t last = rows.rfind('\n', rows.size() - 2);
+  const std::size_t before = rows.rfind('\n', last - 1);
+  write("cut/metrics.csv", rows.erase(before, last - before));
+  EXPECT_EQ(resume().exit_code, 0);
+  expect_same_run();
+}
+
+TEST_F(DamagedFolder, IsNotCompleteByADamagedSummary) {
+  write("cut/summary.json", "{");
+  EXPECT_EQ(resume().exit_code, 0);
+  expect_same_run();
+}
+
 TEST_F(DamagedFolder, SaysWhatToDoWhenNoCheckpointIsWhole) {
   for (const char* state :
        {"state_0000.vdb", "state_0001.vdb", "state_0002.vdb", "state_0003.vdb"}) {
@@ -276,6 +292,37 @@ TEST_F(DamagedFolder, DropsWhatAKilledProcessWasWriting) {
   EXPECT_EQ(resume().exit_code, 0);
   EXPECT_FALSE(fs::exists(folder_ / "cut" / "surface_0001.vtp.tmp-123-0"));
   EXPECT_TRUE(fs::exists(folder_ / "cut" / "notes.tmp-1"));
+}
+
+TEST_F(CommandLine, ARunLeavesAUsersOwnFilesAlone) {
+  fs::create_directories(folder_ / "own");
+  write("own/recipe.toml", "# mine");
+  const Outcome refused = scarp("run " + small_trench("-o " + path("own")));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.messages, AllOf(HasSubstr("own/recipe.toml"), HasSubstr("-o")));
+  EXPECT_EQ(text_of(folder_ / "own" / "recipe.toml"), "# mine");
+
+  fs::remove(folder_ / "own" / "recipe.toml");
+  write("own/profile_mine.csv", "x");
+  write("own/surface_scan.vtp", "x");
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("own"))).exit_code, 0);
+  EXPECT_THAT(files("own"), ::testing::IsSupersetOf({"profile_mine.csv", "surface_scan.vtp"}));
+}
+
+TEST_F(CommandLine, ARunThatCannotStartLeavesTheOneBeforeAlone) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const auto before = files("r");
+  const Outcome refused = scarp("run " + small_trench("--set simplify.remove=1.0 -o " + path("r")));
+  EXPECT_EQ(refused.exit_code, 2) << refused.messages;
+  EXPECT_EQ(files("r"), before);
+}
+
+TEST_F(CommandLine, AMeshThatFacesDownIsAWarning) {
+  write("down.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 3 2 1\nf 4 3 1\n");
+  for (const char* engine : {"gather", "forward"}) {
+    const Outcome flux = scarp("flux " + path("down.obj") + " --engine " + engine + " --json");
+    EXPECT_THAT(flux.messages, HasSubstr("faces down")) << engine;
+  }
 }
 
 // Every time step is an output here, which has its own checkpoint.
