@@ -14,6 +14,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/temporary_folder.h"
+
 namespace {
 
 using ::testing::AllOf;
@@ -36,15 +38,6 @@ std::string text_of(const fs::path& file) {
 
 class CommandLine : public ::testing::Test {
  protected:
-  CommandLine() {
-    folder_ = fs::temp_directory_path() /
-              ("scarp_cli_" +
-               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~CommandLine() override { fs::remove_all(folder_); }
-
   Outcome scarp(const std::string& arguments) const {
     const fs::path messages = folder_ / "messages.txt";
     const std::string line =
@@ -83,7 +76,7 @@ class CommandLine : public ::testing::Test {
            more;
   }
 
-  fs::path folder_;
+  scarp::TemporaryFolder folder_;
 };
 
 nlohmann::json json_of(const Outcome& outcome) { return nlohmann::json::parse(outcome.out); }

@@ -9,6 +9,7 @@
 
 #include "apps/recipe.h"
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -19,14 +20,6 @@ namespace fs = std::filesystem;
 
 class RecipeGeometry : public testing::Test {
  protected:
-  RecipeGeometry() {
-    folder_ =
-        fs::temp_directory_path() / (std::string("scarp_geometry_") +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  ~RecipeGeometry() override { fs::remove_all(folder_); }
-
   /// A recipe whose wafer is followed by the given tables.
   Recipe read(const std::string& geometry) const {
     std::ofstream(folder_ / "r.toml") << R"([domain]
@@ -53,7 +46,7 @@ etch_rate = "1 nm/s"
     return "accepted";
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 template <class T>

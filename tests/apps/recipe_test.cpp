@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -42,14 +43,6 @@ sticking = 0.1
 
 class RecipeTest : public ::testing::Test {
  protected:
-  RecipeTest() {
-    folder_ = fs::temp_directory_path() /
-              ("scarp_recipe_" +
-               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::create_directories(folder_);
-  }
-  ~RecipeTest() override { fs::remove_all(folder_); }
-
   Recipe read(const std::string& text, const std::vector<std::string>& overrides = {}) {
     const fs::path file = folder_ / "r.toml";
     std::ofstream(file) << text;
@@ -79,7 +72,7 @@ class RecipeTest : public ::testing::Test {
     return text.replace(at, from.size(), to);
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(RecipeTest, KnowsTheSchemes) {

@@ -16,6 +16,7 @@
 #include "apps/run.h"
 #include "levelset/checkpoint.h"
 #include "levelset/cross_section.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -91,8 +92,7 @@ class TrenchGrowth : public ::testing::TestWithParam<bool> {};
 
 TEST_P(TrenchGrowth, FollowsTheMovingBoundarySolution) {
   const bool simplified = GetParam();
-  const fs::path folder =
-      fs::temp_directory_path() / (simplified ? "scarp_growth_simplified" : "scarp_growth_full");
+  const TemporaryFolder folder;
   const Recipe recipe =
       read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml",
                   {"domain.extent=[\"10 um\", \"1 um\"]",
@@ -109,7 +109,6 @@ TEST_P(TrenchGrowth, FollowsTheMovingBoundarySolution) {
           << quantity << " at flat thickness " << 0.1 * output;
     }
   }
-  fs::remove_all(folder);
 }
 
 INSTANTIATE_TEST_SUITE_P(Mesh, TrenchGrowth, ::testing::Bool(),
@@ -117,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Mesh, TrenchGrowth, ::testing::Bool(),
 
 // The same in two dimensions: a slice one cell thick, with rays in the plane.
 TEST(TrenchGrowth2d, FollowsTheMovingBoundarySolution) {
-  const fs::path folder = fs::temp_directory_path() / "scarp_growth_2d";
+  const TemporaryFolder folder;
   const Recipe recipe = read_recipe(
       fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml",
       {"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]", "domain.boundary=[\"reflective\"]"});
@@ -127,7 +126,6 @@ TEST(TrenchGrowth2d, FollowsTheMovingBoundarySolution) {
   for (const auto& [quantity, value] : expected) {
     EXPECT_NEAR(profile.at(quantity), value, 0.02 * value + tenth_cell) << quantity;
   }
-  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -22,12 +23,6 @@ using testing::HasSubstr;
 
 class AtomicFileTest : public testing::Test {
  protected:
-  AtomicFileTest() {
-    std::string pattern = (fs::temp_directory_path() / "scarp-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~AtomicFileTest() override { fs::remove_all(folder_); }
-
   static std::string content(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::ostringstream bytes;
@@ -39,7 +34,7 @@ class AtomicFileTest : public testing::Test {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(AtomicFileTest, KeepsEveryByte) {

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/recipe_table.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -53,11 +54,11 @@ TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
   EXPECT_EQ(message([] { RecipeFile{fs::path("/none/r.toml")}; }), "/none/r.toml: no such file");
   EXPECT_EQ(message([] { RecipeFile{fs::temp_directory_path()}; }),
             fs::temp_directory_path().string() + ": is a folder; give the name of a recipe");
-  const fs::path empty = fs::temp_directory_path() / "scarp_empty_recipe.toml";
+  const TemporaryFolder folder;
+  const fs::path empty = folder / "empty.toml";
   std::ofstream(empty).close();
   EXPECT_EQ(message([&] { RecipeFile{empty}; }),
             empty.string() + ": the recipe is empty; start from one in configs/");
-  fs::remove(empty);
 }
 
 /// Whoever runs the tests as root may read anything, so the child process gives that up first.
@@ -68,12 +69,13 @@ TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
 }
 
 TEST(RecipeFile, SaysThatPermissionIsMissing) {
-  const fs::path locked = fs::temp_directory_path() / "scarp_locked_recipe.toml";
+  const TemporaryFolder folder;
+  fs::permissions(folder, fs::perms::all);
+  const fs::path locked = folder / "locked_recipe.toml";
   std::ofstream(locked) << "a = 1\n";
   fs::permissions(locked, fs::perms::none);
   EXPECT_EXIT(read_without_permission(locked), testing::ExitedWithCode(2),
               "locked_recipe.toml: cannot be read; is there permission to\\?");
-  fs::remove(locked);
 }
 
 TEST(RecipeFile, TakesValuesFromTheCommandLine) {

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "levelset/advect.h"
 #include "levelset/shapes.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -18,13 +19,6 @@ using testing::ThrowsMessage;
 
 class CheckpointFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("scarp_checkpoint_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path path() const { return folder_ / "state.vdb"; }
 
   static Layers etched_wafer() {
@@ -41,7 +35,7 @@ class CheckpointFile : public testing::Test {
     return layers;
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(CheckpointFile, ComesBackBitForBit) {

@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -126,13 +127,6 @@ class GdsWriter {
 
 class Gds : public testing::Test {
  protected:
-  Gds() {
-    file_ = fs::temp_directory_path() /
-            (std::string("scarp_gds_") +
-             testing::UnitTest::GetInstance()->current_test_info()->name() + ".gds");
-  }
-  ~Gds() override { fs::remove(file_); }
-
   std::vector<Loop> read(const std::string& bytes, const GdsSelection& selection) const {
     std::ofstream(file_, std::ios::binary) << bytes;
     return read_gds(file_, selection);
@@ -154,7 +148,8 @@ class Gds : public testing::Test {
     return area(domain_loops(frame, {loops, PolygonOutline::Rule::any}));
   }
 
-  fs::path file_;
+  TemporaryFolder folder_;
+  fs::path file_ = folder_ / "layout.gds";
 };
 
 TEST_F(Gds, BoundariesAndBoxesOfTheLayerAreRead) {

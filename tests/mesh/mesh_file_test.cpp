@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -21,16 +22,6 @@ using testing::Not;
 
 class MeshFile : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("scarp_mesh_file_") + test->name();
-    for (char& c : name) c = c == '/' ? '_' : c;
-    folder_ = fs::temp_directory_path() / name;
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path file(const std::string& name) const { return folder_ / name; }
 
   fs::path file_with(const std::string& name, const std::string& content) const {
@@ -43,7 +34,7 @@ class MeshFile : public testing::Test {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 std::string message_of(const fs::path& path) {
