@@ -302,14 +302,6 @@ TEST_F(CommandLine, ARunLeavesAUsersOwnFilesAlone) {
   EXPECT_THAT(files("own"), ::testing::IsSupersetOf({"profile_mine.csv", "surface_scan.vtp"}));
 }
 
-TEST_F(CommandLine, ARunThatCannotStartLeavesTheOneBeforeAlone) {
-  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
-  const auto before = files("r");
-  const Outcome refused = scarp("run " + small_trench("--set simplify.remove=1.0 -o " + path("r")));
-  EXPECT_EQ(refused.exit_code, 2) << refused.messages;
-  EXPECT_EQ(files("r"), before);
-}
-
 TEST_F(CommandLine, AMeshThatFacesDownIsAWarning) {
   write("down.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 3 2 1\nf 4 3 1\n");
   for (const char* engine : {"gather", "forward"}) {
