@@ -82,36 +82,45 @@ std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
   return at_corners;
 }
 
-// A model speaks of points: here the three corners of every facet, with the facet's own normal, so
-// that speeds break where the surface does.
-CornerSpeeds speeds_of_material(const TriMesh& facets, const std::vector<Vec3f>& corner_normals,
-                                std::span<const std::vector<float>> corner_flux,
-                                const SurfaceModel& model, MaterialId material) {
-  const std::vector<MaterialId> everywhere(corner_normals.size(), material);
-  const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
-  const std::vector<float> speeds =
-      model.speeds({.material = everywhere, .normal = corner_normals}, views);
-  CornerSpeeds corner_speeds(facets.triangles.size());
-  for (std::size_t p = 0; p < speeds.size(); ++p) corner_speeds[p / 3][p % 3] = speeds[p];
-  return corner_speeds;
+CornerSpeeds by_facet(const std::vector<float>& at_corners) {
+  CornerSpeeds speeds(at_corners.size() / 3);
+  for (std::size_t p = 0; p < at_corners.size(); ++p) speeds[p / 3][p % 3] = at_corners[p];
+  return speeds;
 }
 
-std::vector<CornerSpeeds> speeds_at_corners(const TriMesh& facets, const State& state,
-                                            std::span<const FluxField> flux,
-                                            const SurfaceModel& model) {
+// A model speaks of points: here the three corners of every facet, with the facet's own normal, so
+// that speeds break where the surface does.
+LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
+                               std::span<const std::vector<float>> corner_flux,
+                               const SurfaceModel& model, bool by_normal, MaterialId material) {
+  const std::vector<MaterialId> everywhere(corner_normals.size(), material);
+  const SurfacePoints points{.material = everywhere, .normal = corner_normals};
+  const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
+  LayerSpeeds speeds{.speed = by_facet(model.speeds(points, views))};
+  if (by_normal) {
+    for (const std::vector<float>& part : model.amplitudes(points, views)) {
+      speeds.parts.push_back(by_facet(part));
+    }
+  }
+  return speeds;
+}
+
+std::vector<LayerSpeeds> speeds_at_corners(const TriMesh& facets, const State& state,
+                                           std::span<const FluxField> flux,
+                                           const SurfaceModel& model, bool by_normal) {
   const std::vector<Vec3f> facet_normal = facet_normals(facets);
   std::vector<Vec3f> corner_normals;
   for (const Vec3f& n : facet_normal) corner_normals.insert(corner_normals.end(), 3, n);
   const std::vector<std::vector<float>> corner_flux = flux_at_corners(facets, flux);
 
-  std::vector<CornerSpeeds> speeds;
+  std::vector<LayerSpeeds> speeds;
   for (std::size_t k = 0; k < state.layers.stack.size(); ++k) {
     const MaterialId material = state.layers.stack[k].material;
     std::size_t same = 0;
     while (state.layers.stack[same].material != material) ++same;
     speeds.push_back(
         same < k ? speeds[same]
-                 : speeds_of_material(facets, corner_normals, corner_flux, model, material));
+                 : speeds_of_material(corner_normals, corner_flux, model, by_normal, material));
   }
   return speeds;
 }
@@ -125,7 +134,7 @@ std::size_t layer_of(const State& state, MaterialId material) {
 void require_finite(const Survey& survey, const State& state, const Recipe& recipe) {
   for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
     const MaterialId material = survey.facets.materials[f];
-    for (const float speed : survey.speeds_of_layers[layer_of(state, material)][f]) {
+    for (const float speed : survey.speeds_of_layers[layer_of(state, material)].speed[f]) {
       if (std::isfinite(speed)) continue;
       const Vec3f r = survey.facets.vertices[survey.facets.triangles[f][0]];
       throw NumericalError(fmt::format(
@@ -164,8 +173,10 @@ Survey survey(const State& state, const Recipe& recipe) {
   result.facets = simplified(std::move(surface), recipe, result);
   result.flux = trace(result.facets, state, recipe, result.timer);
   require_nothing_lost(result.flux, state, recipe);
+  const SurfaceModel& model = *current_step(state, recipe).model;
+  result.factors = model.angular_factors();
   result.speeds_of_layers =
-      speeds_at_corners(result.facets, state, result.flux, *current_step(state, recipe).model);
+      speeds_at_corners(result.facets, state, result.flux, model, !result.factors.empty());
   require_finite(result, state, recipe);
   return result;
 }
@@ -174,7 +185,7 @@ std::vector<float> facet_speeds(const State& state, const Survey& survey) {
   std::vector<float> speeds(survey.facets.triangles.size());
   for (std::size_t f = 0; f < speeds.size(); ++f) {
     const std::size_t layer = layer_of(state, survey.facets.materials[f]);
-    const auto& [a, b, c] = survey.speeds_of_layers[layer][f];
+    const auto& [a, b, c] = survey.speeds_of_layers[layer].speed[f];
     speeds[f] = (a + b + c) / 3;
   }
   return speeds;
@@ -188,11 +199,13 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   const double end = state.step_start + step.duration;
   const double target = time_limit < end - 1e-9 * step.duration ? time_limit : end;
   const double left = target - state.time;
-  move.dt = cut_to(left, stable_time_step(state.layers, survey.speeds_of_layers, recipe.cfl));
+  move.dt = cut_to(
+      left, stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl));
 
   const SpeedField band = [&] {
     const auto measurement = move.timer.measure("map");
-    return extend_speeds(state.layers, survey.gas, survey.facets, survey.speeds_of_layers, move.dt);
+    return extend_speeds(state.layers, survey.gas, survey.facets, survey.speeds_of_layers,
+                         survey.factors, move.dt);
   }();
   {
     const auto measurement = move.timer.measure("advect");

@@ -36,7 +36,8 @@ struct Survey {
   double simplify_max_distance = 0;
   TriMesh facets;
   std::vector<FluxField> flux;
-  std::vector<CornerSpeeds> speeds_of_layers;
+  std::vector<LayerSpeeds> speeds_of_layers;
+  std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
   StageTimer timer;
 };
 

@@ -22,6 +22,15 @@ constexpr std::size_t set_count = 2;
 
 constexpr std::size_t draw_count = 16;
 
+// Facets that face away by less than this are asked whether they see the source, though nothing
+// arrives on them: a wall along the beam does.
+constexpr double facing_away = 1e-6;
+
+// On facets this near to the beam's direction flights start off the facet, by this part of its
+// size: otherwise they run within the wall, which hides itself by rounding.
+constexpr double grazing = 0.01;
+constexpr double off_facet = 0.01;
+
 struct Visibility {
   double seen = 0;  // part of the facet
   double std_error = 0;
@@ -39,7 +48,10 @@ class Facet {
       : scene_(problem.scene),
         facet_(facet),
         towards_source_(towards_source),
-        sets_(sets_of(problem, facet)) {}
+        sets_(sets_of(problem, facet)) {
+    const Vec3d n = scene_.normal(facet);
+    if (dot(towards_source, n) < grazing) offset_ = off_facet * std::sqrt(scene_.area(facet)) * n;
+  }
 
   // Two independent sets: half their difference is a fair sample of the error of their mean.
   Visibility visibility() {
@@ -74,7 +86,7 @@ class Facet {
     ++flights_;
     const auto& corners = scene_.corners(facet_);
     const Vec3d a = Vec3d(corners[0]);
-    const Vec3d r = a + b * (Vec3d(corners[1]) - a) + c * (Vec3d(corners[2]) - a);
+    const Vec3d r = a + b * (Vec3d(corners[1]) - a) + c * (Vec3d(corners[2]) - a) + offset_;
     return scene_.fly({.r = r, .u = towards_source_, .from = facet_}).end == Flight::End::sky;
   }
 
@@ -100,6 +112,7 @@ class Facet {
   std::uint32_t facet_;
   Vec3d towards_source_;
   std::array<ScrambledSobol, set_count> sets_;
+  Vec3d offset_;
   std::uint64_t flights_ = 0;
 };
 
@@ -119,17 +132,22 @@ FluxField trace_beam(const FluxProblem& problem) {
   const std::size_t facet_count = scene.facet_count();
   std::vector<double> mean(facet_count);
   std::vector<double> std_error(facet_count);
+  Tally visible{.quantity = Tally::Quantity::visibility,
+                .mean = std::vector<float>(facet_count),
+                .std_error = std::vector<float>(facet_count)};
   std::atomic<std::uint64_t> flights = 0;
   parallel_for(facet_count, 256, [&](std::size_t begin, std::size_t end) {
     std::uint64_t flown = 0;
     for (std::size_t f = begin; f < end; ++f) {
       const double cosine = -dot(direction, scene.normal(f));
-      if (cosine <= 0) continue;
+      if (cosine < -facing_away) continue;
       const Visibility result =
           Facet(problem, static_cast<std::uint32_t>(f), -direction).visibility();
       flown += result.flights;
-      mean[f] = cosine * result.seen;
-      std_error[f] = cosine * result.std_error;
+      visible.mean[f] = static_cast<float>(result.seen);
+      visible.std_error[f] = static_cast<float>(result.std_error);
+      mean[f] = std::max(cosine, 0.0) * result.seen;
+      std_error[f] = std::max(cosine, 0.0) * result.std_error;
     }
     flights += flown;
   });
@@ -144,7 +162,7 @@ FluxField trace_beam(const FluxProblem& problem) {
        .deviations = draw_count,
        .divisor = draw_count,
        .unseen = 0});
-  return {.tallies = {std::move(estimated.tally)},
+  return {.tallies = {std::move(estimated.tally), std::move(visible)},
           .audit = audit,
           .rays = flights,
           .segments = flights,

@@ -4,7 +4,8 @@
 
 namespace scarp {
 
-/// The flux of a parallel beam: max(0, -d.n) times the part of the facet that sees the source.
+/// The flux of a parallel beam: max(0, -d.n) times the part of the facet that sees the source; that
+/// part is a second tally.
 ///
 /// Sees: 11 points per facet, 256 more where they differ, each by a flight against the beam; two
 /// scrambled Sobol sets, whose difference gives the standard error. What does not stick is not

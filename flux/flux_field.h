@@ -10,7 +10,10 @@ namespace scarp {
 ///
 /// Shape: mean and std_error one per facet.
 struct Tally {
-  enum class Quantity { arrivals };
+  enum class Quantity {
+    arrivals,
+    visibility,  ///< the part of a facet from which the source is in sight; of beams only
+  };
   Quantity quantity = Quantity::arrivals;
   std::vector<float> mean{};
   std::vector<float> std_error{};

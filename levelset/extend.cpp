@@ -28,22 +28,25 @@ constexpr double least_gradient = 0.5;
 
 class Extension {
  public:
-  /// speed_at(leaf, node, closest point) is asked at nodes next to the surface.
-  using SpeedAt = std::function<float(std::size_t, int, const ClosestPoint&)>;
+  /// values_at(leaf, node, closest point, values) is asked at nodes next to the surface.
+  using ValuesAt =
+      std::function<void(std::size_t, int, const ClosestPoint&, std::span<float> values)>;
 
-  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, SpeedAt speed_at)
+  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, ValuesAt values_at)
       : frame_(layers.frame),
         sides_(layers.frame.sides()),
         band_(layers.top().band()),
         gas_(gas),
         facets_(facets),
         tree_(facets),
-        speed_at_(std::move(speed_at)) {}
+        values_at_(std::move(values_at)) {}
 
-  std::vector<float> run();
+  /// Shape: 512 per leaf, of each of the given number of values.
+  std::vector<std::vector<float>> run(std::size_t value_count) const;
 
  private:
-  void query_leaf(std::size_t n, Block& block, float* speed) const;
+  void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
+  ClosestPoint query(const Leaf& leaf, int node, const float* p, const ClosestPoint& last) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
   double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
   std::vector<double> shifts(int axis, double position, double limit) const;
@@ -55,7 +58,7 @@ class Extension {
   const OpenGas& gas_;
   const TriMesh& facets_;
   TriangleTree tree_;
-  SpeedAt speed_at_;
+  ValuesAt values_at_;
 };
 
 Vec3d central_gradient(const float* p) {
@@ -141,10 +144,12 @@ double Extension::bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const
   return 1.000001 * closest_on_triangle(r, corners(facets_, last.triangle)).distance;
 }
 
-void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
+void Extension::query_leaf(std::size_t n, Block& block,
+                           std::vector<std::vector<float>>& fields) const {
   const Leaf& leaf = band_.leaves()[n];
   gather(
       band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+  std::vector<float> values(fields.size());
   ClosestPoint last;
   for (int node = 0; node < leaf_size; ++node) {
     const int i = node >> 6;
@@ -154,20 +159,32 @@ void Extension::query_leaf(std::size_t n, Block& block, float* speed) const {
     if (std::abs(leaf.phi[node]) >= LevelSet::half_width || !is_next_to_surface(p)) {
       continue;
     }
-    if (is_void(n, node, block)) {
-      speed[node] = 0;
-      continue;
+    std::fill(values.begin(), values.end(), 0.0F);
+    if (!is_void(n, node, block)) {
+      last = query(leaf, node, p, last);
+      if (last.found()) {
+        values_at_(n, node, last, values);
+      }
     }
-    // In two dimensions both rows of nodes ask at the same point.
-    const Vec3d r{frame_.node_position(0, leaf.origin[0] + i),
-                  frame_.two_dimensional ? 0.0 : frame_.node_position(1, leaf.origin[1] + j),
-                  frame_.node_position(2, leaf.origin[2] + k)};
-    const Vec3d gradient = central_gradient(p);
-    const double limit = (std::abs(*p) + own_surface) * frame_.spacing;
-    const ClosestPoint found = closest(r, gradient, std::min(limit, bound(r, gradient, last)));
-    speed[node] = found.found() ? speed_at_(n, node, found) : 0.0F;
-    last = found;
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      fields[v][n * leaf_size + static_cast<std::size_t>(node)] = values[v];
+    }
   }
+}
+
+/// The closest point to a node next to the surface; last answered for the node before.
+ClosestPoint Extension::query(const Leaf& leaf, int node, const float* p,
+                              const ClosestPoint& last) const {
+  const int i = leaf.origin[0] + (node >> 6);
+  const int j = leaf.origin[1] + ((node >> 3) & 7);
+  const int k = leaf.origin[2] + (node & 7);
+  // In two dimensions both rows of nodes ask at the same point.
+  const Vec3d r{frame_.node_position(0, i),
+                frame_.two_dimensional ? 0.0 : frame_.node_position(1, j),
+                frame_.node_position(2, k)};
+  const Vec3d gradient = central_gradient(p);
+  const double limit = (std::abs(*p) + own_surface) * frame_.spacing;
+  return closest(r, gradient, std::min(limit, bound(r, gradient, last)));
 }
 
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
@@ -185,18 +202,21 @@ float carried_speed(const float* phi, const float* speed) {
   return weights > 0 ? static_cast<float>(sum / weights) : no_value;
 }
 
-std::vector<float> Extension::run() {
-  std::vector<float> speed(band_.leaves().size() * leaf_size, no_value);
+std::vector<std::vector<float>> Extension::run(std::size_t value_count) const {
+  std::vector<std::vector<float>> fields(
+      value_count, std::vector<float>(band_.leaves().size() * leaf_size, no_value));
   parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
-      query_leaf(n, block, &speed[n * leaf_size]);
+      query_leaf(n, block, fields);
     }
   });
-  carry_outward(band_, speed, carried_speed);
-  // What no surface reaches does not move.
-  std::replace(speed.begin(), speed.end(), no_value, 0.0F);
-  return speed;
+  for (std::vector<float>& field : fields) {
+    carry_outward(band_, field, carried_speed);
+    // What no surface reaches does not move.
+    std::replace(field.begin(), field.end(), no_value, 0.0F);
+  }
+  return fields;
 }
 
 }  // namespace
@@ -211,6 +231,29 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
   return static_cast<float>(speed);
 }
 
+/// A node next to the surface, the layer that is seen there, and how fast that one moves.
+struct SeenAt {
+  std::size_t leaf;
+  int node;
+  std::size_t layer;
+  float speed;
+};
+
+/// The mean over dt of the speed at a point of a facet, from layer to layer.
+float mean_speed(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
+                 const SeenAt& seen, const ClosestPoint& point, double dt) {
+  if (seen.speed >= 0 || seen.layer == 0) {
+    return seen.speed;
+  }
+  std::vector<float> speeds(seen.layer + 1);
+  for (std::size_t layer = 0; layer <= seen.layer; ++layer) {
+    speeds[layer] = speed_on_facet(speeds_of_layers[layer].speed[point.triangle], point);
+  }
+  std::vector<float> depth;
+  find_depths(layers, surface_point(layers, seen.leaf, seen.node), depth);
+  return speed_through_layers(speeds, depth, seen.layer, static_cast<float>(dt));
+}
+
 bool is_zero(const CornerSpeeds& speeds) {
   return std::all_of(speeds.begin(), speeds.end(), [](const std::array<float, 3>& corners) {
     return corners == std::array<float, 3>{0, 0, 0};
@@ -222,38 +265,55 @@ bool is_zero(const CornerSpeeds& speeds) {
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds) {
   SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
-  const auto speed_at = [&](std::size_t, int, const ClosestPoint& point) {
-    return speed_on_facet(corner_speeds[point.triangle], point);
+  const auto speed_at = [&](std::size_t, int, const ClosestPoint& point, std::span<float> values) {
+    values[0] = speed_on_facet(corner_speeds[point.triangle], point);
   };
   SpeedField field;
-  field.speed = Extension(layers, gas, facets, speed_at).run();
+  field.speed = std::move(Extension(layers, gas, facets, speed_at).run(1).front());
   update_max_speed(layers, field);
   return field;
 }
 
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const CornerSpeeds> speeds_of_layers, double dt) {
+  std::vector<LayerSpeeds> parts;
+  for (const CornerSpeeds& speeds : speeds_of_layers) {
+    parts.push_back({.speed = speeds});
+  }
+  return extend_speeds(layers, gas, facets, parts, {}, dt);
+}
+
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const LayerSpeeds> speeds_of_layers,
+                         std::span<const AngularFactor> factors, double dt) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
   const std::vector<std::uint16_t> exposed = exposed_layers(layers);
-  const auto speed_at = [&](std::size_t leaf, int node, const ClosestPoint& point) {
+  const auto values_at = [&](std::size_t leaf, int node, const ClosestPoint& point,
+                             std::span<float> values) {
     const std::size_t seen = exposed[leaf * leaf_size + static_cast<std::size_t>(node)];
-    const float speed = speed_on_facet(speeds_of_layers[seen][point.triangle], point);
-    if (speed >= 0 || seen == 0) {
-      return speed;
+    const LayerSpeeds& of_seen = speeds_of_layers[seen];
+    const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
+    const float mean = mean_speed(layers, speeds_of_layers, {leaf, node, seen, speed}, point, dt);
+    if (factors.empty()) {
+      values[0] = mean;
+      return;
     }
-    std::vector<float> speeds(seen + 1);
-    for (std::size_t layer = 0; layer <= seen; ++layer) {
-      speeds[layer] = speed_on_facet(speeds_of_layers[layer][point.triangle], point);
+    const float scale = speed != 0 ? mean / speed : 1.0F;
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);
     }
-    std::vector<float> depth;
-    find_depths(layers, surface_point(layers, leaf, node), depth);
-    return speed_through_layers(speeds, depth, seen, static_cast<float>(dt));
   };
+  auto fields = Extension(layers, gas, facets, values_at).run(1 + factors.size());
   SpeedField field;
-  field.speed = Extension(layers, gas, facets, speed_at).run();
-  for (const CornerSpeeds& speeds : speeds_of_layers) {
-    SCARP_ASSERT(facets.triangles.size(), ==, speeds.size());
-    field.stands_still.push_back(is_zero(speeds));
+  field.speed = std::move(fields[0]);
+  for (std::size_t part = 0; part < factors.size(); ++part) {
+    field.angular.push_back({factors[part], std::move(fields[1 + part])});
+  }
+  for (const LayerSpeeds& layer : speeds_of_layers) {
+    SCARP_ASSERT(facets.triangles.size(), ==, layer.speed.size());
+    SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
+    field.stands_still.push_back(is_zero(layer.speed) &&
+                                 std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
   }
   update_max_speed(layers, field);
   return field;
@@ -261,13 +321,35 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
 
 double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
                         double cfl) {
+  std::vector<LayerSpeeds> parts;
+  for (const CornerSpeeds& speeds : speeds_of_layers) {
+    parts.push_back({.speed = speeds});
+  }
+  return stable_time_step(layers, parts, {}, cfl);
+}
+
+double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
+                        std::span<const AngularFactor> factors, double cfl) {
   const std::vector<bool> in_reach = layers_within(layers, 2);
+  std::vector<double> weights{1};
+  for (const AngularFactor& factor : factors) {
+    weights.push_back(factor.limiting_speed());
+  }
   double fastest = 0;
   for (std::size_t layer = 0; layer < speeds_of_layers.size(); ++layer) {
-    for (const auto& corners : speeds_of_layers[layer]) {
-      for (const float speed : corners) {
-        fastest =
-            in_reach[layer] ? std::max(fastest, std::abs(static_cast<double>(speed))) : fastest;
+    if (!in_reach[layer]) {
+      continue;
+    }
+    const LayerSpeeds& speeds = speeds_of_layers[layer];
+    const std::span<const CornerSpeeds> parts =
+        factors.empty() ? std::span(&speeds.speed, 1) : std::span(speeds.parts);
+    for (std::size_t f = 0; f < speeds.speed.size(); ++f) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double speed = 0;
+        for (std::size_t v = 0; v < parts.size(); ++v) {
+          speed += weights[v] * std::abs(static_cast<double>(parts[v][f][c]));
+        }
+        fastest = std::max(fastest, speed);
       }
     }
   }

@@ -38,9 +38,30 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const CornerSpeeds> speeds_of_layers, double dt);
 
+/// How one layer would move if it were seen, with speeds that depend on the normal.
+struct LayerSpeeds {
+  CornerSpeeds speed;  ///< at the facets' own normals
+  /// What speed consists of: the part that does not depend on the normal, then the amplitude of
+  /// every factor. Empty where there are no factors.
+  std::vector<CornerSpeeds> parts{};
+};
+
+/// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
+/// seen, scaled where the surface passes from layer to layer within dt.
+///
+/// Shape: speeds_of_layers[k].parts has one entry more than factors.
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const LayerSpeeds> speeds_of_layers,
+                         std::span<const AngularFactor> factors, double dt);
+
 /// The time in which the fastest layer moves by cfl spacings, of those layers that are seen or lie
 /// within two spacings below the surface. Units: s.
 double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
                         double cfl);
+
+/// The same for speeds that depend on the normal, whose kinks may run faster than the surface
+/// moves.
+double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
+                        std::span<const AngularFactor> factors, double cfl);
 
 }  // namespace scarp

@@ -27,7 +27,7 @@ struct SpeedField {
   std::vector<AngularSpeed> angular{};  ///< parts that depend on the normal, beside speed
   float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
-  std::vector<bool> stands_still;
+  std::vector<bool> stands_still{};
 };
 
 /// Speeds given as a function of position and exposed material, at every node of the band.

@@ -148,7 +148,7 @@ std::vector<float> Directional::speeds(const SurfacePoints& points,
     for (std::size_t b = 0; b < values_.beams.size(); ++b) {
       const Beam& beam = values_.beams[b];
       const double facing = values_.visibility
-                                ? flux[b][p]
+                                ? flux[b * flux.size() / values_.beams.size()][p]
                                 : std::max(0.0, -dot(beam.direction, Vec3d(points.normal[p])));
       arrivals += beam.share * facing;
     }
@@ -172,6 +172,31 @@ bool Directional::is_mirror_symmetric(int axis) const {
     mirrored[axis] = -mirrored[axis];
     return std::abs(share_along(beam.direction) - share_along(mirrored)) < 1e-9;
   });
+}
+
+std::vector<AngularFactor> Directional::angular_factors() const {
+  std::vector<AngularFactor> factors;
+  for (const Beam& beam : values_.beams) {
+    factors.push_back(BeamResponse(beam.direction, [](double cosine) { return cosine; }));
+  }
+  return factors;
+}
+
+std::vector<std::vector<float>> Directional::amplitudes(
+    const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+  const std::size_t count = points.material.size();
+  std::vector<std::vector<float>> parts(1 + values_.beams.size(), std::vector<float>(count));
+  for (std::size_t p = 0; p < count; ++p) {
+    const MaterialId material = points.material[p];
+    parts[0][p] = values_.isotropic_speed[material];
+    for (std::size_t b = 0; b < values_.beams.size(); ++b) {
+      // Of a beam the second tally is the part of the point that sees the source.
+      const float seen = values_.visibility ? flux[2 * b + 1][p] : 1.0F;
+      parts[1 + b][p] =
+          values_.directional_speed[material] * static_cast<float>(values_.beams[b].share) * seen;
+    }
+  }
+  return parts;
 }
 
 ModelDescription directional_description() {

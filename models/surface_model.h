@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/angular_factor.h"
 #include "core/material.h"
 #include "core/vec3.h"
 #include "flux/species.h"
@@ -38,6 +39,20 @@ class SurfaceModel {
   /// Whether the process is its own mirror image along x (axis 0) or y, as reflective sides take
   /// for granted.
   virtual bool is_mirror_symmetric([[maybe_unused]] int axis) const { return true; }
+
+  /// The functions of the normal that the speeds depend on, as far as the model knows them; none if
+  /// speeds depend on the normal through the flux alone. With factors the surface is moved by a
+  /// scheme that takes them at its own normals.
+  virtual std::vector<AngularFactor> angular_factors() const { return {}; }
+
+  /// The parts of the speed where there are factors: speeds() is the first part plus, for every
+  /// factor, its amplitude times the factor at the normal.
+  ///
+  /// Shape: one entry more than factors, of an entry per point each. Units: nm/s.
+  virtual std::vector<std::vector<float>> amplitudes(
+      const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+    return {speeds(points, flux)};
+  }
 };
 
 /// What a step of a recipe comes to.

@@ -40,6 +40,10 @@ TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {
   const auto normals = facet_normals(shape.mesh);
   for (std::size_t f = 0; f < normals.size(); ++f)
     EXPECT_EQ(flux.arrivals().mean[f], normals[f].z > 0.5F ? 1 : 0);
+  // In sight of the source they are.
+  ASSERT_EQ(flux.tallies.size(), 2U);
+  EXPECT_EQ(flux.tallies[1].quantity, Tally::Quantity::visibility);
+  for (const float seen : flux.tallies[1].mean) EXPECT_EQ(seen, 1);
 }
 
 // A trench of width 20, a beam with slope 1 in 2: the edge throws a shadow of half the depth, and
@@ -51,13 +55,16 @@ TEST(Beam, ThrowsTheShadowOfTheEdge) {
   const auto areas = facet_areas(shape.mesh);
   double bottom = 0;
   double far_wall = 0;
+  double bottom_in_sight = 0;
   for (std::size_t f = 0; f < normals.size(); ++f) {
     const bool at_bottom = corners(shape.mesh, f)[0].z < -19.9 && normals[f].z > 0.5F;
     if (at_bottom) bottom += flux.arrivals().mean[f] * areas[f];
+    if (at_bottom) bottom_in_sight += flux.tallies[1].mean[f] * areas[f];
     if (normals[f].x < -0.5F) far_wall += flux.arrivals().mean[f] * areas[f];
   }
   const double cosine = 2 / std::sqrt(5.0);
   EXPECT_NEAR(bottom, cosine * 10 * 8, 1e-4 * bottom);
+  EXPECT_NEAR(bottom_in_sight, 10 * 8, 1e-4 * bottom_in_sight);
   EXPECT_NEAR(far_wall, 0.5 * cosine * 20 * 8, 1e-4 * far_wall);
   EXPECT_NEAR(flux.audit.balance_error(), 0, 1e-4);
 }

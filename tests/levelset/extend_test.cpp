@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "levelset/band.h"
 #include "levelset/extract_surface.h"
 #include "surfaces.h"
@@ -118,6 +121,52 @@ TEST(Extend, NothingMovesInAClosedVoid) {
   EXPECT_EQ(speed_at(layers, field, 20, 20, -3), 0);
   EXPECT_EQ(speed_at(layers, field, 27, 20, -9), 0);
   EXPECT_EQ(speed_at(layers, field, 26, 20, -9), 0);
+}
+
+TEST(Extend, CarriesTheAmplitudesOfFactors) {
+  const Frame frame{.spacing = 1, .cells = {20, 16}};
+  const Layers layers = single_layer(
+      frame, [](Vec3d r) { return r.z - 0.3; }, -10, 10);
+  const TriMesh mesh = extract_surface(layers);
+  const AngularFactor beam =
+      BeamResponse(normalized(Vec3d{1, 0, -1}), [](double cosine) { return 2 * cosine; });
+  const auto even = corner_speeds(mesh, [](Vec3f) { return -0.5F; });
+  const auto rising = corner_speeds(mesh, [](Vec3f r) { return -1 - 0.02F * r.x; });
+  const LayerSpeeds speeds{.speed = rising, .parts = {even, rising}};
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), mesh, {&speeds, 1}, {&beam, 1}, 0.1);
+  ASSERT_EQ(field.angular.size(), 1U);
+  const SpeedField amplitude{.speed = field.angular[0].amplitude};
+  for (int i = 0; i <= 20; ++i) {
+    for (int k = -3; k <= 3; ++k) {
+      EXPECT_EQ(speed_at(layers, field, i, 5, k), -0.5F);
+      EXPECT_NEAR(speed_at(layers, amplitude, i, 5, k), -1 - 0.02 * (i - 10), 1e-5);
+    }
+  }
+  // The sum over the axes of the derivatives of 2 |p| cos is 2 sqrt(2).
+  const double limit = 0.5 + 1.2 * std::max(2.0, 2 * std::sqrt(2.0) / std::sqrt(3.0));
+  EXPECT_NEAR(field.max_speed, limit, 1e-3);
+  EXPECT_NEAR(stable_time_step(layers, {&speeds, 1}, {&beam, 1}, 0.4), 0.4 / limit, 1e-4);
+}
+
+TEST(Extend, ScalesAmplitudesWhereAFilmIsPassed) {
+  // Half a spacing of a slow film on a fast layer: the mean over the time step.
+  const Frame frame{.spacing = 1, .cells = {8, 8}};
+  const Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = 0.5}});
+  const TriMesh mesh = extract_surface(layers);
+  const AngularFactor beam = BeamResponse({0, 0, -1}, [](double cosine) { return cosine; });
+  std::vector<LayerSpeeds> speeds;
+  for (const float rate : {-4.0F, -1.0F}) {
+    const auto none = corner_speeds(mesh, [](Vec3f) { return 0.0F; });
+    const auto of_layer = corner_speeds(mesh, [&](Vec3f) { return rate; });
+    speeds.push_back({.speed = of_layer, .parts = {none, of_layer}});
+  }
+  const SpeedField field = extend_speeds(layers, open_gas(layers), mesh, speeds, {&beam, 1}, 0.6);
+  const SpeedField amplitude{.speed = field.angular[0].amplitude};
+  // 0.5 s through the film, 0.1 s at 4 below it.
+  EXPECT_NEAR(speed_at(layers, amplitude, 4, 4, 0), -(0.5 + 0.4) / 0.6, 0.02);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -88,6 +90,58 @@ TEST(Directional, WithoutVisibilityOnlyTheNormalCounts) {
                                         {{0, 0, 1}, {1, 0, 0}, {0, 0, -1}, {0.6F, 0, 0.8F}}),
                                  {}),
               testing::ElementsAre(-4, 0, 0, -3.2F));
+}
+
+/// speeds() is the sum of the parts, at the normals of facets that lie in full light or shadow.
+void expect_parts_add_up(const SurfaceModel& model, const SurfacePoints& points,
+                         std::span<const std::span<const float>> flux) {
+  const std::vector<AngularFactor> factors = model.angular_factors();
+  const auto parts = model.amplitudes(points, flux);
+  const std::vector<float> speeds = model.speeds(points, flux);
+  ASSERT_EQ(parts.size(), 1 + factors.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    float sum = parts[0][p];
+    for (std::size_t b = 0; b < factors.size(); ++b) {
+      sum += parts[1 + b][p] * factors[b].value(points.normal[p]);
+    }
+    EXPECT_NEAR(speeds[p], sum, 1e-5) << p;
+  }
+}
+
+constexpr const char* two_beams = R"(
+directional_etch_rate = { Si = "10 nm/s", SiO2 = "1 nm/s" }
+isotropic_etch_rate = { Si = "0.5 nm/s", SiO2 = "0 nm/s" }
+[[step.beam]]
+tilt = "20 deg"
+share = 3
+[[step.beam]]
+tilt = "20 deg"
+azimuth = "180 deg"
+)";
+
+TEST(Directional, IsASumOfFactorsOfTheNormal) {
+  const StepModel step = read_step("directional", "visibility = false" + std::string(two_beams));
+  const Points points({"Si", "SiO2", "Si"}, {{0, 0, 1}, {0.6F, 0, 0.8F}, {0, -1, 0}});
+  expect_parts_add_up(*step.model, points, {});
+}
+
+TEST(Directional, TakesWhatIsInSightAsTheAmplitude) {
+  const StepModel step = read_step("directional", two_beams);
+  const std::vector<Species> species = step.model->species();
+  const Points points({"Si", "SiO2", "Si"}, {{0, 0, 1}, {0.6F, 0, 0.8F}, {1, 0, 0}});
+  // The second point is in the shadow of the first beam.
+  const std::array<std::vector<float>, 2> seen{std::vector<float>{1, 0, 1}, {1, 1, 1}};
+  std::array<std::vector<float>, 2> arrivals;
+  std::vector<std::span<const float>> tallies;
+  for (std::size_t b = 0; b < 2; ++b) {
+    for (std::size_t p = 0; p < 3; ++p) {
+      const Vec3d n(SurfacePoints(points).normal[p]);
+      const double cosine = std::max(0.0, -dot(species[b].source.direction, n));
+      arrivals[b].push_back(static_cast<float>(cosine) * seen[b][p]);
+    }
+    tallies.insert(tallies.end(), {arrivals[b], seen[b]});
+  }
+  expect_parts_add_up(*step.model, points, tallies);
 }
 
 }  // namespace
