@@ -56,8 +56,18 @@ double distance_to_segment(Vec3d r, Vec3d a, Vec3d b) {
 
 CollapseChecks::CollapseChecks(const CollapseMesh& mesh, std::optional<double> max_error,
                                double border_error)
-    : border_shift_(mesh.materials.empty() ? 0 : mesh.r.size(), 0), border_error_(border_error) {
+    : own_border_shift_(mesh.materials.empty() ? 0 : mesh.r.size(), 0),
+      border_shift_(own_border_shift_),
+      border_error_(border_error) {
   if (max_error) bound_.emplace(mesh.normals.size(), *max_error);
+}
+
+CollapseChecks CollapseChecks::sharing() {
+  CollapseChecks checks;
+  checks.border_shift_ = border_shift_;
+  checks.border_error_ = border_error_;
+  if (bound_) checks.bound_.emplace(bound_->sharing());
+  return checks;
 }
 
 bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {

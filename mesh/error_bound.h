@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "mesh/collapse_mesh.h"
@@ -19,7 +20,13 @@ namespace scarp {
 /// but grows with each collapse, up to a few times the true distance.
 class ErrorBound {
  public:
-  ErrorBound(std::size_t facet_count, double limit) : error_(facet_count, 0), limit_(limit) {}
+  ErrorBound(std::size_t facet_count, double limit)
+      : own_error_(facet_count, 0), error_(own_error_), limit_(limit) {}
+
+  ErrorBound(ErrorBound&&) = default;
+
+  /// A bound that works on the numbers of this one, which has to outlive it.
+  ErrorBound sharing() { return {error_, limit_}; }
 
   /// Whether the numbers of the facets of a star stay within the limit when its edge is collapsed
   /// to r. Remembers them for accept().
@@ -32,7 +39,10 @@ class ErrorBound {
   double largest(const HalfEdges& topology) const;
 
  private:
-  std::vector<double> error_;
+  ErrorBound(std::span<double> error, double limit) : error_(error), limit_(limit) {}
+
+  std::vector<double> own_error_;
+  std::span<double> error_;  ///< per facet
   std::array<double, Star::capacity> proposed_{};
   double limit_;
 };

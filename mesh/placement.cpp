@@ -31,14 +31,22 @@ Placed best_end(const CollapseMesh& mesh, std::uint32_t h, Merge rule, const Qua
   return to_u ? Placed{u, cost_u} : Placed{v, cost_v};
 }
 
-/// The place in `places` where q is least, both in the frame of the origin of h.
-Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q,
-                  const Subspace& places) {
+/// The place where q is least, with n r = d where the sides allow that; all in the frame of the
+/// origin of h.
+Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q, Vec3d n, double d) {
   const Vec3d u = mesh.r[mesh.topology.origin(h)];
   const Vec3d edge = mesh.r[mesh.topology.target(h)] - u;
   const Vec3d middle = 0.5 * edge;
   const double weight = faint * q.H.trace();
-  Vec3d r = weight > 0 ? minimum(q, weight, middle, places) : places.origin;
+  Vec3d r;
+  if (weight > 0 && mesh.sides[mesh.topology.origin(h)] == 0 &&
+      mesh.sides[mesh.topology.target(h)] == 0) {
+    r = minimum_on_plane(q, weight, middle, n, d);
+  } else {
+    Subspace places = allowed_places(mesh, h);
+    places.intersect(n, d);
+    r = weight > 0 ? minimum(q, weight, middle, places) : places.origin;
+  }
   const Vec3d shift = r - middle;
   if (dot(shift, shift) > reach * reach * dot(edge, edge)) r = allowed_places(mesh, h).origin;
   const Vec3d place = mesh.rounded(u + r);
@@ -116,9 +124,7 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
   }
   Placed placed;
   if (rule == Merge::free) {
-    Subspace places = allowed_places(mesh, h);
-    places.intersect(n, d);
-    placed = best_place(mesh, h, q, places);
+    placed = best_place(mesh, h, q, n, d);
   } else {
     placed = best_end(mesh, h, rule, q);
   }
@@ -152,8 +158,7 @@ Placed GarlandHeckbertPlacement::place(const CollapseMesh& mesh, std::uint32_t h
   q.add(1, planes_[mesh.topology.target(h)]);
   q = q.moved(mesh.r[mesh.topology.origin(h)]);
   const double squared_length = mesh.squared_length(h);
-  Placed placed = rule == Merge::free ? best_place(mesh, h, q, allowed_places(mesh, h))
-                                      : best_end(mesh, h, rule, q);
+  Placed placed = rule == Merge::free ? best_place(mesh, h, q, {}, 0) : best_end(mesh, h, rule, q);
   // Area times squared distance, made a squared volume by the only other length there is.
   placed.cost = with_tie_break(placed.cost * squared_length,
                                squared_length * squared_length * squared_length);

@@ -86,4 +86,7 @@ struct Subspace {
 /// The lowest point of q + weight |r - centre|^2 in a subspace. The weight has to be positive.
 Vec3d minimum(const Quadric& q, double weight, Vec3d centre, const Subspace& subspace);
 
+/// The same in the plane n r = d, or in all of space if n is zero: quicker.
+Vec3d minimum_on_plane(const Quadric& q, double weight, Vec3d centre, Vec3d n, double d);
+
 }  // namespace scarp

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
+#include "mesh/blocks.h"
 #include "mesh/facet_shape.h"
 
 namespace scarp {
@@ -68,30 +70,50 @@ Vec3d best_place(const CollapseMesh& mesh, const Star& star, const TrackedPoints
   return mesh.rounded(mesh.r[star.u] + minimum(q, weight, centre, places));
 }
 
-void sweep(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points, double shape_weight,
-           std::span<const Vec3d> reference) {
-  const Star& star = checks.star();
-  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
-    if (!may_move(mesh, v) || !checks.gather_vertex(mesh, v)) continue;
+/// What a sweep needs besides the mesh.
+struct Sweep {
+  TrackedPoints& points;
+  double shape_weight;
+  const std::vector<Vec3d>& reference;  ///< normals before the first move
+
+  /// Moves the vertices of a block whose stars lie in it.
+  void run(CollapseMesh& mesh, CollapseChecks checks, const Blocks& blocks,
+           std::uint32_t block) const {
+    for (const std::uint32_t v : blocks.vertices(block)) {
+      if (!may_move(mesh, v) || !checks.gather_vertex(mesh, v)) continue;
+      if (blocks.holds(block, checks.star())) move(mesh, checks);
+    }
+  }
+
+  void move(CollapseMesh& mesh, CollapseChecks& checks) const {
+    const Star& star = checks.star();
     const Vec3d r = best_place(mesh, star, points, shape_weight);
-    if (r == mesh.r[v] || !checks.may_move(mesh, r, reference)) continue;
+    if (r == mesh.r[star.u] || !checks.may_move(mesh, r, reference)) return;
     const Fan fan(mesh, star, r, checks.normals());
     const double growth =
         points.growth(star, fan) + shape_weight * shape_growth(mesh, star, r, checks.normals());
-    if (!(growth < 0) || !checks.keeps_bound(mesh)) continue;
+    if (!(growth < 0) || !checks.keeps_bound(mesh)) return;
     points.move(star, fan);
     checks.accept_move();
-    mesh.r[v] = r;
+    mesh.r[star.u] = r;
     for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = checks.normals()[i];
   }
-}
+};
 
 }  // namespace
 
 void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
               double shape_weight, int sweeps) {
   const std::vector<Vec3d> reference = mesh.normals;
-  for (int i = 0; i < sweeps; ++i) sweep(mesh, checks, points, shape_weight, reference);
+  const Sweep sweep{points, shape_weight, reference};
+  for (int pass = 0; pass < sweeps; ++pass) {
+    const Blocks blocks(mesh, pass);
+    parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
+      for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
+        sweep.run(mesh, checks.sharing(), blocks, block);
+      }
+    });
+  }
 }
 
 }  // namespace scarp

@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/triangle_tree.h"
-#include "mesh/collapse.h"
+#include "mesh/collapse_engine.h"
 #include "mesh/curvature.h"
 #include "mesh/curvature_order.h"
 #include "mesh/distance.h"

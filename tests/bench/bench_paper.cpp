@@ -7,28 +7,22 @@
 // and deep trenches. Sides are those of the bounding box; sticking is .1.
 
 #include <fmt/format.h>
-#include <unistd.h>
-#include <zlib.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/atomic_file.h"
-#include "core/error.h"
 #include "core/parallel.h"
 #include "flux/solve.h"
 #include "mesh/distance.h"
-#include "mesh/mesh_file.h"
 #include "mesh/quality.h"
 #include "mesh/simplify.h"
+#include "tests/bench/surfaces.h"
 #include "tests/bench/svg_plot.h"
-#include "tests/mesh/generated_surface.h"
 
 namespace scarp::bench {
 namespace {
@@ -58,11 +52,6 @@ struct Settings {
   bool json = false;
 };
 
-struct Surface {
-  std::string name;
-  TriMesh mesh;
-};
-
 /// One line of the table. Times in seconds, distances in the unit of the mesh.
 struct Row {
   std::string method;
@@ -77,49 +66,6 @@ struct Row {
   double trace_seconds = 0;  ///< for the given number of rays
   double error_seconds = 0;  ///< for the given error
 };
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// --- surfaces ------------------------------------------------------------------------------------
-
-/// Unpacks NAME.obj.gz to a file of its own and reads that.
-TriMesh read_packed(const fs::path& file) {
-  const fs::path unpacked = fs::temp_directory_path() /
-                            ("scarp_bench_" + std::to_string(::getpid()) + file.stem().string());
-  const gzFile in = gzopen(file.c_str(), "rb");
-  if (in == nullptr) throw InputError(file.string() + ": cannot be read");
-  std::string content;
-  std::string block(1 << 20, '\0');
-  int count = 0;
-  while ((count = gzread(in, block.data(), static_cast<unsigned>(block.size()))) > 0) {
-    content.append(block.data(), static_cast<std::size_t>(count));
-  }
-  gzclose(in);
-  if (count < 0) throw InputError(file.string() + ": is not a complete .gz file");
-  write_file(unpacked, content);
-  TriMesh mesh = read_mesh(unpacked);
-  fs::remove(unpacked);
-  return mesh;
-}
-
-std::vector<Surface> surfaces_of(const Settings& settings) {
-  std::vector<Surface> surfaces;
-  for (const fs::path file : settings.files) {
-    const bool packed = file.extension() == ".gz";
-    const fs::path name = packed ? file.stem() : file;
-    surfaces.push_back({name.stem().string(), packed ? read_packed(file) : read_mesh(file)});
-  }
-  if (!surfaces.empty()) return surfaces;
-  const Grid vias{.cells = {184, 142, 84}, .noise = 0.006, .seed = 1};
-  surfaces.push_back({"vias", polygonised(vias, via_array(184, 142, 60))});
-  const Grid trenches{.cells = {150, 145, 190}, .noise = 0.006, .seed = 2};
-  surfaces.push_back({"trenches", polygonised(trenches, deep_trenches(150, 172))});
-  return surfaces;
-}
 
 // --- measurements --------------------------------------------------------------------------------
 
@@ -305,7 +251,7 @@ void run(const Settings& settings) {
   fs::create_directories(settings.folder);
   nlohmann::ordered_json result{{"ratios", nlohmann::ordered_json::object()},
                                 {"surfaces", nlohmann::ordered_json::object()}};
-  for (const Surface& surface : surfaces_of(settings)) {
+  for (const Surface& surface : surfaces_of(settings.files)) {
     const std::vector<Row> rows = study(surface, settings);
     result["ratios"][surface.name] = ratios_of(surface, rows);
     for (const Row& row : rows) result["surfaces"][surface.name].push_back(json_of(row));

@@ -33,7 +33,7 @@ constexpr double left = 66;
 constexpr double right = 14;
 constexpr double top = 30;
 constexpr double bottom = 40;
-constexpr const char* colours[]{"#0b6e99", "#c8553d", "#6a994e", "#7b2d8b", "#555555"};
+constexpr const char* colours[]{"#0b6e99", "#c8553d", "#6a994e", "#7b2d8b", "#555555", "#d9a441"};
 
 struct Axes {
   double x_low = 0;

@@ -79,5 +79,21 @@ TEST(Subspace, IgnoresANormalThatItCannotFollow) {
   EXPECT_EQ(side.origin.x, 3);
 }
 
+TEST(MinimumOnPlane, IsTheMinimumInTheSubspaceOfThePlane) {
+  Quadric q;
+  q.add_plane(2, {1, 0.5, -0.3}, 0.7);
+  q.add_plane(1, {-0.2, 1, 0.1}, -0.4);
+  q.add_plane(0.5, {0.1, 0.2, 1}, 0.3);
+  const Vec3d centre{0.3, -0.1, 0.2};
+  const Vec3d n{0.4, -0.7, 2};
+  Subspace plane;
+  plane.intersect(n, 0.9);
+  const Vec3d expected = minimum(q, 1e-3, centre, plane);
+  EXPECT_NEAR(length(minimum_on_plane(q, 1e-3, centre, n, 0.9) - expected), 0, 1e-10);
+  EXPECT_NEAR(dot(n, minimum_on_plane(q, 1e-3, centre, n, 0.9)), 0.9, 1e-12);
+  const Vec3d anywhere = minimum(q, 1e-3, centre, {});
+  EXPECT_NEAR(length(minimum_on_plane(q, 1e-3, centre, {}, 0) - anywhere), 0, 1e-10);
+}
+
 }  // namespace
 }  // namespace scarp

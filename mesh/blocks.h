@@ -1,0 +1,45 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/collapse_mesh.h"
+#include "mesh/star.h"
+
+namespace scarp {
+
+/// The vertices of a mesh sorted into cubes, so that the cubes can be worked on at the same time.
+///
+/// A star is local if all its vertices lie in one block. A facet that touches two blocks is in no
+/// local star, so local stars of different blocks have no facet and no vertex in common; and what
+/// surrounds a local star has a vertex in its block, so nothing that another block changes. The
+/// seam between the blocks stays as it is; the next pass cuts elsewhere.
+class Blocks {
+ public:
+  /// Cuts shift with the pass. Does not depend on the number of threads.
+  Blocks(const CollapseMesh& mesh, int pass);
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(begin_.size() - 1); }
+
+  /// Those of a block that have facets, in their order in the mesh.
+  std::span<const std::uint32_t> vertices(std::uint32_t block) const {
+    return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
+  }
+
+  bool holds(std::uint32_t block, std::uint32_t v) const { return block_[v] == block; }
+
+  bool holds(std::uint32_t block, const Star& star) const {
+    return holds(block, star.u) && holds(block, star.v) &&
+           std::all_of(star.ring.begin(), star.ring.begin() + star.count + 1,
+                       [&](std::uint32_t v) { return holds(block, v); });
+  }
+
+ private:
+  std::vector<std::uint32_t> block_;     ///< per vertex
+  std::vector<std::uint32_t> begin_;     ///< per block, and one more
+  std::vector<std::uint32_t> vertices_;  ///< by block
+};
+
+}  // namespace scarp

@@ -1,0 +1,74 @@
+#include "mesh/blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp {
+namespace {
+
+class BlocksOfAPass : public testing::TestWithParam<int> {
+ protected:
+  CollapseMesh mesh_{noisy_plane(150, 0.05), {}};
+  Blocks blocks_{mesh_, GetParam()};
+};
+
+TEST_P(BlocksOfAPass, HoldEveryVertexOnce) {
+  std::set<std::uint32_t> seen;
+  for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
+    EXPECT_FALSE(blocks_.vertices(block).empty());
+    for (const std::uint32_t v : blocks_.vertices(block)) {
+      EXPECT_TRUE(seen.insert(v).second);
+      EXPECT_TRUE(blocks_.holds(block, v));
+    }
+  }
+  EXPECT_EQ(seen.size(), mesh_.live_vertices);
+  EXPECT_GE(blocks_.count(), 4U);
+}
+
+TEST_P(BlocksOfAPass, LocalStarsOfDifferentBlocksShareNoFacetAndMostAreLocal) {
+  std::vector<std::uint32_t> owner(mesh_.normals.size(), HalfEdges::none);
+  int local = 0;
+  for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
+    for (const std::uint32_t v : blocks_.vertices(block)) {
+      Star star;
+      ASSERT_TRUE(star.gather_vertex(mesh_.topology, v));
+      if (!blocks_.holds(block, star)) continue;
+      ++local;
+      for (int i = 0; i < star.count; ++i) {
+        EXPECT_TRUE(owner[star.facet[i]] == HalfEdges::none || owner[star.facet[i]] == block);
+        owner[star.facet[i]] = block;
+      }
+    }
+  }
+  EXPECT_GT(local, 0.9 * mesh_.live_vertices);
+  EXPECT_LT(local, mesh_.live_vertices) << "a seam";
+}
+INSTANTIATE_TEST_SUITE_P(Passes, BlocksOfAPass, testing::Range(0, 5));
+
+TEST(Blocks, CutElsewhereInTheNextPass) {
+  const CollapseMesh mesh(noisy_plane(150, 0.05), {});
+  std::vector<bool> is_local(mesh.r.size(), false);
+  for (int pass = 0; pass < 3; ++pass) {
+    const Blocks blocks(mesh, pass);
+    for (std::uint32_t block = 0; block < blocks.count(); ++block) {
+      for (const std::uint32_t v : blocks.vertices(block)) {
+        Star star;
+        ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+        if (blocks.holds(block, star)) is_local[v] = true;
+      }
+    }
+  }
+  // One cut crosses another at a few places.
+  EXPECT_LT(std::count(is_local.begin(), is_local.end(), false), 0.002 * mesh.r.size());
+}
+
+TEST(Blocks, OfASmallMeshAreOne) {
+  const CollapseMesh mesh(octahedral_sphere(5, 4), {});
+  EXPECT_LE(Blocks(mesh, 0).count(), 2U);
+}
+
+}  // namespace
+}  // namespace scarp
