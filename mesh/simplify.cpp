@@ -272,7 +272,10 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
     measure(mesh, result);
   } else {
     result.max_distance = result.reverse_max_distance = result.proven_distance;
-    if (options.method == SimplifyMethod::curvature) result.max_distance = tracked_distance;
+    if (options.method == SimplifyMethod::curvature) {
+      result.max_distance =
+          options.max_error ? std::min(tracked_distance, result.proven_distance) : tracked_distance;
+    }
   }
   return result;
 }

@@ -62,12 +62,12 @@ Fan::Nearest Fan::nearest(Vec3d p) const {
     const double square = squared(closest_on_triangle(d, corners).distance);
     if (square < nearest.squared_distance) nearest = {f, square};
   };
-  for (int k = 0; k < star_.count; ++k)
+  for (int k = 0; k < star_.count; ++k) {
     look_at(star_.facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
-  const std::uint32_t across = mesh_.topology.opposite(star_.rim[i]);
-  if (across != HalfEdges::none) {
+    const std::uint32_t across = mesh_.topology.opposite(star_.rim[k]);
+    if (across == HalfEdges::none) continue;
     const Vec3d tip = mesh_.r[mesh_.topology.apex(across)] - r_;
-    look_at(HalfEdges::facet(across), {spoke_[i + 1], spoke_[i], tip});
+    look_at(HalfEdges::facet(across), {spoke_[k + 1], spoke_[k], tip});
   }
   return nearest;
 }

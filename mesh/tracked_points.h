@@ -22,7 +22,7 @@ class Fan {
     double squared_distance = 1e300;
   };
 
-  /// The facet nearest to p among those of the star and the one behind its rim.
+  /// The facet nearest to p among those of the star and those behind its rim.
   Nearest nearest(Vec3d p) const;
 
  private:

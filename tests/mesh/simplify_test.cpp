@@ -214,6 +214,20 @@ TEST(Simplify, OfATrenchWithDefaultsRemovesMostFacets) {
   expect_sound(result.mesh, mesh, grid.sides());
 }
 
+TEST(Simplify, CurvatureFollowsEveryVertexOverFlatWalls) {
+  const Grid grid{.cells = {60, 40, 50}};
+  const TriMesh mesh = trench(grid);
+  const SimplifyResult result = simplify(mesh, {.method = SimplifyMethod::curvature,
+                                                .sides = grid.sides(),
+                                                .spacing = 1,
+                                                .max_error = 0.1,
+                                                .l_max = 8,
+                                                .measure = false});
+  EXPECT_LT(result.mesh.triangles.size(), 0.05 * mesh.triangles.size());
+  EXPECT_NEAR(result.max_distance, surface_distance(mesh, result.mesh).forward.max, 1e-4);
+  expect_sound(result.mesh, mesh, grid.sides());
+}
+
 TEST(Simplify, OfAPlaneLeavesNoErrorAndFewFacets) {
   const TriMesh mesh = noisy_plane(20, 0);
   const SimplifyResult result =
