@@ -21,35 +21,49 @@ namespace {
 constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
+constexpr double most_cells = 1e6;  // along an axis
+constexpr std::size_t most_steps = 100'000;
 constexpr Limits positive{.minimum = 0, .exclusive = true};
+constexpr Limits lengths{.minimum = 0, .maximum = longest_length, .exclusive = true};
+// A grid finer than an atom is a mistake, and its cells could not be counted.
+constexpr Limits spacings{.minimum = 1e-3, .maximum = longest_length};
 
 const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
                                    {"periodic", Boundary::periodic}};
 
-// What the band takes for every column of cells at least: its nodes in single precision, in the
+// What the band takes for every cell of the surface at least: its nodes in single precision, in the
 // layer, the speeds and the buffers of a time step. Units: bytes.
-constexpr double memory_per_column = 256;
+constexpr double memory_per_cell = 256;
 
-void require_memory(const RecipeTable& table, const Frame& frame) {
-  const double needed = memory_per_column * frame.cells[0] * frame.cells[1];
+void require_memory(const RecipeTable& table, std::string_view key, std::string_view what,
+                    double cells) {
+  const double needed = memory_per_cell * cells;
   const double there =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (needed < there) return;
-  table.error("extent", fmt::format("{} x {} cells need {:.3g} GB or more, this machine has {:.3g} "
-                                    "GB; use a coarser spacing or a smaller extent",
-                                    frame.cells[0], frame.cells[1], 1e-9 * needed, 1e-9 * there));
+  table.error(key, fmt::format("{} need {:.3g} GB or more, this machine has {:.3g} GB; use a "
+                               "coarser spacing or a smaller geometry",
+                               what, 1e-9 * needed, 1e-9 * there));
 }
 
 // A number of cells from an extent; at least two, or a mirror plane would meet its neighbour.
 int read_cells(const RecipeTable& table, double extent, double spacing, std::size_t axis) {
+  const auto text = [](double length) { return format_quantity(length, Dimension::length); };
   const double cells = extent / spacing;
   const double whole = std::round(cells);
-  if (std::abs(cells - whole) > 1e-6 * whole || whole < 2 || whole > 1e6) {
-    table.error(fmt::format("extent[{}]", axis),
-                fmt::format("{} is {:.6g} spacings; it has to be a whole number of them, at least "
-                            "2, for example {}",
-                            format_quantity(extent, Dimension::length), cells,
-                            format_quantity(std::max(whole, 2.0) * spacing, Dimension::length)));
+  const std::string key = fmt::format("extent[{}]", axis);
+  if (cells > most_cells * (1 + 1e-6)) {
+    table.error(
+        key, fmt::format("{} is {:.3g} spacings of {}; the most is {:.0f}: an extent of {}, "
+                         "or a spacing of {:.3g} nm",
+                         text(extent), cells, text(spacing), most_cells, text(most_cells * spacing),
+                         extent / most_cells));
+    return 2;
+  }
+  if (std::abs(cells - whole) > 1e-6 * whole || whole < 2) {
+    table.error(key, fmt::format("{} is {:.6g} spacings; it has to be a whole number of them, at "
+                                 "least 2, for example {}",
+                                 text(extent), cells, text(std::max(whole, 2.0) * spacing)));
     return 2;
   }
   return static_cast<int>(whole);
@@ -58,11 +72,11 @@ int read_cells(const RecipeTable& table, double extent, double spacing, std::siz
 Frame read_domain(const RecipeTable& table) {
   const Choices<bool> modes{{"3d", false}, {"2d", true}};
   Frame frame;
-  frame.spacing = table.length("spacing", positive);
+  frame.spacing = table.length("spacing", spacings);
   frame.two_dimensional = table.choice<bool>("mode", modes, "3d");
   const std::size_t axes = frame.two_dimensional ? 1 : 2;
   const std::vector<double> extent =
-      table.quantities("extent", Dimension::length, {axes, axes}, positive);
+      table.quantities("extent", Dimension::length, {axes, axes}, lengths);
   const std::vector<Boundary> boundary =
       table.choices<Boundary>("boundary", boundaries, {axes, axes}, "reflective");
   frame.cells = {2, 1};
@@ -72,7 +86,8 @@ Frame read_domain(const RecipeTable& table) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
     }
   }
-  require_memory(table, frame);
+  require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
+                 static_cast<double>(frame.cells[0]) * frame.cells[1]);
   return frame;
 }
 
@@ -189,6 +204,7 @@ class StepReader {
     for (const RecipeTable& table : tables) {
       const std::vector<ProcessStep> some =
           table.has("step") || table.has("repeat") ? read_cycle(table) : read_one(table);
+      if (is_too_many(table, static_cast<double>(steps.size() + some.size()))) continue;
       steps.insert(steps.end(), some.begin(), some.end());
     }
     return steps;
@@ -208,6 +224,8 @@ class StepReader {
     const auto known = reachable_;
     std::vector<ProcessStep> round = read(inner);
     if (count > 1 && reachable_ != known) round = read(inner);
+    if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
+      return {};
     std::vector<ProcessStep> all;
     for (std::int64_t cycle = 1; cycle <= count; ++cycle) {
       for (ProcessStep step : round) {
@@ -216,6 +234,15 @@ class StepReader {
       }
     }
     return all;
+  }
+
+  static bool is_too_many(const RecipeTable& table, double count) {
+    if (count <= most_steps) return false;
+    table.error(table.has("repeat") ? "repeat" : "",
+                fmt::format("makes {:.0f} steps with repeats written out; at most {} in a recipe: "
+                            "repeat less often, or split it and go on from a result",
+                            count, most_steps));
+    return true;
   }
 
   std::vector<ProcessStep> read_one(const RecipeTable& table) {
@@ -273,6 +300,23 @@ double read_output_interval(const RecipeTable& table, std::span<const ProcessSte
   return every;
 }
 
+// That the shapes make a geometry, and that the machine can hold it.
+void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
+                    const Recipe& recipe) {
+  for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
+    if (tables.empty()) {
+      root.error("geometry", problem.message);
+    } else {
+      tables[problem.shape].error(problem.key, problem.message);
+    }
+  }
+  const double cell = recipe.frame.spacing * recipe.frame.spacing;
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    const double cells = wall_area(recipe.frame, recipe.geometry[n]) / cell;
+    require_memory(tables[n], "", fmt::format("walls of {:.3g} grid cells", cells), cells);
+  }
+}
+
 }  // namespace
 
 Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
@@ -285,22 +329,15 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
 
   const std::vector<RecipeTable> shapes = root.tables("geometry");
   recipe.geometry = read_geometry(shapes, recipe.materials, path.parent_path());
-  if (file.ok()) {
-    for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
-      if (shapes.empty()) {
-        root.error("geometry", problem.message);
-      } else {
-        shapes[problem.shape].error(problem.key, problem.message);
-      }
-    }
-  }
+  if (file.ok()) check_geometry(root, shapes, recipe);
 
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
   recipe.steps = StepReader(recipe, materials_of(recipe.geometry)).read(steps);
-  if (steps.empty()) root.error("step", "there is no step; add a [[step]] table");
+  if (steps.empty() && root.ok("step"))
+    root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
   file.finish();
   recipe.resolved = file.resolved();

@@ -16,8 +16,9 @@ namespace scarp {
 
 namespace {
 
-constexpr Limits positive{.minimum = 0, .exclusive = true};
-constexpr Limits any_position{.fallback = "0 nm"};
+constexpr Limits positive{.minimum = 0, .maximum = longest_length, .exclusive = true};
+constexpr Limits any_position{
+    .fallback = "0 nm", .minimum = -longest_length, .maximum = longest_length};
 
 const Choices<int> axes{{"x", 0}, {"y", 1}};
 
@@ -36,7 +37,7 @@ std::array<double, 2> read_center(const RecipeTable& table) {
   return {center[0], center[1]};
 }
 
-constexpr Limits radius_limits{.fallback = "0 nm", .minimum = 0};
+constexpr Limits radius_limits{.fallback = "0 nm", .minimum = 0, .maximum = longest_length};
 constexpr Limits count_limits{.fallback = "1", .minimum = 1, .maximum = 1e6};
 
 /// One of a kind has no neighbour, but may say how far away it would be.
@@ -225,7 +226,8 @@ std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::st
 
 Shape read_mesh_shape(const RecipeTable& table, const GeometryContext& context) {
   const std::string file = table.file("file", context.folder);
-  const double unit = table.length("unit", {.fallback = "1 nm", .minimum = 0, .exclusive = true});
+  const double unit = table.length(
+      "unit", {.fallback = "1 nm", .minimum = 0, .maximum = 2 * longest_length, .exclusive = true});
   const std::vector<double> offset =
       table.quantities("offset", Dimension::length, {3, 3}, any_position);
   MeshShape shape{.mesh = load_mesh(table, file, unit, offset)};

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -49,6 +50,9 @@ int main(int argc, char** argv) {
     return could_not_go_on;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "out of memory; use a coarser spacing or a smaller extent\n");
+    return could_not_go_on;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "a mistake of scarp, please report it with its input: {}\n", error.what());
     return could_not_go_on;
   }
 }

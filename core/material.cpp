@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/suggestion.h"
+#include "core/toml.h"
 
 namespace scarp {
 
@@ -75,8 +76,9 @@ std::optional<MaterialId> Materials::find(std::string_view name) const {
 
 MaterialId Materials::id(std::string_view name) const {
   if (const auto found = find(name)) return *found;
+  if (name.empty()) throw InputError("the name of the material is empty; write for example \"Si\"");
   throw InputError("there is no material \"" + std::string(name) + '"' + suggestion(name, names()) +
-                   "; a recipe adds one with [materials." + std::string(name) +
+                   "; a recipe adds one with [materials." + toml_key(name) +
                    "] density = \"5e22 /cm3\"");
 }
 

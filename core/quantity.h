@@ -21,6 +21,9 @@ enum class Dimension {
   number,
 };
 
+/// A metre: lengths of a wafer's topography beyond it are taken for mistakes of units. Units: nm.
+constexpr double longest_length = 1e9;
+
 /// The value of a text such as "4 um", "1 um/min" or "12e15 /cm2/s" in the unit of the inside.
 ///
 /// Texts that mean the same give the same bits as far as their units differ by powers of ten ("0.4

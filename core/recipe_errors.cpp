@@ -1,6 +1,7 @@
 #include "core/recipe_errors.h"
 
 #include <algorithm>
+#include <span>
 #include <tuple>
 
 #include "core/recipe_path.h"
@@ -8,6 +9,8 @@
 namespace scarp {
 
 namespace {
+
+constexpr std::size_t most_lines = 100;
 
 std::string formatted(const TomlPlace& place, const std::string& file) {
   if (!place.source.empty()) return place.source + ": ";
@@ -17,21 +20,28 @@ std::string formatted(const TomlPlace& place, const std::string& file) {
 }  // namespace
 
 void RecipeErrors::add(Entry entry) {
-  const auto same = [&](const Entry& other) {
-    return other.path == entry.path && other.text == entry.text;
-  };
-  if (std::none_of(entries_.begin(), entries_.end(), same)) entries_.push_back(std::move(entry));
+  if (known_.insert({entry.path, entry.text}).second) entries_.push_back(std::move(entry));
 }
 
-void RecipeErrors::forget_missing(std::string_view path) {
+void RecipeErrors::forget_missing(const std::set<std::string>& paths) {
   std::erase_if(entries_, [&](const Entry& entry) {
-    return std::find(entry.missing.begin(), entry.missing.end(), path) != entry.missing.end();
+    const bool forgotten =
+        std::any_of(entry.missing.begin(), entry.missing.end(),
+                    [&](const std::string& path) { return paths.contains(path); });
+    if (forgotten) known_.erase({entry.path, entry.text});
+    return forgotten;
   });
 }
 
 bool RecipeErrors::ok(std::string_view path) const {
-  return std::none_of(entries_.begin(), entries_.end(),
-                      [&](const Entry& entry) { return is_within(entry.path, path); });
+  if (path.empty()) return entries_.empty();
+  // In the order of the set, what is within a path stands in up to three runs behind it.
+  for (const char* const next : {"", ".", "["}) {
+    const std::string start = std::string(path) + next;
+    const auto first = known_.lower_bound({start, ""});
+    if (first != known_.end() && is_within(first->first, path)) return false;
+  }
+  return true;
 }
 
 std::string RecipeErrors::text() const {
@@ -42,11 +52,14 @@ std::string RecipeErrors::text() const {
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
   std::string lines;
-  for (const Entry& entry : sorted) {
+  for (const Entry& entry : std::span(sorted).first(std::min(sorted.size(), most_lines))) {
     if (!lines.empty()) lines += '\n';
     lines += formatted(entry.place, file_);
     if (!entry.path.empty()) lines += entry.path + ": ";
     lines += entry.text;
+  }
+  if (sorted.size() > most_lines) {
+    lines += "\n... and " + std::to_string(sorted.size() - most_lines) + " more";
   }
   return lines;
 }

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/toml.h"
@@ -21,19 +23,21 @@ class RecipeErrors {
   explicit RecipeErrors(std::string file) : file_(std::move(file)) {}
 
   void add(Entry entry);
-  /// Forgets that a key is missing, because it is there misspelt.
-  void forget_missing(std::string_view path);
+  /// Forgets that keys are missing, because they are there misspelt.
+  void forget_missing(const std::set<std::string>& paths);
 
   bool empty() const { return entries_.empty(); }
   /// No error at the path nor within it.
   bool ok(std::string_view path) const;
 
-  /// One line per error, by line of the file, those of the command line last.
+  /// One line per error, by line of the file, those of the command line last. Of very many, the
+  /// first hundred and how many there are.
   std::string text() const;
 
  private:
   std::string file_;
   std::vector<Entry> entries_;
+  std::set<std::pair<std::string, std::string>> known_;  ///< path and text of each entry
 };
 
 }  // namespace scarp

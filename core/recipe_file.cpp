@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <fstream>
-#include <sstream>
+#include <set>
 
 #include "core/error.h"
+#include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
 #include "core/recipe_table.h"
@@ -27,43 +27,39 @@ using detail::inner_path;
 using detail::RecipeContent;
 using detail::RecipeNode;
 
-std::string content_of(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(path.string() + ": is a folder; give the name of a recipe");
-  }
-  if (!std::filesystem::exists(path, ignored)) throw InputError(path.string() + ": no such file");
-  std::ifstream file(path, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file.is_open() || file.bad()) {
-    throw InputError(path.string() + ": cannot be read; is there permission to?");
-  }
-  return text;
-}
-
 void set_place(TomlValue& value, const TomlPlace& place) {
   value.place = place;
   value.key_place = place;
   for (TomlValue& entry : value.entries) set_place(entry, place);
 }
 
+/// A text that somebody forgot to quote, rather than a number or a list with a mistake in it.
+bool lacks_quotes(std::string_view text) {
+  return !text.starts_with('[') && !text.starts_with('{') &&
+         text.find_first_not_of("+-0123456789._eE") != std::string_view::npos;
+}
+
 /// VALUE of PATH=VALUE.
 TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
                                std::string_view path) {
+  std::string fault = "there is more than one value";
   try {
     TomlValue document = parse_toml("value = " + std::string(text), "");
     if (document.entries.size() == 1) {
       set_place(document, place);
       return std::move(document.entries.front());
     }
-  } catch (const InputError&) {
-    // Said below in the words of the command line.
+  } catch (const InputError& error) {
+    // Without the place in a text that nobody wrote.
+    fault = error.what();
+    fault.erase(0, fault.find(": ") + 2);
   }
   std::string unquoted(text);
   std::erase(unquoted, '"');
-  throw InputError(place.source + ": " + std::string(text) +
-                   " is not a value of TOML; a text keeps its quotes: --set " + std::string(path) +
-                   "='\"" + unquoted + "\"'");
+  throw InputError(place.source + ": " + std::string(text) + " is not a value of TOML" +
+                   (lacks_quotes(text) ? "; a text keeps its quotes: --set " + std::string(path) +
+                                             "='\"" + unquoted + "\"'"
+                                       : ": " + fault));
 }
 
 /// The value at a path, made if it is a key that is not there yet.
@@ -118,7 +114,9 @@ void apply_override(TomlValue& recipe, const std::string& text) {
   old = std::move(value);
 }
 
-void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
+/// Gathers the paths of keys that are there misspelt.
+void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors,
+                      std::set<std::string>& misspelt) {
   if (node.toml == nullptr || node.rest_accepted) return;
   for (const TomlValue& entry : node.toml->entries) {
     if (std::find(node.asked.begin(), node.asked.end(), entry.key) != node.asked.end()) continue;
@@ -126,7 +124,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
     std::string text = "unknown key";
     if (!nearest.empty()) {
       text += suggestion(entry.key, node.asked);
-      errors.forget_missing(inner_path(node, nearest));
+      misspelt.insert(inner_path(node, nearest));
     } else if (!node.asked.empty()) {
       text += "; known here: " + detail::joined(node.asked);
     }
@@ -137,7 +135,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors) {
 }  // namespace
 
 RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
-    : RecipeFile(content_of(path), path.string(), overrides) {}
+    : RecipeFile(read_file(path), path.string(), overrides) {}
 
 RecipeFile::RecipeFile(std::string_view text, const std::string& name,
                        std::span<const std::string> overrides)
@@ -163,7 +161,9 @@ bool RecipeFile::ok() const { return content_->errors.empty(); }
 
 void RecipeFile::finish() const {
   RecipeErrors errors = content_->errors;
-  for (const RecipeNode& node : content_->nodes) add_unknown_keys(node, errors);
+  std::set<std::string> misspelt;
+  for (const RecipeNode& node : content_->nodes) add_unknown_keys(node, errors, misspelt);
+  errors.forget_missing(misspelt);
   if (!errors.empty()) throw InputError(errors.text());
 }
 

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "core/error.h"
+#include "core/toml.h"
 
 namespace scarp {
 
@@ -35,6 +36,7 @@ RecipePath parse_recipe_path(std::string_view text) {
       path.emplace_back(index);
       rest.remove_prefix(static_cast<std::size_t>(result.ptr + 1 - rest.data()));
     }
+    if (path.size() > max_toml_depth) throw_not_a_path(std::string(text.substr(0, 60)) + "...");
     if (rest.empty()) return path;
     if (!rest.starts_with('.')) throw_not_a_path(text);
     rest.remove_prefix(1);

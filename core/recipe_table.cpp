@@ -208,12 +208,13 @@ std::vector<Item> read_list(const Item& item, ListSize size) {
 }
 
 std::vector<std::array<double, 2>> read_polygon(const Item& item) {
+  constexpr Limits limits{.minimum = -longest_length, .maximum = longest_length};
   std::vector<std::array<double, 2>> points;
   for (const Item& point : read_list(item, {.minimum = 3})) {
     const std::vector<Item> coordinates = read_list(point, {2, 2});
     if (coordinates.empty()) continue;
-    points.push_back({read_quantity(coordinates[0], Dimension::length, {}).value_or(0),
-                      read_quantity(coordinates[1], Dimension::length, {}).value_or(0)});
+    points.push_back({read_quantity(coordinates[0], Dimension::length, limits).value_or(0),
+                      read_quantity(coordinates[1], Dimension::length, limits).value_or(0)});
   }
   return points;
 }
@@ -601,6 +602,8 @@ void RecipeTable::missing(std::span<const std::string_view> keys, std::string_vi
 }
 
 void RecipeTable::error(std::string_view key, std::string_view text) const {
+  // Of what is no table, that is all there is to say.
+  if (!node_->missing_is_noted) return;
   const TomlValue* const value =
       key.empty() ? nullptr : value_at(node_->toml, parse_recipe_path(key));
   node_->content->errors.add(
@@ -608,7 +611,7 @@ void RecipeTable::error(std::string_view key, std::string_view text) const {
 }
 
 bool RecipeTable::ok(std::string_view key) const {
-  return node_->content->errors.ok(inner_path(*node_, key));
+  return node_->missing_is_noted && node_->content->errors.ok(inner_path(*node_, key));
 }
 
 void RecipeTable::accept_rest() const { node_->rest_accepted = true; }

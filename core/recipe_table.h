@@ -81,7 +81,8 @@ class RecipeTable {
   /// A list of quantities: extent = ["10 um", "10 um"].
   std::vector<double> quantities(std::string_view key, Dimension dimension, ListSize size = {},
                                  const Limits& limits = {}) const;
-  /// Polygons of at least three points: one, [["0 um", "0 um"], ...], or a list of such lists.
+  /// Polygons of at least three points, each up to a metre away: one, [["0 um", "0 um"], ...], or a
+  /// list of such lists.
   std::vector<std::vector<std::array<double, 2>>> polygons(std::string_view key) const;
   /// The name of a file, relative to the given folder; recorded as an absolute path, so that the
   /// resolved recipe finds it from anywhere.

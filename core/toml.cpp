@@ -60,6 +60,61 @@ std::string decimal_text(double value) {
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
+/// Goes through the text of a document and refuses tables within tables without end, which would
+/// overflow the stack of the parser and of all that walks its result.
+class DepthCheck {
+ public:
+  DepthCheck(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+
+  void run() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '"' || c == '\'') {
+        skip_string(c);
+        continue;
+      }
+      if (c == '#') {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+        continue;
+      }
+      if (c == '[' || c == '{') refuse_beyond(++brackets_);
+      if (c == ']' || c == '}') --brackets_;
+      if (c == '.') refuse_beyond(++dots_);
+      if (std::string_view("[]{}=,\n").find(c) != std::string_view::npos) dots_ = 0;
+      ++at_;
+    }
+  }
+
+ private:
+  void refuse_beyond(int depth) const {
+    if (depth <= max_toml_depth) return;
+    const std::string_view before = text_.substr(0, at_);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::size_t column = at_ - (before.rfind('\n') + 1) + 1;
+    throw InputError(name_ + ':' + std::to_string(line) + ':' + std::to_string(column) +
+                     ": more than " + std::to_string(max_toml_depth) +
+                     " levels of tables or lists within each other");
+  }
+
+  /// At a quote: to behind the string. One that does not end is left to the parser.
+  void skip_string(char quote) {
+    const bool is_long = text_.substr(at_, 3) == std::string(3, quote);
+    const std::string_view end = text_.substr(at_, is_long ? 3 : 1);
+    at_ += end.size();
+    while (at_ < text_.size() && text_.substr(at_, end.size()) != end) {
+      if (!is_long && text_[at_] == '\n') return;
+      at_ += quote == '"' && text_[at_] == '\\' ? 2 : 1;
+    }
+    at_ = std::min(at_ + end.size(), text_.size());
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  std::size_t at_ = 0;
+  int brackets_ = 0;
+  int dots_ = 0;
+};
+
 }  // namespace
 
 const TomlValue* TomlValue::find(std::string_view wanted) const {
@@ -74,6 +129,7 @@ TomlValue* TomlValue::find(std::string_view wanted) {
 }
 
 TomlValue parse_toml(std::string_view text, const std::string& name) {
+  DepthCheck(text, name).run();
   try {
     return converted(toml::parse(text));
   } catch (const toml::parse_error& error) {

@@ -36,7 +36,11 @@ struct TomlValue {
   TomlValue* find(std::string_view key);
 };
 
-/// Throws: InputError with name:line:column if the text is not TOML.
+/// Keys of a path, and brackets within brackets, of a document that is read.
+constexpr int max_toml_depth = 32;
+
+/// Throws: InputError with name:line:column if the text is not TOML, or is nested deeper than
+///         max_toml_depth.
 TomlValue parse_toml(std::string_view text, const std::string& name);
 
 /// One value in the words of a message: as TOML, or "a table".

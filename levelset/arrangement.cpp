@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "core/error.h"
+#include "levelset/box_pairs.h"
 
 namespace scarp {
 
@@ -96,22 +98,15 @@ struct Arrangement::Split {
 std::vector<std::vector<Arrangement::Node>> Arrangement::split_points() const {
   std::vector<std::vector<Node>> points(edges_.size());
   Split split{points};
-  std::vector<std::size_t> order(edges_.size());
-  for (std::size_t n = 0; n < order.size(); ++n) order[n] = n;
-  const auto left = [&](std::size_t n) { return std::min(edges_[n].a.x, edges_[n].b.x); };
-  const auto right = [&](std::size_t n) { return std::max(edges_[n].a.x, edges_[n].b.x); };
-  std::sort(order.begin(), order.end(), [&](std::size_t n, std::size_t m) {
-    return std::pair(left(n), n) < std::pair(left(m), m);
-  });
-  std::vector<std::size_t> open;
-  for (const std::size_t n : order) {
-    std::erase_if(open, [&](std::size_t m) { return right(m) < left(n); });
-    for (const std::size_t m : open) {
-      const bool apart = edges_[m].b.y < edges_[n].a.y || edges_[n].b.y < edges_[m].a.y;
-      if (!apart) split.visit(n, edges_[n], m, edges_[m]);
-    }
-    open.push_back(n);
+  std::vector<PlaneBox<std::int64_t>> boxes;
+  boxes.reserve(edges_.size());
+  for (const Edge& e : edges_) {
+    boxes.push_back({{std::min(e.a.x, e.b.x), e.a.y}, {std::max(e.a.x, e.b.x), e.b.y}});
   }
+  any_pair_of_boxes<std::int64_t>(boxes, [&](std::size_t m, std::size_t n) {
+    split.visit(n, edges_[n], m, edges_[m]);
+    return false;
+  });
   return points;
 }
 
@@ -145,82 +140,75 @@ bool Arrangement::split_edges() {
   return changed;
 }
 
-/// Edges by the rows (or columns) that they span, for rays along them.
-class Arrangement::Rows {
+/// A line that goes up through edges that do not cross, and those that it cuts from left to right.
+///
+/// It leans to the left by less than any angle: points at one height are met from left to right,
+/// and a flat edge is one that rises to the right.
+class Arrangement::Sweep {
  public:
-  /// axis is the one across the rows.
-  Rows(const std::vector<Edge>& edges, int axis) : edges_(edges), axis_(axis) {
-    lowest_ = along(edges[0].a, axis);
-    std::int64_t highest = lowest_;
-    for (const Edge& e : edges) {
-      lowest_ = std::min({lowest_, along(e.a, axis), along(e.b, axis)});
-      highest = std::max({highest, along(e.a, axis), along(e.b, axis)});
-    }
-    const auto count = std::clamp<std::size_t>(edges.size() / 4, 1, 4096);
-    height_ = (highest - lowest_) / static_cast<std::int64_t>(count) + 1;
-    rows_.resize(count);
-    for (std::size_t n = 0; n < edges.size(); ++n) {
-      const std::int64_t a = along(edges[n].a, axis);
-      const std::int64_t b = along(edges[n].b, axis);
-      for (std::size_t row = row_of(std::min(a, b)); row <= row_of(std::max(a, b)); ++row) {
-        rows_[row].push_back(static_cast<std::uint32_t>(n));
+  explicit Sweep(const std::vector<Edge>& edges) : edges_(edges), cut_(Less{edges}) {}
+
+  /// How often each group surrounds the places on the left of each edge.
+  std::vector<std::array<int, 2>> turns_on_left() {
+    std::vector<std::size_t> begins(edges_.size());
+    for (std::size_t n = 0; n < begins.size(); ++n) begins[n] = n;
+    std::vector<std::size_t> ends = begins;
+    std::sort(begins.begin(), begins.end(), [&](std::size_t n, std::size_t m) {
+      const Node& a = edges_[n].a;
+      const Node& b = edges_[m].a;
+      return a == b ? turn(a, edges_[n].b, edges_[m].b) < 0 : is_before(a, b);
+    });
+    std::sort(ends.begin(), ends.end(),
+              [&](std::size_t n, std::size_t m) { return is_before(edges_[n].b, edges_[m].b); });
+    std::vector<Cut::iterator> places(edges_.size());
+    std::vector<std::array<int, 2>> left(edges_.size());
+    auto end = ends.begin();
+    for (const std::size_t n : begins) {
+      for (; !is_before(edges_[n].a, edges_[*end].b); ++end) cut_.erase(places[*end]);
+      places[n] = cut_.insert(n);
+      if (places[n] == cut_.begin()) continue;
+      const std::size_t neighbour = *std::prev(places[n]);
+      for (std::size_t group = 0; group < 2; ++group) {
+        left[n][group] = left[neighbour][group] - edges_[neighbour].turns[group];
       }
     }
-  }
-
-  /// How often each group surrounds the places next to the middle of an edge, on its side towards
-  /// lower coordinates along the row.
-  std::array<int, 2> turns_before(const Edge& edge) const {
-    const Node middle{edge.a.x + edge.b.x, edge.a.y + edge.b.y};
-    const std::int64_t level = along(middle, axis_);
-    std::array<int, 2> turns{};
-    // Halves are rounded down: the row of the lower half holds every edge that spans the level.
-    const std::int64_t half = level >= 0 ? level / 2 : -((1 - level) / 2);
-    for (const std::uint32_t n : rows_[row_of(half)]) {
-      const Edge& f = edges_[n];
-      const std::int64_t from = 2 * along(f.a, axis_);
-      const std::int64_t to = 2 * along(f.b, axis_);
-      if (level < std::min(from, to) || level >= std::max(from, to)) continue;
-      // To the right of an upward edge, above one that goes to the right.
-      const int side = turn({2 * f.a.x, 2 * f.a.y}, {2 * f.b.x, 2 * f.b.y}, middle);
-      const bool ascends = to > from;
-      const bool is_before = axis_ == 1 ? (side < 0) == ascends : (side > 0) == ascends;
-      if (side == 0 || !is_before) continue;
-      const int sign = (axis_ == 1) == ascends ? -1 : 1;
-      turns[0] += sign * f.turns[0];
-      turns[1] += sign * f.turns[1];
-    }
-    return turns;
+    return left;
   }
 
  private:
-  std::size_t row_of(std::int64_t level) const {
-    return std::min(static_cast<std::size_t>((level - lowest_) / height_), rows_.size() - 1);
+  static bool is_before(const Node& p, const Node& q) {
+    return std::tie(p.y, p.x) < std::tie(q.y, q.x);
   }
 
+  /// Of two edges that the line cuts, the one on the left; they share at most an end.
+  struct Less {
+    const std::vector<Edge>& edges;
+    bool operator()(std::size_t n, std::size_t m) const {
+      const bool swapped = is_before(edges[m].a, edges[n].a);
+      const Edge& first = edges[swapped ? m : n];
+      const Edge& second = edges[swapped ? n : m];
+      int side = turn(first.a, first.b, second.a);
+      if (side == 0) side = turn(first.a, first.b, second.b);
+      return swapped ? side > 0 : side < 0;
+    }
+  };
+  using Cut = std::multiset<std::size_t, Less>;
+
   const std::vector<Edge>& edges_;
-  int axis_;
-  std::int64_t lowest_ = 0;
-  std::int64_t height_ = 1;
-  std::vector<std::vector<std::uint32_t>> rows_;
+  Cut cut_;
 };
 
 /// Edges between inside and outside, in the direction that has the inside on the left.
 std::vector<Arrangement::Edge> Arrangement::boundary(
     const std::function<bool(int, int)>& inside) const {
+  const std::vector<std::array<int, 2>> left = Sweep(edges_).turns_on_left();
   std::vector<Edge> kept;
-  if (edges_.empty()) return kept;
-  const Rows rows(edges_, 1);
-  const Rows columns(edges_, 0);
-  for (const Edge& e : edges_) {
-    const bool flat = e.a.y == e.b.y;
-    const std::array<int, 2> before = (flat ? columns : rows).turns_before(e);
-    const int sign = flat ? 1 : -1;
-    const bool near = inside(before[0], before[1]);
-    const bool beyond = inside(before[0] + sign * e.turns[0], before[1] + sign * e.turns[1]);
-    if (near == beyond) continue;
-    const bool left = flat ? beyond : near;
-    kept.push_back({.a = left ? e.a : e.b, .b = left ? e.b : e.a});
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
+    const Edge& e = edges_[n];
+    const bool on_left = inside(left[n][0], left[n][1]);
+    const bool on_right = inside(left[n][0] - e.turns[0], left[n][1] - e.turns[1]);
+    if (on_left == on_right) continue;
+    kept.push_back({.a = on_left ? e.a : e.b, .b = on_left ? e.b : e.a});
   }
   return kept;
 }

@@ -39,14 +39,13 @@ class Arrangement {
     std::array<int, 2> turns{};
   };
   struct Split;
-  class Rows;
+  class Sweep;
 
   void merge_equal_edges();
   std::vector<std::vector<Node>> split_points() const;
   bool split_edges();
   std::vector<Edge> boundary(const std::function<bool(int, int)>& inside) const;
   std::vector<Loop> linked(const std::vector<Edge>& directed) const;
-  static std::int64_t along(const Node& node, int axis) { return axis == 0 ? node.x : node.y; }
   static int turn(Node o, Node p, Node q);
 
   double unit_;

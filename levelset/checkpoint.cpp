@@ -4,13 +4,12 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string_view>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/read_file.h"
 #include "levelset/vdb.h"
 
 namespace scarp {
@@ -159,13 +158,9 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
   initialize_openvdb();
-  std::ifstream in(path, std::ios::binary);
-  if (!in) {
-    throw InputError(path.string() + ": cannot be opened");
-  }
+  const std::string file = read_file(path);
   // The only place where exceptions of OpenVDB are expected: they tell of damaged files.
   try {
-    const std::string file(std::istreambuf_iterator<char>(in), {});
     std::istringstream content(checked_content(file), std::ios::binary);
     return read_vdb(content);
   } catch (const InputError& error) {

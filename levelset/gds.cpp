@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <numbers>
 #include <set>
 
 #include "core/error.h"
+#include "core/quantity.h"
+#include "core/read_file.h"
 #include "core/suggestion.h"
 
 namespace scarp {
@@ -47,6 +47,9 @@ enum Record : int {
 /// More shapes than this are taken for a mistake.
 constexpr std::size_t most_loops = 4'000'000;
 
+/// Cells within cells; layouts have ten or twenty.
+constexpr int most_levels = 200;
+
 struct Element {
   int kind = 0;
   int layer = 0;
@@ -76,10 +79,7 @@ struct Library {
 /// The records of a file, one after the other.
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& file) : file_(file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) refuse(file, "cannot be read");
-    bytes_.assign(std::istreambuf_iterator<char>(in), {});
+  explicit Reader(const std::filesystem::path& file) : file_(file), bytes_(read_file(file)) {
     next();
   }
 
@@ -327,45 +327,123 @@ std::vector<Loop> path_loops(const Element& element, double half) {
   return loops;
 }
 
+/// What a layout draws on the chosen layer.
+bool is_chosen(const Element& element, const GdsSelection& selection) {
+  return element.layer == selection.layer &&
+         (!selection.datatype || element.datatype == *selection.datatype);
+}
+
+bool is_reference(const Element& element) {
+  return element.kind == cell_reference || element.kind == array_reference;
+}
+
+/// The loops of one shape in its cell; a negative width of a path is not magnified.
+std::vector<Loop> loops_of(const Element& element, double scale) {
+  std::vector<Loop> loops{element.points};
+  if (element.kind == path) {
+    const double width = element.width < 0 ? -element.width / scale : element.width;
+    loops = path_loops(element, 0.5 * width);
+  }
+  for (Loop& loop : loops) {
+    if (!loop.empty() && loop.front() == loop.back()) loop.pop_back();
+  }
+  std::erase_if(loops, [](const Loop& loop) { return loop.size() < 3; });
+  return loops;
+}
+
+/// Counts what cells draw on the chosen layer before any of it is written out: references of
+/// references can multiply it, or nothing at all, without end.
+class Census {
+ public:
+  Census(const std::filesystem::path& file, const Library& library, const GdsSelection& selection)
+      : file_(file), library_(library), selection_(selection) {}
+
+  /// Loops of a cell and of all below it.
+  double loop_count(const std::string& cell) { return count(cell, 1).loops; }
+
+  const std::set<std::pair<int, int>>& layers() const { return layers_; }
+
+ private:
+  struct Count {
+    double loops = 0;
+    int levels = 0;  ///< of cells, this one included
+    bool is_open = true;
+  };
+
+  const Count& count(const std::string& cell, int level) {
+    const auto found = library_.cells.find(cell);
+    if (found == library_.cells.end()) refuse(file_, "refers to a cell that it lacks: " + cell);
+    const auto [place, is_new] = counts_.try_emplace(cell);
+    Count& sum = place->second;
+    if (!is_new && sum.is_open) refuse(file_, "cell " + cell + " contains itself");
+    if (level + sum.levels > most_levels) {
+      refuse(file_, "cell " + cell + " is " + std::to_string(most_levels) +
+                        " or more references below the one that is read; flatten it");
+    }
+    if (!is_new) return sum;
+    for (const Element& element : found->second) {
+      if (is_reference(element)) {
+        check_reference(cell, element);
+        const Count& inner = count(element.cell, level + 1);
+        sum.loops += static_cast<double>(element.columns) * element.rows * inner.loops;
+        sum.levels = std::max(sum.levels, inner.levels);
+        continue;
+      }
+      layers_.insert({element.layer, element.datatype});
+      if (is_chosen(element, selection_)) {
+        sum.loops += static_cast<double>(loops_of(element, 1).size());
+      }
+    }
+    ++sum.levels;
+    sum.is_open = false;
+    return sum;
+  }
+
+  void check_reference(const std::string& cell, const Element& element) const {
+    const bool is_array = element.kind == array_reference;
+    if (element.points.size() < (is_array ? 3U : 1U) || element.columns < 1 || element.rows < 1) {
+      refuse(file_, "cell " + cell + " has a damaged reference to " + element.cell);
+    }
+  }
+
+  const std::filesystem::path& file_;
+  const Library& library_;
+  const GdsSelection& selection_;
+  std::map<std::string, Count> counts_;
+  std::set<std::pair<int, int>> layers_;
+};
+
 /// Walks a cell and all that it refers to.
 class Flattener {
  public:
   Flattener(const std::filesystem::path& file, const Library& library,
             const GdsSelection& selection)
-      : file_(file), library_(library), selection_(selection) {}
+      : file_(file), library_(library), selection_(selection), census_(file, library, selection) {}
 
   std::vector<Loop> run(const std::string& cell) {
-    place(cell, {});
-    if (loops_.empty()) refuse_layer(cell);
-    for (Loop& loop : loops_) {
-      for (Point2& point : loop) point = {point[0] * library_.unit, point[1] * library_.unit};
+    const double count = census_.loop_count(cell);
+    if (count == 0) refuse_layer(cell);
+    if (count > most_loops) {
+      refuse(file_, "cell " + cell + " has more than " + std::to_string(most_loops) +
+                        " shapes on the layer; choose a smaller cell");
     }
+    place(cell, {});
     return std::move(loops_);
   }
 
  private:
   void place(const std::string& cell, const Placement& placement) {
-    const auto found = library_.cells.find(cell);
-    if (found == library_.cells.end()) refuse(file_, "refers to a cell that it lacks: " + cell);
-    if (std::find(open_.begin(), open_.end(), cell) != open_.end()) {
-      refuse(file_, "cell " + cell + " contains itself");
-    }
-    open_.push_back(cell);
-    for (const Element& element : found->second) {
-      if (element.kind == cell_reference || element.kind == array_reference) {
+    for (const Element& element : library_.cells.at(cell)) {
+      if (!is_reference(element)) {
+        if (is_chosen(element, selection_)) draw(element, placement);
+      } else if (census_.loop_count(element.cell) > 0) {
         refer(element, placement);
-      } else {
-        draw(element, placement);
       }
     }
-    open_.pop_back();
   }
 
   void refer(const Element& element, const Placement& placement) {
     const bool is_array = element.kind == array_reference;
-    if (element.points.size() < (is_array ? 3U : 1U) || element.columns < 1 || element.rows < 1) {
-      refuse(file_, "cell " + open_.back() + " has a damaged reference to " + element.cell);
-    }
     const Point2& origin = element.points[0];
     for (int column = 0; column < element.columns; ++column) {
       for (int row = 0; row < element.rows; ++row) {
@@ -380,30 +458,24 @@ class Flattener {
   }
 
   void draw(const Element& element, const Placement& placement) {
-    layers_.insert({element.layer, element.datatype});
-    if (element.layer != selection_.layer ||
-        (selection_.datatype && element.datatype != *selection_.datatype)) {
-      return;
-    }
-    std::vector<Loop> drawn{element.points};
-    if (element.kind == path) {
-      // A negative width is not magnified.
-      const double width = element.width < 0 ? -element.width / placement.scale() : element.width;
-      drawn = path_loops(element, 0.5 * width);
-    }
-    for (Loop& loop : drawn) {
-      for (Point2& point : loop) point = placement(point);
-      if (!loop.empty() && loop.front() == loop.back()) loop.pop_back();
-      if (loop.size() > 2) loops_.push_back(std::move(loop));
-    }
-    if (loops_.size() > most_loops) {
-      refuse(file_, "has more than " + std::to_string(most_loops) + " shapes on the layer");
+    for (Loop& loop : loops_of(element, placement.scale())) {
+      for (Point2& point : loop) {
+        point = placement(point);
+        for (double& x : point) {
+          x *= library_.unit;
+          if (!(std::abs(x) <= longest_length)) {
+            refuse(file_, "has a point more than 1 m away from its origin; is its database unit (" +
+                              std::to_string(library_.unit) + " nm) right?");
+          }
+        }
+      }
+      loops_.push_back(std::move(loop));
     }
   }
 
   [[noreturn]] void refuse_layer(const std::string& cell) const {
     std::string known;
-    for (const auto& [layer, datatype] : layers_) {
+    for (const auto& [layer, datatype] : census_.layers()) {
       known += (known.empty() ? "" : ", ") + std::to_string(layer) + '/' + std::to_string(datatype);
     }
     refuse(file_, "cell " + cell + " has nothing on layer " + std::to_string(selection_.layer) +
@@ -414,8 +486,7 @@ class Flattener {
   const std::filesystem::path& file_;
   const Library& library_;
   const GdsSelection& selection_;
-  std::vector<std::string> open_;
-  std::set<std::pair<int, int>> layers_;
+  Census census_;
   std::vector<Loop> loops_;
 };
 

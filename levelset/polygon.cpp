@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "levelset/arrangement.h"
+#include "levelset/box_pairs.h"
 
 namespace scarp {
 
@@ -76,19 +77,14 @@ bool adjacent(const NamedEdge& e, const NamedEdge& f, std::span<const Loop> loop
 
 /// Calls visit for pairs of edges whose boxes are not further apart than reach, until it is true.
 template <class Visit>
-bool any_pair(std::vector<NamedEdge>& edges, double reach, const Visit& visit) {
-  std::stable_sort(edges.begin(), edges.end(),
-                   [](const NamedEdge& e, const NamedEdge& f) { return e.lower(0) < f.lower(0); });
-  std::vector<const NamedEdge*> open;
+void any_pair(const std::vector<NamedEdge>& edges, double reach, const Visit& visit) {
+  std::vector<PlaneBox<double>> boxes;
+  boxes.reserve(edges.size());
   for (const NamedEdge& e : edges) {
-    std::erase_if(open, [&](const NamedEdge* f) { return f->upper(0) + reach < e.lower(0); });
-    for (const NamedEdge* f : open) {
-      const bool far = f->upper(1) + reach < e.lower(1) || e.upper(1) + reach < f->lower(1);
-      if (!far && visit(*f, e)) return true;
-    }
-    open.push_back(&e);
+    boxes.push_back({{e.lower(0), e.lower(1)}, {e.upper(0) + reach, e.upper(1) + reach}});
   }
-  return false;
+  any_pair_of_boxes<double>(
+      boxes, [&](std::size_t n, std::size_t m) { return visit(edges[n], edges[m]); });
 }
 
 std::optional<std::string> fault_of_loop(const Loop& loop, const std::string& name) {
@@ -171,7 +167,7 @@ std::optional<std::string> polygon_fault(std::span<const Loop> loops) {
     if (auto fault = fault_of_loop(loops[l], "polygon " + std::to_string(l))) return fault;
   }
   std::optional<std::string> fault;
-  std::vector<NamedEdge> edges = edges_of(loops);
+  const std::vector<NamedEdge> edges = edges_of(loops);
   any_pair(edges, 0, [&](const NamedEdge& e, const NamedEdge& f) {
     const bool neighbours = adjacent(e, f, loops);
     if (neighbours ? !runs_back(e, f) : distance_between(e, f) > 0) return false;
@@ -201,7 +197,7 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
     return cosine < -0.5;
   };
   std::optional<std::string> fault;
-  std::vector<NamedEdge> edges = edges_of(loops);
+  const std::vector<NamedEdge> edges = edges_of(loops);
   any_pair(edges, shortest, [&](const NamedEdge& e, const NamedEdge& f) {
     if (!in_domain(e) || !in_domain(f) || adjacent(e, f, loops)) return false;
     const double gap = distance_between(e, f);

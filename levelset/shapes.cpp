@@ -220,6 +220,7 @@ class Builder {
   struct Part {
     MaterialId material = 0;
     double top = 0;
+    std::size_t operation_count = 0;  ///< later ones do not change its layer
   };
   /// Changes the distances of all layers at a point.
   using Operation = std::function<void(Vec3d, std::vector<Distance>&)>;
@@ -258,7 +259,7 @@ class Builder {
     if (joins) {
       parts_.back().top = std::max(parts_.back().top, top);
     } else {
-      parts_.push_back({material, top});
+      parts_.push_back({.material = material, .top = top});
     }
     operations_.push_back([joins, solid = std::move(solid)](Vec3d r, std::vector<Distance>& all) {
       const Distance added = solid(r);
@@ -270,6 +271,7 @@ class Builder {
         all.push_back(unite(all.back(), added));
       }
     });
+    parts_.back().operation_count = operations_.size();
   }
 
   void cut(const Cut& cut, double z, Solid walls) {
@@ -311,6 +313,9 @@ class Builder {
         }
       }
     });
+    for (std::size_t n = first; n < parts_.size(); ++n) {
+      parts_[n].operation_count = operations_.size();
+    }
   }
 
   Frame frame_;
@@ -326,9 +331,8 @@ Layers Builder::build() const {
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const auto distance = [&](Vec3d r) {
       std::vector<Distance> all;
-      for (const Operation& operation : operations_) {
-        operation(r, all);
-      }
+      all.reserve(parts_.size());
+      for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, all);
       return all[k].value - dilation * frame_.spacing;
     };
     layers.stack.push_back(

@@ -135,6 +135,10 @@ struct ShapeProblem {
 /// Everything that is wrong with a list of shapes; empty if nothing is.
 std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes);
 
+/// About the area of the walls that a shape adds to the surface, those of meshes not counted: to
+/// know what a geometry takes before it is built. Units: nm^2.
+double wall_area(const Frame& frame, const Shape& shape);
+
 /// The layers that the shapes describe.
 ///
 /// phi is the exact distance for planes, cones, the walls over polygons and the edges where two of

@@ -13,6 +13,13 @@ namespace {
 /// Features thinner than this many spacings are refused: the band cannot hold both their sides.
 constexpr double thinnest = 2;
 
+/// Every layer is a level set of its own, and every point is compared with every shape.
+constexpr std::size_t most_layers = 200;
+constexpr std::size_t most_shapes = 1000;
+
+/// From the deepest cut to the highest top, in spacings.
+constexpr double most_levels = 1e5;
+
 std::string in_nm(double length) {
   std::string text = std::to_string(length);
   text.erase(text.find_last_not_of('0') + 1);
@@ -22,6 +29,11 @@ std::string in_nm(double length) {
   return text + " nm";
 }
 
+/// A count that may be too large for an integer.
+std::string whole_text(double count) {
+  return count < 1e15 ? std::to_string(static_cast<long long>(count)) : "more than 1e15";
+}
+
 class Checker {
  public:
   explicit Checker(const Frame& frame) : frame_(frame), sides_(frame.sides()) {}
@@ -29,6 +41,13 @@ class Checker {
   std::vector<ShapeProblem> run(std::span<const Shape> shapes) {
     if (shapes.empty()) {
       problems_.push_back({0, "shape", "there is no shape; the first must be a wafer"});
+    }
+    if (shapes.size() > most_shapes) {
+      problems_.push_back({most_shapes, "shape",
+                           "is one of " + std::to_string(shapes.size()) + " shapes, at most " +
+                               std::to_string(most_shapes) +
+                               " can be; draw what is alike with repeat, polygons or a layout"});
+      return std::move(problems_);
     }
     for (shape_ = 0; shape_ < shapes.size(); ++shape_) {
       const bool is_wafer = std::holds_alternative<WaferShape>(shapes[shape_]);
@@ -57,6 +76,29 @@ class Checker {
       return true;
     }
     return false;
+  }
+
+  /// Counts layers that a shape adds.
+  void add_layers(const std::string& key, double count) {
+    const double before = layer_count_;
+    layer_count_ += count;
+    if (layer_count_ > most_layers && before <= most_layers) {
+      report(key, "makes " + whole_text(layer_count_) + " layers with those below; at most " +
+                      std::to_string(most_layers) + " can be told apart");
+    }
+  }
+
+  /// The stack reaches from the lowest cut to the top of what was added.
+  void reach(const std::string& key, double lowest, double highest) {
+    const double limit = most_levels * frame_.spacing;
+    const bool was_fine = highest_ - lowest_ <= limit;
+    lowest_ = std::min(lowest_, lowest);
+    highest_ = std::max(highest_, highest);
+    if (was_fine && highest_ - lowest_ > limit) {
+      report(key, "makes the geometry " + whole_text((highest_ - lowest_) / frame_.spacing) +
+                      " grid spacings high; at most " + whole_text(most_levels) + ": " +
+                      in_nm(limit));
+    }
   }
 
   void taper(double angle) {
@@ -179,6 +221,7 @@ class Checker {
       report("taper", "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
                           " at this depth: less than two grid spacings");
     }
+    reach("depth", highest_ - cut.depth, highest_);
     radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
     radius("top_radius", cut.top_radius, cut.depth);
     if (cut.top_radius > 0 && !cut.through.empty()) {
@@ -211,6 +254,8 @@ class Checker {
     if (!std::isfinite(s.thickness) || s.thickness <= 0) {
       report("thickness", "must be a length above 0");
     }
+    add_layers("thickness", 1);
+    reach("thickness", lowest_, highest_ + s.thickness);
     materials_.push_back(s.material);
   }
 
@@ -218,6 +263,12 @@ class Checker {
     if (s.layers.empty()) report("materials", "there is no layer");
     if (s.count < 1) report("count", "must be 1 or more");
     for (const LayerShape& layer : s.layers) check(layer);
+    // The first of the copies is counted with its layers.
+    const double copies = std::max(s.count - 1, 0);
+    double thickness = 0;
+    for (const LayerShape& layer : s.layers) thickness += layer.thickness;
+    add_layers("count", copies * static_cast<double>(s.layers.size()));
+    reach("count", lowest_, highest_ + copies * thickness);
   }
 
   void check(const TrenchShape& s) {
@@ -237,12 +288,16 @@ class Checker {
     if (feature("height", s.height) && ridge < thinnest * frame_.spacing * (1 - 1e-9)) {
       report("taper", "leaves a ridge of less than two grid spacings");
     }
+    add_layers("material", 1);
+    reach("height", lowest_, highest_ + s.height);
     materials_.push_back(s.material);
   }
 
   void check(const MaskShape& s) {
     feature("thickness", s.thickness);
     taper(s.taper);
+    add_layers("material", 1);
+    reach("thickness", lowest_, highest_ + s.thickness);
     const std::string prefix = s.outlines == MaskShape::Outlines::opening ? "opening." : "resist.";
     if (const auto* polygon = std::get_if<PolygonOutline>(&s.outline)) {
       check_polygon(prefix, *polygon, s);
@@ -257,7 +312,11 @@ class Checker {
       report("shape", "meshes need three dimensions");
     } else if (const auto fault = mesh_fault(frame_, welded(*s.mesh))) {
       report("file", *fault);
+    } else {
+      const Box box = bounding_box(*s.mesh);
+      reach("file", box.lower.z, box.upper.z);
     }
+    add_layers("material", s.material ? 1 : 0);
     if (s.material) materials_.push_back(*s.material);
   }
 
@@ -301,6 +360,9 @@ class Checker {
     if (foot.empty()) {
       report(key, "lies wholly outside the domain, which reaches from " + place(sides_.lower) +
                       " to " + place(sides_.upper));
+    } else if (covers_domain(foot)) {
+      report(key, opening ? "covers the whole domain and leaves nothing of the mask"
+                          : "covers the whole domain; write shape = \"layer\" for that");
     } else if (const auto fault = thin_feature(frame_, foot, shortest)) {
       report(key, *fault);
     } else if (growth != 0) {
@@ -310,6 +372,23 @@ class Checker {
                "makes the walls of the polygon meet, or nearly, below the top of the mask");
       }
     }
+  }
+
+  /// Loops that leave something of the domain inside have no edge within it when all of it is.
+  bool covers_domain(const std::vector<Loop>& loops) const {
+    for (const Loop& loop : loops) {
+      for (std::size_t p = 0; p < loop.size(); ++p) {
+        const Point2& a = loop[p];
+        const Point2& b = loop[(p + 1) % loop.size()];
+        bool apart = false;
+        for (int axis = 0; axis < 2; ++axis) {
+          apart = apart || std::max(a[axis], b[axis]) < sides_.lower[axis] ||
+                  std::min(a[axis], b[axis]) > sides_.upper[axis];
+        }
+        if (!apart) return false;
+      }
+    }
+    return true;
   }
 
   static std::string place(const std::array<double, 2>& corner) {
@@ -342,6 +421,9 @@ class Checker {
   Sides sides_;
   std::size_t shape_ = 0;
   std::vector<MaterialId> materials_;
+  double layer_count_ = 0;
+  double lowest_ = 0;
+  double highest_ = 0;
   std::vector<ShapeProblem> problems_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -35,6 +36,8 @@ constexpr std::array<ScalarName, 16> scalar_names{{{"char", Scalar::int8},
                                                    {"float32", Scalar::float32},
                                                    {"double", Scalar::float64},
                                                    {"float64", Scalar::float64}}};
+
+constexpr double largest_integer = 0x1p32;
 
 enum class Encoding { text, little_endian, big_endian };
 
@@ -143,6 +146,16 @@ class Body {
     return 0;
   }
 
+  /// A value that counts or names something; negative ones are -1.
+  std::int64_t integer(Scalar scalar, const char* meaning) {
+    const double number = value(scalar);
+    if (!(number == std::trunc(number)) || number > largest_integer) {
+      fail(std::string(meaning) + " is " + number_text(number) +
+           "; a whole number up to 2^32 is wanted");
+    }
+    return number < 0 ? -1 : static_cast<std::int64_t>(number);
+  }
+
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(text_.name + ": " + message + " at element " + element_->name + " " +
                      std::to_string(index_) + " of " + std::to_string(element_->count));
@@ -170,6 +183,7 @@ class Body {
 void read_element(const Element& element, Body& body, RawMesh& mesh) {
   const bool is_vertex = element.name == "vertex";
   const bool is_face = element.name == "face";
+  if (element.properties.empty()) return;
   std::vector<std::int64_t> list;
   for (std::int64_t i = 0; i < element.count; ++i) {
     body.at(element, i);
@@ -182,15 +196,15 @@ void read_element(const Element& element, Body& body, RawMesh& mesh) {
         if (property.name == "z") r.z = static_cast<float>(value);
         continue;
       }
-      const auto count = static_cast<std::int64_t>(body.value(*property.list_count));
+      const std::int64_t count = body.integer(*property.list_count, "the length of a list");
       if (count < 0) body.fail("a list has a negative length");
+      if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) {
+        for (std::int64_t k = 0; k < count; ++k) body.value(property.scalar);
+        continue;
+      }
       list.clear();
       for (std::int64_t k = 0; k < count; ++k) {
-        const double value = body.value(property.scalar);
-        list.push_back(value >= 0 && value < 4294967295.0 ? static_cast<std::int64_t>(value) : -1);
-      }
-      if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) {
-        continue;
+        list.push_back(body.integer(property.scalar, "a corner"));
       }
       if (list.size() < 3) body.fail("a face has fewer than three corners");
       mesh.add_polygon(list);

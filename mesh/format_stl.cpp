@@ -91,8 +91,11 @@ RawMesh read_text(const MeshText& text) {
   WordReader reader(text);
   std::vector<std::uint32_t> facet;
   bool inside = false;
+  bool complete = false;
   while (reader.next_line()) {
     const std::string_view keyword = reader.word();
+    if (keyword == "solid") complete = false;
+    if (keyword == "endsolid") complete = true;
     if (keyword == "facet") {
       if (inside) reader.fail("a facet begins within a facet");
       inside = true;
@@ -111,6 +114,9 @@ RawMesh read_text(const MeshText& text) {
     }
   }
   if (inside) reader.fail("the file ends within a facet");
+  if (!complete) {
+    reader.fail("the file ends without \"endsolid\": it is cut off; write or copy it again");
+  }
   return mesh;
 }
 

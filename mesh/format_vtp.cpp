@@ -1,12 +1,12 @@
 // VTK polydata in XML, and the .pvd list of them.
 // Source: VTK file formats, "XML file formats" (docs.vtk.org).
 
-#include <array>
 #include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <pugixml.hpp>
 #include <utility>
 
@@ -242,6 +242,16 @@ std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
   return values;
 }
 
+/// A number that counts or names something.
+std::int64_t integer(const VtpFile& file, const char* array, double value, double largest) {
+  if (!(value >= 0 && value <= largest && value == std::trunc(value))) {
+    file.fail("has " + number_text(value) + " in its array " + array +
+              "; whole numbers from 0 to " + std::to_string(static_cast<std::int64_t>(largest)) +
+              " are wanted");
+  }
+  return static_cast<std::int64_t>(value);
+}
+
 /// The values of a DataArray in any of the ways VTK stores them. Integers are exact up to 2^53.
 std::vector<double> read_array(const VtpFile& file, const pugi::xml_node& array) {
   const std::string_view format = array.attribute("format").as_string("ascii");
@@ -271,16 +281,18 @@ std::vector<double> read_named(const VtpFile& file, const pugi::xml_node& parent
 void read_polygons(const VtpFile& file, const pugi::xml_node& polys, RawMesh& mesh) {
   const std::vector<double> connectivity = read_named(file, polys, "connectivity");
   const std::vector<double> offsets = read_named(file, polys, "offsets");
+  const auto corner_count = static_cast<std::int64_t>(connectivity.size());
   std::vector<std::int64_t> polygon;
-  double begin = 0;
-  for (const double end : offsets) {
-    if (!(end >= begin + 3) || end > static_cast<double>(connectivity.size())) {
+  std::int64_t begin = 0;
+  for (const double offset : offsets) {
+    const std::int64_t end = integer(file, "offsets", offset, 0x1p53);
+    if (end < begin + 3 || end > corner_count) {
       file.fail("has polygon offsets that do not fit its connectivity");
     }
     polygon.clear();
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const double index = connectivity[i];
-      polygon.push_back(index >= 0 && index < 4294967295.0 ? static_cast<std::int64_t>(index) : -1);
+    for (std::int64_t i = begin; i < end; ++i) {
+      const double corner = connectivity[static_cast<std::size_t>(i)];
+      polygon.push_back(integer(file, "connectivity", corner, 0x1p32));
     }
     mesh.add_polygon(polygon);
     begin = end;
@@ -339,7 +351,8 @@ RawMesh read_vtp(const MeshText& text) {
   const pugi::xml_node cells = piece.child("CellData");
   if (cells.find_child_by_attribute("DataArray", "Name", "material")) {
     for (const double id : read_named(file, cells, "material")) {
-      mesh.materials.push_back(static_cast<MaterialId>(id));
+      constexpr double largest = std::numeric_limits<MaterialId>::max();
+      mesh.materials.push_back(static_cast<MaterialId>(integer(file, "material", id, largest)));
     }
     // Polygons that were cut into several triangles leave no one-to-one mapping.
     if (mesh.materials.size() != mesh.triangles.size()) mesh.materials.clear();
@@ -352,9 +365,7 @@ void write_series(const std::filesystem::path& file, std::span<const SeriesEntry
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
       "byte_order=\"LittleEndian\">\n  <Collection>\n";
   for (const SeriesEntry& entry : entries) {
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), entry.time).ptr;
-    xml += "    <DataSet timestep=\"" + std::string(digits.data(), end) + "\" part=\"0\" file=\"" +
+    xml += "    <DataSet timestep=\"" + number_text(entry.time) + "\" part=\"0\" file=\"" +
            escaped(entry.file) + "\"/>\n";
   }
   write_file(file, xml + "  </Collection>\n</VTKFile>\n");

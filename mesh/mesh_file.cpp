@@ -1,16 +1,15 @@
 #include "mesh/mesh_file.h"
 
 #include <algorithm>
-#include <cerrno>
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
 #include <system_error>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/read_file.h"
 #include "mesh/mesh_format.h"
 
 namespace scarp {
@@ -30,20 +29,6 @@ std::string ending_of(const std::filesystem::path& file) {
 [[noreturn]] void fail_unknown_ending(const std::filesystem::path& file) {
   throw InputError(file.string() +
                    ": the ending does not name a mesh format; use .obj, .ply, .stl or .vtp");
-}
-
-std::string read_all(const std::filesystem::path& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": is a folder; give the name of a mesh file");
-  }
-  errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
-  std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (in.bad()) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
-  if (content.empty()) throw InputError(file.string() + ": the file is empty");
-  return content;
 }
 
 void check(const std::string& name, const RawMesh& mesh) {
@@ -77,6 +62,11 @@ void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
   for (std::size_t i = 2; i < polygon.size(); ++i) {
     triangles.push_back({index(polygon[0]), index(polygon[i - 1]), index(polygon[i])});
   }
+}
+
+std::string number_text(double value) {
+  std::array<char, 32> digits;
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
 bool WordReader::next_line() {
@@ -146,7 +136,8 @@ TriMesh read_mesh(const std::filesystem::path& file) {
   if (ending == ".vtp") read = read_vtp;
   if (read == nullptr) fail_unknown_ending(file);
 
-  const std::string content = read_all(file);
+  const std::string content = read_file(file);
+  if (content.empty()) throw InputError(file.string() + ": the file is empty");
   RawMesh mesh = read({file.string(), content});
   check(file.string(), mesh);
   return {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)};

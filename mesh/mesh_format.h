@@ -31,6 +31,9 @@ struct RawMesh {
   void add_polygon(const std::vector<std::int64_t>& polygon);
 };
 
+/// The shortest text of a number, those that are not finite included.
+std::string number_text(double value);
+
 RawMesh read_obj(const MeshText& text);
 RawMesh read_ply(const MeshText& text);
 RawMesh read_stl(const MeshText& text);

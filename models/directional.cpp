@@ -17,7 +17,7 @@ Parameter rate(std::string_view name, std::string_view needed, std::string_view 
   return {.name = name,
           .kind = Parameter::Kind::per_material,
           .dimension = Dimension::rate,
-          .limits = {.fallback = fallback, .minimum = 0},
+          .limits = {.fallback = fallback, .minimum = 0, .maximum = fastest_rate},
           .needed = needed,
           .meaning = meaning,
           .source = "blanket wafer"};

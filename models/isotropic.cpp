@@ -9,14 +9,14 @@ namespace {
 const Parameter growth_rate{.name = "growth_rate",
                             .kind = Parameter::Kind::per_material,
                             .dimension = Dimension::rate,
-                            .limits = {.minimum = 0},
+                            .limits = rate_limits,
                             .needed = "this or etch_rate",
                             .meaning = "speed of growth",
                             .source = "blanket wafer"};
 const Parameter etch_rate{.name = "etch_rate",
                           .kind = Parameter::Kind::per_material,
                           .dimension = Dimension::rate,
-                          .limits = {.minimum = 0},
+                          .limits = rate_limits,
                           .needed = "this or growth_rate",
                           .meaning = "speed of etching; 0 for a mask that withstands",
                           .source = "blanket wafer"};

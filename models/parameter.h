@@ -24,6 +24,10 @@ struct Parameter {
   std::string_view source = "the tool";  ///< where its value comes from
 };
 
+/// A metre per second; whatever is faster is a mistake of units. Units: nm/s.
+constexpr double fastest_rate = 1e9;
+constexpr Limits rate_limits{.minimum = 0, .maximum = fastest_rate};
+
 /// What the reader of a step has to know of the rest of the recipe.
 struct StepScope {
   const Materials& materials;

@@ -435,6 +435,16 @@ TEST_F(CommandLine, ANonManifoldMeshIsRefusedWithThePlace) {
   EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
 }
 
+TEST_F(CommandLine, AFileThatOpensButCannotBeReadIsExitTwo) {
+  fs::create_symlink("/proc/self/mem", path("mem.obj"));
+  for (const std::string& command : {std::string("check /proc/self/mem"),
+                                     "check " + folder_.string(), "flux " + path("mem.obj")}) {
+    const Outcome outcome = scarp(command);
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_THAT(outcome.messages, HasSubstr("cannot be read: ")) << command;
+  }
+}
+
 TEST_F(CommandLine, BadMeshFilesAreExitTwo) {
   write("empty.obj", "");
   write("cut.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n");

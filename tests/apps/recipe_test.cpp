@@ -245,7 +245,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRecipe{"NegativeRate",
                   "\"1 um/min\"",
                   "\"-1 um/min\"",
-                  {"r.toml:19:", "step[0].growth_rate", "below 0"}},
+                  {"r.toml:19:", "step[0].growth_rate", "outside [0, 1e9 nm/s]"}},
         BadRecipe{"TrenchWiderThanDomain",
                   "width = \"4 um\"",
                   "width = \"12 um\"",
@@ -272,6 +272,42 @@ INSTANTIATE_TEST_SUITE_P(
                   "extent = [\"10 um\", \"10 um\"]",
                   "extent = [\"90 mm\", \"90 mm\"]",
                   {"r.toml:3:", "domain.extent", "coarser spacing"}},
+        BadRecipe{"CellsWithoutEnd",
+                  "extent = [\"10 um\", \"10 um\"]",
+                  "extent = [\"0.9 m\", \"10 um\"]",
+                  {"domain.extent[0]", "the most is 1000000: an extent of 1e8 nm", "900 nm"}},
+        BadRecipe{"SpacingBelowAtoms",
+                  "\"0.1 um\"",
+                  "\"1e-30 um\"",
+                  {"r.toml:2:", "domain.spacing", "outside [1e-6 um, 1e9 nm]"}},
+        BadRecipe{"EndlessDepth",
+                  "depth = \"8 um\"",
+                  "depth = \"1e30 m\"",
+                  {"r.toml:12:", "geometry[1].depth", "outside (0, 1e9 nm)"}},
+        BadRecipe{"DepthOfTooManyCells",
+                  "depth = \"8 um\"",
+                  "depth = \"0.5 m\"",
+                  {"r.toml:12:", "geometry[1].depth", "5000000 grid spacings high", "100000"}},
+        BadRecipe{
+            "WallsLargerThanMemory",
+            "\"10 um\"]\n\n[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n\n[[geometry]]\n"
+            "shape = \"trench\"\nwidth = \"4 um\"\ndepth = \"8 um\"",
+            "\"10 mm\"]\n\n[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n\n[[geometry]]\n"
+            "shape = \"trench\"\nwidth = \"4 um\"\ndepth = \"8 mm\"",
+            {"r.toml:9:", "geometry[1]", "walls of 1.6e+10 grid cells need 4.1e+03 GB"}},
+        BadRecipe{"EndlessRate",
+                  "\"1 um/min\"",
+                  "\"1e33 um/min\"",
+                  {"r.toml:19:", "step[0].growth_rate", "outside [0, 1e9 nm/s]"}},
+        BadRecipe{
+            "EndlessRepeat",
+            "[[step]]\n",
+            "[[step]]\nrepeat = 1000000\n[[step.step]]\nrepeat = 1000000\n[[step.step.step]]\n",
+            {"step[0].step[0].repeat", "makes 1000000 steps", "at most 100000"}},
+        BadRecipe{"RepeatsThatMultiply",
+                  "[[step]]\n",
+                  "[[step]]\nrepeat = 1000\n[[step.step]]\nrepeat = 1000\n[[step.step.step]]\n",
+                  {"r.toml:15:", "step[0].repeat", "makes 1000000 steps"}},
         BadRecipe{"EndlessStep", "\"1.6 min\"", "\"1e300 s\"", {"r.toml:17:", "step[0].duration"}},
         BadRecipe{"UnknownModel",
                   "single_particle",
@@ -327,6 +363,27 @@ beam = [{ tilt = "10 deg" }]
 TEST_F(RecipeTest, RepeatOnAPlainStepIsOneError) {
   const std::string message = message_of(trench_recipe, {"step[0].repeat=3"});
   EXPECT_THAT(message, HasSubstr("step[0].repeat: there is nothing to repeat"));
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0) << message;
+}
+
+TEST_F(RecipeTest, WhatIsNoTableIsTheOnlyError) {
+  for (const char* change : {"domain=1", "step[0]=1", "step=1", "geometry=1", "geometry[1]=1"}) {
+    const std::string message = message_of(trench_recipe, {change});
+    EXPECT_THAT(message, HasSubstr("1 is not a table")) << change;
+    EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0) << message;
+  }
+}
+
+TEST_F(RecipeTest, TheStepsOfAllCyclesAreCounted) {
+  std::string text = trench_recipe;
+  text.erase(text.find("[[step]]"));
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    text +=
+        "[[step]]\nrepeat = 40000\n[[step.step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\n"
+        "etch_rate = \"1 nm/s\"\n";
+  }
+  const std::string message = message_of(text);
+  EXPECT_THAT(message, HasSubstr("step[2].repeat: makes 120000 steps"));
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0) << message;
 }
 

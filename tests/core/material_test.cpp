@@ -7,6 +7,19 @@
 namespace scarp {
 namespace {
 
+TEST(Materials, NamesAreShownAsARecipeWritesThem) {
+  const auto message = [](const std::string& name) -> std::string {
+    try {
+      Materials().id(name);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message(""), "the name of the material is empty; write for example \"Si\"");
+  EXPECT_NE(message("a b").find("[materials.\"a b\"]"), std::string::npos);
+}
+
 TEST(Materials, KnowsTheDensitiesThatTheModelsUse) {
   const Materials materials;
   EXPECT_EQ(materials[materials.id("Si")].density, 5.02);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace scarp {
@@ -35,10 +36,34 @@ TEST(RecipeErrors, ForgetsAKeyThatIsThereMisspelt) {
   RecipeErrors::Entry missing = entry("s", {}, "x or y is missing");
   missing.missing = {"s.x", "s.y"};
   errors.add(missing);
-  errors.forget_missing("s.z");
+  errors.forget_missing({"s.z"});
   EXPECT_FALSE(errors.ok("s"));
-  errors.forget_missing("s.y");
+  errors.forget_missing({"s.a", "s.y"});
   EXPECT_TRUE(errors.ok("s"));
+}
+
+TEST(RecipeErrors, AKeyIsAtFaultForWhatIsWithinIt) {
+  RecipeErrors errors("r.toml");
+  errors.add(entry("step[1].rate", {}, "is wrong"));
+  errors.add(entry("list[2]", {}, "is wrong"));
+  for (const char* path : {"", "step", "step[1]", "step[1].rate", "list", "list[2]"}) {
+    EXPECT_FALSE(errors.ok(path)) << path;
+  }
+  for (const char* path : {"st", "step[0]", "step[10]", "step[1].rat", "step[1].rate.Si", "lis"}) {
+    EXPECT_TRUE(errors.ok(path)) << path;
+  }
+}
+
+TEST(RecipeErrors, OfVeryManyTheFirstHundredAreSaid) {
+  RecipeErrors errors("r.toml");
+  for (std::uint32_t n = 0; n < 20'000; ++n) {
+    const std::string path = "step[" + std::to_string(n) + ']';
+    EXPECT_TRUE(errors.ok(path));
+    errors.add(entry(path, {n + 1, 1, ""}, "is wrong"));
+  }
+  const std::string text = errors.text();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
+  EXPECT_TRUE(text.ends_with("r.toml:100:1: step[99]: is wrong\n... and 19900 more"));
 }
 
 }  // namespace

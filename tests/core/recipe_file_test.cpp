@@ -51,9 +51,11 @@ TEST(RecipeFile, SaysWhereTheSyntaxIsWrong) {
 TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
   EXPECT_EQ(message([] { RecipeFile("\n# nothing\n", "r.toml"); }),
             "r.toml: the recipe is empty; start from one in configs/");
-  EXPECT_EQ(message([] { RecipeFile{fs::path("/none/r.toml")}; }), "/none/r.toml: no such file");
+  EXPECT_EQ(message([] { RecipeFile{fs::path("/none/r.toml")}; }),
+            "/none/r.toml: cannot be read: No such file or directory");
   EXPECT_EQ(message([] { RecipeFile{fs::temp_directory_path()}; }),
-            fs::temp_directory_path().string() + ": is a folder; give the name of a recipe");
+            fs::temp_directory_path().string() +
+                ": cannot be read: it is a folder; give the name of a file");
   const TemporaryFolder folder;
   const fs::path empty = folder / "empty.toml";
   std::ofstream(empty).close();
@@ -75,7 +77,7 @@ TEST(RecipeFile, SaysThatPermissionIsMissing) {
   std::ofstream(locked) << "a = 1\n";
   fs::permissions(locked, fs::perms::none);
   EXPECT_EXIT(read_without_permission(locked), testing::ExitedWithCode(2),
-              "locked_recipe.toml: cannot be read; is there permission to\\?");
+              "locked_recipe.toml: cannot be read: Permission denied");
 }
 
 TEST(RecipeFile, TakesValuesFromTheCommandLine) {
@@ -123,6 +125,11 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
   EXPECT_EQ(override_message("a..b=1"),
             "--set a..b=1: \"a..b\" is not a path; write for example domain.spacing or "
             "step[0].duration");
+  EXPECT_THAT(override_message("step[0].seed=99999999999999999999"),
+              testing::AllOf(testing::HasSubstr("is not a value of TOML: "),
+                             testing::HasSubstr("not representable"),
+                             testing::Not(testing::HasSubstr("quotes"))));
+  EXPECT_THAT(override_message("domain.spacing=[1, 2"), testing::Not(testing::HasSubstr("quotes")));
   EXPECT_EQ(override_message("domain.spacing=1\nx = 2"),
             "--set domain.spacing=1\nx = 2: 1\nx = 2 is not a value of TOML; a text keeps its "
             "quotes: --set domain.spacing='\"1\nx = 2\"'");

@@ -23,6 +23,9 @@ TEST(RecipePath, RefusesWhatIsNone) {
                            "a[0]b", "a b", "a]", "a[99999999999999999999]"}) {
     EXPECT_THROW(parse_recipe_path(text), InputError) << text;
   }
+  std::string deep = "a";
+  for (int n = 0; n < 100'000; ++n) deep += ".a";
+  EXPECT_THROW(parse_recipe_path(deep), InputError);
 }
 
 TEST(RecipePath, KnowsWhatLiesWithin) {

@@ -33,6 +33,30 @@ TEST(Toml, TablesThatOnlyTheirPartsNameHaveAPlaceToo) {
   EXPECT_EQ(root.find("d")->find("e")->place.line, 6U);
 }
 
+std::string repeated(const std::string& text, int count) {
+  std::string all;
+  for (int n = 0; n < count; ++n) all += text;
+  return all;
+}
+
+TEST(Toml, NestingWithoutEndIsRefusedWithItsPlace) {
+  const std::string header = "x = \"\"\"[[[ \\\" '\"\"\" # {{{{\n";
+  for (const std::string& text :
+       {'[' + repeated("a.", 100'000) + "a]", repeated("\"a\" . ", 100'000) + "a = 1",
+        "a = " + repeated("[", 100'000), "a = " + repeated("{a=", 100'000)}) {
+    EXPECT_THAT([&] { parse_toml(header + text, "r.toml"); },
+                testing::ThrowsMessage<InputError>(testing::AllOf(
+                    testing::StartsWith("r.toml:2:"), testing::HasSubstr("more than 32 levels"))));
+  }
+}
+
+TEST(Toml, DotsAndBracketsThatDoNotNestAreNotCounted) {
+  const std::string text = "a = [" + repeated("1.5, {b=[1.5]}, ", 100) + "]\nb = '" +
+                           repeated("[.", 100) + "'\nc = \"\\\"" + repeated("[.", 100) + "\" # " +
+                           repeated("[.", 100) + "\n" + repeated("[[d.e]]\n", 100);
+  EXPECT_EQ(parse_toml(text, "r").entries.size(), 4U);
+}
+
 TEST(Toml, CountsColumnsInCharacters) {
   EXPECT_EQ(parse_toml("a = { \"\u00b5\" = 1, b = 2 }", "r").find("a")->entries[1].key_place.column,
             16U);

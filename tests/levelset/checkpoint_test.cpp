@@ -82,7 +82,7 @@ TEST_F(CheckpointFile, RefusesTruncatedForeignAndMissingFiles) {
   std::ofstream(path()) << "title = \"a recipe\"\n";
   EXPECT_THAT([&] { read_checkpoint(path()); }, ThrowsMessage<InputError>(HasSubstr("not a")));
   EXPECT_THAT([&] { read_checkpoint(folder_ / "none.vdb"); },
-              ThrowsMessage<InputError>(HasSubstr("cannot be opened")));
+              ThrowsMessage<InputError>(HasSubstr("cannot be read")));
 }
 
 TEST_F(CheckpointFile, RefusesChangedBytes) {

@@ -238,5 +238,60 @@ TEST_F(Gds, ACellThatContainsItselfIsRefused) {
   EXPECT_THAT(message(gds.finish(), {.cell = "A", .layer = 1}), HasSubstr("contains itself"));
 }
 
+TEST_F(Gds, CellsNestUpToALimit) {
+  const auto chain = [](int length) {
+    GdsWriter gds;
+    for (int n = 0; n < length; ++n) {
+      gds.cell(std::to_string(n), [&] {
+        if (n > 0) gds.reference(std::to_string(n - 1), {0, 0}, {});
+        if (n == 0) gds.rectangle(1, 0, 0, 4, 4);
+      });
+    }
+    return gds.finish();
+  };
+  EXPECT_EQ(read(chain(200), {.layer = 1}).size(), 1U);
+  EXPECT_THAT(message(chain(201), {.layer = 1}), HasSubstr("200 or more references"));
+  EXPECT_THAT(message(chain(20'000), {.layer = 1}), HasSubstr("200 or more references"));
+}
+
+/// Arrays of arrays: 10^45 placements of a cell, besides one rectangle of layer 1.
+std::string endless_layout(const std::function<void(GdsWriter&)>& innermost) {
+  GdsWriter gds;
+  gds.cell("C0", [&] { innermost(gds); });
+  for (int n = 1; n <= 5; ++n) {
+    gds.cell("C" + std::to_string(n), [&] {
+      gds.reference("C" + std::to_string(n - 1), {0, 0, 9, 0, 0, 9}, {}, {32767, 32767});
+    });
+  }
+  gds.cell("TOP", [&] {
+    gds.reference("C5", {0, 0}, {});
+    gds.rectangle(1, 0, 0, 4, 4);
+  });
+  return gds.finish();
+}
+
+TEST_F(Gds, CellsWithoutTheLayerAreNotWrittenOut) {
+  const std::string other = endless_layout([](GdsWriter& gds) { gds.rectangle(2, 0, 0, 4, 4); });
+  EXPECT_EQ(read(other, {.layer = 1}).size(), 1U);
+  EXPECT_THAT(message(other, {.layer = 3}), HasSubstr("it has layer/datatype 1/0, 2/0"));
+  EXPECT_EQ(read(endless_layout([](GdsWriter&) {}), {.layer = 1}).size(), 1U);
+  // A line without a width draws nothing.
+  const auto line = [](GdsWriter& gds) { gds.path(1, 0, 0, {0, 0, 9, 0}); };
+  EXPECT_EQ(read(endless_layout(line), {.layer = 1}).size(), 1U);
+}
+
+TEST_F(Gds, MoreShapesThanALayoutHasAreRefusedBeforeTheyAreWrittenOut) {
+  EXPECT_THAT(
+      message(endless_layout([](GdsWriter& gds) { gds.rectangle(1, 0, 0, 4, 4); }), {.layer = 1}),
+      HasSubstr("more than 4000000 shapes"));
+}
+
+TEST_F(Gds, PointsBeyondAMetreAreRefused) {
+  GdsWriter gds;
+  gds.cell("DOT", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  gds.cell("TOP", [&] { gds.reference("DOT", {0, 0}, {.magnification = 1e60}); });
+  EXPECT_THAT(message(gds.finish(), {.layer = 1}), HasSubstr("more than 1 m away"));
+}
+
 }  // namespace
 }  // namespace scarp

@@ -118,6 +118,23 @@ TEST(Polygon, RandomUnionsHaveTheAreaThatIsCounted) {
   }
 }
 
+/// Two combs of steep teeth, one from below and one from above; each tooth has the area of a
+/// triangle.
+TEST(Polygon, ManyLongEdgesHaveTheirArea) {
+  constexpr int teeth = 2000;
+  const auto comb = [](double foot, double tip) {
+    Loop loop;
+    for (int n = 0; n < teeth; ++n) {
+      loop.push_back({-8 + 16.0 * n / teeth, foot});
+      loop.push_back({-8 + 16.0 * (n + 0.5) / teeth, tip});
+    }
+    loop.push_back({8, foot});
+    return loop;
+  };
+  EXPECT_NEAR(area_of({{comb(-7, 5)}, Rule::any}), 0.5 * 16 * 12, 1e-2);
+  EXPECT_NEAR(area_of({{comb(-7, 5), comb(7, 6)}, Rule::any}), 0.5 * 16 * 13, 1e-2);
+}
+
 std::string fault_of(const std::vector<Loop>& loops) {
   return polygon_fault(loops).value_or("none");
 }
@@ -127,7 +144,7 @@ TEST(Polygon, FaultsNameTheEdges) {
   EXPECT_EQ(fault_of({{{0, 0}, {4, 4}, {4, 0}, {0, 4}}}),
             "edge 0 and edge 2 cross or touch; write holes and islands as polygons of their own");
   EXPECT_THAT(fault_of({square(0, 0, 5), square(4, 4, 5)}),
-              HasSubstr("polygon 0 edge 2 and polygon 1 edge 3 cross or touch"));
+              HasSubstr("polygon 0 edge 1 and polygon 1 edge 0 cross or touch"));
   EXPECT_THAT(fault_of({square(0, 0, 5), square(10, 0, 5)}), HasSubstr("cross or touch"));
   EXPECT_THAT(fault_of({{{0, 0}, {5, 0}, {2, 0}, {2, 4}}}),
               HasSubstr("edge 0 and edge 1 lie on each other"));

@@ -236,6 +236,15 @@ MaskShape square_mask(double taper, Outline outline) {
   return {.material = 1, .thickness = 9, .taper = taper, .outline = std::move(outline)};
 }
 
+TEST(Shapes, VeryManyShapesAreRefused) {
+  std::vector<Shape> shapes(1001, LayerShape{.material = 0, .thickness = 1});
+  shapes[0] = WaferShape{};
+  const auto problems = check_shapes({.spacing = 1, .cells = {40, 20}}, shapes);
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_EQ(problems[0].shape, 1000U);
+  EXPECT_THAT(problems[0].message, HasSubstr("is one of 1001 shapes, at most 1000"));
+}
+
 TEST(Shapes, APolygonIsTheRectangleItDescribes) {
   const Frame frame{.spacing = 1, .cells = {48, 40}};
   for (const double taper : {0.0, 0.12}) {
@@ -323,6 +332,11 @@ Shape polygon(const Loop& loop, double taper = 0) {
       .material = 1, .thickness = 5, .taper = taper, .outline = PolygonOutline{.loops = {loop}}};
 }
 
+Shape stack(int count) {
+  return StackShape{.layers = {{.material = 1, .thickness = 3}, {.material = 2, .thickness = 3}},
+                    .count = count};
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, BadShapes,
     testing::Values(
@@ -334,6 +348,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadShape{trench(10, 20, 0.3), "geometry[1].taper: leaves a floor"},
         BadShape{trench(39, 5), "geometry[1].width: leaves 1 nm to its image"},
         BadShape{WaferShape{}, "geometry[1].shape: a wafer can only be the first"},
+        BadShape{stack(101), "geometry[1].count: makes 202 layers with those below; at most 200"},
+        BadShape{stack(1'000'000'000), "geometry[1].count: makes 2000000000 layers"},
+        BadShape{LayerShape{.material = 1, .thickness = 1e300},
+                 "geometry[1].thickness: makes the geometry more than 1e15 grid spacings high"},
+        BadShape{trench(10, 1e7), "geometry[1].depth: makes the geometry 10000000 grid spacings"},
+        BadShape{polygon({{-50, -50}, {50, -50}, {50, 50}, {-50, 50}}),
+                 "geometry[1].opening.points: covers the whole domain and leaves nothing"},
         BadShape{LayerShape{.material = 1, .thickness = -1}, "geometry[1].thickness: must be"},
         BadShape{trench(10, 15, -0.9), "geometry[1].width: 47.8"},
         BadShape{rounded(6, 0), "geometry[1].bottom_radius: must lie between 0 nm and 5 nm"},

@@ -212,7 +212,7 @@ TEST_F(MeshFile, UnreadableAndEmptyFilesAreRefusedWithTheirName) {
   EXPECT_THAT(message_of(file("none.obj")),
               AllOf(HasSubstr("none.obj"), HasSubstr("No such file")));
   fs::create_directory(file("folder.obj"));
-  EXPECT_THAT(message_of(file("folder.obj")), HasSubstr("is a folder"));
+  EXPECT_THAT(message_of(file("folder.obj")), HasSubstr("it is a folder"));
   for (const char* name : {"e.obj", "e.ply", "e.stl", "e.vtp"}) {
     EXPECT_THAT(message_of(file_with(name, "")), AllOf(HasSubstr(name), HasSubstr("empty")))
         << name;
@@ -256,6 +256,82 @@ TEST_F(MeshFile, IndicesWithoutAVertexAreRefused) {
     EXPECT_THAT(message_of(file(name)),
                 AllOf(HasSubstr("triangle 2 "), HasSubstr("not among the 6 vertices")));
   }
+}
+
+std::string text_ply(const std::string& extra, const std::string& count_type,
+                     const std::string& index_type, const std::string& face) {
+  return "ply\nformat ascii 1.0\n" + extra +
+         "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 1\nproperty list " +
+         count_type + ' ' + index_type + " vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n" +
+         face + '\n';
+}
+
+TEST_F(MeshFile, PlyElementsWithoutPropertiesTakeNoTime) {
+  const fs::path path =
+      file_with("p.ply", text_ply("element foo 9000000000000000000\n", "uchar", "int", "3 0 1 2"));
+  EXPECT_EQ(read_mesh(path).triangles.size(), 1U);
+}
+
+TEST_F(MeshFile, PlyNumbersThatCountOrNameAreWhole) {
+  struct Case {
+    const char* face;
+    const char* message;
+  };
+  for (const auto& [face, message] :
+       {Case{"1e30 0 1 2", "the length of a list is 1"}, Case{"nan 0 1 2", "a list is nan"},
+        Case{"-3 0 1 2", "negative length"}, Case{"3 0 1.5 2", "a corner is 1.5"},
+        Case{"3 0 1e30 2", "a corner is 1"}, Case{"3 0 nan 2", "a corner is nan"},
+        Case{"3 0 4294967296 2", "not among the 3"}, Case{"3 0 -1 2", "not among the 3"}}) {
+    EXPECT_THAT(message_of(file_with("w.ply", text_ply("", "float", "double", face))),
+                HasSubstr(message))
+        << face;
+  }
+}
+
+std::string text_vtp(const std::string& corners, const std::string& offset,
+                     const std::string& material) {
+  const auto array = [](const std::string& name, const std::string& values) {
+    return "<DataArray type=\"Float64\" Name=\"" + name + "\" format=\"ascii\">" + values +
+           "</DataArray>";
+  };
+  return "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\">"
+         "<CellData>" +
+         array("material", material) + "</CellData><Points>" +
+         array("points", "0 0 0 1 0 0 0 1 0") + "</Points><Polys>" +
+         array("connectivity", corners) + array("offsets", offset) +
+         "</Polys></Piece></PolyData></VTKFile>";
+}
+
+TEST_F(MeshFile, VtpNumbersThatCountOrNameAreWholeAndInRange) {
+  EXPECT_EQ(read_mesh(file_with("g.vtp", text_vtp("0 1 2", "3", "65535"))).materials.at(0), 65535);
+  struct Case {
+    const char* corners;
+    const char* offset;
+    const char* material;
+    const char* message;
+  };
+  for (const auto& [corners, offset, material, message] :
+       {Case{"0 1 2", "3", "nan", "array material"}, Case{"0 1 2", "3", "70000", "0 to 65535"},
+        Case{"0 1 2", "3", "-1", "array material"}, Case{"0 1.5 2", "3", "1", "1.5"},
+        Case{"0 nan 2", "3", "1", "nan"}, Case{"0 1 2", "nan", "1", "array offsets"},
+        Case{"0 1 2", "1e300", "1", "array offsets"}, Case{"0 1 2", "3.5", "1", "array offsets"}}) {
+    EXPECT_THAT(message_of(file_with("b.vtp", text_vtp(corners, offset, material))),
+                HasSubstr(message))
+        << message;
+  }
+}
+
+TEST_F(MeshFile, ATextStlThatIsCutOffBetweenFacetsIsRefused) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+      "endloop\nendfacet\n";
+  const std::string solid = "solid a\n" + facet;
+  EXPECT_THAT(message_of(file_with("c.stl", solid)), HasSubstr("without \"endsolid\""));
+  EXPECT_THAT(message_of(file_with("d.stl", solid + "endsolid a\n" + solid)),
+              HasSubstr("without \"endsolid\""));
+  EXPECT_EQ(read_mesh(file_with("w.stl", solid + "endsolid a\n" + solid + "endsolid b")).triangles,
+            (std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}}));
 }
 
 TEST_F(MeshFile, NoPrefixOfAFileIsTakenForAMesh) {

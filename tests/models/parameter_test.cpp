@@ -38,11 +38,13 @@ TEST(ModelParameters, MisspeltRateIsSuggested) {
             "r.toml:2:1: step[0].etch_rat: unknown key (did you mean etch_rate?)");
 }
 
-TEST(ModelParameters, RatesAreNotNegative) {
+TEST(ModelParameters, RatesAreNeitherNegativeNorBeyondAMetrePerSecond) {
   EXPECT_EQ(errors("isotropic", "etch_rate = \"-1 um/min\"\n"),
-            "r.toml:2:13: step[0].etch_rate: \"-1 um/min\" is below 0");
+            "r.toml:2:13: step[0].etch_rate: \"-1 um/min\" is outside [0, 1e9 nm/s]");
   EXPECT_EQ(errors("single_particle", "etch_rate = { default = \"-1 nm/s\" }\n"),
-            "r.toml:2:25: step[0].etch_rate.default: \"-1 nm/s\" is below 0");
+            "r.toml:2:25: step[0].etch_rate.default: \"-1 nm/s\" is outside [0, 1e9 nm/s]");
+  EXPECT_EQ(errors("isotropic", "etch_rate = \"2 m/s\"\n"),
+            "r.toml:2:13: step[0].etch_rate: \"2 m/s\" is outside [0, 1e9 nm/s]");
   EXPECT_EQ(errors("isotropic", "etch_rate = \"1 um\"\n"),
             "r.toml:2:13: step[0].etch_rate: \"1 um\" is a length; a rate is wanted, for example "
             "\"1 nm/s\"");
