@@ -120,7 +120,7 @@ class Keeper {
     return field_.speed[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, node[2]))];
   }
 
-  /// Gas next to a standing layer's surface keeps phi; other solid next to a buried interface gets
+  /// Gas next to a standing layer's surface keeps phi; what else is next to a buried interface gets
   /// at most its distance to that.
   float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
     if (wanted <= *old) {
@@ -130,22 +130,29 @@ class Keeper {
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         const float there = old[step * axis_strides[axis]];
-        if (*old < 0) {
-          limit = std::min(limit, distance_to_buried(node, axis, step, *old));
-        } else if (there < 0 && cut_shows_standing(node, axis, step, *old, there)) {
-          return *old;
-        }
+        if (*old >= 0 && !(there < 0)) continue;
+        if (*old >= 0 && cut_shows_standing(node, axis, step, *old, there)) return *old;
+        limit = std::min(limit, distance_to_buried(node, axis, step, *old));
       }
     }
     return limit;
   }
 
-  /// From a solid node that may vanish to the interface with a standing layer one node further.
+  /// From a node that is, or may become, gas to the interface with a standing layer one node
+  /// further.
   float distance_to_buried(std::array<int, 3> node, int axis, int step, float old) const {
     std::array<int, 3> other = node;
     other[axis] += step;
     const int layer = standing_layer_at(other);
-    if (layer <= 0) {
+    if (layer == none) {
+      return LevelSet::half_width;
+    }
+    // Above the standing layer its own phi tells the distance.
+    const float above = phi(layer, node);
+    if (!(above < 0)) {
+      return std::clamp(above, smallest_phi, 1.0F);
+    }
+    if (layer == 0) {
       return LevelSet::half_width;
     }
     // Below the interface phi of the lower layer tells the distance, unless the surface is nearer.
@@ -167,13 +174,20 @@ class Keeper {
         }
         std::array<int, 3> other = node;
         other[axis] += step;
-        comes_to_light = comes_to_light || (there < 0 && !(new_phi(other, moved) < 0));
+        comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
       }
     }
     const float inside = phi(layer, node);
     const float kept =
         std::min(layer == 0 ? inside : std::max(inside, -phi(layer - 1, node)), -smallest_phi);
     return comes_to_light ? kept : std::min(wanted, kept);
+  }
+
+  /// Whether a node that was solid is gas now, and nothing is left between it and the interface
+  /// with the standing layer one node further.
+  bool is_bared_from(std::array<int, 3> node, int axis, int step, const LeafValues& moved) const {
+    const float now = new_phi(node, moved);
+    return !(now < 0) && now >= distance_to_buried(node, axis, step, -1) - same_phi;
   }
 
   float new_phi(std::array<int, 3> node, const LeafValues& moved) const {

@@ -314,6 +314,33 @@ TEST(Mask, KeepsEveryVertexWhileItIsUndercut) {
   }
 }
 
+/// The highest vertex of the surface.
+double highest(const Layers& layers) { return bounding_box(extract_surface(layers)).upper.z; }
+
+// A film goes in thickness / rate wherever its surface lies between two nodes, and leaves nothing.
+TEST(Mask, IsStrippedInTimeFromWhatStandsStill) {
+  const auto speed = [](Vec3d, MaterialId material) { return material == 1 ? -1.0 : 0.0; };
+  for (const double film : {4.0, 5.3, 5.7}) {
+    Frame frame{.spacing = 1, .cells = {60, 1}};
+    frame.two_dimensional = true;
+    Layers layers = build_layers(
+        frame, std::vector<Shape>{WaferShape{}, MaskShape{.material = 1,
+                                                          .thickness = film,
+                                                          .outline = SlotOutline{.width = 20}}});
+    const auto etch = [&](double time) {
+      const auto steps = static_cast<int>(std::ceil(time / 0.4));
+      const double dt = time / steps;
+      for (int step = 0; step < steps; ++step) {
+        advect(layers, prescribe_speeds(layers, speed, dt), dt);
+      }
+    };
+    etch(film - 0.5);
+    EXPECT_NEAR(highest(layers), 0.5, 0.02) << film;
+    etch(0.7);
+    EXPECT_NEAR(highest(layers), 0, 0.02) << film;
+  }
+}
+
 class EveryScheme : public testing::TestWithParam<Scheme> {};
 
 INSTANTIATE_TEST_SUITE_P(Schemes, EveryScheme,
