@@ -91,7 +91,8 @@ materials = ["SiO2", "Si3N4"]
 thicknesses = ["30 nm", "20 nm"]
 count = 4
 )";
-  const auto& shape = second<StackShape>(read(stack));
+  const Recipe recipe = read(stack);
+  const auto& shape = second<StackShape>(recipe);
   EXPECT_EQ(shape.count, 4);
   ASSERT_EQ(shape.layers.size(), 2U);
   EXPECT_EQ(shape.layers[1].thickness, 20);
