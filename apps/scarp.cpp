@@ -20,10 +20,10 @@ namespace {
 ExitCode run_command_line(int argc, char** argv) {
   const auto read = read_command_line(argc, argv);
   if (const auto* code = std::get_if<ExitCode>(&read)) return *code;
-  const auto& [common, command] = std::get<CommandLine>(read);
-  const ThreadLimit limit(common.threads);
-  const ExitCode code =
-      std::visit([&common](const auto& arguments) { return execute(arguments, common); }, command);
+  const CommandLine& line = std::get<CommandLine>(read);
+  const ThreadLimit limit(line.common.threads);
+  const ExitCode code = std::visit(
+      [&line](const auto& arguments) { return execute(arguments, line.common); }, line.command);
   // A result that did not reach its reader is no result.
   if (!std::cout.flush() || std::fflush(stdout) != 0) {
     throw NumericalError("standard output cannot be written");

@@ -6,7 +6,7 @@
 
 #include "levelset/band.h"
 
-// The OpenVDB library holds the float grid: no source file of ours compiles it again.
+// The float grid is compiled once, in vdb.cpp.
 extern template class openvdb::Grid<openvdb::FloatTree>;
 extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
 

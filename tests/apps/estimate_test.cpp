@@ -7,6 +7,7 @@
 #include <initializer_list>
 
 #include "core/peak_memory.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -14,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 CostEstimate estimate(std::initializer_list<const char*> steps) {
-  const fs::path file = fs::temp_directory_path() / "scarp_estimate_test.toml";
+  const TemporaryFolder folder;
+  const fs::path file = folder / "recipe.toml";
   {
     std::ofstream out(file);
     out << "[domain]\nspacing = \"10 nm\"\nextent = [\"100 nm\", \"100 nm\"]\n"
@@ -22,7 +24,6 @@ CostEstimate estimate(std::initializer_list<const char*> steps) {
     for (const char* step : steps) out << step;
   }
   const CostEstimate cost = estimate_cost(read_recipe(file, {}));
-  fs::remove(file);
   return cost;
 }
 

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/temporary_folder.h"
+
 namespace scarp {
 namespace {
 
@@ -22,11 +24,11 @@ LayerProfile flat(const Materials& materials, const char* name, double z) {
 }
 
 std::string picture(const std::vector<LayerProfile>& layers, const Materials& materials) {
-  const fs::path file = fs::temp_directory_path() / "scarp_picture_test.svg";
+  const TemporaryFolder folder;
+  const fs::path file = folder / "picture.svg";
   write_svg(file, {.title = "t", .layers = layers, .left = -500, .right = 500}, materials);
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
-  fs::remove(file);
   return text.str();
 }
 

@@ -17,6 +17,7 @@
 #include "apps/recipe_geometry.h"
 #include "core/recipe_table.h"
 #include "models/registry.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -105,10 +106,10 @@ etch_rate = "1 nm/s"
 )";
 
 std::string resolved(const std::string& text) {
-  const fs::path file = fs::temp_directory_path() / "scarp_recipe_reference.toml";
+  const TemporaryFolder folder;
+  const fs::path file = folder / "recipe.toml";
   std::ofstream(file) << text;
   const std::string result = read_recipe(file, {}).resolved;
-  fs::remove(file);
   return result;
 }
 
