@@ -7,14 +7,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "apps/restart.h"
 #include "apps/result_files.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/read_file.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -27,12 +26,8 @@ std::string numbered(const char* stem, int number, const char* ending) {
   return fmt::format("{}_{:04}{}", stem, number, ending);
 }
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+// Empty where there is no such file.
+std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
 
 // STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
 bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending) {

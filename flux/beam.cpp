@@ -118,9 +118,7 @@ class Facet {
 
 // Errors of different facets have nothing to do with each other: each draw gives them signs.
 double sign(const FluxProblem& problem, std::size_t facet, std::size_t draw) {
-  const std::uint32_t signs =
-      RandomStream({problem.options.seed, problem.options.time_step, problem.species_index, facet})
-          .bits();
+  const std::uint32_t signs = stream_of(problem, facet).bits();
   return (signs >> draw) & 1U ? 1 : -1;
 }
 

@@ -74,7 +74,7 @@ class CollapseEngine {
   static constexpr std::size_t few = 10000;
   /// How many of the cheapest edges a pass looks at, in collapses to be made. There are three edges
   /// to a vertex, and a pass must not reach the dear ones.
-  static constexpr double share_of_pass = 2;
+  static constexpr double share_of_pass = 1.5;
 
   template <class Order>
   static constexpr bool has_exact_key = requires(Order order, CollapseMesh& mesh,

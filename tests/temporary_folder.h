@@ -18,7 +18,6 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   operator const std::filesystem::path&() const { return path_; }  // NOLINT: it is the path
-  const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   std::string string() const { return path_.string(); }
 
