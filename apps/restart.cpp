@@ -28,6 +28,25 @@ std::string joined(std::span<const double> numbers) {
   return text;
 }
 
+// Four numbers for each void: its first node, and when it was closed.
+std::vector<double> numbers_of(std::span<const VoidClosure> voids) {
+  std::vector<double> numbers;
+  for (const VoidClosure& each : voids) {
+    numbers.insert(numbers.end(), each.first_node.begin(), each.first_node.end());
+    numbers.push_back(each.time);
+  }
+  return numbers;
+}
+
+std::vector<VoidClosure> voids_of(std::span<const double> numbers) {
+  std::vector<VoidClosure> voids;
+  for (std::size_t n = 0; n + 3 < numbers.size(); n += 4) {
+    const auto node = [&](std::size_t axis) { return static_cast<int>(numbers[n + axis]); };
+    voids.push_back({.first_node = {node(0), node(1), node(2)}, .time = numbers[n + 3]});
+  }
+  return voids;
+}
+
 CheckpointNotes notes_of(const State& state, const Recipe& recipe,
                          std::span<const double> output_times) {
   return {{"time_s", format_number(state.time)},
@@ -36,6 +55,9 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"time_step", std::to_string(state.time_step)},
           {"seed", std::to_string(recipe.flux.seed)},
           {"output_times_s", joined(output_times)},
+          {"voids", joined(numbers_of(state.voids))},
+          {"islands_removed", std::to_string(state.islands.count)},
+          {"island_volume_nm3", format_number(state.islands.volume)},
           {"recipe_hash", recipe_hash(recipe)}};
 }
 
@@ -70,7 +92,10 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .time = value("time_s"),
                     .step = static_cast<std::size_t>(value("step")),
                     .step_start = value("step_start_s"),
-                    .time_step = static_cast<std::uint32_t>(value("time_step"))},
+                    .time_step = static_cast<std::uint32_t>(value("time_step")),
+                    .voids = voids_of(numbers_of(checkpoint.notes, "voids", file)),
+                    .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
+                                .volume = value("island_volume_nm3")}},
           .file = file,
           .output_times = numbers_of(checkpoint.notes, "output_times_s", file)};
 }

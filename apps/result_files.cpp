@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "apps/picture.h"
 #include "apps/restart.h"
@@ -58,6 +59,28 @@ FluxTotals totals_of(std::span<const FluxField> flux) {
     if (std::abs(balance) > std::abs(totals.balance_error)) totals.balance_error = balance;
   }
   return totals;
+}
+
+double volume_of(std::span<const Region> regions) {
+  double volume = 0;
+  for (const Region& region : regions) volume += region.volume;
+  return volume;
+}
+
+// Closed voids, the largest first.
+nlohmann::ordered_json void_list(const State& state, std::span<const Region> voids) {
+  std::vector<std::size_t> order(voids.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return voids[a].volume > voids[b].volume; });
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::size_t n : order) {
+    list.push_back({{"volume_nm3", voids[n].volume},
+                    {"lowest_nm", voids[n].lower},
+                    {"highest_nm", voids[n].upper},
+                    {"closed_at_s", state.voids[n].time}});
+  }
+  return list;
 }
 
 // The cut through the middle of the domain, across the y direction.
@@ -148,6 +171,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   for (const char* stage : {"map", "advect"}) {
     row += fmt::format(",{:.6f}", move.timer.seconds(stage));
   }
+  row += fmt::format(",{},{},{},{}", survey.gas.voids.size(),
+                     format_number(volume_of(survey.gas.voids)), move.islands.size(),
+                     format_number(volume_of(move.islands)));
   return row + fmt::format(",{}\n", after.time_step - 1);
 }
 
@@ -162,6 +188,11 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["state_hash"] = state_hash(state, recipe);
   summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
                           {"lowest_nm", bounding_box(survey.facets).lower.z}};
+  summary["void_count"] = survey.gas.voids.size();
+  summary["void_volume_nm3"] = volume_of(survey.gas.voids);
+  summary["voids"] = void_list(state, survey.gas.voids);
+  summary["islands_removed"] = {{"count", state.islands.count},
+                                {"volume_nm3", state.islands.volume}};
   summary["materials"] = material_numbers(state.layers, recipe.materials);
   summary["wall_s"] = wall_seconds;
   for (const auto& [stage, seconds] : total.stages()) summary["stages_s"][stage] = seconds;

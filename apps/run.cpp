@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "apps/results.h"
 #include "core/error.h"
@@ -43,14 +47,29 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
   }
 }
 
+void warn_of_loose_shapes(const State& start, const Log& log) {
+  if (start.islands.count == 0) return;
+  log.warn(fmt::format(
+      "the start geometry has solid that nothing joins to the wafer: {} piece{} "
+      "of {:.4g} um^3, left out",
+      start.islands.count, start.islands.count == 1 ? "" : "s", 1e-9 * start.islands.volume));
+}
+
 // Tells what a user would want to know at once, and each of it once per step of the recipe.
 class Observer {
  public:
   Observer(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
 
-  void look_at(const State& state, const Survey& now) {
+  void look_at(const State& state, const Survey& now, const VoidChanges& changes) {
     tell_missed_targets(state, now);
-    tell_voids(state, now);
+    tell_voids(state, now, changes);
+  }
+
+  void look_at(const State& state, const Move& move) {
+    if (move.islands.empty()) return;
+    log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
+                          counted(move.islands.size(), "piece")));
+    tell(move.islands);
   }
 
  private:
@@ -67,22 +86,41 @@ class Observer {
     }
   }
 
-  void tell_voids(const State& state, const Survey& now) {
-    const std::vector<Void>& voids = now.gas.voids;
-    if (voids.size() == void_count_) return;
-    log_.info(fmt::format("t = {:.4g} s: {} closed void{}, {} before", state.time, voids.size(),
-                          voids.size() == 1 ? "" : "s", void_count_));
-    for (const Void& each : voids) {
-      log_.info(fmt::format("  {:.4g} um^3 between z = {:.4g} nm and {:.4g} nm", 1e-9 * each.volume,
-                            each.lower, each.upper));
+  void tell_voids(const State& state, const Survey& now, const VoidChanges& changes) {
+    if (changes.opened > 0) {
+      log_.info(fmt::format("t = {:.4g} s: {} opened again, {} closed", state.time,
+                            counted(changes.opened, "void"), state.voids.size()));
     }
-    void_count_ = voids.size();
+    if (changes.closed.empty()) return;
+    log_.info(fmt::format("t = {:.4g} s: {} closed, {} in all", state.time,
+                          counted(changes.closed.size(), "void"), state.voids.size()));
+    std::vector<Region> closed;
+    for (const std::size_t n : changes.closed) closed.push_back(now.gas.voids[n]);
+    tell(closed);
+  }
+
+  // The first few: a closing seam may leave many at once.
+  void tell(std::span<const Region> regions) {
+    constexpr std::size_t most_told = 8;
+    const double h = recipe_.frame.spacing;
+    const bool flat = recipe_.frame.two_dimensional;
+    for (const Region& region : regions.first(std::min(regions.size(), most_told))) {
+      log_.info(fmt::format("  {:.4g} {} between z = {:.4g} nm and {:.4g} nm",
+                            flat ? 1e-6 * region.volume / h : 1e-9 * region.volume,
+                            flat ? "um^2" : "um^3", region.lower, region.upper));
+    }
+    if (regions.size() > most_told) {
+      log_.info(fmt::format("  and {} more", regions.size() - most_told));
+    }
+  }
+
+  static std::string counted(std::size_t count, std::string_view what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
   }
 
   const Recipe& recipe_;
   Log log_;
   std::size_t warned_ = 0;
-  std::size_t void_count_ = 0;
 };
 
 }  // namespace
@@ -101,15 +139,19 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   begin_step(state, recipe);
   Survey now = resumed ? survey_or_save(state, recipe, folder) : survey(state, recipe);
   // An earlier run is not given up before this one is known to work.
-  if (!resumed) folder.start(recipe, options.log);
+  if (!resumed) {
+    folder.start(recipe, options.log);
+    warn_of_loose_shapes(state, options.log);
+  }
   total.add(now.timer);
-  observer.look_at(state, now);
+  observer.look_at(state, now, note_voids(state, now.gas));
   if (!resumed) folder.write_output(state, now, recipe);
 
   while (!finished(state, recipe)) {
     const std::size_t step = state.step;
     const double output_time = next_output(state.time, recipe.output_every);
     const Move move = advance_or_tell(state, recipe, now, output_time, folder);
+    observer.look_at(state, move);
     folder.append_metrics(state, step, now, move, recipe);
     total.add(move.timer);
     if (options.progress) options.progress(state, now);
@@ -117,7 +159,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
     if (!finished(state, recipe)) begin_step(state, recipe);
     now = survey_or_save(state, recipe, folder);
     total.add(now.timer);
-    observer.look_at(state, now);
+    observer.look_at(state, now, note_voids(state, now.gas));
     const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
     if (state.time >= output_time || state.step != step) {
       folder.write_output(state, now, recipe);

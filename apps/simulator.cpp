@@ -146,6 +146,14 @@ void require_finite(const Survey& survey, const State& state, const Recipe& reci
   }
 }
 
+// What nothing holds any more is gone.
+std::vector<Region> drop_islands(State& state) {
+  std::vector<Region> islands = remove_islands(state.layers);
+  state.islands.count += islands.size();
+  for (const Region& island : islands) state.islands.volume += island.volume;
+  return islands;
+}
+
 // The last two time steps before a limit share what is left, so that none is a tiny remainder.
 double cut_to(double limit, double dt) {
   if (dt >= limit) return limit;
@@ -159,7 +167,9 @@ const ProcessStep& current_step(const State& state, const Recipe& recipe) {
 }
 
 State start_state(const Recipe& recipe) {
-  return {.layers = build_layers(recipe.frame, recipe.geometry)};
+  State state{.layers = build_layers(recipe.frame, recipe.geometry)};
+  drop_islands(state);
+  return state;
 }
 
 void begin_step(State& state, const Recipe& recipe) {
@@ -179,6 +189,21 @@ Survey survey(const State& state, const Recipe& recipe) {
       speeds_at_corners(result.facets, state, result.flux, model, !result.factors.empty());
   require_finite(result, state, recipe);
   return result;
+}
+
+VoidChanges note_voids(State& state, const OpenGas& gas) {
+  VoidChanges changes;
+  std::vector<VoidClosure> voids;
+  for (std::size_t n = 0; n < gas.voids.size(); ++n) {
+    const std::array<int, 3>& node = gas.voids[n].first_node;
+    const auto known = std::find_if(state.voids.begin(), state.voids.end(),
+                                    [&](const VoidClosure& v) { return v.first_node == node; });
+    if (known == state.voids.end()) changes.closed.push_back(n);
+    voids.push_back({node, known == state.voids.end() ? state.time : known->time});
+  }
+  changes.opened = state.voids.size() + changes.closed.size() - voids.size();
+  state.voids = std::move(voids);
+  return changes;
 }
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {
@@ -210,6 +235,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   {
     const auto measurement = move.timer.measure("advect");
     advect(state.layers, band, move.dt, recipe.scheme);
+    move.islands = drop_islands(state);
   }
 
   state.time = move.dt == left ? target : state.time + move.dt;

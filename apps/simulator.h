@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,7 +13,20 @@
 
 namespace scarp {
 
-/// Everything the next time step depends on; what a checkpoint holds.
+/// When a void was closed. Units: s from the start of the recipe.
+struct VoidClosure {
+  std::array<int, 3> first_node{};  ///< of the void, see Region
+  double time = 0;
+};
+
+/// All solid that was cut off from the wafer and removed so far. Units: nm^3.
+struct RemovedSolid {
+  std::size_t count = 0;
+  double volume = 0;
+};
+
+/// Everything the next time step depends on, and what results tell of the past; what a checkpoint
+/// holds.
 ///
 /// Units: s from the start of the recipe.
 struct State {
@@ -21,6 +35,8 @@ struct State {
   std::size_t step = 0;
   double step_start = 0;
   std::uint32_t time_step = 0;
+  std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
+  RemovedSolid islands{};
 };
 
 /// The surface at one moment with all that the current step of the recipe does to it. A pure
@@ -41,21 +57,31 @@ struct Survey {
   StageTimer timer;
 };
 
-/// How far one time step went, and what the grid part of it cost.
+/// How far one time step went, what it cut off, and what the grid part of it cost.
 struct Move {
   double dt = 0;
+  std::vector<Region> islands;  ///< solid that was cut off from the wafer and removed
   StageTimer timer;
 };
 
 /// The step that the next time step belongs to; the last one when the recipe is complete.
 const ProcessStep& current_step(const State& state, const Recipe& recipe);
 
-/// The start geometry of a recipe.
+/// The start geometry of a recipe, without solid that nothing joins to the wafer.
 State start_state(const Recipe& recipe);
 
 /// Opens the layer that the current step deposits, if it is not there yet. Before the first survey
 /// of a step.
 void begin_step(State& state, const Recipe& recipe);
+
+/// What has become of closed voids since the survey before.
+struct VoidChanges {
+  std::vector<std::size_t> closed;  ///< new ones, by their place among the voids of the survey
+  std::size_t opened = 0;           ///< how many of those before are gone
+};
+
+/// Takes over the voids of a survey; those that were not there before have closed just now.
+VoidChanges note_voids(State& state, const OpenGas& gas);
 
 /// The speed of every facet, of the layer that is seen there. Units: nm/s.
 std::vector<float> facet_speeds(const State& state, const Survey& survey);

@@ -1,281 +1,27 @@
 #include "levelset/connectivity.h"
 
 #include <algorithm>
-#include <array>
-#include <limits>
-#include <numeric>
+#include <bit>
+#include <cmath>
+#include <optional>
 
-#include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/exposure.h"
+#include "levelset/phase_graph.h"
+#include "levelset/redistance.h"
 
 namespace scarp {
 
 namespace {
 
-/// Disjoint sets; the root of a set is its smallest member, so results do not depend on the order
-/// of unions.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
+using Node = std::array<int, 3>;
 
-  std::uint32_t root(std::uint32_t member) {
-    while (parent_[member] != member) {
-      parent_[member] = parent_[parent_[member]];
-      member = parent_[member];
-    }
-    return member;
-  }
+/// A node deeper than this, in spacings, has no neighbour across the surface.
+constexpr float next_to_surface = 1.5F;
 
-  void unite(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-/// Pieces of gas inside one leaf: a label per node, 0 for solid and for nodes beyond the domain.
-struct LeafPieces {
-  std::array<std::uint16_t, leaf_size> label{};
-  std::uint16_t count = 0;
-};
-
-LeafPieces pieces_of(const Leaf& leaf, int i_count, int j_count) {
-  LeafPieces pieces;
-  std::array<std::int16_t, leaf_size> stack;
-  const auto is_new = [&](int i, int j, int k) {
-    const bool inside = i >= 0 && i < i_count && j >= 0 && j < j_count && k >= 0 && k < leaf_edge;
-    return inside && pieces.label[leaf_offset(i, j, k)] == 0 &&
-           !(leaf.phi[leaf_offset(i, j, k)] < 0);
-  };
-  for (int seed = 0; seed < leaf_size; ++seed) {
-    if (!is_new(seed >> 6, (seed >> 3) & 7, seed & 7)) {
-      continue;
-    }
-    const std::uint16_t label = ++pieces.count;
-    int depth = 0;
-    const auto push = [&](int i, int j, int k) {
-      if (is_new(i, j, k)) {
-        pieces.label[leaf_offset(i, j, k)] = label;
-        stack[depth++] = static_cast<std::int16_t>(leaf_offset(i, j, k));
-      }
-    };
-    push(seed >> 6, (seed >> 3) & 7, seed & 7);
-    while (depth > 0) {
-      const int node = stack[--depth];
-      const int i = node >> 6;
-      const int j = (node >> 3) & 7;
-      const int k = node & 7;
-      push(i - 1, j, k);
-      push(i + 1, j, k);
-      push(i, j - 1, k);
-      push(i, j + 1, k);
-      push(i, j, k - 1);
-      push(i, j, k + 1);
-    }
-  }
-  return pieces;
-}
-
-/// A run of missing leaves in a column, all gas. Heights in leaves.
-struct Gap {
-  int lower = 0;
-  int upper = 0;
-  std::uint32_t set = 0;
-};
-
-constexpr int far_below = std::numeric_limits<int>::min();
-constexpr int far_above = std::numeric_limits<int>::max();
-
-/// The gas of a band as pieces inside leaves and gaps between leaves, and which of them touch.
-class GasGraph {
- public:
-  explicit GasGraph(const Band& band)
-      : band_(band), pieces_(band.leaves().size()), first_set_(band.leaves().size()) {
-    parallel_for(pieces_.size(), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) {
-        const Leaf& leaf = band.leaves()[n];
-        pieces_[n] = pieces_of(leaf, std::min(leaf_edge, band.node_count(0) - leaf.origin[0]),
-                               std::min(leaf_edge, band.node_count(1) - leaf.origin[1]));
-      }
-    });
-    // Set 0 is the source.
-    std::uint32_t sets = 1;
-    for (std::size_t n = 0; n < pieces_.size(); ++n) {
-      first_set_[n] = sets;
-      sets += pieces_[n].count;
-    }
-    find_gaps(sets);
-  }
-
-  std::size_t set_count() const { return set_count_; }
-
-  std::uint32_t set(std::size_t leaf, int node) const {
-    return first_set_[leaf] + pieces_[leaf].label[node] - 1;
-  }
-  bool is_gas(std::size_t leaf, int node) const { return pieces_[leaf].label[node] != 0; }
-
-  const std::vector<std::vector<Gap>>& gaps() const { return gaps_; }
-
-  void join(Sets& sets) const {
-    for (int x = 0; x < band_.column_count(0); ++x) {
-      for (int y = 0; y < band_.column_count(1); ++y) {
-        join_column(x, y, sets);
-        for (int axis = 0; axis < 2; ++axis) {
-          join_side(x, y, axis, sets);
-        }
-      }
-    }
-  }
-
- private:
-  std::size_t column_index(int x, int y) const {
-    return static_cast<std::size_t>(x) * band_.column_count(1) + y;
-  }
-
-  void find_gaps(std::uint32_t sets) {
-    gaps_.resize(column_index(band_.column_count(0), 0));
-    for (int x = 0; x < band_.column_count(0); ++x) {
-      for (int y = 0; y < band_.column_count(1); ++y) {
-        auto& gaps = gaps_[column_index(x, y)];
-        const auto [begin, end] = band_.column(x, y);
-        int below = far_below;
-        for (std::size_t n = begin; n < end; ++n) {
-          const Leaf& leaf = band_.leaves()[n];
-          const int z = leaf.origin[2] >> 3;
-          if ((below == far_below || below < z) && !(leaf.phi[0] < 0)) {
-            gaps.push_back({below, z, sets++});
-          }
-          below = z + 1;
-        }
-        gaps.push_back({below, far_above, 0});
-      }
-    }
-    set_count_ = sets;
-  }
-
-  /// Joins what touches across one face of a leaf with a neighbour (a leaf or a missing one).
-  void join_face(std::size_t leaf, int axis, int node_index, int other_leaf, int other_index,
-                 std::uint32_t other_set, Sets& sets) const {
-    for (int a = 0; a < leaf_edge; ++a) {
-      for (int b = 0; b < leaf_edge; ++b) {
-        std::array<int, 3> node{};
-        node[axis] = node_index;
-        node[(axis + 1) % 3] = a;
-        node[(axis + 2) % 3] = b;
-        const int here = leaf_offset(node[0], node[1], node[2]);
-        if (!is_gas(leaf, here)) {
-          continue;
-        }
-        if (other_leaf < 0) {
-          sets.unite(set(leaf, here), other_set);
-          continue;
-        }
-        node[axis] = other_index;
-        const int there = leaf_offset(node[0], node[1], node[2]);
-        if (is_gas(static_cast<std::size_t>(other_leaf), there)) {
-          sets.unite(set(leaf, here), set(static_cast<std::size_t>(other_leaf), there));
-        }
-      }
-    }
-  }
-
-  /// The gap of a column that holds height z (in leaves), or none.
-  const Gap* gap_at(int x, int y, int z) const {
-    for (const Gap& gap : gaps_[column_index(x, y)]) {
-      if (gap.lower <= z && z < gap.upper) {
-        return &gap;
-      }
-    }
-    return nullptr;
-  }
-
-  void join_column(int x, int y, Sets& sets) const {
-    const auto [begin, end] = band_.column(x, y);
-    for (std::size_t n = begin; n < end; ++n) {
-      const int z = band_.leaves()[n].origin[2] >> 3;
-      for (const int step : {-1, 1}) {
-        const int next = band_.neighbours(n)[step < 0 ? 4 : 5];
-        const Gap* gap = next < 0 ? gap_at(x, y, z + step) : nullptr;
-        if (next >= 0 || gap != nullptr) {
-          join_face(n, 2, step < 0 ? 0 : 7, next, step < 0 ? 7 : 0, gap ? gap->set : 0, sets);
-        }
-      }
-    }
-  }
-
-  /// Joins a column with the next one along a lateral axis; the last one wraps if periodic.
-  void join_side(int x, int y, int axis, Sets& sets) const {
-    const std::array<int, 2> here{x, y};
-    const int last_node = std::min(here[axis] * leaf_edge + 7, band_.node_count(axis) - 1);
-    const int next_node = band_.fold(axis, last_node + 1);
-    const bool wraps = next_node <= last_node;
-    if (wraps && band_.frame().boundary[axis] == Boundary::reflective) {
-      return;
-    }
-    std::array<int, 2> there = here;
-    there[axis] = next_node >> 3;
-
-    const auto [begin, end] = band_.column(x, y);
-    for (std::size_t n = begin; n < end; ++n) {
-      const int z = band_.leaves()[n].origin[2] >> 3;
-      const int next = band_.find(there[0], there[1], z);
-      const Gap* gap = next < 0 ? gap_at(there[0], there[1], z) : nullptr;
-      if (next >= 0 || gap != nullptr) {
-        join_face(n, axis, last_node & 7, next, next_node & 7, gap ? gap->set : 0, sets);
-      }
-    }
-    const auto [other_begin, other_end] = band_.column(there[0], there[1]);
-    for (std::size_t n = other_begin; n < other_end; ++n) {
-      const int z = band_.leaves()[n].origin[2] >> 3;
-      const Gap* gap = gap_at(x, y, z);
-      if (gap != nullptr) {
-        join_face(n, axis, next_node & 7, -1, 0, gap->set, sets);
-      }
-    }
-    for (const Gap& a : gaps_[column_index(x, y)]) {
-      for (const Gap& b : gaps_[column_index(there[0], there[1])]) {
-        if (std::max(a.lower, b.lower) < std::min(a.upper, b.upper)) {
-          sets.unite(a.set, b.set);
-        }
-      }
-    }
-  }
-
-  const Band& band_;
-  std::vector<LeafPieces> pieces_;
-  std::vector<std::uint32_t> first_set_;
-  std::vector<std::vector<Gap>> gaps_;
-  std::size_t set_count_ = 0;
-};
-
-/// Nodes of every closed set, with their heights.
-class VoidList {
- public:
-  VoidList(const Frame& frame, std::size_t set_count) : frame_(frame), index_(set_count, 0) {}
-
-  void add(std::uint32_t root, double nodes, int lower, int upper) {
-    if (index_[root] == 0) {
-      voids_.push_back({.volume = 0, .lower = 1e300, .upper = -1e300});
-      index_[root] = voids_.size();
-    }
-    Void& v = voids_[index_[root] - 1];
-    v.volume += nodes * frame_.spacing * frame_.spacing * frame_.spacing;
-    v.lower = std::min(v.lower, lower * frame_.spacing);
-    v.upper = std::max(v.upper, upper * frame_.spacing);
-  }
-
-  std::vector<Void> take() { return std::move(voids_); }
-
- private:
-  const Frame& frame_;
-  std::vector<std::size_t> index_;
-  std::vector<Void> voids_;
-};
+/// How often phi is re-distanced where an island was: the edge of the band is seven nodes away
+/// along the axes.
+constexpr int redistance_count = 8;
 
 /// Part of a node's cell that lies in the domain: nodes on a reflective side have half a cell.
 double cell_share(const Band& band, int axis, int index) {
@@ -283,59 +29,242 @@ double cell_share(const Band& band, int axis, int index) {
   return on_side && band.frame().boundary[axis] == Boundary::reflective ? 0.5 : 1.0;
 }
 
-std::vector<Void> list_voids(const Band& band, const GasGraph& graph, Sets& sets) {
-  VoidList list(band.frame(), graph.set_count());
-  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
-    const auto [i0, j0, k0] = band.leaves()[n].origin;
+/// Calls visit(node of the leaf) for every node of a mask.
+template <class Visit>
+void for_each_node(const LeafMask& mask, const Visit& visit) {
+  for (int i = 0; i < leaf_edge; ++i) {
+    for (std::uint64_t word = mask[i]; word != 0; word &= word - 1) {
+      visit(i * leaf_edge * leaf_edge + std::countr_zero(word));
+    }
+  }
+}
+
+Node node_at(const Leaf& leaf, int node) {
+  return {leaf.origin[0] + (node >> 6), leaf.origin[1] + ((node >> 3) & 7),
+          leaf.origin[2] + (node & 7)};
+}
+
+/// Measures the regions of a graph that are closed off.
+class RegionList {
+ public:
+  RegionList(const Band& band, Phase phase, const PhaseGraph& graph)
+      : band_(band), graph_(graph), sign_(phase == Phase::gas ? 1.0F : -1.0F) {}
+
+  std::vector<Region> run() {
+    place_.assign(graph_.region_limit(), 0);
+    for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
+      for (const LeafPiece& piece : graph_.pieces(n)) {
+        if (piece.region != 0) {
+          add_piece(band_.leaves()[n], piece);
+        }
+      }
+    }
+    for (int x = 0; x < band_.column_count(0); ++x) {
+      for (int y = 0; y < band_.column_count(1); ++y) {
+        add_gaps(x, y);
+      }
+    }
+    return std::move(regions_);
+  }
+
+ private:
+  Region& region(std::uint32_t number, const Node& node) {
+    if (place_[number] == 0) {
+      regions_.push_back({.first_node = node, .volume = 0, .lower = 1e300, .upper = -1e300});
+      place_[number] = regions_.size();
+    }
+    return regions_[place_[number] - 1];
+  }
+
+  void add_piece(const Leaf& leaf, const LeafPiece& piece) {
+    for_each_node(piece.nodes, [&](int n) {
+      const Node node = node_at(leaf, n);
+      Region& r = region(piece.region, node);
+      const float here = depth(node);
+      bool is_inner = true;
+      for (int face = 0; here < next_to_surface && face < 6; ++face) {
+        const std::optional<Node> other = neighbour(node, face);
+        if (other && is_outside(*other)) {
+          add_neighbour(node, *other, face, r);
+          is_inner = false;
+        }
+      }
+      r.volume += (is_inner ? cell(node) : filled_cell(node)) * cube();
+    });
+  }
+
+  /// What the region fills of the cell of a neighbour that is not part of it, and its surface on
+  /// the way if that is above or below.
+  void add_neighbour(const Node& node, const Node& other, int face, Region& r) const {
+    int sharers = 0;
+    for (int back = 0; back < 6; ++back) {
+      const std::optional<Node> sharer = neighbour(other, back);
+      sharers += sharer && !is_outside(*sharer) ? 1 : 0;
+    }
+    r.volume += filled_cell(other) / sharers * cube();
+    if (face / 2 == 2) {
+      const double cut = crossing(depth(node), depth(other));
+      const double z = (node[2] + (face % 2 == 0 ? -cut : cut)) * band_.frame().spacing;
+      r.lower = std::min(r.lower, z);
+      r.upper = std::max(r.upper, z);
+    }
+  }
+
+  void add_gaps(int x, int y) {
+    for (const Gap& gap : graph_.gaps(x, y)) {
+      // What has no end below is no void.
+      if (gap.region == 0 || gap.lower == Gap::no_end) {
+        continue;
+      }
+      double share = leaf_edge * (gap.upper - gap.lower);
+      for (int axis = 0; axis < 2; ++axis) {
+        const int first = (axis == 0 ? x : y) * leaf_edge;
+        double width = 0;
+        for (int n = first; n < std::min(first + leaf_edge, band_.node_count(axis)); ++n) {
+          width += cell_share(band_, axis, n);
+        }
+        share *= width;
+      }
+      region(gap.region, {x * leaf_edge, y * leaf_edge, gap.lower * leaf_edge}).volume +=
+          share * cube();
+    }
+  }
+
+  double cube() const {
+    const double h = band_.frame().spacing;
+    return h * h * h;
+  }
+
+  /// Distance into the phase, in spacings.
+  float depth(const Node& node) const { return sign_ * band_.node(node[0], node[1], node[2]); }
+  bool is_outside(const Node& node) const { return depth(node) < 0; }
+
+  /// Part of a node's cell that lies in the domain.
+  double cell(const Node& node) const {
+    return cell_share(band_, 0, node[0]) * cell_share(band_, 1, node[1]);
+  }
+
+  /// What the phase fills of the cell of a node next to its surface, as if that were flat and along
+  /// the grid.
+  double filled_cell(const Node& node) const {
+    return cell(node) * std::clamp(0.5 + depth(node), 0.0, 1.0);
+  }
+
+  /// A stored node, or none beyond a reflective side.
+  std::optional<Node> neighbour(Node node, int face) const {
+    const int axis = face / 2;
+    node[axis] += face % 2 == 0 ? -1 : 1;
+    if (axis == 2) {
+      return node;
+    }
+    const bool is_stored = node[axis] >= 0 && node[axis] < band_.node_count(axis);
+    if (!is_stored && band_.frame().boundary[axis] == Boundary::reflective) {
+      return std::nullopt;
+    }
+    node[axis] = band_.fold(axis, node[axis]);
+    return node;
+  }
+
+  const Band& band_;
+  const PhaseGraph& graph_;
+  float sign_;
+  std::vector<std::size_t> place_;
+  std::vector<Region> regions_;
+};
+
+/// Leaves within a leaf of one that holds a part of an island.
+std::vector<std::size_t> leaves_around_islands(const Band& band, const PhaseGraph& solid) {
+  std::vector<bool> found(band.leaves().size(), false);
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    const auto pieces = solid.pieces(n);
+    if (std::none_of(pieces.begin(), pieces.end(), [](const auto& p) { return p.region != 0; })) {
+      continue;
+    }
+    const Leaf& leaf = band.leaves()[n];
+    for (int around = 0; around < 27; ++around) {
+      const std::array<int, 3> to{around / 9 - 1, around / 3 % 3 - 1, around % 3 - 1};
+      const int x = band.fold(0, leaf.origin[0] + leaf_edge * to[0]);
+      const int y = band.fold(1, leaf.origin[1] + leaf_edge * to[1]);
+      const int other = band.find(x >> 3, y >> 3, (leaf.origin[2] >> 3) + to[2]);
+      if (other >= 0) {
+        found[static_cast<std::size_t>(other)] = true;
+      }
+    }
+  }
+  std::vector<std::size_t> leaves;
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    if (found[n]) leaves.push_back(n);
+  }
+  return leaves;
+}
+
+bool is_next_to_solid(const Band& band, const Node& node) {
+  for (int face = 0; face < 6; ++face) {
+    Node other = node;
+    other[face / 2] += face % 2 == 0 ? -1 : 1;
+    if (band.node(other[0], other[1], other[2]) < 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Makes gas of the islands, and forgets how far gas was from them.
+void clear_islands(Band& band, const PhaseGraph& solid) {
+  const std::vector<std::size_t> around = leaves_around_islands(band, solid);
+  for (const std::size_t n : around) {
+    for (const LeafPiece& piece : solid.pieces(n)) {
+      if (piece.region == 0) {
+        continue;
+      }
+      for_each_node(piece.nodes,
+                    [&](int node) { band.leaves()[n].phi[node] = LevelSet::half_width; });
+    }
+  }
+  for (const std::size_t n : around) {
+    const Leaf& leaf = band.leaves()[n];
     for (int node = 0; node < leaf_size; ++node) {
-      if (graph.is_gas(n, node) && sets.root(graph.set(n, node)) != 0) {
-        const double share =
-            cell_share(band, 0, i0 + (node >> 6)) * cell_share(band, 1, j0 + ((node >> 3) & 7));
-        const int k = k0 + (node & 7);
-        list.add(sets.root(graph.set(n, node)), share, k, k);
+      if (!(leaf.phi[node] < 0) && !is_next_to_solid(band, node_at(leaf, node))) {
+        leaf.phi[node] = LevelSet::half_width;
       }
     }
   }
-  const auto share_of_column = [&](int axis, int c) {
-    double share = 0;
-    for (int i = c * leaf_edge; i < std::min((c + 1) * leaf_edge, band.node_count(axis)); ++i) {
-      share += cell_share(band, axis, i);
-    }
-    return share;
-  };
-  for (std::size_t c = 0; c < graph.gaps().size(); ++c) {
-    for (const Gap& gap : graph.gaps()[c]) {
-      if (sets.root(gap.set) != 0 && gap.lower != far_below) {
-        const auto y_count = static_cast<std::size_t>(band.column_count(1));
-        const double share = share_of_column(0, static_cast<int>(c / y_count)) *
-                             share_of_column(1, static_cast<int>(c % y_count));
-        list.add(sets.root(gap.set), share * leaf_edge * (gap.upper - gap.lower),
-                 gap.lower * leaf_edge, gap.upper * leaf_edge - 1);
-      }
-    }
+  band.trim();
+  for (int pass = 0; pass < redistance_count; ++pass) {
+    redistance(band);
   }
-  return list.take();
 }
 
 }  // namespace
 
 OpenGas open_gas(const Layers& layers) {
   const Band& band = layers.top().band();
-  const GasGraph graph(band);
-  Sets sets(graph.set_count());
-  graph.join(sets);
-
+  const PhaseGraph graph(band, Phase::gas);
   OpenGas gas;
   gas.open.assign(band.leaves().size() * 8, 0);
   for (std::size_t n = 0; n < band.leaves().size(); ++n) {
-    for (int node = 0; node < leaf_size; ++node) {
-      if (graph.is_gas(n, node) && sets.root(graph.set(n, node)) == 0) {
-        gas.open[n * 8 + static_cast<std::size_t>(node >> 6)] |= std::uint64_t{1} << (node & 63);
+    for (const LeafPiece& piece : graph.pieces(n)) {
+      for (int i = 0; piece.region == 0 && i < leaf_edge; ++i) {
+        gas.open[n * 8 + static_cast<std::size_t>(i)] |= piece.nodes[i];
       }
     }
   }
-  gas.voids = list_voids(band, graph, sets);
+  if (graph.has_closed_regions()) {
+    gas.voids = RegionList(band, Phase::gas, graph).run();
+  }
   return gas;
+}
+
+std::vector<Region> remove_islands(Layers& layers) {
+  Band& band = layers.top().band();
+  const PhaseGraph graph(band, Phase::solid);
+  if (!graph.has_closed_regions()) {
+    return {};
+  }
+  std::vector<Region> islands = RegionList(band, Phase::solid, graph).run();
+  clear_islands(band, graph);
+  cut_lower_layers(layers);
+  return islands;
 }
 
 }  // namespace scarp

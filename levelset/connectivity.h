@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -7,10 +8,16 @@
 
 namespace scarp {
 
-/// Gas that no path joins to the source.
-struct Void {
-  double volume = 0;  ///< of its nodes, nm^3
-  double lower = 0;   ///< height of its lowest and highest node, nm
+/// A piece of gas that no path joins to the source (a void), or of solid that none joins to the
+/// wafer (an island).
+///
+/// Units: nm. In two dimensions the volume is that of a slice one spacing thick.
+struct Region {
+  /// The first of its nodes in the order of the band. A void does not move while it is closed, so
+  /// this tells it from others from one time step to the next.
+  std::array<int, 3> first_node{};
+  double volume = 0;
+  double lower = 0;  ///< height of the lowest and of the highest point of its surface
   double upper = 0;
 };
 
@@ -23,7 +30,7 @@ struct Void {
 /// Shape: open has 8 words per leaf of the top layer's band, one bit per node.
 struct OpenGas {
   std::vector<std::uint64_t> open;
-  std::vector<Void> voids;  ///< ordered by their first node
+  std::vector<Region> voids;  ///< ordered by their first node
 
   bool is_open(std::size_t leaf, int node) const {
     return ((open[leaf * 8 + static_cast<std::size_t>(node >> 6)] >> (node & 63)) & 1) != 0;
@@ -34,5 +41,12 @@ struct OpenGas {
 ///
 /// Cost: linear in the number of leaves of the band.
 OpenGas open_gas(const Layers& layers);
+
+/// Takes away all solid that is not joined to the wafer, of every layer, and tells what it was.
+///
+/// Solid is joined across the diagonals of cell faces, too, as in the extracted surface. What stays
+/// keeps its surface to the last bit.
+/// Cost: as open_gas, where there is no island.
+std::vector<Region> remove_islands(Layers& layers);
 
 }  // namespace scarp

@@ -178,6 +178,75 @@ TEST_F(CommandLine, AResumedRunGivesTheSameBits) {
             metrics_without_times(folder_ / "cut" / "metrics.csv"));
 }
 
+// A strip of resist falls when it is undercut, then a cavity is closed under its neck.
+constexpr const char* falling_strip_and_void = R"(
+[domain]
+spacing = "2 nm"
+extent = ["120 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "Si3N4"
+thickness = "12 nm"
+[[geometry]]
+shape = "trench"
+width = "60 nm"
+depth = "50 nm"
+through = ["Si"]
+[[geometry]]
+shape = "trench"
+width = "16 nm"
+depth = "15 nm"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "8 nm"
+resist = { shape = "trench", width = "8 nm", center = "40 nm" }
+[[step]]
+model = "isotropic"
+duration = "6 s"
+etch_rate = { Si3N4 = "1 nm/s", default = "0 nm/s" }
+[[step]]
+model = "isotropic"
+duration = "18 s"
+growth_rate = "1 nm/s"
+material = "SiO2"
+[output]
+every = "2 s"
+)";
+
+TEST_F(CommandLine, VoidsAndIslandsAreReportedAndKeptThroughAnInterruption) {
+  write("r.toml", falling_strip_and_void);
+  const Outcome run = scarp("run " + path("r.toml") + " -o " + path("whole"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_THAT(run.messages,
+              AllOf(HasSubstr("1 piece of solid cut off from the wafer"), HasSubstr("1 void")));
+  const auto whole = nlohmann::json::parse(text_of(folder_ / "whole" / "summary.json"));
+  EXPECT_EQ(whole["islands_removed"]["count"], 1);
+  // 8 nm x 8 nm, and what was left of the nitride; in a slice of 2 nm.
+  EXPECT_NEAR(whole["islands_removed"]["volume_nm3"].get<double>(), 8 * 8 * 2, 0.2 * 8 * 8 * 2);
+  ASSERT_GE(whole["void_count"], 1);
+  EXPECT_NEAR(whole["voids"][0]["closed_at_s"].get<double>(), 6 + 8 + 6, 2);
+  EXPECT_GT(whole["voids"][0]["volume_nm3"].get<double>(), 500);
+  EXPECT_LT(whole["voids"][0]["lowest_nm"].get<double>(),
+            whole["voids"][0]["highest_nm"].get<double>());
+
+  // Stopped after the void was closed, at the last output but one.
+  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+  fs::remove(folder_ / "cut" / "summary.json");
+  fs::remove(folder_ / "cut" / "state_0012.vdb");
+  ASSERT_EQ(scarp("run " + path("r.toml") + " --resume -o " + path("cut")).exit_code, 0);
+  const auto cut = nlohmann::json::parse(text_of(folder_ / "cut" / "summary.json"));
+  for (const char* same : {"state_hash", "islands_removed", "void_count", "voids"}) {
+    EXPECT_EQ(whole[same], cut[same]) << same;
+  }
+  EXPECT_EQ(metrics_without_times(folder_ / "whole" / "metrics.csv"),
+            metrics_without_times(folder_ / "cut" / "metrics.csv"));
+}
+
 TEST_F(CommandLine, ResumingAFinishedRunChangesNothing) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const auto before = fs::last_write_time(folder_ / "r" / "summary.json");

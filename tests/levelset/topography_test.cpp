@@ -194,7 +194,7 @@ double void_area(double neck, double cavity, double height) {
     advect(layers, extend_speeds(layers, gas, mesh, speeds), dt);
   }
   double area = 0;
-  for (const Void& v : open_gas(layers).voids) {
+  for (const Region& v : open_gas(layers).voids) {
     area += v.volume / h;
   }
   return area;

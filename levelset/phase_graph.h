@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "levelset/band.h"
+
+namespace scarp {
+
+/// Nodes of a leaf: a word per i, bit 8 j + k of it.
+using LeafMask = std::array<std::uint64_t, leaf_edge>;
+
+enum class Phase { gas, solid };
+
+/// Nodes of one leaf that are joined within it, and the region they belong to.
+struct LeafPiece {
+  LeafMask nodes{};
+  std::uint32_t region = 0;
+};
+
+/// A run of missing leaves of one column, all of the phase. Heights in leaves.
+struct Gap {
+  int lower = 0;  ///< no_end if it has none
+  int upper = 0;
+  std::uint32_t region = 0;
+
+  static constexpr int no_end = INT32_MIN;
+};
+
+/// The regions of one phase of a band: pieces within leaves and gaps between leaves, joined where
+/// they touch.
+///
+/// Gas is joined between neighbours along an axis, solid across the diagonals of cell faces as
+/// well: as in the extracted surface, where what is parted for one is joined for the other. Region
+/// 0 is the gas of the source, or the solid of the wafer.
+///
+/// Cost: linear in the number of leaves, about a microsecond each.
+class PhaseGraph {
+ public:
+  PhaseGraph(const Band& band, Phase phase);
+
+  std::span<const LeafPiece> pieces(std::size_t leaf) const {
+    return std::span(pieces_).subspan(first_[leaf], first_[leaf + 1] - first_[leaf]);
+  }
+  /// The gaps of a column (see Band::column), upwards.
+  std::span<const Gap> gaps(int x, int y) const {
+    const std::size_t c = static_cast<std::size_t>(x) * band_.column_count(1) + y;
+    return std::span(gaps_).subspan(first_gap_[c], first_gap_[c + 1] - first_gap_[c]);
+  }
+  /// Numbers of regions are below this; not all of them occur.
+  std::size_t region_limit() const { return pieces_.size() + gaps_.size() + 1; }
+  /// Anything that is not joined to region 0.
+  bool has_closed_regions() const;
+
+ private:
+  class Sets;
+
+  void find_pieces();
+  void find_gaps();
+  void join_all(Sets& sets) const;
+  void join_faces(std::size_t leaf, int axis, Sets& sets) const;
+  void join_leaf_to_gaps(std::size_t leaf, Sets& sets) const;
+  void join_gaps(int x, int y, int axis, Sets& sets) const;
+  void join_edges(std::size_t leaf, Sets& sets) const;
+  const Gap* gap_at(int x, int y, int z) const;
+
+  /// Where a leaf's nodes meet those of the next leaf (step = 1) or the one before (-1) along an
+  /// axis: the place of that leaf, in leaves, and the local index of the touching nodes in both.
+  struct Contact {
+    int place = 0;
+    int here = 0;
+    int there = 0;
+  };
+  std::optional<Contact> contact(const std::array<int, 3>& place, int axis, int step) const;
+
+  const Band& band_;
+  Phase phase_;
+  std::vector<LeafPiece> pieces_;
+  std::vector<std::size_t> first_;
+  std::vector<Gap> gaps_;
+  std::vector<std::size_t> first_gap_;
+};
+
+}  // namespace scarp
