@@ -31,7 +31,7 @@ constexpr float smallest_phi = 1e-6F;
 
 /// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
 template <Scheme scheme>
-inline void move_rows(const LeafStage& leaf, const float* speed) {
+SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       const float* row = leaf.before.row(i, j);

@@ -22,7 +22,7 @@ void gather_for(Scheme scheme, const Band& band, std::size_t leaf, const Source&
 }
 
 /// The smaller of two numbers of one sign, zero if the signs differ.
-inline float minmod(float a, float b) {
+SCARP_KERNEL_PART float minmod(float a, float b) {
   const float smaller = std::abs(a) < std::abs(b) ? a : b;
   return a * b > 0 ? smaller : 0.0F;
 }
@@ -33,7 +33,7 @@ inline float minmod(float a, float b) {
 /// Source: Jiang and Peng 2000 (WENO5 for Hamilton-Jacobi equations). Written in second
 /// differences, so that a plane gives its slope exactly; weights of the three parabolas without a
 /// division each.
-inline float weno5(const std::array<float, 3>& near, float here, const std::array<float, 2>& far) {
+SCARP_KERNEL_PART float weno5(const std::array<float, 3>& near, float here, const std::array<float, 2>& far) {
   constexpr float least = 1e-6F;
   constexpr float curved = 13.0F / 12.0F;
   const auto square = [](float x) { return x * x; };
@@ -57,7 +57,7 @@ struct OneSided {
   float forward = 0;
 };
 
-inline float second_difference(const float* p, std::ptrdiff_t stride) {
+SCARP_KERNEL_PART float second_difference(const float* p, std::ptrdiff_t stride) {
   return (p[stride] - p[0]) - (p[0] - p[-stride]);
 }
 
@@ -65,7 +65,7 @@ inline float second_difference(const float* p, std::ptrdiff_t stride) {
 ///
 /// Source: Osher and Shu 1991 (ENO2, by minmod of neighbouring second differences).
 template <Scheme scheme>
-inline OneSided one_sided(const float* p, std::ptrdiff_t stride) {
+SCARP_KERNEL_PART OneSided one_sided(const float* p, std::ptrdiff_t stride) {
   if constexpr (scheme == Scheme::weno5) {
     const auto seen_from = [&](std::ptrdiff_t to) {
       return weno5({p[to], p[2 * to], p[3 * to]}, p[0], {p[-to], p[-2 * to]});
@@ -89,7 +89,7 @@ struct AxisSlopes {
 
 /// Which neighbour is lower; if both are alike the next ones decide, so that a tie is one under
 /// reversal of the axis too, and then makes no difference.
-inline bool grows_along(const float* p, std::ptrdiff_t stride) {
+SCARP_KERNEL_PART bool grows_along(const float* p, std::ptrdiff_t stride) {
   const float near = p[stride] - p[-stride];
   const float next = p[2 * stride] - p[-2 * stride];
   const float far = p[3 * stride] - p[-3 * stride];
@@ -101,7 +101,7 @@ inline bool grows_along(const float* p, std::ptrdiff_t stride) {
 ///
 /// Symmetric to the last bit under reversal of the axis. Source: Osher and Sethian 1988.
 template <Scheme scheme>
-inline AxisSlopes axis_slopes(const float* p, std::ptrdiff_t stride, float side) {
+SCARP_KERNEL_PART AxisSlopes axis_slopes(const float* p, std::ptrdiff_t stride, float side) {
   const float steepest = std::max(std::abs(p[0] - p[-stride]), std::abs(p[stride] - p[0]));
   float upwind = 0;
   if constexpr (scheme == Scheme::weno5) {
@@ -127,7 +127,7 @@ inline constexpr float kink_starts = 0.15F;
 
 /// Squares of |grad phi|, by upwind and by the steepest differences.
 template <Scheme scheme>
-inline AxisSlopes slopes(const float* p, float side) {
+SCARP_KERNEL_PART AxisSlopes slopes(const float* p, float side) {
   const AxisSlopes x = axis_slopes<scheme>(p, Block::x_stride, side);
   const AxisSlopes y = axis_slopes<scheme>(p, Block::y_stride, side);
   const AxisSlopes z = axis_slopes<scheme>(p, 1, side);
@@ -142,7 +142,7 @@ inline AxisSlopes slopes(const float* p, float side) {
 /// scheme is left as it is; that of order 5 falls back to order 2 near edges, where it would let
 /// what is left of them grow.
 template <Scheme scheme>
-inline float distance_slope(const float* p, float side) {
+SCARP_KERNEL_PART float distance_slope(const float* p, float side) {
   if constexpr (scheme == Scheme::first_order) {
     return std::sqrt(slopes<scheme>(p, side).upwind);
   }

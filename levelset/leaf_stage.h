@@ -25,7 +25,7 @@ struct LeafStage {
   float* after;
 
   /// phi of a node that an Euler step takes to moved; what is not in the band stays.
-  void set(int node, float here, float moved) const {
+  SCARP_KERNEL_PART void set(int node, float here, float moved) const {
     const float reached = std::abs(here) < LevelSet::half_width ? moved : here;
     after[node] = start[node] + stage.part * (reached - start[node]);
   }

@@ -85,7 +85,7 @@ void grow_band(Band& band) {
 
 /// One step of phi_tau = -sign (|grad phi| - 1) for the nodes of a leaf that lie in the domain.
 template <Scheme scheme>
-inline void step_rows(const Block& block, int i_count, int j_count, float* out) {
+SCARP_KERNEL_PART void step_rows(const Block& block, int i_count, int j_count, float* out) {
   for (int i = 0; i < i_count; ++i) {
     for (int j = 0; j < j_count; ++j) {
       const float* row = block.row(i, j);

@@ -17,6 +17,14 @@
 #define SCARP_VECTOR_KERNEL
 #endif
 
+/// What a kernel is made of: compiled anew inside every kernel, for its instruction set. A call
+/// would go to a function for the lowest one.
+#if defined(__GNUC__)
+#define SCARP_KERNEL_PART [[gnu::always_inline]] inline
+#else
+#define SCARP_KERNEL_PART inline
+#endif
+
 namespace scarp {
 
 /// phi of one leaf with a halo of three nodes along each axis; corners of the halo are not filled.
