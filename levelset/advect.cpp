@@ -34,6 +34,10 @@ template <Scheme scheme>
 SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
+      if (!leaf.moves(i, j)) {
+        leaf.keep_row(i, j);
+        continue;
+      }
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
       for (int k = 0; k < leaf_edge; ++k) {
@@ -87,68 +91,94 @@ std::span<const float> stage_parts(Scheme scheme) {
   }
 }
 
-/// phi of every leaf after a time step; move(leaf index, stage of the leaf) is asked for one stage
-/// of one leaf.
+/// Values of the band's nodes into the tree, none of them on the surface.
+SCARP_VECTOR_KERNEL void take_over(const float* moved, float* phi) {
+  for (int node = 0; node < leaf_size; ++node) {
+    const float nudged = std::copysign(smallest_phi, moved[node]);
+    const float value = std::abs(moved[node]) < smallest_phi ? nudged : moved[node];
+    phi[node] = std::abs(phi[node]) < half_width ? value : phi[node];
+  }
+}
+
+void write_back(const Band& band, const LeafValues& values) {
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      take_over(values[n], band.leaves()[n].phi);
+    }
+  });
+}
+
+/// Moves phi for a time step; move(leaf index, stage of the leaf) is asked for one stage of one
+/// leaf. Stages go from the tree to scratch and on; the last one back to the tree, unless standing
+/// layers have a say in what it gives, or it is the first.
 template <class Move>
-LeafValues moved_values(const Band& band, float dt, Scheme scheme, const Move& move) {
+void move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme, const Move& move) {
+  Band& band = layers.top().band();
+  const std::vector<Leaf>& leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
-  LeafValues before(band.leaves().size());
-  LeafValues after(band.leaves().size());
+  const bool keeps_standing = has_standing_layers(field);
+  const LeafValues* before = nullptr;
   for (std::size_t stage = 0; stage < parts.size(); ++stage) {
-    std::swap(before, after);
+    const bool last = stage + 1 == parts.size();
+    LeafValues* after = last && stage > 0 && !keeps_standing ? nullptr : &band.scratch(stage % 2);
     const auto values = [&](std::size_t n) -> const float* {
-      return stage == 0 ? band.leaves()[n].phi : before[n];
+      return before == nullptr ? leaves[n].phi : (*before)[n];
     };
-    parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
       Block block;
       for (std::size_t n = begin; n < end; ++n) {
-        const Leaf& leaf = band.leaves()[n];
+        const Leaf& leaf = leaves[n];
         gather_for(scheme, band, n, values, block);
         move(n, {.before = block,
                  .start = leaf.phi,
-                 .stage = {dt, parts[stage]},
+                 .active = leaf.active,
+                 .stage = {dt, parts[stage], last && !keeps_standing ? smallest_phi : 0.0F},
                  .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
-                 .after = after[n]});
+                 .after = after == nullptr ? leaf.phi : (*after)[n]});
       }
     });
+    before = after;
   }
-  return after;
+  if (keeps_standing) {
+    keep_standing_layers(layers, field, dt, band.scratch((parts.size() - 1) % 2));
+  }
+  if (before != nullptr) {
+    write_back(band, *before);
+  }
 }
 
-LeafValues moved_by_speed(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
+void move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const LeafKernel kernel = upwind_kernel(scheme);
-  return moved_values(band, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+  move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
     kernel(leaf, &field.speed[n * leaf_size]);
   });
 }
 
-LeafValues moved_by_normal(const Band& band, const SpeedField& field, float dt, Scheme scheme) {
+void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
+  const Band& band = layers.top().band();
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
-  return moved_values(band, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+  move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
     Block around;
     gather<Block::halo>(band, n, source, around);
     move_lax_friedrichs(leaf, around, scheme, field, n);
   });
 }
 
-void write_back(const Band& band, const LeafValues& values) {
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      float* phi = band.leaves()[n].phi;
-      const float* moved = values[n];
-      for (int node = 0; node < leaf_size; ++node) {
-        const float nudged = std::copysign(smallest_phi, moved[node]);
-        const float value = std::abs(moved[node]) < smallest_phi ? nudged : moved[node];
-        phi[node] = std::abs(phi[node]) < half_width ? value : phi[node];
-      }
-    }
-  });
+SCARP_VECTOR_KERNEL bool all_finite(const std::vector<float>& values) {
+  int bad = 0;
+  for (const float value : values) {
+    bad |= std::abs(value) <= std::numeric_limits<float>::max() ? 0 : 1;
+  }
+  return bad == 0;
 }
 
 void require_finite(const Layers& layers, const std::vector<float>& speed) {
   const auto& leaves = layers.top().band().leaves();
   SCARP_ASSERT(speed.size(), ==, leaves.size() * leaf_size);
+  if (all_finite(speed)) {
+    return;
+  }
   for (std::size_t n = 0; n < speed.size(); ++n) {
     if (!std::isfinite(speed[n])) {
       const Frame& frame = layers.frame;
@@ -179,12 +209,12 @@ void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   const bool by_normal = !field.angular.empty();
   const Scheme used = by_normal && scheme == Scheme::eno2 ? Scheme::weno5 : scheme;
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
-  Band& band = layers.top().band();
-  LeafValues moved = by_normal ? moved_by_normal(band, field, scaled_dt, used)
-                               : moved_by_speed(band, field, scaled_dt, used);
-  keep_standing_layers(layers, field, scaled_dt, moved);
-  write_back(band, moved);
-  redistance(band, used);
+  if (by_normal) {
+    move_by_normal(layers, field, scaled_dt, used);
+  } else {
+    move_by_speed(layers, field, scaled_dt, used);
+  }
+  redistance(layers.top().band(), used);
   cut_lower_layers(layers);
 }
 

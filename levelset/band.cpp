@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "levelset/vdb.h"
+#include "levelset/vector_kernel.h"
 
 namespace scarp {
 
@@ -20,6 +20,15 @@ std::array<float, leaf_size> filled(float value) {
   values.fill(value);
   return values;
 }
+
+Leaf leaf_of(PhiTree::LeafNodeType& leaf) {
+  const openvdb::Coord origin = leaf.origin();
+  return {.origin = {origin.x(), origin.y(), origin.z()},
+          .phi = leaf.buffer().data(),
+          .active = &leaf.getValueMask().getWord<std::uint64_t>(0)};
+}
+
+bool comes_before(const Leaf& a, const Leaf& b) { return a.origin < b.origin; }
 
 openvdb::Coord coord(const std::array<int, 3>& node) { return {node[0], node[1], node[2]}; }
 
@@ -41,32 +50,14 @@ Band::Band(const Frame& frame, std::unique_ptr<Storage> storage)
     node_count_[axis] = frame.cells[axis] + (periodic ? 0 : 1);
     column_count_[axis] = (node_count_[axis] + leaf_edge - 1) / leaf_edge;
   }
-  rebuild_index();
+  read_leaves();
+  link_leaves();
 }
 
 Band::~Band() = default;
 
 std::unique_ptr<Band> Band::copy() const {
   return std::make_unique<Band>(frame_, std::make_unique<Storage>(storage_->grid->deepCopy()));
-}
-
-int Band::find(int x, int y, int z) const {
-  if (x < 0 || y < 0 || x >= column_count_[0] || y >= column_count_[1]) {
-    return missing_gas;
-  }
-  const auto [begin, end] = column(x, y);
-  const int height = z * leaf_edge;
-  const auto first = leaves_.begin() + static_cast<std::ptrdiff_t>(begin);
-  const auto last = leaves_.begin() + static_cast<std::ptrdiff_t>(end);
-  const auto found = std::lower_bound(first, last, height,
-                                      [](const Leaf& leaf, int k) { return leaf.origin[2] < k; });
-  if (found == last) {
-    return missing_gas;
-  }
-  if (found->origin[2] == height) {
-    return static_cast<int>(found - leaves_.begin());
-  }
-  return found->phi[0] < 0 ? missing_solid : missing_gas;
 }
 
 float Band::node(int i, int j, int k) const {
@@ -77,34 +68,64 @@ float Band::node(int i, int j, int k) const {
   return values[leaf_offset(i, j, k)];
 }
 
-void Band::rebuild_index() {
+void Band::read_leaves() {
   leaves_.clear();
   for (auto leaf = storage_->grid->tree().beginLeaf(); leaf; ++leaf) {
-    const openvdb::Coord origin = leaf->origin();
-    leaves_.push_back({.origin = {origin.x(), origin.y(), origin.z()},
-                       .phi = leaf->buffer().data(),
-                       .active = &leaf->getValueMask().getWord<std::uint64_t>(0)});
+    leaves_.push_back(leaf_of(*leaf));
   }
-  std::sort(leaves_.begin(), leaves_.end(),
-            [](const Leaf& a, const Leaf& b) { return a.origin < b.origin; });
+  std::sort(leaves_.begin(), leaves_.end(), comes_before);
+}
 
-  columns_.assign(static_cast<std::size_t>(column_count_[0]) * column_count_[1] + 1, 0);
-  for (const Leaf& leaf : leaves_) {
-    ++columns_[static_cast<std::size_t>(leaf.origin[0] / leaf_edge) * column_count_[1] +
-               leaf.origin[1] / leaf_edge + 1];
+/// What find gives in the column c. From the top down: a missing leaf has the sign of the lowest
+/// nodes of the next leaf above it.
+void Band::fill_column(std::size_t c) {
+  int between = missing_gas;
+  std::size_t slot = columns_[c + 1].first_slot;
+  for (std::size_t n = columns_[c + 1].first_leaf; n-- > columns_[c].first_leaf;) {
+    const int height = (leaves_[n].origin[2] >> 3) - columns_[c].lowest;
+    while (slot > columns_[c].first_slot + static_cast<std::size_t>(height) + 1) {
+      slots_[--slot] = between;
+    }
+    slots_[--slot] = static_cast<int>(n);
+    between = leaves_[n].phi[0] < 0 ? missing_solid : missing_gas;
   }
-  for (std::size_t c = 1; c < columns_.size(); ++c) {
-    columns_[c] += columns_[c - 1];
-  }
+  below_[c] = between;
+}
 
+void Band::link_leaves() {
+  const std::size_t column_count = column_index(column_count_[0], 0);
+  columns_.assign(column_count + 1, {});
+  std::size_t n = 0;
+  std::size_t slot = 0;
+  for (std::size_t c = 0; c < column_count; ++c) {
+    columns_[c] = {.first_leaf = n, .first_slot = slot};
+    const std::size_t first = n;
+    while (n < leaves_.size() &&
+           column_index(leaves_[n].origin[0] / leaf_edge, leaves_[n].origin[1] / leaf_edge) == c) {
+      ++n;
+    }
+    if (n > first) {
+      columns_[c].lowest = leaves_[first].origin[2] >> 3;
+      slot += static_cast<std::size_t>((leaves_[n - 1].origin[2] >> 3) - columns_[c].lowest + 1);
+    }
+  }
+  columns_.back() = {.first_leaf = n, .first_slot = slot};
+
+  slots_.resize(slot);
+  below_.resize(column_count);
+  parallel_for(column_count, 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      fill_column(c);
+    }
+  });
   neighbours_.resize(leaves_.size());
   parallel_for(leaves_.size(), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const auto [i, j, k] = leaves_[n].origin;
+    for (std::size_t m = begin; m < end; ++m) {
+      const auto [i, j, k] = leaves_[m].origin;
       const int x = i / leaf_edge;
       const int y = j / leaf_edge;
       const int z = k >> 3;
-      neighbours_[n] = {find(x - 1, y, z), find(x + 1, y, z), find(x, y - 1, z),
+      neighbours_[m] = {find(x - 1, y, z), find(x + 1, y, z), find(x, y - 1, z),
                         find(x, y + 1, z), find(x, y, z - 1), find(x, y, z + 1)};
     }
   });
@@ -117,25 +138,42 @@ void Band::change_leaves(std::span<const NewLeaf> added, std::span<const std::si
   PhiTree& tree = storage_->grid->tree();
   for (const std::size_t leaf : dropped) {
     tree.addTile(1, coord(leaves_[leaf].origin), half_width, false);
+    leaves_[leaf].phi = nullptr;
   }
+  std::erase_if(leaves_, [](const Leaf& leaf) { return leaf.phi == nullptr; });
+  const auto kept = static_cast<std::ptrdiff_t>(leaves_.size());
   for (const NewLeaf& leaf : added) {
-    tree.touchLeaf(coord(leaf.origin))->fill(leaf.solid ? -half_width : half_width, false);
+    auto* made = tree.touchLeaf(coord(leaf.origin));
+    made->fill(leaf.solid ? -half_width : half_width, false);
+    leaves_.push_back(leaf_of(*made));
   }
-  rebuild_index();
+  std::sort(leaves_.begin() + kept, leaves_.end(), comes_before);
+  std::inplace_merge(leaves_.begin(), leaves_.begin() + kept, leaves_.end(), comes_before);
+  link_leaves();
 }
 
 namespace {
 
-/// Makes values, mask and domain of one leaf agree; tells whether anything is active.
-bool trim_leaf(const Leaf& leaf, int i_count, int j_count) {
+/// Brings values into the band, sets what lies outside the domain, and tells which are active.
+SCARP_VECTOR_KERNEL bool trim_leaf(const Leaf& leaf, const float* values, int i_count,
+                                   int j_count) {
   bool any = false;
   for (int i = 0; i < leaf_edge; ++i) {
     std::uint64_t word = 0;
-    for (int jk = 0; jk < leaf_edge * leaf_edge; ++jk) {
-      float& phi = leaf.phi[i * 64 + jk];
-      const bool inside = i < i_count && (jk >> 3) < j_count;
-      phi = inside ? std::clamp(phi, -half_width, half_width) : half_width;
-      word |= std::uint64_t{std::abs(phi) < half_width} << jk;
+    for (int j = 0; j < leaf_edge; ++j) {
+      float* row = leaf.phi + leaf_offset(i, j, 0);
+      const float* from = values + leaf_offset(i, j, 0);
+      if (i >= i_count || j >= j_count) {
+        std::fill(row, row + leaf_edge, half_width);
+        continue;
+      }
+      std::uint32_t bits = 0;
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float phi = std::min(std::max(from[k], -half_width), half_width);
+        row[k] = phi;
+        bits += std::abs(phi) < half_width ? 1U << k : 0U;
+      }
+      word |= std::uint64_t{bits} << (leaf_edge * j);
     }
     leaf.active[i] = word;
     any = any || word != 0;
@@ -145,12 +183,15 @@ bool trim_leaf(const Leaf& leaf, int i_count, int j_count) {
 
 }  // namespace
 
-void Band::trim() {
+/// values(n) are those of leaf n.
+template <class Values>
+void Band::trim_leaves(const Values& values) {
   std::vector<std::uint8_t> used(leaves_.size());
   parallel_for(leaves_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = leaves_[n];
-      used[n] = trim_leaf(leaf, node_count_[0] - leaf.origin[0], node_count_[1] - leaf.origin[1]);
+      used[n] = trim_leaf(leaf, values(n), node_count_[0] - leaf.origin[0],
+                          node_count_[1] - leaf.origin[1]);
     }
   });
   std::vector<std::size_t> unused;
@@ -161,14 +202,28 @@ void Band::trim() {
   }
   if (unused.empty()) {
     // Values may have been written into new leaves: what lies beyond them may be another side.
-    rebuild_index();
+    link_leaves();
   }
   change_leaves({}, unused);
 }
 
+void Band::trim() {
+  trim_leaves([&](std::size_t n) { return leaves_[n].phi; });
+}
+
+void Band::trim(const LeafValues& phi) {
+  trim_leaves([&](std::size_t n) { return phi[n]; });
+}
+
+LeafValues& Band::scratch(int which) {
+  scratch_[static_cast<std::size_t>(which)].resize(leaves_.size());
+  return scratch_[static_cast<std::size_t>(which)];
+}
+
 std::size_t Band::memory_bytes() const {
   return storage_->grid->memUsage() + leaves_.size() * (sizeof(Leaf) + sizeof(neighbours_[0])) +
-         columns_.size() * sizeof(columns_[0]);
+         columns_.size() * (sizeof(columns_[0]) + sizeof(below_[0])) +
+         slots_.size() * sizeof(slots_[0]);
 }
 
 }  // namespace scarp

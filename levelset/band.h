@@ -36,6 +36,27 @@ struct NewLeaf {
   friend bool operator<(const NewLeaf& a, const NewLeaf& b) { return a.origin < b.origin; }
 };
 
+/// The values of every leaf in one array, beside those in the tree. Not initialised.
+class LeafValues {
+ public:
+  LeafValues() = default;
+  explicit LeafValues(std::size_t leaf_count) { resize(leaf_count); }
+
+  /// Values are lost. Memory is kept, and some more taken than is needed: bands grow slowly.
+  void resize(std::size_t leaf_count) {
+    if (leaf_count <= capacity_) return;
+    capacity_ = leaf_count + leaf_count / 8;
+    values_ = std::make_unique_for_overwrite<float[]>(capacity_ * leaf_size);
+  }
+
+  float* operator[](std::size_t leaf) { return values_.get() + leaf * leaf_size; }
+  const float* operator[](std::size_t leaf) const { return values_.get() + leaf * leaf_size; }
+
+ private:
+  std::unique_ptr<float[]> values_;
+  std::size_t capacity_ = 0;
+};
+
 /// The leaves of a narrow band in a fixed order, over an OpenVDB tree that no header shows.
 ///
 /// Missing leaves lie wholly in the solid or wholly in the gas. Which of the two needs no storage:
@@ -69,8 +90,8 @@ class Band {
 
   /// Range of the leaves of a column.
   std::array<std::size_t, 2> column(int x, int y) const {
-    const std::size_t c = static_cast<std::size_t>(x) * column_count_[1] + y;
-    return {columns_[c], columns_[c + 1]};
+    const std::size_t c = column_index(x, y);
+    return {columns_[c].first_leaf, columns_[c + 1].first_leaf};
   }
 
   /// The stored node that a lateral index stands for: mirrored or wrapped at the sides.
@@ -87,7 +108,19 @@ class Band {
   }
 
   /// Leaf that holds the stored nodes from 8 (x, y, z); or missing_gas or missing_solid.
-  int find(int x, int y, int z) const;
+  int find(int x, int y, int z) const {
+    if (x < 0 || y < 0 || x >= column_count_[0] || y >= column_count_[1]) {
+      return missing_gas;
+    }
+    const std::size_t c = column_index(x, y);
+    const Column& column = columns_[c];
+    const std::size_t count = columns_[c + 1].first_slot - column.first_slot;
+    if (z < column.lowest) {
+      return count == 0 ? missing_gas : below_[c];
+    }
+    const auto height = static_cast<std::size_t>(z - column.lowest);
+    return height < count ? slots_[column.first_slot + height] : missing_gas;
+  }
 
   /// Leaves across the six faces (-x, +x, -y, +y, -z, +z) as find gives them, without mirror or
   /// wrap: beyond the stored nodes missing_gas.
@@ -103,36 +136,51 @@ class Band {
   /// the mask agree. Drops leaves without active nodes.
   void trim();
 
+  /// The same after taking over phi of all nodes in the domain.
+  void trim(const LeafValues& phi);
+
+  /// Room for phi of all leaves beside that in the tree, kept from one time step to the next. Not
+  /// copied. There are two.
+  LeafValues& scratch(int which);
+  void release_scratch() { scratch_ = {}; }
+
+  /// Of the state: without scratch.
   std::size_t memory_bytes() const;
 
   Storage& storage() { return *storage_; }
   const Storage& storage() const { return *storage_; }
 
  private:
-  void rebuild_index();
+  /// Where the leaves of a column, and its places, begin. A place for every leaf between the lowest
+  /// and the highest one of the column.
+  struct Column {
+    std::size_t first_leaf = 0;
+    std::size_t first_slot = 0;
+    int lowest = 0;
+  };
+
+  std::size_t column_index(int x, int y) const {
+    return static_cast<std::size_t>(x) * column_count_[1] + y;
+  }
+  template <class Values>
+  void trim_leaves(const Values& values);
+  void read_leaves();
+  void link_leaves();
+  void fill_column(std::size_t c);
 
   Frame frame_;
   std::array<int, 2> node_count_{};
   std::array<int, 2> column_count_{};
   std::unique_ptr<Storage> storage_;
   std::vector<Leaf> leaves_;
-  std::vector<std::size_t> columns_;
+  std::vector<Column> columns_;  ///< one more than there are columns
+  std::vector<int> slots_;       ///< what find gives within a column
+  std::vector<int> below_;       ///< and below its lowest leaf
   std::vector<std::array<int, 6>> neighbours_;
+  std::array<LeafValues, 2> scratch_;
 };
 
 /// 512 times +half_width or -half_width, for what is read in a missing leaf.
 const float* missing_values(int index);
-
-/// The values of every leaf in one array, beside those in the tree.
-class LeafValues {
- public:
-  explicit LeafValues(std::size_t leaf_count) : values_(leaf_count * leaf_size) {}
-
-  float* operator[](std::size_t leaf) { return values_.data() + leaf * leaf_size; }
-  const float* operator[](std::size_t leaf) const { return values_.data() + leaf * leaf_size; }
-
- private:
-  std::vector<float> values_;
-};
 
 }  // namespace scarp

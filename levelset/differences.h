@@ -33,7 +33,8 @@ SCARP_KERNEL_PART float minmod(float a, float b) {
 /// Source: Jiang and Peng 2000 (WENO5 for Hamilton-Jacobi equations). Written in second
 /// differences, so that a plane gives its slope exactly; weights of the three parabolas without a
 /// division each.
-SCARP_KERNEL_PART float weno5(const std::array<float, 3>& near, float here, const std::array<float, 2>& far) {
+SCARP_KERNEL_PART float weno5(const std::array<float, 3>& near, float here,
+                              const std::array<float, 2>& far) {
   constexpr float least = 1e-6F;
   constexpr float curved = 13.0F / 12.0F;
   const auto square = [](float x) { return x * x; };

@@ -132,11 +132,6 @@ RowVectors dissipation_in_box(const SpeedField& field, std::size_t first, const 
   return dissipation;
 }
 
-bool reaches_band(const float* row) {
-  return std::any_of(row, row + leaf_edge,
-                     [](float phi) { return std::abs(phi) < LevelSet::half_width; });
-}
-
 }  // namespace
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
@@ -145,8 +140,8 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
-      if (!reaches_band(row)) {
-        for (int k = 0; k < leaf_edge; ++k) leaf.set(node + k, row[k], row[k]);
+      if (!leaf.moves(i, j)) {
+        leaf.keep_row(i, j);
         continue;
       }
       Gradients near;

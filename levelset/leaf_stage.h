@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 
 #include "levelset/stencil.h"
 
@@ -13,13 +15,16 @@ namespace scarp {
 struct Stage {
   float dt = 0;
   float part = 1;
+  float smallest_phi = 0;  ///< what comes nearer to the surface is moved off to the side it is on
 };
 
 /// What a kernel works on: phi at the start, after the stage before (with its halo), and the new
-/// phi, for the nodes of a leaf that lie in the domain.
+/// phi, for the nodes of a leaf that lie in the domain. The new phi may take the place of that at
+/// the start.
 struct LeafStage {
   const Block& before;
   const float* start;
+  const std::uint64_t* active;
   Stage stage;
   std::array<int, 2> node_count;
   float* after;
@@ -27,7 +32,18 @@ struct LeafStage {
   /// phi of a node that an Euler step takes to moved; what is not in the band stays.
   SCARP_KERNEL_PART void set(int node, float here, float moved) const {
     const float reached = std::abs(here) < LevelSet::half_width ? moved : here;
-    after[node] = start[node] + stage.part * (reached - start[node]);
+    const float phi = start[node] + stage.part * (reached - start[node]);
+    const float nudged = std::copysign(stage.smallest_phi, phi);
+    after[node] = std::abs(phi) < stage.smallest_phi ? nudged : phi;
+  }
+
+  /// Whether a row has nodes in the band. Others stay.
+  SCARP_KERNEL_PART bool moves(int i, int j) const {
+    return ((active[i] >> (leaf_edge * j)) & 0xff) != 0;
+  }
+  SCARP_KERNEL_PART void keep_row(int i, int j) const {
+    const int node = leaf_offset(i, j, 0);
+    for (int k = 0; k < leaf_edge; ++k) after[node + k] = start[node + k];
   }
 };
 

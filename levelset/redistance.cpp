@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "core/parallel.h"
@@ -83,6 +82,15 @@ void grow_band(Band& band) {
   band.change_leaves(added, {});
 }
 
+/// Whether a node keeps what it has: it is next to the surface, or outside the band.
+SCARP_KERNEL_PART bool is_held(const float* p, float side) {
+  // No node is exactly 0: a product is negative if that neighbour has the other sign.
+  const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
+  const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
+  const float z = std::min(p[-1] * side, p[1] * side);
+  return std::min(std::min(x, y), z) < 0 || !(*p * side < half_width);
+}
+
 /// One step of phi_tau = -sign (|grad phi| - 1) for the nodes of a leaf that lie in the domain.
 template <Scheme scheme>
 SCARP_KERNEL_PART void step_rows(const Block& block, int i_count, int j_count, float* out) {
@@ -94,15 +102,9 @@ SCARP_KERNEL_PART void step_rows(const Block& block, int i_count, int j_count, f
         const float* p = row + k;
         const float here = *p;
         const float side = here < 0 ? -1.0F : 1.0F;
-        // No node is exactly 0: a product is negative if that neighbour has the other sign.
-        const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
-        const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
-        const float z = std::min(p[-1] * side, p[1] * side);
-        const float least = std::min(std::min(x, y), z);
         const float moved = here * side - step_length * (distance_slope<scheme>(p, side) - 1);
         const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
-        const float free = here * side < half_width ? kept : here;
-        target[k] = least < 0 ? here : free;
+        target[k] = is_held(p, side) ? here : kept;
       }
     }
   }
@@ -139,47 +141,43 @@ SCARP_VECTOR_KERNEL void extend_leaf(const Block& block, int i_count, int j_coun
 
 using LeafKernel = void (*)(const Block&, int, int, float*);
 
-/// Applies a kernel to all leaves, with the halo that the scheme needs, from one set of values to
-/// another.
-template <class Source, class Target>
-void for_each_leaf(const Band& band, Scheme scheme, const Source& from, const Target& to,
-                   LeafKernel kernel) {
+/// Applies a kernel to all leaves, from one set of values to another.
+template <int halo, class Source, class Target>
+void for_each_leaf(const Band& band, const Source& from, const Target& to, LeafKernel kernel) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
-      gather_for(scheme, band, n, from, block);
+      gather<halo>(band, n, from, block);
       kernel(block, stored_nodes(band, band.leaves()[n], 0),
              stored_nodes(band, band.leaves()[n], 1), to(n));
     }
   });
 }
 
+/// The steps, from the tree to scratch, where the last one ends.
+template <int halo>
+void step_all(const Band& band, LeafValues& scratch, LeafKernel step_leaf) {
+  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
+  const auto aside = [&](std::size_t n) { return scratch[n]; };
+  for_each_leaf<1>(band, in_tree, aside, extend_leaf);
+  static_assert(step_count % 2 == 0);
+  for (int step = 0; step < step_count; step += 2) {
+    for_each_leaf<halo>(band, aside, in_tree, step_leaf);
+    for_each_leaf<halo>(band, in_tree, aside, step_leaf);
+  }
+}
+
 }  // namespace
 
 void redistance(Band& band, Scheme scheme) {
   grow_band(band);
-  const LeafKernel step_leaf = scheme == Scheme::weno5 ? step_weno5 : step_eno2;
-
-  LeafValues other(band.leaves().size());
-  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
-  const auto aside = [&](std::size_t n) { return other[n]; };
-
-  for_each_leaf(band, scheme, in_tree, aside, extend_leaf);
-  for (int step = 0; step < step_count; ++step) {
-    if (step % 2 == 0) {
-      for_each_leaf(band, scheme, aside, in_tree, step_leaf);
-    } else {
-      for_each_leaf(band, scheme, in_tree, aside, step_leaf);
-    }
+  LeafValues& scratch = band.scratch(0);
+  if (scheme == Scheme::weno5) {
+    step_all<3>(band, scratch, step_weno5);
+  } else {
+    step_all<2>(band, scratch, step_eno2);
   }
-  static_assert(step_count % 2 == 0);
-  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      std::memcpy(band.leaves()[n].phi, other[n], leaf_size * sizeof(float));
-    }
-  });
-
-  band.trim();
+  band.trim(scratch);
 }
 
 }  // namespace scarp

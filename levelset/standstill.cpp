@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/parallel.h"
 #include "levelset/exposure.h"
@@ -33,7 +34,10 @@ class Keeper {
       return standing_layer_at(at) == none ? limit_outside(at, old, not_held_back(at, old, wanted))
                                            : wanted;
     });
-    const LeafValues limited = moved;
+    LeafValues limited(band_.leaves().size());
+    parallel_for(band_.leaves().size(), 64, [&](std::size_t begin, std::size_t end) {
+      std::memcpy(limited[begin], moved[begin], (end - begin) * leaf_size * sizeof(float));
+    });
     for_each_near_node(moved, [&](std::array<int, 3> at, const float* old, float wanted) {
       const int layer = standing_layer_at(at);
       return layer == none ? wanted : limit_inside(layer, at, old, wanted, limited);
@@ -221,12 +225,15 @@ class Keeper {
 
 }  // namespace
 
+bool has_standing_layers(const SpeedField& field) {
+  const auto& still = field.stands_still;
+  return std::find(still.begin(), still.end(), true) != still.end() &&
+         std::find(still.begin(), still.end(), false) != still.end();
+}
+
 void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
                           LeafValues& moved) {
-  const auto& still = field.stands_still;
-  const auto standing = std::find(still.begin(), still.end(), true);
-  const auto moving = std::find(still.begin(), still.end(), false);
-  if (standing != still.end() && moving != still.end()) {
+  if (has_standing_layers(field)) {
     Keeper(layers, field, dt).run(moved);
   }
 }

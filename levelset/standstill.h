@@ -6,6 +6,9 @@
 
 namespace scarp {
 
+/// Whether some layers stand still while others move.
+bool has_standing_layers(const SpeedField& field);
+
 /// Takes back what a time step removed from layers that stand still.
 ///
 /// Speeds next to the line where such a layer (a mask) meets one that moves belong to the nearest

@@ -7,23 +7,7 @@
 #include <cstring>
 
 #include "levelset/band.h"
-
-/// Compiles a kernel for several instruction sets; which one runs is decided when the program is
-/// loaded. All give the same bits: no fused operations (-ffp-contract=off), no reordering.
-#if defined(__x86_64__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__clang__)
-#define SCARP_VECTOR_KERNEL __attribute__((target_clones("avx2", "default")))
-#else
-#define SCARP_VECTOR_KERNEL
-#endif
-
-/// What a kernel is made of: compiled anew inside every kernel, for its instruction set. A call
-/// would go to a function for the lowest one.
-#if defined(__GNUC__)
-#define SCARP_KERNEL_PART [[gnu::always_inline]] inline
-#else
-#define SCARP_KERNEL_PART inline
-#endif
+#include "levelset/vector_kernel.h"
 
 namespace scarp {
 
@@ -44,6 +28,62 @@ struct Block {
 
 /// From a node to its neighbours along x, y and z.
 inline constexpr std::array<std::ptrdiff_t, 3> axis_strides{Block::x_stride, Block::y_stride, 1};
+
+/// Which leaves the rows of a leaf and its halo come from along a lateral axis, mirrored or wrapped
+/// at the sides. Next to a periodic side with a single node in the last leaf these are four.
+struct FoldedAxis {
+  static constexpr int most = 4;
+
+  std::array<int, leaf_edge + 2 * Block::halo> offset{};  ///< of a row in its leaf
+  std::array<int, leaf_edge + 2 * Block::halo> which{};   ///< column of a row
+  std::array<int, most> column{};
+  int count = 0;
+
+  FoldedAxis(const Band& band, int axis, int origin, int halo) {
+    for (int n = -halo; n < leaf_edge + halo; ++n) {
+      const int folded = band.fold(axis, origin + n);
+      int c = 0;
+      while (c < count && column[c] != folded >> 3) ++c;
+      if (c == count) column[count++] = folded >> 3;
+      which[n + Block::halo] = c;
+      offset[n + Block::halo] = folded & 7;
+    }
+  }
+};
+
+/// Rows of a leaf at a side, of which mirrored ones may come from any leaf nearby.
+template <int halo, class Values>
+void gather_at_side(const Band& band, std::size_t leaf, const Values& values, Block& block) {
+  const auto [i0, j0, k0] = band.leaves()[leaf].origin;
+  const FoldedAxis x(band, 0, i0, halo);
+  const FoldedAxis y(band, 1, j0, halo);
+  using Pile = std::array<const float*, 3>;
+  std::array<std::array<Pile, FoldedAxis::most>, FoldedAxis::most> around;
+  for (int a = 0; a < x.count; ++a) {
+    for (int b = 0; b < y.count; ++b) {
+      for (int up = 0; up < 3; ++up) {
+        around[a][b][up] = values(band.find(x.column[a], y.column[b], (k0 >> 3) + up - 1));
+      }
+    }
+  }
+  for (int i = -halo; i < leaf_edge + halo; ++i) {
+    const bool i_inner = i >= 0 && i < leaf_edge;
+    for (int j = -halo; j < leaf_edge + halo; ++j) {
+      const bool j_inner = j >= 0 && j < leaf_edge;
+      if (!i_inner && !j_inner) {
+        continue;
+      }
+      const auto& [below, here, above] = around[x.which[i + Block::halo]][y.which[j + Block::halo]];
+      const int offset = leaf_offset(x.offset[i + Block::halo], y.offset[j + Block::halo], 0);
+      float* row = block.row(i, j);
+      std::memcpy(row, here + offset, 8 * sizeof(float));
+      if (i_inner && j_inner) {
+        std::memcpy(row - halo, below + offset + leaf_edge - halo, halo * sizeof(float));
+        std::memcpy(row + 8, above + offset, halo * sizeof(float));
+      }
+    }
+  }
+}
 
 /// Reads a leaf and as much of its halo as is asked for, mirrored or wrapped at the domain sides.
 ///
@@ -86,28 +126,7 @@ void gather(const Band& band, std::size_t leaf, const Source& source, Block& blo
     return;
   }
 
-  // At a side every row is looked up, because mirrored rows may come from any leaf nearby.
-  const int z = k0 >> 3;
-  for (int i = -halo; i < leaf_edge + halo; ++i) {
-    const bool i_inner = i >= 0 && i < leaf_edge;
-    const int x = band.fold(0, i0 + i);
-    for (int j = -halo; j < leaf_edge + halo; ++j) {
-      const bool j_inner = j >= 0 && j < leaf_edge;
-      if (!i_inner && !j_inner) {
-        continue;
-      }
-      const int y = band.fold(1, j0 + j);
-      const int offset = leaf_offset(x, y, 0);
-      float* row = block.row(i, j);
-      std::memcpy(row, values(band.find(x >> 3, y >> 3, z)) + offset, 8 * sizeof(float));
-      if (i_inner && j_inner) {
-        const float* below = values(band.find(x >> 3, y >> 3, z - 1));
-        const float* above = values(band.find(x >> 3, y >> 3, z + 1));
-        std::memcpy(row - halo, below + offset + leaf_edge - halo, halo * sizeof(float));
-        std::memcpy(row + 8, above + offset, halo * sizeof(float));
-      }
-    }
-  }
+  gather_at_side<halo>(band, leaf, values, block);
 }
 
 /// Nodes of a leaf that lie in the domain, along one lateral axis.

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "core/error.h"
+#include "levelset/band.h"
 #include "levelset/extract_surface.h"
 #include "surfaces.h"
 
@@ -65,6 +67,54 @@ TEST(Advect, RefusesSpeedsThatAreNotFinite) {
   SpeedField field = prescribe_speeds(layers, [](Vec3d, MaterialId) { return 1.0; });
   field.speed[100] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(advect(layers, field, 0.1), NumericalError);
+}
+
+// What find gives at every place around the band, and the neighbours of all leaves.
+std::vector<int> topology(const Band& band) {
+  std::vector<int> found;
+  for (int x = -1; x <= band.column_count(0); ++x) {
+    for (int y = -1; y <= band.column_count(1); ++y) {
+      for (int z = -6; z <= 6; ++z) found.push_back(band.find(x, y, z));
+    }
+  }
+  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
+    found.insert(found.end(), band.neighbours(n).begin(), band.neighbours(n).end());
+  }
+  return found;
+}
+
+TEST(Advect, ABandThatFollowedTheSurfaceIsTheOneReadAnew) {
+  const Frame frame{
+      .spacing = 1, .cells = {37, 24}, .boundary = {Boundary::reflective, Boundary::periodic}};
+  for (const double speed : {1.0, -1.0}) {
+    // A ball over a plane: bands that part, meet and leave leaves behind.
+    Layers layers = single_layer(
+        frame,
+        [](Vec3d r) {
+          return std::min(length(r - Vec3d{3, 0, 1}) - 7, r.z + 14.3);
+        },
+        -16, 9);
+    const std::vector<int> before = topology(layers.top().band());
+    move(layers, 9, 0.5, [&](Vec3d, MaterialId) { return speed; });
+    const LevelSet anew = layers.top().copy();
+    EXPECT_NE(topology(layers.top().band()), before);
+    EXPECT_EQ(topology(layers.top().band()), topology(anew.band()));
+    EXPECT_EQ(layers.top().hash(), anew.hash());
+  }
+}
+
+// The sign of what is missing is that of the lowest nodes of the next leaf above.
+TEST(Advect, WhatIsMissingInTheBandIsSolidBelowAndGasAbove) {
+  const Frame frame{.spacing = 1, .cells = {16, 16}};
+  const Layers layers = single_layer(
+      frame, [](Vec3d r) { return std::abs(r.z - 0.3) - 20; }, -30, 30);
+  const Band& band = layers.top().band();
+  EXPECT_EQ(band.find(0, 0, -9), Band::missing_gas);
+  EXPECT_GE(band.find(0, 0, -3), 0);
+  EXPECT_EQ(band.find(0, 0, 0), Band::missing_solid);
+  EXPECT_GE(band.find(0, 0, 2), 0);
+  EXPECT_EQ(band.find(0, 0, 9), Band::missing_gas);
+  EXPECT_EQ(band.find(3, 0, 0), Band::missing_gas);
 }
 
 }  // namespace
