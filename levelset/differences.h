@@ -141,16 +141,18 @@ SCARP_KERNEL_PART AxisSlopes slopes(const float* p, float side) {
 /// Where normals fan out from an edge, upwind differences are too small by up to 30 % within the
 /// first spacings: without this the edge lags behind by half a spacing for good. The first order
 /// scheme is left as it is; that of order 5 falls back to order 2 near edges, where it would let
-/// what is left of them grow.
+/// what is left of them grow. With edges = 0 there are none: upwind differences are taken as they
+/// are.
 template <Scheme scheme>
-SCARP_KERNEL_PART float distance_slope(const float* p, float side) {
+SCARP_KERNEL_PART float distance_slope(const float* p, float side, float edges = 1) {
   if constexpr (scheme == Scheme::first_order) {
     return std::sqrt(slopes<scheme>(p, side).upwind);
   }
   const AxisSlopes eno2 = slopes<Scheme::eno2>(p, side);
   const float upwind = std::sqrt(eno2.upwind);
   const float steepest = std::sqrt(eno2.steepest);
-  const float kink = std::clamp((steepest - upwind - kink_starts) / kink_starts, 0.0F, 1.0F);
+  const float kink =
+      edges * std::clamp((steepest - upwind - kink_starts) / kink_starts, 0.0F, 1.0F);
   const float smooth =
       scheme == Scheme::weno5 ? std::sqrt(slopes<Scheme::weno5>(p, side).upwind) : upwind;
   const float sharp = std::max(upwind, std::min(steepest, 1.0F));

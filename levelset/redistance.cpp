@@ -24,6 +24,9 @@ constexpr float step_length = 0.5F;
 /// No node that is not next to the surface comes nearer to it than this.
 constexpr float smallest_free_phi = 1e-3F;
 
+/// A node lies in a valley if its neighbours along an axis are further from the surface by this.
+constexpr float least_valley = 0.1F;
+
 /// A node that enters the band has a neighbour along an axis that is nearer to the surface by at
 /// least 1 / sqrt(3): only such neighbours need leaves beyond them.
 constexpr float reaches_out = half_width - 0.577F;
@@ -91,6 +94,18 @@ SCARP_KERNEL_PART bool is_held(const float* p, float side) {
   return std::min(std::min(x, y), z) < 0 || !(*p * side < half_width);
 }
 
+/// Whether both neighbours along an axis are further from the surface.
+///
+/// Where two fronts have met, phi is the larger distance to what is left of either: a valley with
+/// slopes of 1, though the notch between them is further away. Upwind differences fill it; without
+/// that an etch would dig three spacings too deep there.
+SCARP_KERNEL_PART bool is_in_valley(const float* p, float side) {
+  const float x = std::min(p[-Block::x_stride] * side, p[Block::x_stride] * side);
+  const float y = std::min(p[-Block::y_stride] * side, p[Block::y_stride] * side);
+  const float z = std::min(p[-1] * side, p[1] * side);
+  return std::max(std::max(x, y), z) - *p * side > least_valley;
+}
+
 /// One step of phi_tau = -sign (|grad phi| - 1) for the nodes of a leaf that lie in the domain.
 template <Scheme scheme>
 SCARP_KERNEL_PART void step_rows(const Block& block, int i_count, int j_count, float* out) {
@@ -102,7 +117,9 @@ SCARP_KERNEL_PART void step_rows(const Block& block, int i_count, int j_count, f
         const float* p = row + k;
         const float here = *p;
         const float side = here < 0 ? -1.0F : 1.0F;
-        const float moved = here * side - step_length * (distance_slope<scheme>(p, side) - 1);
+        const float edges = is_in_valley(p, side) ? 0.0F : 1.0F;
+        const float slope = distance_slope<scheme>(p, side, edges);
+        const float moved = here * side - step_length * (slope - 1);
         const float kept = side * std::min(std::max(moved, smallest_free_phi), half_width);
         target[k] = is_held(p, side) ? here : kept;
       }

@@ -186,7 +186,9 @@ TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
   }
   // Half the neck at 1 nm/s, half a spacing more or less, and the time step in which it was seen.
   EXPECT_NEAR(closed_at, 10.2, 0.5 + 0.4);
-  ASSERT_GE(seen.size(), 5U);
+  // In the last time steps before it opens nothing but a spacing is left above it.
+  ASSERT_GE(seen.size(), 30U);
+  seen.resize(seen.size() - 3);
   for (const Region& same : seen) {
     EXPECT_EQ(same.volume, seen.front().volume);
     EXPECT_EQ(same.lower, seen.front().lower);
@@ -195,7 +197,7 @@ TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
   EXPECT_NEAR(seen.front().lower, -50.3 + 10.2, 0.5 + 0.4);
   // The dent above the neck, where two arcs of the film's thickness meet, comes down to the void.
   const double dent = 12 + std::sqrt(14 * 14 - 10.2 * 10.2);
-  EXPECT_NEAR(opened_at, 14 + dent - seen.front().upper, 8);
+  EXPECT_NEAR(opened_at, 14 + dent - seen.front().upper, 1);
   EXPECT_TRUE(state.voids.empty());
 }
 

@@ -147,6 +147,28 @@ TEST(Edge, EtchingRoundsTheConcaveAndKeepsTheConvexSharp) {
   EXPECT_LT(nearest, 0.15);
 }
 
+// Films from both walls of a slot meet in a notch. Etched at once, it goes down at the etch rate:
+// it is the point nearest to all that lies below.
+TEST(Notch, OfTwoFilmsThatHaveMetGoesDownAtTheEtchRate) {
+  constexpr double half = 10.2;
+  constexpr double film = 14;
+  for (const Scheme scheme : {Scheme::eno2, Scheme::weno5}) {
+    Frame frame{.spacing = 1, .cells = {120, 1}};
+    frame.two_dimensional = true;
+    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(2 * half, 40)});
+    move(
+        layers, film, 0.4, [](Vec3d, MaterialId) { return 1.0; }, scheme);
+    const double notch = std::sqrt(film * film - half * half);
+    move(
+        layers, 8, 0.4, [](Vec3d, MaterialId) { return -1.0; }, scheme);
+    const auto height = cross_section(layers, 1, 0)[0].front().points;
+    const auto middle = std::min_element(
+        height.begin(), height.end(),
+        [](const auto& a, const auto& b) { return std::abs(a[0]) < std::abs(b[0]); });
+    EXPECT_NEAR((*middle)[1], notch - 8, 0.6) << static_cast<int>(scheme);
+  }
+}
+
 TEST(Mask, MouthIsStillSharpAfterTwentyTimeSteps) {
   for (const double offset : {0.0, 0.2, 0.45, 0.8}) {
     Frame frame{.spacing = 1, .cells = {60, 1}};
