@@ -19,10 +19,6 @@ using Node = std::array<int, 3>;
 /// A node deeper than this, in spacings, has no neighbour across the surface.
 constexpr float next_to_surface = 1.5F;
 
-/// How often phi is re-distanced where an island was: the edge of the band is seven nodes away
-/// along the axes.
-constexpr int redistance_count = 8;
-
 /// Part of a node's cell that lies in the domain: nodes on a reflective side have half a cell.
 double cell_share(const Band& band, int axis, int index) {
   const bool on_side = index == 0 || index == band.frame().cells[axis];
@@ -230,9 +226,7 @@ void clear_islands(Band& band, const PhaseGraph& solid) {
     }
   }
   band.trim();
-  for (int pass = 0; pass < redistance_count; ++pass) {
-    redistance(band);
-  }
+  redistance_fully(band);
 }
 
 }  // namespace

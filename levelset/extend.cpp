@@ -12,6 +12,7 @@
 #include "levelset/band.h"
 #include "levelset/carry.h"
 #include "levelset/exposure.h"
+#include "levelset/images.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -34,7 +35,6 @@ class Extension {
 
   Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, ValuesAt values_at)
       : frame_(layers.frame),
-        sides_(layers.frame.sides()),
         band_(layers.top().band()),
         gas_(gas),
         facets_(facets),
@@ -49,11 +49,9 @@ class Extension {
   ClosestPoint query(const Leaf& leaf, int node, const float* p, const ClosestPoint& last) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
   double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
-  std::vector<double> shifts(int axis, double position, double limit) const;
   bool is_void(std::size_t leaf, int node, const Block& block) const;
 
   const Frame& frame_;
-  Sides sides_;
   const Band& band_;
   const OpenGas& gas_;
   const TriMesh& facets_;
@@ -75,14 +73,13 @@ void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
   }
 }
 
-/// Asks at r and, near periodic sides, at its images: what is near there is near r as well. The
-/// mirror image of a surface is never nearer than the surface itself.
+/// Asks at r and, near periodic sides, at its images.
 ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit) const {
   // On a ridge of phi, midway between two surfaces, the gradient says nothing.
   const bool has_direction = length(gradient) > least_gradient;
   ClosestPoint best;
-  for (const double shift_x : shifts(0, r.x, limit)) {
-    for (const double shift_y : shifts(1, r.y, limit)) {
+  for (const double shift_x : image_shifts(frame_, 0, r.x, limit)) {
+    for (const double shift_y : image_shifts(frame_, 1, r.y, limit)) {
       const Vec3d image = r + Vec3d{shift_x, shift_y, 0};
       take_closer(has_direction ? tree_.closest_facing(image, gradient, limit)
                                 : tree_.closest(image, limit),
@@ -90,20 +87,6 @@ ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit) const {
     }
   }
   return best;
-}
-
-/// By how much to move a point along an axis to reach it and its image nearby.
-std::vector<double> Extension::shifts(int axis, double position, double limit) const {
-  std::vector<double> found{0.0};
-  if (frame_.boundary[axis] == Boundary::periodic) {
-    if (position - sides_.lower[axis] < limit) {
-      found.push_back(sides_.width(axis));
-    }
-    if (sides_.upper[axis] - position < limit) {
-      found.push_back(-sides_.width(axis));
-    }
-  }
-  return found;
 }
 
 /// Gas of a void; or solid all of whose gas neighbours belong to voids.

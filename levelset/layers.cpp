@@ -27,22 +27,6 @@ std::vector<NewLeaf> leaves_to_cut(const Band& layer, const Band& top) {
   return added;
 }
 
-void cut(Band& layer, const Band& top) {
-  layer.change_leaves(leaves_to_cut(layer, top), {});
-  parallel_for(layer.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const auto [i, j, k] = layer.leaves()[n].origin;
-      const int other = top.find(i >> 3, j >> 3, k >> 3);
-      const float* top_phi = other >= 0 ? top.leaves()[other].phi : missing_values(other);
-      float* phi = layer.leaves()[n].phi;
-      for (int node = 0; node < leaf_size; ++node) {
-        phi[node] = std::max(phi[node], top_phi[node]);
-      }
-    }
-  });
-  layer.trim();
-}
-
 /// Whether the upper layer is thicker than same_phi next to its surface.
 bool adds_material(const Band& upper, const Band& lower) {
   for (const Leaf& leaf : upper.leaves()) {
@@ -75,9 +59,27 @@ void add_layer(Layers& layers, MaterialId material) {
   }
 }
 
+void cut(LevelSet& solid, const LevelSet& by) {
+  Band& layer = solid.band();
+  const Band& top = by.band();
+  layer.change_leaves(leaves_to_cut(layer, top), {});
+  parallel_for(layer.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const auto [i, j, k] = layer.leaves()[n].origin;
+      const int other = top.find(i >> 3, j >> 3, k >> 3);
+      const float* top_phi = other >= 0 ? top.leaves()[other].phi : missing_values(other);
+      float* phi = layer.leaves()[n].phi;
+      for (int node = 0; node < leaf_size; ++node) {
+        phi[node] = std::max(phi[node], top_phi[node]);
+      }
+    }
+  });
+  layer.trim();
+}
+
 void cut_lower_layers(Layers& layers) {
   for (std::size_t n = 0; n + 1 < layers.stack.size(); ++n) {
-    cut(layers.stack[n].phi.band(), layers.top().band());
+    cut(layers.stack[n].phi, layers.top());
   }
 }
 

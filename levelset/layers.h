@@ -33,6 +33,9 @@ struct Layers {
 /// is of that material already.
 void add_layer(Layers& layers, MaterialId material);
 
+/// Takes away from a solid what is gas for another one.
+void cut(LevelSet& solid, const LevelSet& by);
+
 /// Cuts every layer by the top one: what is gas for the top is gas for all.
 void cut_lower_layers(Layers& layers);
 

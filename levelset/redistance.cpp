@@ -197,4 +197,9 @@ void redistance(Band& band, Scheme scheme) {
   band.trim(scratch);
 }
 
+void redistance_fully(Band& band) {
+  constexpr int pass_count = 8;
+  for (int pass = 0; pass < pass_count; ++pass) redistance(band);
+}
+
 }  // namespace scarp

@@ -16,4 +16,8 @@ class Band;
 /// Source: Sussman, Smereka, Osher 1994, with frozen nodes instead of a smeared sign.
 void redistance(Band& band, Scheme scheme = Scheme::eno2);
 
+/// The same, as often as it takes to find the distance in the whole band anew where it was lost:
+/// the edge of the band is seven nodes away along the axes.
+void redistance_fully(Band& band);
+
 }  // namespace scarp

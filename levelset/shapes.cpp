@@ -16,9 +16,6 @@ namespace {
 
 using Solid = std::function<Distance(Vec3d)>;
 
-/// All solid grows by this many spacings.
-constexpr double dilation = 1e-3;
-
 /// Images of a shape beyond a side count within this many spacings of the side: more than a leaf
 /// and the band.
 constexpr double image_reach = 16;

@@ -20,6 +20,9 @@ namespace scarp {
 // Start geometries, applied in order from the bottom up. Lengths in nm, angles in rad. Positive
 // tapers narrow an opening downwards and a solid upwards. z = 0 is the surface of the wafer.
 
+/// All solid of a start geometry is made thicker by this many spacings, off the nodes.
+inline constexpr double dilation = 1e-3;
+
 /// Solid below z = 0. The first shape, and only the first.
 struct WaferShape {
   MaterialId material = 0;
@@ -143,7 +146,7 @@ double wall_area(const Frame& frame, const Shape& shape);
 ///
 /// phi is the exact distance for planes, cones, the walls over polygons and the edges where two of
 /// them meet. All solid is
-/// dilated by a thousandth of a spacing, so that surfaces on nodes keep their corners.
+/// dilated, so that surfaces on nodes keep their corners.
 ///
 /// Throws: InputError with the first problem that check_shapes finds.
 Layers build_layers(const Frame& frame, std::span<const Shape> shapes);

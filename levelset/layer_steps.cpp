@@ -1,0 +1,191 @@
+#include "levelset/layer_steps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/error.h"
+#include "core/triangle_tree.h"
+#include "levelset/band.h"
+#include "levelset/connectivity.h"
+#include "levelset/exposure.h"
+#include "levelset/extract_surface.h"
+#include "levelset/images.h"
+#include "levelset/redistance.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+using Node = std::array<int, 3>;
+
+Node nearest_node(const Frame& frame, Vec3d r) {
+  Node node{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle = axis < 2 ? 0.5 * frame.cells[axis] : 0.0;
+    node[axis] = static_cast<int>(std::lround(r[axis] / frame.spacing + middle));
+  }
+  return node;
+}
+
+/// Whether a node lies in gas that is joined to the source.
+bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node) {
+  const int i = band.fold(0, node[0]);
+  const int j = band.fold(1, node[1]);
+  const int leaf = band.find(i >> 3, j >> 3, node[2] >> 3);
+  if (leaf >= 0) {
+    return gas.is_open(static_cast<std::size_t>(leaf), leaf_offset(i, j, node[2]));
+  }
+  if (leaf == Band::missing_solid) {
+    return false;
+  }
+  // A missing leaf belongs to the gas at the foot of the next leaf above it, or to the source.
+  const auto [begin, end] = band.column(i >> 3, j >> 3);
+  for (std::size_t n = begin; n < end; ++n) {
+    if (band.leaves()[n].origin[2] > node[2]) {
+      return gas.is_open(n, leaf_offset(i, j, 0));
+    }
+  }
+  return true;
+}
+
+/// Signed distance from the film on the surface that open gas sees; closed voids count as solid.
+class FilmDistance {
+ public:
+  FilmDistance(const Layers& layers, const OpenGas& gas, double thickness)
+      : layers_(layers),
+        gas_(gas),
+        thickness_(thickness),
+        limit_(thickness + reach * layers.frame.spacing),
+        tree_(extract_surface(layers, gas)) {}
+
+  double operator()(Vec3d r) const {
+    const Frame& frame = layers_.frame;
+    const bool open = is_open_gas(layers_.top().band(), gas_, nearest_node(frame, r));
+    // In two dimensions both rows of nodes ask at the same point.
+    r.y = frame.two_dimensional ? 0.0 : r.y;
+    double nearest = infinity;
+    for (const double x : image_shifts(frame, 0, r.x, limit_)) {
+      for (const double y : image_shifts(frame, 1, r.y, limit_)) {
+        nearest = std::min(nearest, tree_.closest(r + Vec3d{x, y, 0}, limit_).distance);
+      }
+    }
+    return open ? nearest - thickness_ : -nearest - thickness_;
+  }
+
+ private:
+  /// What is further away than this from the film, in spacings, is not asked for: the band, half
+  /// the diagonal of a leaf, and the way from a point to the node nearest to it.
+  static constexpr double reach = LevelSet::half_width + 8;
+
+  const Layers& layers_;
+  const OpenGas& gas_;
+  double thickness_;
+  double limit_;
+  TriangleTree tree_;
+};
+
+/// Nodes of closed voids, and of solid next to them: they hold the surface of the void.
+bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
+  const auto is_closed_gas = [&](const Node& at) {
+    return !(band.node(at[0], at[1], at[2]) < 0) && !is_open_gas(band, gas, at);
+  };
+  bool found = is_closed_gas(node);
+  for (int face = 0; !found && face < 6; ++face) {
+    Node other = node;
+    other[face / 2] += face % 2 == 0 ? -1 : 1;
+    found = is_closed_gas(other);
+  }
+  return found;
+}
+
+/// Puts the voids of a band into another one where they are filled.
+void take_over_voids(const Band& from, const OpenGas& gas, Band& to) {
+  struct Value {
+    Node node;
+    float phi;
+  };
+  std::vector<Value> values;
+  std::vector<NewLeaf> added;
+  for (const Leaf& leaf : from.leaves()) {
+    const std::size_t before = values.size();
+    const int i_count = std::min(leaf_edge, from.node_count(0) - leaf.origin[0]);
+    const int j_count = std::min(leaf_edge, from.node_count(1) - leaf.origin[1]);
+    for (int node = 0; node < leaf_size; ++node) {
+      const int i = node >> 6;
+      const int j = (node >> 3) & 7;
+      const Node at{leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + (node & 7)};
+      if (i < i_count && j < j_count && holds_void(from, gas, at)) {
+        values.push_back({at, leaf.phi[node]});
+      }
+    }
+    const auto [i, j, k] = leaf.origin;
+    if (values.size() > before && to.find(i >> 3, j >> 3, k >> 3) < 0) {
+      added.push_back({.origin = leaf.origin, .solid = true});
+    }
+  }
+  to.change_leaves(added, {});
+  for (const Value& value : values) {
+    const auto [i, j, k] = value.node;
+    const auto leaf = static_cast<std::size_t>(to.find(i >> 3, j >> 3, k >> 3));
+    to.leaves()[leaf].phi[leaf_offset(i, j, k)] = value.phi;
+  }
+  to.trim();
+  redistance_fully(to);
+}
+
+}  // namespace
+
+double highest_point(const Layers& layers) {
+  return bounding_box(extract_surface(layers, open_gas(layers))).upper.z;
+}
+
+void planarise(Layers& layers, double height) {
+  if (height >= highest_point(layers)) {
+    return;
+  }
+  const double margin = LevelSet::half_width * layers.frame.spacing;
+  const LevelSet plane(
+      layers.frame, [height](Vec3d r) { return r.z - height; }, height - margin, height + margin);
+  for (Layer& layer : layers.stack) {
+    cut(layer.phi, plane);
+  }
+  redistance_fully(layers.top().band());
+  cut_lower_layers(layers);
+}
+
+void coat(Layers& layers, double thickness) {
+  SCARP_ASSERT(thickness, >, 0.0);
+  const OpenGas gas = open_gas(layers);
+  const double margin = LevelSet::half_width * layers.frame.spacing;
+  LevelSet film(layers.frame, FilmDistance(layers, gas, thickness), layers.top().lower() - margin,
+                layers.top().upper() + thickness + margin);
+  if (!gas.voids.empty()) {
+    take_over_voids(layers.top().band(), gas, film.band());
+  }
+  layers.top() = std::move(film);
+  cut_lower_layers(layers);
+}
+
+double highest_point(const Layers& layers, MaterialId material) {
+  double highest = -infinity;
+  for (std::size_t k = 0; k < layers.stack.size(); ++k) {
+    if (layers.stack[k].material != material) {
+      continue;
+    }
+    for (const Vec3f& vertex : extract_surface(layers.stack[k].phi).vertices) {
+      const Vec3d r(vertex);
+      const bool is_there =
+          k == 0 || layers.stack[k - 1].phi.distance(r) - layers.stack[k].phi.distance(r) >
+                        same_phi * layers.frame.spacing;
+      highest = is_there ? std::max(highest, r.z) : highest;
+    }
+  }
+  return highest;
+}
+
+}  // namespace scarp
