@@ -28,6 +28,7 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
 }
 
 double time_steps(const ProcessStep& step, const Recipe& recipe) {
+  if (!step.model) return 1;
   const double cells =
       step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
   return std::max(1.0, std::ceil(cells / recipe.cfl));

@@ -21,7 +21,8 @@ namespace {
 constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
-constexpr double most_cells = 1e6;  // along an axis
+constexpr double most_cells = 1e6;          // along an axis
+constexpr double most_spacings_high = 1e5;  // of a film
 constexpr std::size_t most_steps = 100'000;
 constexpr Limits positive{.minimum = 0, .exclusive = true};
 constexpr Limits lengths{.minimum = 0, .maximum = longest_length, .exclusive = true};
@@ -193,6 +194,15 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
   }
 }
 
+void refuse_endless_film(const RecipeTable& table, const LayerOperation& operation,
+                         const Frame& frame) {
+  const auto* const film = std::get_if<ConformalFilm>(&operation);
+  if (film == nullptr || film->thickness <= most_spacings_high * frame.spacing) return;
+  table.error("thickness", fmt::format("{} is {:.0f} spacings; the most is {:.0f}",
+                                       format_quantity(film->thickness, Dimension::length),
+                                       film->thickness / frame.spacing, most_spacings_high));
+}
+
 // What later steps can meet grows with every deposited material, so steps are read in order.
 class StepReader {
  public:
@@ -249,17 +259,29 @@ class StepReader {
     ProcessStep step;
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
-    step.duration = table.time("duration", {.minimum = 0, .maximum = longest, .exclusive = true});
+    step.duration = read_duration(table, step.model_name);
     StepModel made = read_model(table, {recipe_.materials, reachable_});
-    if (made.model == nullptr) return {};
+    if (made.model == nullptr && !made.operation) return {};
     step.deposits = made.deposits;
     step.model = std::move(made.model);
+    step.operation = made.operation;
     if (step.deposits &&
         std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
       reachable_.push_back(*step.deposits);
     }
-    if (table.ok()) refuse_mirrored_beams(table, *step.model, recipe_.frame);
+    if (!table.ok()) return {step};
+    if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
+    if (step.operation) refuse_endless_film(table, *step.operation, recipe_.frame);
     return {step};
+  }
+
+  static double read_duration(const RecipeTable& table, const std::string& model_name) {
+    const ModelDescription* const model = find_model(model_name);
+    const bool at_once = model != nullptr && model->acts_at_once;
+    return table.time("duration", {.fallback = at_once ? "0 s" : "",
+                                   .minimum = 0,
+                                   .maximum = longest,
+                                   .exclusive = !at_once});
   }
 
   Recipe& recipe_;

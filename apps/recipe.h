@@ -16,13 +16,17 @@
 
 namespace scarp {
 
-/// One step of a recipe, repeats written out. Units: duration in s.
+/// One step of a recipe, repeats written out: a model that moves the surface for some time, or an
+/// operation that acts on the layers at once, when the step begins.
+///
+/// Units: duration in s; 0 is possible for operations.
 struct ProcessStep {
   std::string name;
   std::string model_name;
   double duration = 0;
   std::optional<MaterialId> deposits;
-  std::shared_ptr<const SurfaceModel> model;
+  std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
+  std::optional<LayerOperation> operation;
 };
 
 /// A recipe as the simulator needs it: checked, complete, in internal units.

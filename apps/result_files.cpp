@@ -139,7 +139,8 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
                    const Recipe& recipe) {
   const std::vector<float> speed = facet_speeds(state, survey);
   MeshFields fields{.facets = {}, .vertices = {}, .material_names = recipe.materials.names()};
-  const std::vector<Species> species = current_step(state, recipe).model->species();
+  const ProcessStep& step = current_step(state, recipe);
+  const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
   for (std::size_t s = 0; s < survey.flux.size(); ++s) {
     const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
     fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
@@ -213,7 +214,7 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
     throw InputError(fmt::format("{}: the folder cannot be made: {}; choose another with -o",
                                  folder.string(), error.message()));
   }
-  Preview preview{.layers = build_layers(recipe.frame, recipe.geometry), .surface = {}};
+  Preview preview{.layers = prepared_state(recipe).layers, .surface = {}};
   preview.surface = extract_surface(preview.layers);
   write_vtp(folder / "preview.vtp", preview.surface,
             {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});

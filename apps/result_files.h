@@ -36,14 +36,14 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
                          int output_count, const StageTimer& total, double wall_seconds);
 
-/// The start geometry of a recipe and its surface.
+/// What a recipe's first time step starts from, and its surface.
 struct Preview {
   Layers layers;
   TriMesh surface;
 };
 
-/// Writes the start geometry as preview.vtp, preview.csv and preview.svg; what a run left in the
-/// folder stays.
+/// Writes the start geometry (see prepared_state) as preview.vtp, preview.csv and preview.svg; what
+/// a run left in the folder stays.
 Preview write_preview(const std::filesystem::path& folder, const Recipe& recipe);
 
 }  // namespace scarp

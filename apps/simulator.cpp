@@ -11,6 +11,7 @@
 #include "levelset/advect.h"
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "levelset/shapes.h"
 #include "mesh/simplify.h"
 
@@ -45,7 +46,8 @@ TriMesh simplified(TriMesh surface, const Recipe& recipe, Survey& result) {
 std::vector<FluxField> trace(const TriMesh& facets, const State& state, const Recipe& recipe,
                              StageTimer& timer) {
   const auto measurement = timer.measure("flux");
-  const std::vector<Species> species = current_step(state, recipe).model->species();
+  const ProcessStep& step = current_step(state, recipe);
+  const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
   if (species.empty()) return {};
   FluxOptions options = recipe.flux;
   options.time_step = state.time_step;
@@ -154,6 +156,42 @@ std::vector<Region> drop_islands(State& state) {
   return islands;
 }
 
+// Where the plane of a planarising step lies. Units: nm.
+double plane_height(const Planarise& plane, const State& state, const Recipe& recipe) {
+  // As the surface of a fresh wafer, which lies a little above 0.
+  if (plane.height) return *plane.height + dilation * recipe.frame.spacing;
+  if (plane.removal) return highest_point(state.layers) - *plane.removal;
+  const double stop = highest_point(state.layers, *plane.stop_material);
+  if (std::isfinite(stop)) return stop;
+  throw NumericalError(
+      fmt::format("no {} is left to stop on", recipe.materials[*plane.stop_material].name));
+}
+
+void end_step(State& state) {
+  state.step_start = state.time;
+  ++state.step;
+}
+
+// A step that needs no time of its own: where it has a duration, nothing else happens in it.
+Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
+  Move move;
+  move.dt = step.duration;
+  {
+    const auto measurement = move.timer.measure("advect");
+    if (const auto* film = std::get_if<ConformalFilm>(&*step.operation)) {
+      coat(state.layers, film->thickness);
+    } else {
+      const auto& plane = std::get<Planarise>(*step.operation);
+      planarise(state.layers, plane_height(plane, state, recipe));
+    }
+    move.islands = drop_islands(state);
+  }
+  state.time = state.step_start + step.duration;
+  ++state.time_step;
+  end_step(state);
+  return move;
+}
+
 // The last two time steps before a limit share what is left, so that none is a tiny remainder.
 double cut_to(double limit, double dt) {
   if (dt >= limit) return limit;
@@ -172,6 +210,15 @@ State start_state(const Recipe& recipe) {
   return state;
 }
 
+State prepared_state(const Recipe& recipe) {
+  State state = start_state(recipe);
+  while (!finished(state, recipe) && current_step(state, recipe).operation) {
+    begin_step(state, recipe);
+    act_at_once(state, recipe, current_step(state, recipe));
+  }
+  return state;
+}
+
 void begin_step(State& state, const Recipe& recipe) {
   const ProcessStep& step = current_step(state, recipe);
   if (step.deposits) add_layer(state.layers, *step.deposits);
@@ -183,10 +230,11 @@ Survey survey(const State& state, const Recipe& recipe) {
   result.facets = simplified(std::move(surface), recipe, result);
   result.flux = trace(result.facets, state, recipe, result.timer);
   require_nothing_lost(result.flux, state, recipe);
-  const SurfaceModel& model = *current_step(state, recipe).model;
-  result.factors = model.angular_factors();
+  const ProcessStep& step = current_step(state, recipe);
+  if (!step.model) return result;
+  result.factors = step.model->angular_factors();
   result.speeds_of_layers =
-      speeds_at_corners(result.facets, state, result.flux, model, !result.factors.empty());
+      speeds_at_corners(result.facets, state, result.flux, *step.model, !result.factors.empty());
   require_finite(result, state, recipe);
   return result;
 }
@@ -208,6 +256,7 @@ VoidChanges note_voids(State& state, const OpenGas& gas) {
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {
   std::vector<float> speeds(survey.facets.triangles.size());
+  if (survey.speeds_of_layers.empty()) return speeds;
   for (std::size_t f = 0; f < speeds.size(); ++f) {
     const std::size_t layer = layer_of(state, survey.facets.materials[f]);
     const auto& [a, b, c] = survey.speeds_of_layers[layer].speed[f];
@@ -218,6 +267,7 @@ std::vector<float> facet_speeds(const State& state, const Survey& survey) {
 
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit) {
   const ProcessStep& step = current_step(state, recipe);
+  if (step.operation) return act_at_once(state, recipe, step);
   Move move;
   // Moments are set, not summed, where one is hit: no rounding error can leave a remainder. An
   // output wanted within rounding of the end of a step is the end of the step.
@@ -240,10 +290,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
 
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
-  if (state.time == end) {
-    state.step_start = end;
-    ++state.step;
-  }
+  if (state.time == end) end_step(state);
   return move;
 }
 

@@ -70,6 +70,10 @@ const ProcessStep& current_step(const State& state, const Recipe& recipe);
 /// The start geometry of a recipe, without solid that nothing joins to the wafer.
 State start_state(const Recipe& recipe);
 
+/// The start geometry with what the first steps of a recipe do to it at once, before any that takes
+/// time steps.
+State prepared_state(const Recipe& recipe);
+
 /// Opens the layer that the current step deposits, if it is not there yet. Before the first survey
 /// of a step.
 void begin_step(State& state, const Recipe& recipe);
@@ -91,8 +95,10 @@ std::vector<float> facet_speeds(const State& state, const Survey& survey);
 /// Throws: NumericalError with step, time and place when a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);
 
-/// Carries the surface through one time step, at most to the end of the recipe's step and to the
-/// time limit; both are hit exactly and never leave a tiny remainder.
+/// Carries the surface through one time step, or does what the current step does at once.
+///
+/// A time step goes at most to the end of the recipe's step and to the time limit; both are hit
+/// exactly and never leave a tiny remainder.
 ///
 /// Units: time limit in s from the start of the recipe.
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);

@@ -20,6 +20,7 @@ struct ModelDescription {
   /// Reads the keys of the model from the table of a step; errors are noted in the recipe. Without
   /// a model if the step does not make sense.
   StepModel (*read)(const RecipeTable& step, const StepScope& scope);
+  bool acts_at_once = false;  ///< on the layers: the step needs no duration
 };
 
 }  // namespace scarp

@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "core/suggestion.h"
+#include "models/conformal.h"
 #include "models/directional.h"
 #include "models/isotropic.h"
+#include "models/planarise.h"
 #include "models/single_particle.h"
 
 namespace scarp {
@@ -77,9 +79,8 @@ std::string inner_tables(const ModelDescription& model) {
 
 std::span<const ModelDescription> models() {
   static const std::array table{
-      isotropic_description(),
-      directional_description(),
-      single_particle_description(),
+      isotropic_description(), directional_description(), single_particle_description(),
+      conformal_description(), planarise_description(),
   };
   return table;
 }

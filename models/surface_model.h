@@ -9,6 +9,7 @@
 #include "core/material.h"
 #include "core/vec3.h"
 #include "flux/species.h"
+#include "models/layer_operation.h"
 
 namespace scarp {
 
@@ -55,10 +56,11 @@ class SurfaceModel {
   }
 };
 
-/// What a step of a recipe comes to.
+/// What a step of a recipe comes to: a model or an operation, neither if it could not be read.
 struct StepModel {
-  std::shared_ptr<const SurfaceModel> model;  ///< null if the step could not be read
-  std::optional<MaterialId> deposits;         ///< the material that grows; none if it only etches
+  std::shared_ptr<const SurfaceModel> model{};
+  std::optional<MaterialId> deposits{};  ///< the material that grows; none if it only etches
+  std::optional<LayerOperation> operation{};
 };
 
 }  // namespace scarp

@@ -313,6 +313,11 @@ INSTANTIATE_TEST_SUITE_P(
                   "single_particle",
                   "single_partcle",
                   {"r.toml:16:", "step[0].model", "single_particle"}},
+        BadRecipe{"EndlessFilm",
+                  "[[step]]",
+                  "[[step]]\nmodel = \"conformal\"\nthickness = \"0.5 m\"\nmaterial = \"SiO2\"\n\n"
+                  "[[step]]",
+                  {"r.toml:16:", "step[0].thickness", "5000000 spacings; the most is 100000"}},
         BadRecipe{"UnknownMaterial",
                   "material = \"Si\"\n",
                   "material = \"Sj\"\n",

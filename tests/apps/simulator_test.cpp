@@ -8,7 +8,9 @@
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "core/error.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -199,6 +201,97 @@ TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
   const double dent = 12 + std::sqrt(14 * 14 - 10.2 * 10.2);
   EXPECT_NEAR(opened_at, 14 + dent - seen.front().upper, 1);
   EXPECT_TRUE(state.voids.empty());
+}
+
+// Trench isolation: a nitride stop layer, a trench through it, oxide all over it, polished back.
+constexpr const char* isolation = R"(
+[domain]
+spacing = "1 nm"
+extent = ["60 nm"]
+mode = "2d"
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[geometry]]
+shape = "layer"
+material = "Si3N4"
+thickness = "6 nm"
+
+[[geometry]]
+shape = "trench"
+width = "16.4 nm"
+depth = "20 nm"
+
+[[step]]
+model = "conformal"
+thickness = "11 nm"
+material = "SiO2"
+
+[[step]]
+model = "planarise"
+duration = "30 s"
+)";
+
+constexpr const char* strip_nitride = R"(
+[[step]]
+model = "isotropic"
+duration = "4 s"
+etch_rate = { Si3N4 = "1 nm/s", SiO2 = "0 nm/s", Si = "0 nm/s" }
+)";
+
+TEST(LayerSteps, PolishDownToAHeightByAnAmountOrToAMaterial) {
+  for (const char* plane :
+       {"height = \"6 nm\"", "removal = \"11 nm\"", "stop_material = \"Si3N4\""}) {
+    const Layers layers = final_layers(isolation + std::string(plane));
+    ASSERT_EQ(layers.stack.size(), 3U);
+    for (int i = 0; i <= 60; ++i) {
+      ASSERT_NEAR(layers.top().node(i, 0, 7), 1 - 1e-3, 1e-5) << plane;
+      ASSERT_EQ(layers.top().node(i, 0, 6) < 0, true) << plane;
+    }
+    // Oxide is left in the trench only.
+    EXPECT_NEAR(layers.stack[1].phi.distance({20, 0, 6}), -1e-3, 1e-4);
+    EXPECT_GT(layers.stack[1].phi.distance({0, 0, 4}), 3);
+  }
+}
+
+TEST(LayerSteps, TakeOneTimeStepAndTheirDurationAndOthersGoOn) {
+  const Recipe recipe = recipe_of(isolation + std::string("height = \"6 nm\"\n") + strip_nitride);
+  EXPECT_EQ(recipe.steps[0].duration, 0);
+  State state = start_state(recipe);
+  std::vector<double> times;
+  while (!finished(state, recipe)) {
+    begin_step(state, recipe);
+    const Survey now = survey(state, recipe);
+    note_voids(state, now.gas);
+    EXPECT_EQ(facet_speeds(state, now).size(), now.facets.triangles.size());
+    advance(state, recipe, now, std::numeric_limits<double>::infinity());
+    times.push_back(state.time);
+  }
+  ASSERT_GE(times.size(), 12U);
+  EXPECT_EQ(times[0], 0);
+  EXPECT_EQ(times[1], 30);
+  EXPECT_EQ(times.back(), 34);
+  EXPECT_EQ(state.time_step, times.size());
+  // The nitride is thinner by 4 nm, the oxide stands up.
+  EXPECT_NEAR(state.layers.top().distance({25, 0, 2}), 0, 0.01);
+  EXPECT_NEAR(state.layers.top().distance({0, 0, 6}), -1e-3, 1e-4);
+}
+
+TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
+  const Recipe recipe = recipe_of(isolation + std::string("removal = \"3 nm\"\n") + strip_nitride);
+  const State prepared = prepared_state(recipe);
+  EXPECT_EQ(prepared.step, 2U);
+  EXPECT_EQ(start_state(recipe).layers.stack.size(), 2U);
+  ASSERT_EQ(prepared.layers.stack.size(), 3U);
+  EXPECT_NEAR(prepared.layers.top().distance({25, 0, 14}), -1e-3, 1e-4);
+}
+
+TEST(LayerSteps, AStopMaterialThatIsGoneEndsTheRun) {
+  const Recipe recipe = recipe_of(isolation + std::string("height = \"-2 nm\"\n") +
+                                  "[[step]]\nmodel = \"planarise\"\nstop_material = \"Si3N4\"\n");
+  EXPECT_THROW(prepared_state(recipe), NumericalError);
 }
 
 }  // namespace
