@@ -1,12 +1,23 @@
-# scarp_module(NAME SOURCES ... NEEDS ... HIDES ...)
+# The headers of the standard library, parsed once for all folders: a quarter of the time to compile them.
+add_library(standard_headers OBJECT ${PROJECT_SOURCE_DIR}/cmake/standard_headers.cpp)
+target_precompile_headers(standard_headers PRIVATE <algorithm> <array> <cmath> <filesystem> <functional> <map> <memory>
+  <optional> <sstream> <string> <unordered_map> <variant> <vector>)
+
+# scarp_module(NAME SOURCES ... NEEDS ... HIDES ... PRECOMPILED ...)
 #
 # One folder, one static library scarp_NAME. NEEDS are folders below it; HIDES are libraries that only its sources may see.
+# PRECOMPILED are headers that many of its sources include, instead of those of the standard library.
 function(scarp_module name)
-  cmake_parse_arguments(PARSE_ARGV 1 module "" "" "SOURCES;NEEDS;HIDES")
+  cmake_parse_arguments(PARSE_ARGV 1 module "" "" "SOURCES;NEEDS;HIDES;PRECOMPILED")
   add_library(scarp_${name} STATIC ${module_SOURCES})
   target_include_directories(scarp_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   list(TRANSFORM module_NEEDS PREPEND scarp_)
   target_link_libraries(scarp_${name} PUBLIC ${module_NEEDS} PRIVATE ${module_HIDES})
+  if(module_PRECOMPILED)
+    target_precompile_headers(scarp_${name} PRIVATE ${module_PRECOMPILED})
+  else()
+    target_precompile_headers(scarp_${name} REUSE_FROM standard_headers)
+  endif()
 endfunction()
 
 # scarp_tests(NAME NEEDS ...)

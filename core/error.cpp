@@ -3,7 +3,11 @@
 #include <cstdio>
 #include <cstdlib>
 
-namespace scarp::detail {
+namespace scarp {
+
+std::string in_quotes(std::string_view word) { return '"' + std::string(word) + '"'; }
+
+namespace detail {
 
 void assertion_failed(const char* text, const std::string& left, const std::string& right,
                       const char* file, int line) {
@@ -13,4 +17,6 @@ void assertion_failed(const char* text, const std::string& left, const std::stri
   std::abort();
 }
 
-}  // namespace scarp::detail
+}  // namespace detail
+
+}  // namespace scarp

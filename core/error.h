@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace scarp {
 
@@ -17,6 +18,9 @@ class NumericalError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// A word of the user as messages show it.
+std::string in_quotes(std::string_view word);
 
 namespace detail {
 [[noreturn]] void assertion_failed(const char* text, const std::string& left,

@@ -3,6 +3,8 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/ostream_sink.h>
 
+#include <string>
+
 namespace scarp {
 
 struct Log::Sink {
@@ -23,7 +25,7 @@ void Log::info(std::string_view line) const {
 }
 
 void Log::warn(std::string_view line) const {
-  if (sink_) sink_->logger.warn("warning: {}", line);
+  if (sink_) sink_->logger.warn(std::string("warning: ").append(line));
 }
 
 }  // namespace scarp

@@ -77,7 +77,7 @@ std::optional<MaterialId> Materials::find(std::string_view name) const {
 MaterialId Materials::id(std::string_view name) const {
   if (const auto found = find(name)) return *found;
   if (name.empty()) throw InputError("the name of the material is empty; write for example \"Si\"");
-  throw InputError("there is no material \"" + std::string(name) + '"' + suggestion(name, names()) +
+  throw InputError("there is no material " + in_quotes(name) + suggestion(name, names()) +
                    "; a recipe adds one with [materials." + toml_key(name) +
                    "] density = \"5e22 /cm3\"");
 }

@@ -118,8 +118,6 @@ std::optional<Unit> find_unit(std::string_view name) {
   return std::nullopt;
 }
 
-std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
-
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string_view trimmed(std::string_view text) {
@@ -230,10 +228,10 @@ std::optional<double> rounded(std::string_view mantissa, long exponent) {
 /// "5 nm" for a text that has the 5 but not the unit.
 std::string example(Dimension dimension, std::string_view number) {
   std::string unit(row(dimension).units.front());
-  if (unit.empty()) return quoted(number);
+  if (unit.empty()) return in_quotes(number);
   if (dimension == Dimension::flux) number = "1e15";
   if (dimension == Dimension::density) number = "5e22";
-  return quoted(std::string(number).append(" ").append(unit));
+  return in_quotes(std::string(number).append(" ").append(unit));
 }
 
 [[noreturn]] void throw_wrong_unit(std::string_view text, std::string_view number,
@@ -241,17 +239,17 @@ std::string example(Dimension dimension, std::string_view number) {
   const std::string for_example = "for example " + example(dimension, number);
   const std::optional<Unit> unit = parse_unit(unit_text);
   if (!unit) {
-    throw InputError(quoted(text) + ": " + quoted(unit_text) + " is not a unit; write " +
+    throw InputError(in_quotes(text) + ": " + in_quotes(unit_text) + " is not a unit; write " +
                      for_example);
   }
   for (int other = 0; other < static_cast<int>(Dimension::number); ++other) {
     const DimensionRow& found = row(static_cast<Dimension>(other));
     if (found.powers == unit->powers) {
-      throw InputError(quoted(text) + " is " + std::string(found.name) + "; " +
+      throw InputError(in_quotes(text) + " is " + std::string(found.name) + "; " +
                        std::string(row(dimension).name) + " is wanted, " + for_example);
     }
   }
-  throw InputError(quoted(text) + " is not " + std::string(row(dimension).name) + "; write " +
+  throw InputError(in_quotes(text) + " is not " + std::string(row(dimension).name) + "; write " +
                    for_example);
 }
 
@@ -322,14 +320,14 @@ double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string_view body = trimmed(text);
   const std::optional<Decimal> decimal = parse_decimal(body);
   if (!decimal) {
-    throw InputError(quoted(text) + " is not " + std::string(wanted.name) + "; write for example " +
-                     example(dimension, "5"));
+    throw InputError(in_quotes(text) + " is not " + std::string(wanted.name) +
+                     "; write for example " + example(dimension, "5"));
   }
   const std::string_view number = body.substr(0, decimal->length);
   const std::string_view unit_text = trimmed(body.substr(decimal->length));
   Unit unit;
   if (unit_text.empty() && dimension != Dimension::number) {
-    throw InputError(quoted(text) + " has no unit; write for example " +
+    throw InputError(in_quotes(text) + " has no unit; write for example " +
                      example(dimension, number));
   }
   if (!unit_text.empty()) {
@@ -343,7 +341,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
       rounded(decimal->mantissa, long{decimal->exponent} + unit.exponent - wanted.inside_exponent);
   const double value = scaled ? *scaled * unit.scale + unit.offset : HUGE_VAL;
   if (!std::isfinite(value)) {
-    throw InputError(quoted(text) + " is beyond the numbers that can be held");
+    throw InputError(in_quotes(text) + " is beyond the numbers that can be held");
   }
   return value;
 }

@@ -128,11 +128,16 @@ class Checker {
     const double slack = 1e-9 * extent;
     if (!(s.centre - half_row >= sides_.lower[s.axis] - slack &&
           s.centre + half_row <= sides_.upper[s.axis] + slack)) {
-      report(s.count > 1 ? prefix_of(s.centre_key) + "repeat" : s.centre_key,
-             (s.count > 1 ? std::string("puts the centre of a copy outside the domain; they ")
-                          : std::string()) +
-                 "must lie in the domain, between " + in_nm(sides_.lower[s.axis]) + " and " +
-                 in_nm(sides_.upper[s.axis]));
+      const std::string allowed =
+          in_nm(sides_.lower[s.axis]) + " and " + in_nm(sides_.upper[s.axis]);
+      if (s.count > 1) {
+        report(
+            prefix_of(s.centre_key) + "repeat",
+            "puts the centre of a copy outside the domain; they must lie in the domain, between " +
+                allowed);
+      } else {
+        report(s.centre_key, "must lie in the domain, between " + allowed);
+      }
       return;
     }
     if (s.width >= extent * (1 - 1e-9)) {

@@ -62,15 +62,15 @@ Scalar scalar_of(const WordReader& reader, std::string_view word) {
   for (const ScalarName& entry : scalar_names) {
     if (entry.name == word) return entry.scalar;
   }
-  reader.fail("\"" + std::string(word) + "\" is not a type of PLY");
+  reader.fail(in_quotes(word) + " is not a type of PLY");
 }
 
 Encoding encoding_of(const WordReader& reader, std::string_view word) {
   if (word == "ascii") return Encoding::text;
   if (word == "binary_little_endian") return Encoding::little_endian;
   if (word == "binary_big_endian") return Encoding::big_endian;
-  reader.fail("\"" + std::string(word) +
-              "\" is not a format of PLY (ascii, binary_little_endian, binary_big_endian)");
+  reader.fail(in_quotes(word) +
+              " is not a format of PLY (ascii, binary_little_endian, binary_big_endian)");
 }
 
 Property read_property(WordReader& reader) {

@@ -224,7 +224,7 @@ std::vector<double> numbers_of(const VtpFile& file, std::string_view type, std::
   if (type == "UInt32") return converted<std::uint32_t>(bytes);
   if (type == "Int64") return converted<std::int64_t>(bytes);
   if (type == "UInt64") return converted<std::uint64_t>(bytes);
-  file.fail("has an array of the unknown type \"" + std::string(type) + "\"");
+  file.fail("has an array of the unknown type " + in_quotes(type));
 }
 
 std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
@@ -235,7 +235,7 @@ std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size()) {
-      file.fail("\"" + std::string(word) + "\" in an array is not a number");
+      file.fail(in_quotes(word) + " in an array is not a number");
     }
     values.push_back(value);
   }

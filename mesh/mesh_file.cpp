@@ -102,7 +102,7 @@ double WordReader::number(std::string_view word) const {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size()) {
     fail(word.empty() ? "a number is missing (does the file end early?)"
-                      : "\"" + std::string(word) + "\" is not a number");
+                      : in_quotes(word) + " is not a number");
   }
   return value;
 }
@@ -112,7 +112,7 @@ std::int64_t WordReader::integer(std::string_view word) const {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size()) {
     fail(word.empty() ? "an integer is missing (does the file end early?)"
-                      : "\"" + std::string(word) + "\" is not an integer");
+                      : in_quotes(word) + " is not an integer");
   }
   return value;
 }

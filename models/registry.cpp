@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/error.h"
 #include "core/suggestion.h"
 #include "models/conformal.h"
 #include "models/directional.h"
@@ -104,8 +105,8 @@ StepModel read_model(const RecipeTable& step, const StepScope& scope) {
 std::string unknown_model_text(std::string_view name) {
   std::string known;
   for (const std::string& other : model_names()) known.append(known.empty() ? "" : ", ") += other;
-  return "there is no model \"" + std::string(name) + '"' + suggestion(name, model_names()) +
-         "; there are " + known;
+  return "there is no model " + in_quotes(name) + suggestion(name, model_names()) + "; there are " +
+         known;
 }
 
 std::string unit_text(const Parameter& parameter) {
