@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -292,6 +293,56 @@ TEST(LayerSteps, AStopMaterialThatIsGoneEndsTheRun) {
   const Recipe recipe = recipe_of(isolation + std::string("height = \"-2 nm\"\n") +
                                   "[[step]]\nmodel = \"planarise\"\nstop_material = \"Si3N4\"\n");
   EXPECT_THROW(prepared_state(recipe), NumericalError);
+}
+
+constexpr const char* masked_wafer = R"(
+[domain]
+spacing = "10 nm"
+extent = ["800 nm"]
+mode = "2d"
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "63 nm"
+taper = "6 deg"
+opening = { shape = "trench", width = "187 nm" }
+
+[[step]]
+duration = "1 h"
+)";
+
+TEST(Mask, OfRateZeroLosesNotOneBitInAnHour) {
+  const std::string isotropic =
+      "model = \"isotropic\"\netch_rate = { Si = \"0.05 nm/s\", resist = \"0 nm/s\" }\n";
+  const std::string directional =
+      "model = \"directional\"\ndirectional_etch_rate = { Si = \"0.1 nm/s\", resist = \"0 nm/s\" "
+      "}\n";
+  for (const std::string& step : {isotropic, directional}) {
+    const Layers start = start_state(recipe_of(masked_wafer + step)).layers;
+    const Layers end = final_layers(masked_wafer + step);
+    int compared = 0;
+    for (int i = 0; i <= 80; ++i) {
+      for (int k = 1; k < 10; ++k) {
+        for (const auto& [di, dk] : {std::pair{1, 0}, std::pair{0, 1}}) {
+          const std::array<float, 2> before{start.top().node(i, 0, k),
+                                            start.top().node(i + di, 0, k + dk)};
+          if ((before[0] < 0) == (before[1] < 0)) continue;
+          ++compared;
+          EXPECT_EQ(end.top().node(i, 0, k), before[0]) << step << i << " " << k;
+          EXPECT_EQ(end.top().node(i + di, 0, k + dk), before[1]) << step << i << " " << k;
+        }
+      }
+    }
+    EXPECT_GT(compared, 60);
+    // And something was etched: 180 nm down and sideways, or 360 nm down.
+    EXPECT_GT(end.top().distance({0, 0, -150}), 0) << step;
+    EXPECT_EQ(end.stack.size(), start.stack.size());
+  }
 }
 
 }  // namespace
