@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "core/parallel.h"
 #include "levelset/exposure.h"
@@ -127,15 +128,17 @@ class Keeper {
   /// Gas next to a standing layer's surface keeps phi; what else is next to a buried interface gets
   /// at most its distance to that.
   float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
-    if (wanted <= *old) {
+    if (wanted < *old) {
       return wanted;
+    }
+    if (*old >= 0) {
+      if (const auto kept = phi_at_standing(node, old)) return *kept;
     }
     float limit = wanted;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         const float there = old[step * axis_strides[axis]];
         if (*old >= 0 && !(there < 0)) continue;
-        if (*old >= 0 && cut_shows_standing(node, axis, step, *old, there)) return *old;
         limit = std::min(limit, distance_to_buried(node, axis, step, *old));
       }
     }
@@ -169,13 +172,13 @@ class Keeper {
   /// buried interface becomes the surface; elsewhere phi stays behind both.
   float limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
                      const LeafValues& moved) const {
+    if (const auto seen = phi_at_standing(node, old)) {
+      return wanted < *old ? wanted : *seen;
+    }
     bool comes_to_light = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         const float there = old[step * axis_strides[axis]];
-        if (cut_shows_standing(node, axis, step, *old, there)) {
-          return std::min(wanted, *old);
-        }
         std::array<int, 3> other = node;
         other[axis] += step;
         comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
@@ -202,18 +205,35 @@ class Keeper {
     return values[leaf_offset(x, y, node[2])];
   }
 
-  /// Whether the edge to a neighbour is cut, and what is seen there stands still.
-  bool cut_shows_standing(std::array<int, 3> node, int axis, int step, float here,
-                          float there) const {
-    if ((here < 0) == (there < 0)) {
-      return false;
+  /// What a node keeps because a standing layer's surface is seen on one of its edges: phi as it
+  /// is. If nothing else is seen there, phi of the layer: what was left of a film above is gone.
+  std::optional<float> phi_at_standing(std::array<int, 3> node, const float* old) const {
+    bool any = false;
+    bool nothing_else = true;
+    float of_layer = LevelSet::half_width;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        if ((*old < 0) == (there < 0)) continue;
+        const int layer = standing_layer_seen(node, axis, step, *old);
+        any = any || layer != none;
+        nothing_else = nothing_else && layer != none;
+        if (layer != none) of_layer = std::min(of_layer, phi(layer, node));
+      }
     }
+    if (!any) return std::nullopt;
+    return nothing_else && of_layer > *old + same_phi ? of_layer : *old;
+  }
+
+  /// The standing layer that is seen on a cut edge, or none.
+  int standing_layer_seen(std::array<int, 3> node, int axis, int step, float here) const {
     std::array<int, 3> other = node;
     other[axis] += step;
     if (standing_layer_at(here < 0 ? node : other) == none) {
-      return false;
+      return none;
     }
-    return stands_still_[exposed_layer(layers_, step > 0 ? node : other, axis)];
+    const std::uint16_t seen = exposed_layer(layers_, step > 0 ? node : other, axis);
+    return stands_still_[seen] ? seen : none;
   }
 
   const Layers& layers_;

@@ -14,6 +14,7 @@
 #include "levelset/cross_section.h"
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -403,6 +404,29 @@ TEST(Mask, IsStrippedInTimeFromWhatStandsStill) {
     EXPECT_NEAR(highest(layers), 0.5, 0.02) << film;
     etch(0.7);
     EXPECT_NEAR(highest(layers), 0, 0.02) << film;
+  }
+}
+
+// From corners too, convex ones where the film is bared from the side and concave ones where both
+// walls are near.
+TEST(Film, IsStrippedFromACornerThatStandsStillWithoutARest) {
+  const auto speed = [](Vec3d, MaterialId material) { return material == 1 ? -1.0 : 0.0; };
+  for (const double taper : {0.0, 0.1, -0.1, -0.3}) {
+    for (const double offset : {0.0, 0.37, 0.74}) {
+      Frame frame{.spacing = 1, .cells = {60, 1}};
+      frame.two_dimensional = true;
+      TrenchShape shape{.width = 24 + offset};
+      shape.cut = {.depth = 20, .taper = taper};
+      Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, shape});
+      add_layer(layers, 1);
+      coat(layers, 5.3);
+      for (int step = 0; step < 25; ++step) {
+        advect(layers, prescribe_speeds(layers, speed, 0.4), 0.4);
+      }
+      // The tips of acute corners are smaller than a cell: there extraction has its error.
+      EXPECT_LT(std::abs(material_volumes(layers)[1]), 0.6) << taper << " " << offset;
+      EXPECT_NEAR(highest(layers), 0, 0.02) << taper << " " << offset;
+    }
   }
 }
 
