@@ -23,6 +23,11 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 using Node = std::array<int, 3>;
 
+Node node_at(const Leaf& leaf, int node) {
+  return {leaf.origin[0] + (node >> 6), leaf.origin[1] + ((node >> 3) & 7),
+          leaf.origin[2] + (node & 7)};
+}
+
 Node nearest_node(const Frame& frame, Vec3d r) {
   Node node{};
   for (int axis = 0; axis < 3; ++axis) {
@@ -103,6 +108,35 @@ bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
   return found;
 }
 
+/// Lets a film grow that is not thicker than a spacing. In the band phi itself tells the distance,
+/// and unlike an extracted surface it knows arcs of such a radius from edges: films may be laid one
+/// upon another.
+void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
+  constexpr float smallest_phi = 1e-6F;
+  std::vector<float*> held;
+  std::vector<float> held_phi;
+  for (const Leaf& leaf : band.leaves()) {
+    for (int node = 0; !gas.voids.empty() && node < leaf_size; ++node) {
+      if (holds_void(band, gas, node_at(leaf, node))) {
+        held.push_back(leaf.phi + node);
+        held_phi.push_back(leaf.phi[node]);
+      }
+    }
+  }
+  for (const Leaf& leaf : band.leaves()) {
+    for (int node = 0; node < leaf_size; ++node) {
+      float& phi = leaf.phi[node];
+      if (std::abs(phi) < LevelSet::half_width) {
+        phi -= thickness;
+        phi = std::abs(phi) < smallest_phi ? std::copysign(smallest_phi, phi) : phi;
+      }
+    }
+  }
+  for (std::size_t n = 0; n < held.size(); ++n) *held[n] = held_phi[n];
+  band.trim();
+  for (int pass = 0; pass < 2; ++pass) redistance(band);
+}
+
 /// Puts the voids of a band into another one where they are filled.
 void take_over_voids(const Band& from, const OpenGas& gas, Band& to) {
   struct Value {
@@ -118,7 +152,7 @@ void take_over_voids(const Band& from, const OpenGas& gas, Band& to) {
     for (int node = 0; node < leaf_size; ++node) {
       const int i = node >> 6;
       const int j = (node >> 3) & 7;
-      const Node at{leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + (node & 7)};
+      const Node at = node_at(leaf, node);
       if (i < i_count && j < j_count && holds_void(from, gas, at)) {
         values.push_back({at, leaf.phi[node]});
       }
@@ -161,6 +195,11 @@ void planarise(Layers& layers, double height) {
 void coat(Layers& layers, double thickness) {
   SCARP_ASSERT(thickness, >, 0.0);
   const OpenGas gas = open_gas(layers);
+  const double spacings = thickness / layers.frame.spacing;
+  if (spacings <= 1) {
+    coat_thinly(layers.top().band(), gas, static_cast<float>(spacings));
+    return;
+  }
   const double margin = LevelSet::half_width * layers.frame.spacing;
   LevelSet film(layers.frame, FilmDistance(layers, gas, thickness), layers.top().lower() - margin,
                 layers.top().upper() + thickness + margin);

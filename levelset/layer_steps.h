@@ -21,8 +21,9 @@ void planarise(Layers& layers, double height);
 /// belongs to the top layer (see add_layer): all gas within that distance of the surface becomes
 /// solid.
 ///
-/// The distance is that to the extracted surface, so the film is exact where that is: convex edges
-/// are rounded by the thickness, gaps narrower than twice the thickness are filled. Gas behind a
+/// The distance is that to the extracted surface, or, up to a spacing, phi itself: the film is as
+/// exact as those are. Convex edges are rounded by the thickness, gaps narrower than twice the
+/// thickness are filled. Gas behind a
 /// neck is coated as all gas that is joined to the source beforehand. Closed voids stay as they are
 /// to the last bit.
 ///
