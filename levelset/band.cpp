@@ -60,14 +60,6 @@ std::unique_ptr<Band> Band::copy() const {
   return std::make_unique<Band>(frame_, std::make_unique<Storage>(storage_->grid->deepCopy()));
 }
 
-float Band::node(int i, int j, int k) const {
-  i = fold(0, i);
-  j = fold(1, j);
-  const int leaf = find(i >> 3, j >> 3, k >> 3);
-  const float* values = leaf >= 0 ? leaves_[leaf].phi : missing_values(leaf);
-  return values[leaf_offset(i, j, k)];
-}
-
 void Band::read_leaves() {
   leaves_.clear();
   for (auto leaf = storage_->grid->tree().beginLeaf(); leaf; ++leaf) {

@@ -57,6 +57,9 @@ class LeafValues {
   std::size_t capacity_ = 0;
 };
 
+/// 512 times +half_width or -half_width, for what is read in a missing leaf.
+const float* missing_values(int index);
+
 /// The leaves of a narrow band in a fixed order, over an OpenVDB tree that no header shows.
 ///
 /// Missing leaves lie wholly in the solid or wholly in the gas. Which of the two needs no storage:
@@ -96,6 +99,9 @@ class Band {
 
   /// The stored node that a lateral index stands for: mirrored or wrapped at the sides.
   int fold(int axis, int index) const {
+    if (index >= 0 && index < node_count_[axis]) {
+      return index;
+    }
     const int cells = frame_.cells[axis];
     if (frame_.boundary[axis] == Boundary::periodic) {
       const int wrapped = index % cells;
@@ -127,7 +133,15 @@ class Band {
   const std::array<int, 6>& neighbours(std::size_t leaf) const { return neighbours_[leaf]; }
 
   /// phi at a node; lateral indices are folded.
-  float node(int i, int j, int k) const;
+  float node(int i, int j, int k) const {
+    i = fold(0, i);
+    j = fold(1, j);
+    const int leaf = find(i >> 3, j >> 3, k >> 3);
+    if (leaf < 0) {
+      return leaf == missing_solid ? -LevelSet::half_width : LevelSet::half_width;
+    }
+    return leaves_[static_cast<std::size_t>(leaf)].phi[leaf_offset(i, j, k)];
+  }
 
   /// Makes leaves that are missing and drops leaves that exist. Pointers into leaves() change.
   void change_leaves(std::span<const NewLeaf> added, std::span<const std::size_t> dropped);
@@ -179,8 +193,5 @@ class Band {
   std::vector<std::array<int, 6>> neighbours_;
   std::array<LeafValues, 2> scratch_;
 };
-
-/// 512 times +half_width or -half_width, for what is read in a missing leaf.
-const float* missing_values(int index);
 
 }  // namespace scarp

@@ -1,7 +1,7 @@
 #include "levelset/cell_cases.h"
 
-#include <span>
 #include <utility>
+#include <vector>
 
 namespace scarp {
 
@@ -79,14 +79,14 @@ std::array<Next, 12> next_edges(int solid_mask) {
 
 /// Cuts a loop into triangles so that no inner edge lies in a face of the cell: there it could
 /// meet the same edge of the neighbour, and four triangles would share it.
-bool triangulate(std::span<const int> loop, const std::array<int, 12>& faces, int first, int last,
+bool triangulate(const CellLoop& loop, const std::array<int, 12>& faces, int first, int last,
                  std::vector<std::array<int, 3>>& triangles) {
   if (last - first < 2) {
     return true;
   }
   const auto allowed = [&](int a, int b) {
     const bool side = b - a == 1;
-    return side || (faces[loop[a]] & faces[loop[b]]) == 0;
+    return side || (faces[loop.edges[a]] & faces[loop.edges[b]]) == 0;
   };
   for (int middle = first + 1; middle < last; ++middle) {
     if (!allowed(first, middle) || !allowed(middle, last)) {
@@ -103,46 +103,53 @@ bool triangulate(std::span<const int> loop, const std::array<int, 12>& faces, in
   return false;
 }
 
+/// The loop that starts at an edge; takes its edges out of next.
+CellLoop make_loop(std::array<Next, 12>& next, int start, const std::array<int, 12>& faces) {
+  CellLoop loop;
+  for (int edge = start; next[edge].edge >= 0;) {
+    loop.edges[loop.edge_count] = static_cast<std::uint8_t>(edge);
+    loop.faces[loop.edge_count] = static_cast<std::uint8_t>(next[edge].face);
+    ++loop.edge_count;
+    edge = std::exchange(next[edge], Next{}).edge;
+  }
+  std::vector<std::array<int, 3>> triangles;
+  triangulate(loop, faces, 0, loop.edge_count - 1, triangles);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      loop.triangles[t][c] = static_cast<std::uint8_t>(triangles[t][c]);
+    }
+  }
+  return loop;
+}
+
 CellCase make_case(int solid_mask, const std::array<int, 12>& faces) {
   CellCase result;
   std::array<Next, 12> next = next_edges(solid_mask);
   for (int start = 0; start < 12; ++start) {
-    std::vector<int> loop;
-    std::vector<int> loop_faces;
-    for (int edge = start; next[edge].edge >= 0;) {
-      loop.push_back(edge);
-      loop_faces.push_back(next[edge].face);
-      edge = std::exchange(next[edge], Next{}).edge;
-    }
-    if (!loop.empty()) {
-      std::vector<std::array<int, 3>> triangles;
-      triangulate(loop, faces, 0, static_cast<int>(loop.size()) - 1, triangles);
-      result.loops.push_back(std::move(loop));
-      result.faces.push_back(std::move(loop_faces));
-      result.triangles.push_back(std::move(triangles));
+    if (next[start].edge >= 0) {
+      result.loops[result.loop_count++] = make_loop(next, start, faces);
     }
   }
   return result;
 }
 
-std::vector<CellCase> make_cases() {
+std::array<CellCase, 256> make_cases() {
   std::array<int, 12> faces{};
   for (int edge = 0; edge < 12; ++edge) {
     faces[edge] = faces_of(edge);
   }
-  std::vector<CellCase> cases;
-  cases.reserve(256);
+  std::array<CellCase, 256> cases;
   for (int mask = 0; mask < 256; ++mask) {
-    cases.push_back(make_case(mask, faces));
+    cases[mask] = make_case(mask, faces);
   }
   return cases;
 }
 
 }  // namespace
 
-const CellCase& cell_case(int solid_mask) {
-  static const std::vector<CellCase> cases = make_cases();
-  return cases[solid_mask];
+const std::array<CellCase, 256>& cell_cases() {
+  static const std::array<CellCase, 256> cases = make_cases();
+  return cases;
 }
 
 }  // namespace scarp

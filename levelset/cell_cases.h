@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 namespace scarp {
 
@@ -15,18 +14,26 @@ inline constexpr int edge_corner(int edge) {
   return ((edge & 1) << b) | (((edge >> 1) & 1) << c);
 }
 
-/// How the surface cuts a cell whose corners lie in the solid or in the gas.
-struct CellCase {
-  /// Closed chains of cut edges, counter-clockwise seen from the gas.
-  std::vector<std::vector<int>> loops;
-  /// The face of the cell that holds the segment from each edge of a loop to the next: face / 2 is
-  /// the axis it is normal to, face % 2 tells the upper one.
-  std::vector<std::vector<int>> faces;
-  /// Triangles of every loop, as places in the loop.
-  std::vector<std::vector<std::array<int, 3>>> triangles;
+/// A closed chain of cut edges, counter-clockwise seen from the gas.
+struct CellLoop {
+  int edge_count = 0;
+  std::array<std::uint8_t, 12> edges{};
+  /// The face of the cell that holds the segment from each edge to the next: face / 2 is the axis
+  /// it is normal to, face % 2 tells the upper one.
+  std::array<std::uint8_t, 12> faces{};
+  /// As places in the loop; two less than there are edges.
+  std::array<std::array<std::uint8_t, 3>, 10> triangles{};
+
+  int triangle_count() const { return edge_count - 2; }
 };
 
-/// The case for a mask with bit c set if corner c lies in the solid.
-const CellCase& cell_case(int solid_mask);
+/// How the surface cuts a cell whose corners lie in the solid or in the gas.
+struct CellCase {
+  int loop_count = 0;
+  std::array<CellLoop, 4> loops{};
+};
+
+/// The cases of all masks with bit c set if corner c lies in the solid.
+const std::array<CellCase, 256>& cell_cases();
 
 }  // namespace scarp

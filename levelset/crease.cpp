@@ -30,10 +30,39 @@ constexpr double least_distance = 0.02;
 /// Pulls a meeting point to its start where the planes do not fix it.
 constexpr double pull = 0.02;
 
-float read(const Band& band, std::array<int, 3> node, int axis, int step) {
-  node[axis] += step;
-  return band.node(node[0], node[1], node[2]);
-}
+/// Reads phi along an axis from a node; within the node's leaf without a look-up.
+class Line {
+ public:
+  Line(const Band& band, std::array<int, 3> node, int axis)
+      : band_(band), node_(node), axis_(axis) {
+    const std::array<int, 3> stored{band.fold(0, node[0]), band.fold(1, node[1]), node[2]};
+    const int leaf = band.find(stored[0] >> 3, stored[1] >> 3, stored[2] >> 3);
+    if (leaf >= 0 && stored == node) {
+      const int last = axis < 2 ? band.node_count(axis) - 1 : node[2] | (leaf_edge - 1);
+      local_ = node[axis] & (leaf_edge - 1);
+      count_ = std::min(leaf_edge, last - node[axis] + local_ + 1);
+      here_ = band.leaves()[static_cast<std::size_t>(leaf)].phi +
+              leaf_offset(node[0], node[1], node[2]);
+    }
+  }
+
+  float operator()(int step) const {
+    if (local_ + step >= 0 && local_ + step < count_) {
+      return here_[step * (1 << (6 - 3 * axis_))];
+    }
+    std::array<int, 3> at = node_;
+    at[axis_] += step;
+    return band_.node(at[0], at[1], at[2]);
+  }
+
+ private:
+  const Band& band_;
+  const std::array<int, 3> node_;
+  int axis_;
+  int local_ = 0;
+  int count_ = 0;
+  const float* here_ = nullptr;
+};
 
 /// phi along an edge that is cut, and what lies beyond its two ends, seen from one end or the
 /// other.
@@ -50,12 +79,13 @@ struct EdgeProfile {
 };
 
 EdgeProfile edge_profile(const Band& band, std::array<int, 3> node, int axis) {
+  const Line phi(band, node, axis);
   EdgeProfile edge;
-  edge.here = read(band, node, axis, 0);
-  edge.there = read(band, node, axis, 1);
+  edge.here = phi(0);
+  edge.there = phi(1);
   const float side = edge.here < 0 ? 1.0F : -1.0F;
-  const float before = read(band, node, axis, -1);
-  const float after = read(band, node, axis, 2);
+  const float before = phi(-1);
+  const float after = phi(2);
   edge.between = side * (edge.there - edge.here);
   edge.beyond_here = side * (edge.here - before);
   edge.beyond_there = side * (after - edge.there);
@@ -65,8 +95,7 @@ EdgeProfile edge_profile(const Band& band, std::array<int, 3> node, int axis) {
     return edge;
   }
   // On a curved surface slopes change beyond the edge as much as on it: no crease then.
-  const float further = edge.at_here ? side * (before - read(band, node, axis, -2))
-                                     : side * (read(band, node, axis, 3) - after);
+  const float further = edge.at_here ? side * (before - phi(-2)) : side * (phi(3) - after);
   const float bend = std::abs(further - edge.slope());
   edge.trust =
       std::clamp((kink - 2 * bend - crease_starts) / (crease_is_full - crease_starts), 0.0F, 1.0F);
@@ -85,8 +114,9 @@ struct Slopes {
 };
 
 Slopes slopes_at(const Band& band, std::array<int, 3> node, int axis) {
-  const double here = read(band, node, axis, 0);
-  return {here - read(band, node, axis, -1), read(band, node, axis, 1) - here};
+  const Line phi(band, node, axis);
+  const double here = phi(0);
+  return {here - phi(-1), phi(1) - here};
 }
 
 }  // namespace
@@ -201,7 +231,7 @@ std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int
     corners[n] = node;
     corners[n][axes[0]] += n & 1;
     corners[n][axes[1]] += n >> 1;
-    phi[n] = read(band, corners[n], normal, 0);
+    phi[n] = band.node(corners[n][0], corners[n][1], corners[n][2]);
   }
   if (std::abs((phi[0] - phi[1]) - (phi[2] - phi[3])) < least_twist) {
     return std::nullopt;

@@ -29,34 +29,38 @@ struct Block {
 /// From a node to its neighbours along x, y and z.
 inline constexpr std::array<std::ptrdiff_t, 3> axis_strides{Block::x_stride, Block::y_stride, 1};
 
-/// Which leaves the rows of a leaf and its halo come from along a lateral axis, mirrored or wrapped
-/// at the sides. Next to a periodic side with a single node in the last leaf these are four.
+/// Which leaves the rows first..last of a leaf (0..7 are its own) come from along a lateral axis,
+/// mirrored or wrapped at the sides. Next to a periodic side with a single node in the last leaf
+/// these are four.
 struct FoldedAxis {
   static constexpr int most = 4;
 
-  std::array<int, leaf_edge + 2 * Block::halo> offset{};  ///< of a row in its leaf
-  std::array<int, leaf_edge + 2 * Block::halo> which{};   ///< column of a row
+  std::array<int, leaf_edge + 2 * Block::halo> offsets{};  ///< of rows in their leaf
+  std::array<int, leaf_edge + 2 * Block::halo> places{};   ///< of their leaf in column
   std::array<int, most> column{};
   int count = 0;
 
-  FoldedAxis(const Band& band, int axis, int origin, int halo) {
-    for (int n = -halo; n < leaf_edge + halo; ++n) {
+  FoldedAxis(const Band& band, int axis, int origin, int first, int last) {
+    for (int n = first; n <= last; ++n) {
       const int folded = band.fold(axis, origin + n);
       int c = 0;
       while (c < count && column[c] != folded >> 3) ++c;
       if (c == count) column[count++] = folded >> 3;
-      which[n + Block::halo] = c;
-      offset[n + Block::halo] = folded & 7;
+      places[n + Block::halo] = c;
+      offsets[n + Block::halo] = folded & 7;
     }
   }
+
+  int place(int row) const { return places[row + Block::halo]; }
+  int offset(int row) const { return offsets[row + Block::halo]; }
 };
 
 /// Rows of a leaf at a side, of which mirrored ones may come from any leaf nearby.
 template <int halo, class Values>
 void gather_at_side(const Band& band, std::size_t leaf, const Values& values, Block& block) {
   const auto [i0, j0, k0] = band.leaves()[leaf].origin;
-  const FoldedAxis x(band, 0, i0, halo);
-  const FoldedAxis y(band, 1, j0, halo);
+  const FoldedAxis x(band, 0, i0, -halo, leaf_edge - 1 + halo);
+  const FoldedAxis y(band, 1, j0, -halo, leaf_edge - 1 + halo);
   using Pile = std::array<const float*, 3>;
   std::array<std::array<Pile, FoldedAxis::most>, FoldedAxis::most> around;
   for (int a = 0; a < x.count; ++a) {
@@ -73,8 +77,8 @@ void gather_at_side(const Band& band, std::size_t leaf, const Values& values, Bl
       if (!i_inner && !j_inner) {
         continue;
       }
-      const auto& [below, here, above] = around[x.which[i + Block::halo]][y.which[j + Block::halo]];
-      const int offset = leaf_offset(x.offset[i + Block::halo], y.offset[j + Block::halo], 0);
+      const auto& [below, here, above] = around[x.place(i)][y.place(j)];
+      const int offset = leaf_offset(x.offset(i), y.offset(j), 0);
       float* row = block.row(i, j);
       std::memcpy(row, here + offset, 8 * sizeof(float));
       if (i_inner && j_inner) {

@@ -19,13 +19,19 @@ void expect_no_faults(const TriMesh& mesh, const Frame& frame) {
 
 TEST(CellCases, EveryCutEdgeLiesOnOneLoopAndEveryLoopIsTriangulated) {
   for (int mask = 0; mask < 256; ++mask) {
-    const CellCase& how = cell_case(mask);
+    const CellCase& how = cell_cases()[mask];
     std::array<int, 12> seen{};
-    for (std::size_t n = 0; n < how.loops.size(); ++n) {
-      EXPECT_EQ(how.triangles[n].size() + 2, how.loops[n].size()) << "case " << mask;
-      for (const int edge : how.loops[n]) {
-        ++seen[edge];
+    for (int n = 0; n < how.loop_count; ++n) {
+      const CellLoop& loop = how.loops[n];
+      for (int e = 0; e < loop.edge_count; ++e) {
+        ++seen[loop.edges[e]];
       }
+      std::set<int> corners;
+      for (int t = 0; t < loop.triangle_count(); ++t) {
+        EXPECT_EQ(std::set<int>(loop.triangles[t].begin(), loop.triangles[t].end()).size(), 3U);
+        corners.insert(loop.triangles[t].begin(), loop.triangles[t].end());
+      }
+      EXPECT_EQ(static_cast<int>(corners.size()), loop.edge_count) << "case " << mask;
     }
     for (int edge = 0; edge < 12; ++edge) {
       const int a = edge_corner(edge);
