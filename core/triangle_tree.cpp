@@ -35,10 +35,10 @@ struct FloatBox {
 };
 
 /// Square of the distance from r to a box, 0 inside.
-double squared_distance(Vec3d r, Vec3f lower, Vec3f upper) {
-  const double dx = std::max({lower.x - r.x, 0.0, r.x - upper.x});
-  const double dy = std::max({lower.y - r.y, 0.0, r.y - upper.y});
-  const double dz = std::max({lower.z - r.z, 0.0, r.z - upper.z});
+inline double squared_distance(Vec3d r, Vec3f lower, Vec3f upper) {
+  const double dx = std::max(std::max(lower.x - r.x, r.x - upper.x), 0.0);
+  const double dy = std::max(std::max(lower.y - r.y, r.y - upper.y), 0.0);
+  const double dz = std::max(std::max(lower.z - r.z, r.z - upper.z), 0.0);
   return dx * dx + dy * dy + dz * dz;
 }
 
@@ -276,9 +276,10 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Accept& ac
       const Entry a{squared_distance(r, nodes_[child].lower, nodes_[child].upper), child};
       const Entry b{squared_distance(r, nodes_[child + 1].lower, nodes_[child + 1].upper),
                     child + 1};
-      const bool a_first = a.square <= b.square;
-      stack[depth++] = a_first ? b : a;
-      stack[depth++] = a_first ? a : b;
+      const Entry& nearer = a.square <= b.square ? a : b;
+      const Entry& further = a.square <= b.square ? b : a;
+      if (further.square <= bound) stack[depth++] = further;
+      if (nearer.square <= bound) stack[depth++] = nearer;
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {

@@ -20,6 +20,9 @@ inline constexpr int leaf_offset(int i, int j, int k) {
   return ((i & 7) << 6) | ((j & 7) << 3) | (k & 7);
 }
 
+/// Nodes of a leaf: a word per i, bit 8 j + k of it.
+using LeafMask = std::array<std::uint64_t, leaf_edge>;
+
 /// One 8x8x8 block of nodes; values and mask live in OpenVDB.
 struct Leaf {
   std::array<int, 3> origin{};  ///< its lowest node

@@ -11,7 +11,6 @@ namespace scarp {
 
 namespace {
 
-constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 8;
 constexpr std::uint16_t unknown = std::numeric_limits<std::uint16_t>::max();
 
@@ -26,23 +25,6 @@ struct Candidate {
     }
   }
 };
-
-/// The layer at the nearest cut of a node's edges.
-std::uint16_t layer_next_to(const Layers& layers, std::array<int, 3> node, const float* phi) {
-  Candidate best;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int step : {-1, 1}) {
-      const float there = phi[step * axis_strides[axis]];
-      if ((*phi < 0) == (there < 0)) {
-        continue;
-      }
-      std::array<int, 3> lower = node;
-      lower[axis] += step < 0 ? -1 : 0;
-      best.offer(crossing(*phi, there), exposed_layer(layers, lower, axis));
-    }
-  }
-  return best.layer;
-}
 
 /// The layer of the neighbour that is nearest to the surface, and nearer than the node itself.
 float layer_of_neighbour(const float* phi, const float* layer) {
@@ -67,7 +49,7 @@ std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int a
   std::array<int, 3> next = node;
   ++next[axis];
   const auto phi = [](const Layer& layer, std::array<int, 3> at) {
-    return layer.phi.node(at[0], at[1], at[2]);
+    return layer.phi.band().node(at[0], at[1], at[2]);
   };
   const Layer& top = layers.stack.back();
   const std::array<float, 2> top_phi{phi(top, node), phi(top, next)};
@@ -83,6 +65,26 @@ std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int a
   return static_cast<std::uint16_t>(layers.stack.size() - 1);
 }
 
+std::uint16_t exposed_layer_next_to(const Layers& layers, std::array<int, 3> node,
+                                    const float* phi) {
+  if (layers.stack.size() == 1) {
+    return 0;
+  }
+  Candidate best;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int step : {-1, 1}) {
+      const float there = phi[step * axis_strides[axis]];
+      if ((*phi < 0) == (there < 0)) {
+        continue;
+      }
+      std::array<int, 3> lower = node;
+      lower[axis] += step < 0 ? -1 : 0;
+      best.offer(crossing(*phi, there), exposed_layer(layers, lower, axis));
+    }
+  }
+  return best.layer;
+}
+
 std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
   const Band& band = layers.top().band();
   const std::size_t count = band.leaves().size() * leaf_size;
@@ -94,18 +96,16 @@ std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = band.leaves()[n];
-      gather(
+      gather<1>(
           band, n, [&](std::size_t m) { return band.leaves()[m].phi; }, block);
-      for (int node = 0; node < leaf_size; ++node) {
+      for_each_node(next_to_surface(leaf, block), [&](int node) {
         const int i = node >> 6;
         const int j = (node >> 3) & 7;
         const int k = node & 7;
-        const float* p = block.row(i, j) + k;
-        if (std::abs(leaf.phi[node]) < half_width && is_next_to_surface(p)) {
-          seen[n * leaf_size + static_cast<std::size_t>(node)] = layer_next_to(
-              layers, {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k}, p);
-        }
-      }
+        seen[n * leaf_size + static_cast<std::size_t>(node)] = exposed_layer_next_to(
+            layers, {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
+            block.row(i, j) + k);
+      });
     }
   });
   carry_outward(band, seen, layer_of_neighbour);

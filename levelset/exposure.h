@@ -24,6 +24,11 @@ inline float crossing(float here, float there) { return here / (here - there); }
 /// of the surface, while near an edge of the surface only one end tells.
 std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int axis);
 
+/// The layer that is seen at the nearest cut of the edges of a node next to the surface. phi is
+/// that of the top in a Block.
+std::uint16_t exposed_layer_next_to(const Layers& layers, std::array<int, 3> node,
+                                    const float* phi);
+
 /// For every node of the top's band the layer that is seen at the surface nearest to it.
 ///
 /// Nodes next to the surface look at the nearest cut of their edges, the others ask a neighbour

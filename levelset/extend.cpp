@@ -27,11 +27,19 @@ constexpr double own_surface = 0.5;
 /// Below this slope the gradient of phi does not tell which side a node belongs to.
 constexpr double least_gradient = 0.5;
 
+/// A node next to the surface.
+struct NearNode {
+  std::size_t leaf;
+  int node;                  ///< offset in the leaf
+  std::array<int, 3> index;  ///< of the grid
+  const float* phi;          ///< in a Block
+};
+
 class Extension {
  public:
-  /// values_at(leaf, node, closest point, values) is asked at nodes next to the surface.
+  /// values_at(node, closest point, values) is asked at nodes next to the surface.
   using ValuesAt =
-      std::function<void(std::size_t, int, const ClosestPoint&, std::span<float> values)>;
+      std::function<void(const NearNode&, const ClosestPoint&, std::span<float> values)>;
 
   Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, ValuesAt values_at)
       : frame_(layers.frame),
@@ -46,10 +54,10 @@ class Extension {
 
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
-  ClosestPoint query(const Leaf& leaf, int node, const float* p, const ClosestPoint& last) const;
+  ClosestPoint query(const NearNode& at, const ClosestPoint& last) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
   double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
-  bool is_void(std::size_t leaf, int node, const Block& block) const;
+  bool is_void(const NearNode& at) const;
 
   const Frame& frame_;
   const Band& band_;
@@ -90,21 +98,16 @@ ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit) const {
 }
 
 /// Gas of a void; or solid all of whose gas neighbours belong to voids.
-bool Extension::is_void(std::size_t leaf, int node, const Block& block) const {
-  const int i = node >> 6;
-  const int j = (node >> 3) & 7;
-  const int k = node & 7;
-  const float* p = block.row(i, j) + k;
-  if (!(*p < 0)) {
-    return !gas_.is_open(leaf, node);
+bool Extension::is_void(const NearNode& at) const {
+  if (!(*at.phi < 0)) {
+    return !gas_.is_open(at.leaf, at.node);
   }
-  const auto [i0, j0, k0] = band_.leaves()[leaf].origin;
   bool any_gas = false;
   for (int face = 0; face < 6; ++face) {
-    std::array<int, 3> other{i0 + i, j0 + j, k0 + k};
+    std::array<int, 3> other = at.index;
     other[face / 2] += face % 2 == 0 ? -1 : 1;
     const std::ptrdiff_t stride = axis_strides[face / 2];
-    if (p[face % 2 == 0 ? -stride : stride] < 0) {
+    if (at.phi[face % 2 == 0 ? -stride : stride] < 0) {
       continue;
     }
     any_gas = true;
@@ -130,43 +133,39 @@ double Extension::bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const
 void Extension::query_leaf(std::size_t n, Block& block,
                            std::vector<std::vector<float>>& fields) const {
   const Leaf& leaf = band_.leaves()[n];
-  gather(
+  gather<1>(
       band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
   std::vector<float> values(fields.size());
   ClosestPoint last;
-  for (int node = 0; node < leaf_size; ++node) {
+  for_each_node(next_to_surface(leaf, block), [&](int node) {
     const int i = node >> 6;
     const int j = (node >> 3) & 7;
     const int k = node & 7;
-    const float* p = block.row(i, j) + k;
-    if (std::abs(leaf.phi[node]) >= LevelSet::half_width || !is_next_to_surface(p)) {
-      continue;
-    }
+    const NearNode at{.leaf = n,
+                      .node = node,
+                      .index = {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
+                      .phi = block.row(i, j) + k};
     std::fill(values.begin(), values.end(), 0.0F);
-    if (!is_void(n, node, block)) {
-      last = query(leaf, node, p, last);
+    if (!is_void(at)) {
+      last = query(at, last);
       if (last.found()) {
-        values_at_(n, node, last, values);
+        values_at_(at, last, values);
       }
     }
     for (std::size_t v = 0; v < values.size(); ++v) {
       fields[v][n * leaf_size + static_cast<std::size_t>(node)] = values[v];
     }
-  }
+  });
 }
 
 /// The closest point to a node next to the surface; last answered for the node before.
-ClosestPoint Extension::query(const Leaf& leaf, int node, const float* p,
-                              const ClosestPoint& last) const {
-  const int i = leaf.origin[0] + (node >> 6);
-  const int j = leaf.origin[1] + ((node >> 3) & 7);
-  const int k = leaf.origin[2] + (node & 7);
+ClosestPoint Extension::query(const NearNode& at, const ClosestPoint& last) const {
   // In two dimensions both rows of nodes ask at the same point.
-  const Vec3d r{frame_.node_position(0, i),
-                frame_.two_dimensional ? 0.0 : frame_.node_position(1, j),
-                frame_.node_position(2, k)};
-  const Vec3d gradient = central_gradient(p);
-  const double limit = (std::abs(*p) + own_surface) * frame_.spacing;
+  const Vec3d r{frame_.node_position(0, at.index[0]),
+                frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
+                frame_.node_position(2, at.index[2])};
+  const Vec3d gradient = central_gradient(at.phi);
+  const double limit = (std::abs(*at.phi) + own_surface) * frame_.spacing;
   return closest(r, gradient, std::min(limit, bound(r, gradient, last)));
 }
 
@@ -214,10 +213,9 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
   return static_cast<float>(speed);
 }
 
-/// A node next to the surface, the layer that is seen there, and how fast that one moves.
+/// The layer that is seen at a node next to the surface, and how fast that one moves.
 struct SeenAt {
-  std::size_t leaf;
-  int node;
+  NearNode at;
   std::size_t layer;
   float speed;
 };
@@ -233,7 +231,7 @@ float mean_speed(const Layers& layers, std::span<const LayerSpeeds> speeds_of_la
     speeds[layer] = speed_on_facet(speeds_of_layers[layer].speed[point.triangle], point);
   }
   std::vector<float> depth;
-  find_depths(layers, surface_point(layers, seen.leaf, seen.node), depth);
+  find_depths(layers, surface_point(layers, seen.at.leaf, seen.at.node), depth);
   return speed_through_layers(speeds, depth, seen.layer, static_cast<float>(dt));
 }
 
@@ -248,7 +246,7 @@ bool is_zero(const CornerSpeeds& speeds) {
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds) {
   SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
-  const auto speed_at = [&](std::size_t, int, const ClosestPoint& point, std::span<float> values) {
+  const auto speed_at = [&](const NearNode&, const ClosestPoint& point, std::span<float> values) {
     values[0] = speed_on_facet(corner_speeds[point.triangle], point);
   };
   SpeedField field;
@@ -270,13 +268,12 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
-  const std::vector<std::uint16_t> exposed = exposed_layers(layers);
-  const auto values_at = [&](std::size_t leaf, int node, const ClosestPoint& point,
+  const auto values_at = [&](const NearNode& at, const ClosestPoint& point,
                              std::span<float> values) {
-    const std::size_t seen = exposed[leaf * leaf_size + static_cast<std::size_t>(node)];
+    const std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
     const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
-    const float mean = mean_speed(layers, speeds_of_layers, {leaf, node, seen, speed}, point, dt);
+    const float mean = mean_speed(layers, speeds_of_layers, {at, seen, speed}, point, dt);
     if (factors.empty()) {
       values[0] = mean;
       return;

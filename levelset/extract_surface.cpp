@@ -37,11 +37,8 @@ struct Corner {
   std::uint32_t kind;    ///< upper side of a periodic axis: bit 0 shifted along x, 1 along y; or 4
 };
 
-/// One bit per node of a leaf, laid out as the mask of active nodes.
-using NodeBits = std::array<std::uint64_t, leaf_edge>;
-
 /// Faces of a leaf's cells that hold a vertex, by their normal.
-using FaceBits = std::array<NodeBits, 3>;
+using FaceBits = std::array<LeafMask, 3>;
 
 /// What a few leaves add to the mesh.
 struct PartSurface {
@@ -53,7 +50,7 @@ struct PartSurface {
   std::vector<std::array<Corner, 3>> triangles;
 };
 
-SCARP_VECTOR_KERNEL void find_solid(const float* phi, NodeBits& solid) {
+SCARP_VECTOR_KERNEL void find_solid(const float* phi, LeafMask& solid) {
   for (int i = 0; i < leaf_edge; ++i) {
     std::uint64_t word = 0;
     for (int j = 0; j < leaf_edge; ++j) {
@@ -214,7 +211,7 @@ class Extraction {
   std::vector<std::uint32_t> first_vertex_;  ///< of every part
   std::vector<FaceBits> face_vertex_;        ///< of every leaf
   std::vector<std::uint8_t> has_creases_;
-  std::vector<NodeBits> solid_;
+  std::vector<LeafMask> solid_;
   /// Per leaf, node and axis: place in the part's vertices, or no_vertex; only for edges that are
   /// cut. A part has less than 16 * 512 * 6 vertices.
   static constexpr std::uint16_t no_vertex = 0xffff;
@@ -223,9 +220,9 @@ class Extraction {
 
 /// Tells whether the surface passes through a cell that starts in the leaf.
 bool Extraction::gather_solid(const CellRows& rows, SolidRows& solid) const {
-  static constexpr NodeBits gas{};
-  static constexpr NodeBits full{~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL};
-  const auto bits = [&](int leaf) -> const NodeBits& {
+  static constexpr LeafMask gas{};
+  static constexpr LeafMask full{~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL};
+  const auto bits = [&](int leaf) -> const LeafMask& {
     return leaf >= 0                     ? solid_[static_cast<std::size_t>(leaf)]
            : leaf == Band::missing_solid ? full
                                          : gas;

@@ -10,9 +10,6 @@
 
 namespace scarp {
 
-/// Nodes of a leaf: a word per i, bit 8 j + k of it.
-using LeafMask = std::array<std::uint64_t, leaf_edge>;
-
 enum class Phase { gas, solid };
 
 /// Nodes of one leaf that are joined within it, and the region they belong to.

@@ -55,6 +55,15 @@ struct FoldedAxis {
   int offset(int row) const { return offsets[row + Block::halo]; }
 };
 
+/// Whether a leaf's halo reaches beyond a side.
+inline bool is_at_side(const Band& band, std::size_t leaf, int halo) {
+  const auto& origin = band.leaves()[leaf].origin;
+  const auto inside = [&](int axis) {
+    return origin[axis] >= leaf_edge && origin[axis] + leaf_edge + halo <= band.node_count(axis);
+  };
+  return !inside(0) || !inside(1);
+}
+
 /// Rows of a leaf at a side, of which mirrored ones may come from any leaf nearby.
 template <int halo, class Values>
 void gather_at_side(const Band& band, std::size_t leaf, const Values& values, Block& block) {
@@ -95,13 +104,8 @@ void gather_at_side(const Band& band, std::size_t leaf, const Values& values, Bl
 template <int halo = 2, class Source>
 void gather(const Band& band, std::size_t leaf, const Source& source, Block& block) {
   const auto values = [&](int index) { return index >= 0 ? source(index) : missing_values(index); };
-  const auto [i0, j0, k0] = band.leaves()[leaf].origin;
   static_assert(halo <= Block::halo);
-  const auto inside = [](int origin, int count) {
-    return origin >= leaf_edge && origin + leaf_edge + halo <= count;
-  };
-
-  if (inside(i0, band.node_count(0)) && inside(j0, band.node_count(1))) {
+  if (!is_at_side(band, leaf, halo)) {
     const auto& next = band.neighbours(leaf);
     const float* centre = source(leaf);
     const float* below = values(next[4]);
@@ -138,15 +142,8 @@ inline int stored_nodes(const Band& band, const Leaf& leaf, int axis) {
   return std::min(leaf_edge, band.node_count(axis) - leaf.origin[axis]);
 }
 
-/// Whether a neighbour along an axis is on the other side of the surface.
-inline bool is_next_to_surface(const float* p) {
-  const bool solid = *p < 0;
-  for (const std::ptrdiff_t stride : axis_strides) {
-    if ((p[-stride] < 0) != solid || (p[stride] < 0) != solid) {
-      return true;
-    }
-  }
-  return false;
-}
+/// Nodes of a leaf with a neighbour along an axis on the other side of the surface. block holds phi
+/// with a halo of one node.
+LeafMask next_to_surface(const Leaf& leaf, const Block& block);
 
 }  // namespace scarp

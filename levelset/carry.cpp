@@ -1,0 +1,63 @@
+#include "levelset/carry.h"
+
+namespace scarp {
+
+namespace {
+
+// Bits of a word are rows of eight along z.
+constexpr std::uint64_t first_of_rows = 0x0101010101010101U;
+constexpr std::uint64_t last_of_rows = 0x8080808080808080U;
+
+SCARP_VECTOR_KERNEL void find_known(const float* values, LeafMask& known) {
+  for (int i = 0; i < leaf_edge; ++i) {
+    std::uint64_t word = 0;
+    for (int j = 0; j < leaf_edge; ++j) {
+      const float* row = values + leaf_offset(i, j, 0);
+      std::uint32_t bits = 0;
+      for (int k = 0; k < leaf_edge; ++k) {
+        bits += row[k] != no_value ? 1U << k : 0U;
+      }
+      word |= std::uint64_t{bits} << (leaf_edge * j);
+    }
+    known[i] = word;
+  }
+}
+
+}  // namespace
+
+KnownNodes::KnownNodes(const Band& band, const std::vector<float>& values)
+    : band_(band), known_(band.leaves().size()), lacking_(band.leaves().size()) {
+  parallel_for(known_.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      find_known(&values[n * leaf_size], known_[n]);
+      for (int i = 0; i < leaf_edge; ++i) {
+        lacking_[n][i] = band.leaves()[n].active[i] & ~known_[n][i];
+      }
+    }
+  });
+}
+
+LeafMask KnownNodes::frontier(std::size_t leaf) const {
+  LeafMask nodes = lacking_[leaf];
+  if (nodes == LeafMask{} || is_at_side(band_, leaf, 1)) {
+    // At a side a neighbour may be mirrored or wrapped: all are asked.
+    return nodes;
+  }
+  const LeafMask& here = known_[leaf];
+  const auto word = [&](int face, int i) {
+    const int next = band_.neighbours(leaf)[face];
+    return next >= 0 ? known_[static_cast<std::size_t>(next)][i] : 0;
+  };
+  for (int i = 0; i < leaf_edge; ++i) {
+    std::uint64_t near = i > 0 ? here[i - 1] : word(0, leaf_edge - 1);
+    near |= i + 1 < leaf_edge ? here[i + 1] : word(1, 0);
+    near |= here[i] << 8 | word(2, i) >> 56;
+    near |= here[i] >> 8 | word(3, i) << 56;
+    near |= (here[i] & ~last_of_rows) << 1 | (word(4, i) & last_of_rows) >> 7;
+    near |= (here[i] & ~first_of_rows) >> 1 | (word(5, i) & first_of_rows) << 7;
+    nodes[i] &= near;
+  }
+  return nodes;
+}
+
+}  // namespace scarp
