@@ -51,8 +51,8 @@ struct TimeStepCost {
 };
 
 TimeStepCost time_step_cost(const Survey& trial, const Recipe& recipe) {
-  // Mapping and advection together cost about six times as much as extraction.
-  constexpr double grid_part = 6;
+  // Mapping and advection together cost about eight times as much as extraction.
+  constexpr double grid_part = 8;
   const double factor = ray_factor(trial, recipe);
   TimeStepCost cost{.seconds = (1 + grid_part) * trial.timer.seconds("surface") +
                                trial.timer.seconds("simplify") +

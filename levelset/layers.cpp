@@ -55,6 +55,7 @@ Layers Layers::copy() const {
 void add_layer(Layers& layers, MaterialId material) {
   SCARP_ASSERT(layers.stack.size(), >, std::size_t{0});
   if (layers.stack.back().material != material) {
+    layers.top().band().release_scratch();
     layers.stack.push_back({material, layers.top().copy()});
   }
 }
