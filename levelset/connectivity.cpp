@@ -168,32 +168,6 @@ class RegionList {
   std::vector<Region> regions_;
 };
 
-/// Leaves within a leaf of one that holds a part of an island.
-std::vector<std::size_t> leaves_around_islands(const Band& band, const PhaseGraph& solid) {
-  std::vector<bool> found(band.leaves().size(), false);
-  for (std::size_t n = 0; n < found.size(); ++n) {
-    const auto pieces = solid.pieces(n);
-    if (std::none_of(pieces.begin(), pieces.end(), [](const auto& p) { return p.region != 0; })) {
-      continue;
-    }
-    const Leaf& leaf = band.leaves()[n];
-    for (int around = 0; around < 27; ++around) {
-      const std::array<int, 3> to{around / 9 - 1, around / 3 % 3 - 1, around % 3 - 1};
-      const int x = band.fold(0, leaf.origin[0] + leaf_edge * to[0]);
-      const int y = band.fold(1, leaf.origin[1] + leaf_edge * to[1]);
-      const int other = band.find(x >> 3, y >> 3, (leaf.origin[2] >> 3) + to[2]);
-      if (other >= 0) {
-        found[static_cast<std::size_t>(other)] = true;
-      }
-    }
-  }
-  std::vector<std::size_t> leaves;
-  for (std::size_t n = 0; n < found.size(); ++n) {
-    if (found[n]) leaves.push_back(n);
-  }
-  return leaves;
-}
-
 bool is_next_to_solid(const Band& band, const Node& node) {
   for (int face = 0; face < 6; ++face) {
     Node other = node;
@@ -207,8 +181,7 @@ bool is_next_to_solid(const Band& band, const Node& node) {
 
 /// Makes gas of the islands, and forgets how far gas was from them.
 void clear_islands(Band& band, const PhaseGraph& solid) {
-  const std::vector<std::size_t> around = leaves_around_islands(band, solid);
-  for (const std::size_t n : around) {
+  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
     for (const LeafPiece& piece : solid.pieces(n)) {
       if (piece.region == 0) {
         continue;
@@ -217,8 +190,8 @@ void clear_islands(Band& band, const PhaseGraph& solid) {
                     [&](int node) { band.leaves()[n].phi[node] = LevelSet::half_width; });
     }
   }
-  for (const std::size_t n : around) {
-    const Leaf& leaf = band.leaves()[n];
+  // All of it, so that what comes out does not depend on where leaves begin.
+  for (const Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       if (!(leaf.phi[node] < 0) && !is_next_to_solid(band, node_at(leaf, node))) {
         leaf.phi[node] = LevelSet::half_width;

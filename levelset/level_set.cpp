@@ -25,6 +25,7 @@ const double leaf_radius = 3.5 * std::sqrt(3.0);
 struct Sampler {
   const Frame& frame;
   const std::function<double(Vec3d)>& distance;
+  double overestimate;
 
   Vec3d position(double i, double j, double k) const {
     return {frame.node_position(0, i), frame.node_position(1, j), frame.node_position(2, k)};
@@ -32,7 +33,7 @@ struct Sampler {
 
   bool near_band(const std::array<int, 3>& origin) const {
     const double d = distance(position(origin[0] + 3.5, origin[1] + 3.5, origin[2] + 3.5));
-    return !(std::abs(d) > (half_width + leaf_radius) * frame.spacing);
+    return !(std::abs(d) > overestimate * (half_width + leaf_radius) * frame.spacing);
   }
 
   float phi(int i, int j, int k) const {
@@ -90,10 +91,10 @@ void sample(const Band& band, const Sampler& sampler) {
 }  // namespace
 
 LevelSet::LevelSet(const Frame& frame, const std::function<double(Vec3d)>& distance, double lower,
-                   double upper)
+                   double upper, double overestimate)
     : band_(std::make_unique<Band>(frame)) {
   SCARP_ASSERT(lower, <=, upper);
-  const Sampler sampler{frame, distance};
+  const Sampler sampler{frame, distance, overestimate};
   const double leaf_height = leaf_edge * frame.spacing;
   const int lowest = static_cast<int>(std::floor(lower / leaf_height)) - 1;
   const int highest = static_cast<int>(std::ceil(upper / leaf_height)) + 1;

@@ -25,10 +25,10 @@ class LevelSet {
 
   /// phi from a signed distance that is evaluated at nodes between the heights lower and upper.
   ///
-  /// The zero of distance must lie between them by half_width spacings, and its slope must not
-  /// exceed 1. distance is called from several threads.
+  /// The zero of distance must lie between them by half_width spacings. Away from it distance may
+  /// be too large by the given factor. It is called from several threads.
   LevelSet(const Frame& frame, const std::function<double(Vec3d)>& distance, double lower,
-           double upper);
+           double upper, double overestimate = 1);
 
   explicit LevelSet(std::unique_ptr<Band> band);
   LevelSet(LevelSet&&) noexcept;

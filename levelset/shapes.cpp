@@ -20,6 +20,9 @@ using Solid = std::function<Distance(Vec3d)>;
 /// and the band.
 constexpr double image_reach = 16;
 
+/// How far the distance to a composed solid may be above its bound: that to an edge of 60 degrees.
+constexpr double most_overestimate = 2;
+
 Solid below(double z) {
   return [z](Vec3d r) { return Distance{r.z - z, {0, 0, 1}}; };
 }
@@ -65,6 +68,7 @@ Distance round_intersect(Distance a, Distance b, double radius) {
   b.value += radius;
   Distance both = intersect(a, b);
   both.value -= radius;
+  both.bound = both.value;
   return both;
 }
 
@@ -330,12 +334,16 @@ Layers Builder::build() const {
       std::vector<Distance> all;
       all.reserve(parts_.size());
       for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, all);
-      return all[k].value - dilation * frame_.spacing;
+      const double limit = most_overestimate * std::abs(all[k].bound);
+      return std::clamp(all[k].value, -limit, limit) - dilation * frame_.spacing;
     };
-    layers.stack.push_back(
-        {parts_[k].material, LevelSet(frame_, distance, lower_ - margin, upper_ + margin)});
+    layers.stack.push_back({parts_[k].material, LevelSet(frame_, distance, lower_ - margin,
+                                                         upper_ + margin, most_overestimate)});
   }
-  cut_lower_layers(layers);
+  // Distances to edges differ from layer to layer: phi of a layer is at least that of the next one.
+  for (std::size_t n = layers.stack.size(); n-- > 1;) {
+    scarp::cut(layers.stack[n - 1].phi, layers.stack[n].phi);
+  }
   return layers;
 }
 
