@@ -10,6 +10,7 @@
 #include "apps/commands.h"
 #include "apps/recipe.h"
 #include "apps/run.h"
+#include "core/atomic_file.h"
 
 namespace scarp {
 
@@ -29,6 +30,13 @@ std::string duration_text(double seconds) {
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
   if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
   return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+// The recipe in the folder has what --set changed; it is there as soon as there is a run.
+std::string how_to_go_on(const std::filesystem::path& folder) {
+  const std::filesystem::path recipe = folder / "recipe.toml";
+  if (!std::filesystem::exists(recipe)) return "run again";
+  return fmt::format("go on with: scarp run {} --resume -o {}", recipe.string(), folder.string());
 }
 
 // One line that is written over on a terminal; elsewhere a line at least every few seconds.
@@ -93,7 +101,7 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   RunEnd end{};
-  {
+  try {
     Progress progress(recipe, common.quiet);
     end = run(
         recipe, folder,
@@ -101,11 +109,11 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
          .stop = &interrupt_requested,
          .log = Log(std::cerr, common.quiet ? Log::Level::warnings : Log::Level::everything),
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
+  } catch (const DiskFullError& error) {
+    throw DiskFullError(fmt::format("{}, then {}", error.what(), how_to_go_on(folder)));
   }
   if (end == RunEnd::interrupted) {
-    // The recipe in the folder has what --set changed.
-    fmt::print(stderr, "interrupted; go on with: scarp run {} --resume -o {}\n",
-               (folder / "recipe.toml").string(), folder.string());
+    fmt::print(stderr, "interrupted; {}\n", how_to_go_on(folder));
     return interrupted;
   }
   if (common.json) {

@@ -118,6 +118,11 @@ void write_cross_section(const fs::path& folder, const std::string& stem, const 
             recipe.materials);
 }
 
+std::string moment_of(const State& state, const Recipe& recipe) {
+  if (state.time > state.step_start) return "in " + current_step(state, recipe).name;
+  return state.step == 0 ? "start" : "after " + recipe.steps[state.step - 1].name;
+}
+
 // The numbers that stand for the materials in surface_NNNN.vtp, of those in the stack.
 nlohmann::ordered_json material_numbers(const Layers& layers, const Materials& materials) {
   nlohmann::ordered_json numbers;
@@ -138,7 +143,8 @@ std::string machine_name() {
 void write_surface(const fs::path& file, const State& state, const Survey& survey,
                    const Recipe& recipe) {
   const std::vector<float> speed = facet_speeds(state, survey);
-  MeshFields fields{.facets = {}, .vertices = {}, .material_names = recipe.materials.names()};
+  MeshFields fields{
+      .facets = {}, .vertices = {}, .material_names = recipe.materials.names(), .time = state.time};
   const ProcessStep& step = current_step(state, recipe);
   const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
   for (std::size_t s = 0; s < survey.flux.size(); ++s) {
@@ -153,8 +159,10 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
 
 void write_profile(const fs::path& folder, const std::string& stem, const State& state,
                    const Recipe& recipe) {
-  write_cross_section(folder, stem, fmt::format("{}, t = {:.4g} s", recipe.title, state.time),
-                      state.layers, recipe);
+  write_cross_section(
+      folder, stem,
+      fmt::format("{}: {}, t = {:.4g} s", recipe.title, moment_of(state, recipe), state.time),
+      state.layers, recipe);
 }
 
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
@@ -179,13 +187,15 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
-                         int output_count, const StageTimer& total, double wall_seconds) {
+                         std::span<const double> output_times, const StageTimer& total,
+                         double wall_seconds) {
   nlohmann::ordered_json summary;
   summary["title"] = recipe.title;
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
   summary["time_steps"] = state.time_step;
-  summary["outputs"] = output_count;
+  summary["outputs"] = output_times.size();
+  summary["output_times_s"] = output_times;
   summary["state_hash"] = state_hash(state, recipe);
   summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
                           {"lowest_nm", bounding_box(survey.facets).lower.z}};

@@ -16,7 +16,8 @@ namespace scarp {
 void write_surface(const std::filesystem::path& file, const State& state, const Survey& survey,
                    const Recipe& recipe);
 
-/// STEM.csv and STEM.svg: the cross-section through the middle of the domain, across y.
+/// STEM.csv and STEM.svg: the cross-section through the middle of the domain, across y. The picture
+/// says in or after which step it is, as several may be at one time.
 void write_profile(const std::filesystem::path& folder, const std::string& stem, const State& state,
                    const Recipe& recipe);
 
@@ -34,7 +35,8 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
 
 /// The content of summary.json.
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
-                         int output_count, const StageTimer& total, double wall_seconds);
+                         std::span<const double> output_times, const StageTimer& total,
+                         double wall_seconds);
 
 /// What a recipe's first time step starts from, and its surface.
 struct Preview {

@@ -40,20 +40,22 @@ bool is_numbered(const std::string& name, const std::string& stem, const std::st
                      [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// What a run writes beside recipe.toml.
-bool is_result(const std::string& name) {
-  return name == "metrics.csv" || name == "summary.json" || name == "surface.pvd" ||
+// What a run writes, beside metrics.csv.
+bool is_output(const std::string& name) {
+  return name == "recipe.toml" || name == "summary.json" || name == "surface.pvd" ||
          name == interrupted_state || is_numbered(name, "surface", ".vtp") ||
          is_numbered(name, "state", ".vdb") || is_numbered(name, "profile", ".csv") ||
          is_numbered(name, "profile", ".svg");
 }
+
+bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
 
 // What a killed process was writing when it died: NAME.tmp-PID-N.
 bool is_temporary(const std::string& name) {
   const std::size_t ending = name.rfind(".tmp-");
   if (ending == std::string::npos) return false;
   const std::string target = name.substr(0, ending);
-  return target == "recipe.toml" || is_result(target);
+  return is_result(target);
 }
 
 bool is_checkpoint(const std::string& name) {
@@ -79,12 +81,17 @@ std::size_t count_whole_rows(const std::vector<std::string>& lines) {
   return count;
 }
 
-void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
+std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (chosen(entry.path().filename().string())) found.push_back(entry.path());
   }
-  for (const fs::path& each : found) fs::remove(each);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
+  for (const fs::path& each : find_files(folder, chosen)) fs::remove(each);
 }
 
 }  // namespace
@@ -122,35 +129,37 @@ bool ResultFolder::complete(const Recipe& recipe) const {
   return summary.is_object() && summary.value("complete", false);
 }
 
+bool ResultFolder::holds_run() const {
+  return read_text(file("metrics.csv")).rfind("step,step_name,time_s,", 0) == 0;
+}
+
 void ResultFolder::require_own() const {
-  if (!fs::exists(file("recipe.toml"))) return;
-  const std::string metrics = read_text(file("metrics.csv"));
-  if (metrics.rfind("step,step_name,time_s,", 0) == 0) return;
+  if (holds_run()) return;
+  const std::vector<fs::path> foreign = find_files(path_, is_result);
+  if (foreign.empty()) return;
   throw InputError(
       fmt::format("{}: was not written by a run, and a run would replace it; choose another folder "
-                  "with -o",
-                  file("recipe.toml").string()));
+                  "with -o, or move it away",
+                  foreign.front().string()));
 }
 
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
   require_own();
-  if (fs::exists(file("recipe.toml"))) {
+  if (holds_run()) {
     log.info(fmt::format("{}: replaces the run that was here", path_.string()));
   }
-  // The mark of a complete run goes first, whatever happens on the way.
+  // The mark of a complete run goes first, whatever happens on the way; metrics.csv, the mark of a
+  // run, is there all the time.
   fs::remove(file("summary.json"));
-  remove_files(path_, is_result);
-  remove_files(path_, is_temporary);
+  remove_files(path_, is_output);
+  if (holds_run()) remove_files(path_, is_temporary);
   output_times_.clear();
-  write_file(file("recipe.toml"), recipe.resolved);
   write_file(file("metrics.csv"), metrics_head);
+  write_file(file("recipe.toml"), recipe.resolved);
 }
 
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
-  std::vector<fs::path> checkpoints;
-  for (const auto& entry : fs::directory_iterator(path_)) {
-    if (is_checkpoint(entry.path().filename().string())) checkpoints.push_back(entry.path());
-  }
+  const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
   if (checkpoints.empty()) return std::nullopt;
   if (read_text(file("recipe.toml")) != recipe.resolved) {
     throw InputError(
@@ -181,10 +190,8 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   write_profile(path_, fmt::format("profile_{:04}", number), state, recipe);
   output_times_.push_back(state.time);
-  std::vector<SeriesEntry> series;
-  for (int n = 0; n <= number; ++n) {
-    series.push_back({output_times_[static_cast<std::size_t>(n)], numbered("surface", n, ".vtp")});
-  }
+  std::vector<std::string> series;
+  for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
   write_series(file("surface.pvd"), series);
   // The checkpoint comes last: where it stands, the output is whole.
   write_state(numbered("state", number, ".vdb"), state, recipe);
@@ -208,7 +215,7 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
   write_file(file("summary.json"),
-             summary_text(state, survey, recipe, output_count(), total, wall_seconds));
+             summary_text(state, survey, recipe, output_times_, total, wall_seconds));
 }
 
 }  // namespace scarp

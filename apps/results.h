@@ -29,7 +29,7 @@ class ResultFolder {
 
   /// Removes what an earlier run left, of which the log is told, and starts anew.
   ///
-  /// Throws: InputError when the folder holds a recipe.toml that no run has written.
+  /// Throws: InputError when the folder holds no run, but a file that a run would replace.
   void start(const Recipe& recipe, const Log& log);
 
   /// Reads the newest checkpoint that is whole and drops what came after it; the log is told of
@@ -59,6 +59,8 @@ class ResultFolder {
                      const StageTimer& total, double wall_seconds);
 
  private:
+  /// True when a run has begun here: its metrics.csv is there from the first moment to the last.
+  bool holds_run() const;
   void require_own() const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 

@@ -21,7 +21,7 @@ bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 [[noreturn]] void throw_cannot_write(const std::filesystem::path& target, int error) {
   const std::string place = target.string() + ": cannot be written: ";
   if (is_full_disk(error)) {
-    throw NumericalError(place + "the disk is full; free some space, then run again");
+    throw DiskFullError(place + "the disk is full; free some space");
   }
   throw NumericalError(place + std::strerror(error));
 }

@@ -5,7 +5,15 @@
 #include <ostream>
 #include <string_view>
 
+#include "core/error.h"
+
 namespace scarp {
+
+/// The disk is full: what was being written can be written again when there is space.
+class DiskFullError : public NumericalError {
+ public:
+  using NumericalError::NumericalError;
+};
 
 /// A file that appears whole or not at all.
 ///
@@ -14,7 +22,8 @@ namespace scarp {
 /// followed; a device or a pipe is written as it is.
 ///
 /// Throws: InputError if the file cannot be made where the user wants it (no folder, no
-/// permission); NumericalError if it could not be written to the end (full disk).
+/// permission); NumericalError if it could not be written to the end, DiskFullError where that
+///         is why.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& target);

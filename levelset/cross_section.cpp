@@ -134,8 +134,10 @@ std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double positi
 
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position) {
   std::vector<std::vector<Polyline>> lines;
-  for (const Layer& layer : layers.stack) {
-    lines.push_back(cross_section(extract_surface(layer.phi), axis, position));
+  for (std::size_t n = 0; n < layers.stack.size(); ++n) {
+    lines.emplace_back();
+    if (!adds_material(layers, n)) continue;
+    lines.back() = cross_section(extract_surface(layers.stack[n].phi), axis, position);
   }
   return lines;
 }

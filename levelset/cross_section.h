@@ -24,7 +24,8 @@ struct Polyline {
 /// Lines follow the facets, so sharp corners stay. A plane on a domain side is taken just inside.
 std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double position);
 
-/// The surfaces of all layers, from the lowest up, in the plane r[axis] = position.
+/// The surfaces of all layers, from the lowest up, in the plane r[axis] = position; none for a
+/// layer that adds no material.
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position);
 
 /// Volume of each layer's material, from the extracted surfaces; the lowest layer counts from

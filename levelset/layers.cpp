@@ -28,7 +28,7 @@ std::vector<NewLeaf> leaves_to_cut(const Band& layer, const Band& top) {
 }
 
 /// Whether the upper layer is thicker than same_phi next to its surface.
-bool adds_material(const Band& upper, const Band& lower) {
+bool is_thicker(const Band& upper, const Band& lower) {
   for (const Leaf& leaf : upper.leaves()) {
     const auto [i, j, k] = leaf.origin;
     const int other = lower.find(i >> 3, j >> 3, k >> 3);
@@ -84,9 +84,13 @@ void cut_lower_layers(Layers& layers) {
   }
 }
 
+bool adds_material(const Layers& layers, std::size_t n) {
+  return n == 0 || is_thicker(layers.stack[n].phi.band(), layers.stack[n - 1].phi.band());
+}
+
 void remove_empty_layers(Layers& layers) {
   for (std::size_t n = layers.stack.size(); n-- > 1;) {
-    if (!adds_material(layers.stack[n].phi.band(), layers.stack[n - 1].phi.band())) {
+    if (!adds_material(layers, n)) {
       // The upper of the two keeps the surface, the lower one the material.
       layers.stack[n].material = layers.stack[n - 1].material;
       layers.stack.erase(layers.stack.begin() + static_cast<std::ptrdiff_t>(n) - 1);

@@ -39,8 +39,10 @@ void cut(LevelSet& solid, const LevelSet& by);
 /// Cuts every layer by the top one: what is gas for the top is gas for all.
 void cut_lower_layers(Layers& layers);
 
-/// Drops layers (all but the lowest) that add less than a thousandth of a spacing anywhere to the
-/// one below them.
+/// False when layer n is nowhere thicker than a thousandth of a spacing: its material is absent.
+bool adds_material(const Layers& layers, std::size_t n);
+
+/// Drops the layers that add no material to the one below them.
 void remove_empty_layers(Layers& layers);
 
 /// Over all layers with their materials.

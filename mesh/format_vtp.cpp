@@ -100,9 +100,23 @@ std::string string_array(std::string_view name, std::span<const std::string> tex
     for (const char c : text) codes += std::to_string(static_cast<unsigned char>(c)) + ' ';
     codes += "0\n";
   }
-  return "    <FieldData>\n      <DataArray type=\"String\" Name=\"" + escaped(name) +
-         "\" NumberOfTuples=\"" + std::to_string(texts.size()) + "\" format=\"ascii\">\n" + codes +
-         "      </DataArray>\n    </FieldData>\n";
+  return "      <DataArray type=\"String\" Name=\"" + escaped(name) + "\" NumberOfTuples=\"" +
+         std::to_string(texts.size()) + "\" format=\"ascii\">\n" + codes + "      </DataArray>\n";
+}
+
+/// What belongs to the whole surface; nothing where there is nothing to say.
+std::string field_data(const MeshFields& fields) {
+  std::string arrays;
+  if (!fields.material_names.empty()) {
+    arrays += string_array("material_names", fields.material_names);
+  }
+  if (fields.time) {
+    arrays +=
+        "      <DataArray type=\"Float64\" Name=\"process_time_s\" NumberOfTuples=\"1\" "
+        "format=\"ascii\">" +
+        number_text(*fields.time) + "</DataArray>\n";
+  }
+  return arrays.empty() ? "" : "    <FieldData>\n" + arrays + "    </FieldData>\n";
 }
 
 void add_polygons(VtpWriter& writer, const TriMesh& mesh) {
@@ -307,9 +321,7 @@ std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields) {
   writer.xml =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
       "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <PolyData>\n";
-  if (!fields.material_names.empty()) {
-    writer.xml += string_array("material_names", fields.material_names);
-  }
+  writer.xml += field_data(fields);
   writer.xml += "    <Piece NumberOfPoints=\"" + std::to_string(mesh.vertices.size()) +
                 "\" NumberOfPolys=\"" + std::to_string(mesh.triangles.size()) +
                 "\">\n      <PointData>\n";
@@ -360,13 +372,13 @@ RawMesh read_vtp(const MeshText& text) {
   return mesh;
 }
 
-void write_series(const std::filesystem::path& file, std::span<const SeriesEntry> entries) {
+void write_series(const std::filesystem::path& file, std::span<const std::string> outputs) {
   std::string xml =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
       "byte_order=\"LittleEndian\">\n  <Collection>\n";
-  for (const SeriesEntry& entry : entries) {
-    xml += "    <DataSet timestep=\"" + number_text(entry.time) + "\" part=\"0\" file=\"" +
-           escaped(entry.file) + "\"/>\n";
+  for (std::size_t n = 0; n < outputs.size(); ++n) {
+    xml += "    <DataSet timestep=\"" + std::to_string(n) + "\" part=\"0\" file=\"" +
+           escaped(outputs[n]) + "\"/>\n";
   }
   write_file(file, xml + "  </Collection>\n</VTKFile>\n");
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -23,11 +24,13 @@ struct FieldView {
 /// What a .vtp file carries besides the surface.
 ///
 /// Shape: one value per triangle in each array of facets, one per vertex in each of vertices; names
-///        are those of the materials 0, 1, ..., written as the field data `material_names`.
+///        are those of the materials 0, 1, ..., written as the field data `material_names`; the
+///        time, in s, is the field data `process_time_s`.
 struct MeshFields {
   std::vector<FieldView> facets;
   std::vector<FieldView> vertices;
   std::vector<std::string> material_names{};
+  std::optional<double> time{};
 };
 
 /// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name.
@@ -52,13 +55,11 @@ void write_mesh(const std::filesystem::path& file, const TriMesh& mesh);
 /// As write_mesh for a .vtp file, with arrays on facets and vertices that ParaView shows by name.
 void write_vtp(const std::filesystem::path& file, const TriMesh& mesh, const MeshFields& fields);
 
-/// One output of a run, for write_series.
-struct SeriesEntry {
-  double time = 0;   ///< [s]
-  std::string file;  ///< relative to the folder of the series
-};
-
-/// Writes a .pvd file: ParaView opens it as one surface that changes with time.
-void write_series(const std::filesystem::path& file, std::span<const SeriesEntry> entries);
+/// Writes a .pvd file: ParaView opens the outputs of a run, .vtp files by their names relative to
+/// the folder, as one surface that changes.
+///
+/// The timestep of each is its place in the list, from 0: viewers pick by it, and process times
+/// repeat where a step acts at once.
+void write_series(const std::filesystem::path& file, std::span<const std::string> outputs);
 
 }  // namespace scarp

@@ -127,6 +127,62 @@ TEST_F(CommandLine, TheThreadCountChangesNoBit) {
             text_of(folder_ / "two" / "surface_0003.vtp"));
 }
 
+// Viewers pick outputs by their timestep, and a step that acts at once takes no time.
+TEST_F(CommandLine, OutputsAtOneTimeAreToldApart) {
+  write("polish.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["200 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+name = "fill"
+model = "conformal"
+thickness = "50 nm"
+material = "SiO2"
+[[step]]
+name = "polish"
+model = "planarise"
+height = "0 nm"
+[[step]]
+name = "etch"
+model = "isotropic"
+duration = "2 s"
+etch_rate = "10 nm/s"
+[output]
+every = "1 s"
+)");
+  const Outcome run = scarp("run " + path("polish.toml") + " --json -o " + path("r"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_EQ(json_of(run)["output_times_s"], (nlohmann::json{0, 0, 0, 1, 2}));
+  const std::string series = text_of(folder_ / "r" / "surface.pvd");
+  const std::string title = "polish: ";
+  const std::vector<std::string> moments{"start, t = 0 s", "after fill, t = 0 s",
+                                         "after polish, t = 0 s", "in etch, t = 1 s",
+                                         "after etch, t = 2 s"};
+  for (std::size_t n = 0; n < moments.size(); ++n) {
+    const std::string number = std::to_string(n);
+    EXPECT_THAT(series, HasSubstr("timestep=\"" + number + "\" part=\"0\" file=\"surface_000" +
+                                  number + ".vtp\""));
+    EXPECT_THAT(text_of(folder_ / "r" / ("profile_000" + number + ".svg")),
+                HasSubstr(title + moments[n]));
+  }
+  EXPECT_THAT(text_of(folder_ / "r" / "surface_0003.vtp"),
+              HasSubstr("Name=\"process_time_s\" NumberOfTuples=\"1\" format=\"ascii\">1<"));
+  // The oxide is there after the first step alone.
+  for (const char* number : {"0000", "0001", "0002", "0004"}) {
+    const bool is_there = std::string(number) == "0001";
+    const std::string stem = std::string("profile_") + number;
+    for (const char* ending : {".csv", ".svg"}) {
+      EXPECT_EQ(text_of(folder_ / "r" / (stem + ending)).find("SiO2") != std::string::npos,
+                is_there)
+          << stem << ending;
+    }
+  }
+}
+
 // Release and native, g++ and clang, today and tomorrow: who changes the numbers on purpose writes
 // the new hashes to the file.
 TEST_F(CommandLine, EveryBuildGivesTheKnownBits) {
@@ -349,6 +405,20 @@ TEST_F(DamagedFolder, SaysWhatToDoWhenNoCheckpointIsWhole) {
   EXPECT_TRUE(fs::exists(folder_ / "cut" / "surface_0003.vtp"));
 }
 
+TEST_F(DamagedFolder, OnAFullDiskSaysHowToGoOn) {
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  fs::remove(folder_ / "cut" / "surface_0003.vtp");
+  fs::create_symlink("/dev/full", folder_ / "cut" / "surface_0003.vtp");
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.messages,
+              HasSubstr("the disk is full; free some space, then go on with: scarp run " +
+                        path("cut/recipe.toml") + " --resume -o " + path("cut")));
+  fs::remove(folder_ / "cut" / "surface_0003.vtp");
+  EXPECT_EQ(resume().exit_code, 0);
+  expect_same_run();
+}
+
 TEST_F(DamagedFolder, DropsWhatAKilledProcessWasWriting) {
   write("cut/surface_0001.vtp.tmp-123-0", "half");
   write("cut/notes.tmp-1", "a user's own");
@@ -367,9 +437,33 @@ TEST_F(CommandLine, ARunLeavesAUsersOwnFilesAlone) {
 
   fs::remove(folder_ / "own" / "recipe.toml");
   write("own/profile_mine.csv", "x");
+  write("own/surface_0001.vtp.tmp-1-1", "x");
   write("own/surface_scan.vtp", "x");
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("own"))).exit_code, 0);
-  EXPECT_THAT(files("own"), ::testing::IsSupersetOf({"profile_mine.csv", "surface_scan.vtp"}));
+  EXPECT_THAT(files("own"), ::testing::IsSupersetOf({"profile_mine.csv", "surface_scan.vtp",
+                                                     "surface_0001.vtp.tmp-1-1"}));
+}
+
+// Where no run has been, a file that is called like an output is the user's.
+TEST_F(CommandLine, ARunNeitherDeletesNorReplacesWhatNoRunHasWritten) {
+  for (const char* name : {"profile_0009.csv", "surface_0000.vtp", "metrics.csv", "summary.json"}) {
+    fs::remove_all(folder_ / "own");
+    fs::create_directories(folder_ / "own");
+    write(std::string("own/") + name, "mine");
+    const Outcome refused = scarp("run " + small_trench("-o " + path("own")));
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.messages, AllOf(HasSubstr(std::string("own/") + name), HasSubstr("-o")));
+    EXPECT_EQ(files("own"), (std::set<std::string>{".lock", name}));
+    EXPECT_EQ(text_of(folder_ / "own" / name), "mine");
+  }
+}
+
+TEST_F(CommandLine, ARunRemovesTheOutputsOfTheRunThatItReplaces) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string shorter = " --set step[0].duration='\"10 s\"'";
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r") + shorter)).exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "r" / "profile_0001.csv"));
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "profile_0002.csv"));
 }
 
 TEST_F(CommandLine, AMeshThatFacesDownIsAWarning) {

@@ -17,6 +17,7 @@
 #include "apps/recipe_geometry.h"
 #include "core/recipe_table.h"
 #include "models/registry.h"
+#include "tests/apps/reference_page.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -26,36 +27,7 @@ using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
-/// Key to value, by table; the tables of a resolved recipe or the sections of the reference.
-using Keys = std::map<std::string, std::map<std::string, std::string>>;
-
-/// The rows of the reference's tables, each with its default, by heading: "[simplify]", "hole".
-Keys reference() {
-  Keys sections;
-  std::vector<std::string> headings;
-  std::istringstream in(text_of(fs::path(SCARP_SOURCE_DIR) / "docs/recipe.md"));
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind("##", 0) == 0) {
-      headings.clear();
-      std::istringstream names(line.substr(line.find(' ') + 1));
-      for (std::string name; std::getline(names >> std::ws, name, ',');) headings.push_back(name);
-    }
-    if (line.rfind("| `", 0) != 0) continue;
-    const std::string key = line.substr(3, line.find('`', 3) - 3);
-    const std::size_t last = line.rfind(" | ", line.size() - 3);
-    for (const std::string& heading : headings) {
-      std::string& text = sections[heading][key];
-      text += line.substr(last + 3, line.size() - last - 5) + ' ';
-    }
-  }
-  return sections;
-}
+Keys reference() { return reference_page("recipe.md"); }
 
 /// The values of a recipe of one table per kind.
 Keys tables_of(const std::string& toml) {
@@ -70,12 +42,6 @@ Keys tables_of(const std::string& toml) {
     }
   }
   return tables;
-}
-
-std::set<std::string> keys_of(const std::map<std::string, std::string>& table) {
-  std::set<std::string> keys;
-  for (const auto& [key, value] : table) keys.insert(key);
-  return keys;
 }
 
 /// A key with its default in the reference, when the recipe did not give it.

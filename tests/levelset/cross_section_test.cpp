@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -53,6 +54,18 @@ TEST(CrossSection, KeepsTheGasOnTheLeftAndClosesLoops) {
     const double exact = std::numbers::pi * (6.3 * 6.3 - 2.2 * 2.2);
     EXPECT_NEAR(area, -exact, 0.02 * exact) << "axis " << axis;
   }
+}
+
+TEST(CrossSection, HasNoLineOfAMaterialThatIsAbsent) {
+  Layers layers = build_layers({.spacing = 0.5, .cells = {40, 10}},
+                               std::vector<Shape>{WaferShape{.material = 0}});
+  add_layer(layers, 1);
+  const auto absent = cross_section(layers, 1, 0);
+  ASSERT_EQ(absent.size(), 2U);
+  EXPECT_EQ(absent[0].size(), 1U);
+  EXPECT_TRUE(absent[1].empty());
+  coat(layers, 0.1);
+  EXPECT_EQ(cross_section(layers, 1, 0)[1].size(), 1U);
 }
 
 TEST(MaterialVolumes, AreExactForBoxes) {

@@ -192,13 +192,13 @@ TEST_F(MeshFile, VtpCarriesNamedArraysOnFacetsAndVertices) {
   EXPECT_THAT(bytes, HasSubstr(array));
 }
 
-TEST_F(MeshFile, SeriesListsTimesAndFiles) {
-  const std::vector<SeriesEntry> entries{{0, "surface_0000.vtp"}, {0.1, "a&b.vtp"}};
-  write_series(file("surface.pvd"), entries);
+TEST_F(MeshFile, SeriesNumbersItsFiles) {
+  const std::vector<std::string> outputs{"surface_0000.vtp", "a&b.vtp"};
+  write_series(file("surface.pvd"), outputs);
   EXPECT_THAT(content(file("surface.pvd")),
               AllOf(HasSubstr("<VTKFile type=\"Collection\""),
                     HasSubstr("timestep=\"0\" part=\"0\" file=\"surface_0000.vtp\""),
-                    HasSubstr("timestep=\"0.1\" part=\"0\" file=\"a&amp;b.vtp\"")));
+                    HasSubstr("timestep=\"1\" part=\"0\" file=\"a&amp;b.vtp\"")));
 }
 
 TEST_F(MeshFile, UnknownEndingIsRefused) {

@@ -1,0 +1,134 @@
+// docs/results.md against the program: every file, column, key and array that a run writes stands
+// there, and no other.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "apps/recipe.h"
+#include "apps/run.h"
+#include "tests/apps/reference_page.h"
+#include "tests/temporary_folder.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The film closes the mouth of a re-entrant trench over a void; then particles are traced.
+constexpr const char* recipe_with_void = R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "100 nm"
+depth = "200 nm"
+taper = "-10 deg"
+[[step]]
+model = "conformal"
+thickness = "60 nm"
+material = "SiO2"
+[[step]]
+model = "single_particle"
+duration = "1 s"
+growth_rate = "5 nm/s"
+sticking = 1
+material = "SiO2"
+[flux]
+target_error = 0.1
+)";
+
+class ResultsReference : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const fs::path file = folder_ / "void.toml";
+    std::ofstream(file) << recipe_with_void;
+    run(read_recipe(file, {}), results(), {});
+  }
+
+  fs::path results() const { return folder_ / "results"; }
+
+  std::set<std::string> described(const std::string& heading) const {
+    return keys_of(page_.at(heading));
+  }
+
+  /// The names in the first line of a table.
+  std::set<std::string> columns(const std::string& name) const {
+    std::ifstream in(results() / name);
+    std::string head;
+    std::getline(in, head);
+    std::istringstream cells(head);
+    std::set<std::string> names;
+    for (std::string cell; std::getline(cells, cell, ',');) names.insert(cell);
+    return names;
+  }
+
+ private:
+  TemporaryFolder folder_;
+  Keys page_ = reference_page("results.md");
+};
+
+/// "a.b" for objects within objects, "a[].b" for objects in lists.
+void add_keys(const nlohmann::json& object, const std::string& path, std::set<std::string>& keys) {
+  for (const auto& [key, value] : object.items()) {
+    const std::string name = path + (path == "materials." ? "NAME" : key);
+    if (value.is_object()) {
+      add_keys(value, name + '.', keys);
+    } else if (value.is_array() && value.at(0).is_object()) {
+      add_keys(value.at(0), name + "[].", keys);
+    } else {
+      keys.insert(name);
+    }
+  }
+}
+
+TEST_F(ResultsReference, HasTheFilesOfAFolder) {
+  std::set<std::string> files{"state_interrupted.vdb"};
+  for (const auto& entry : fs::directory_iterator(results())) {
+    std::string name = entry.path().filename().string();
+    for (char& c : name) {
+      if (std::isdigit(static_cast<unsigned char>(c)) != 0) c = 'N';
+    }
+    files.insert(name);
+  }
+  EXPECT_EQ(described("Files"), files);
+}
+
+TEST_F(ResultsReference, HasTheColumnsOfTables) {
+  EXPECT_EQ(described("metrics.csv"), columns("metrics.csv"));
+  EXPECT_EQ(described("profile_NNNN.csv"), columns("profile_0000.csv"));
+}
+
+TEST_F(ResultsReference, HasTheKeysOfTheSummary) {
+  std::set<std::string> keys;
+  add_keys(nlohmann::json::parse(text_of(results() / "summary.json")), "", keys);
+  EXPECT_EQ(described("summary.json"), keys);
+}
+
+TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
+  const std::string text = text_of(results() / "surface_0001.vtp");
+  const std::string mark = " Name=\"";
+  std::set<std::string> arrays;
+  for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;) {
+    at += mark.size();
+    arrays.insert(text.substr(at, text.find('"', at) - at));
+  }
+  // Those of the format itself.
+  for (const char* name : {"points", "connectivity", "offsets"}) EXPECT_EQ(arrays.erase(name), 1U);
+  EXPECT_EQ(described("surface_NNNN.vtp"), arrays);
+}
+
+}  // namespace
+}  // namespace scarp
