@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/atomic_file.h"
 
@@ -117,13 +118,34 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-// A layer that has been consumed lies on the one below: there is nothing of it to see.
-std::vector<MaterialId> visible_materials(std::span<const LayerProfile> layers) {
+// The solid above z = 0 less the gas below: lines have the gas to their left, so that voids count
+// against it, and what closes them along a side adds nothing. Units: nm^2.
+double area_of(const LayerProfile& layer) {
+  double area = 0;
+  for (const Polyline& line : layer.lines) {
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const auto& [x0, z0] = line.points[n - 1];
+      const auto& [x1, z1] = line.points[n];
+      area += 0.5 * (z0 + z1) * (x1 - x0);
+    }
+  }
+  return area;
+}
+
+// A layer that has been consumed lies on the one below, up to a trace: there is nothing to see of
+// what covers less than a pixel.
+std::vector<MaterialId> visible_materials(std::span<const LayerProfile> layers,
+                                          const Window& window) {
+  const double pixel = 1 / (window.scale() * window.scale());
   std::vector<MaterialId> seen;
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    const MaterialId material = layers[k].material;
-    if (layers[k].lines.empty() || (k > 0 && layers[k].lines == layers[k - 1].lines)) continue;
-    if (std::find(seen.begin(), seen.end(), material) == seen.end()) seen.push_back(material);
+  const LayerProfile* below = nullptr;
+  for (const LayerProfile& layer : layers) {
+    if (layer.lines.empty()) continue;
+    const LayerProfile* const lower = std::exchange(below, &layer);
+    if (lower != nullptr && area_of(layer) - area_of(*lower) < pixel) continue;
+    if (std::find(seen.begin(), seen.end(), layer.material) == seen.end()) {
+      seen.push_back(layer.material);
+    }
   }
   return seen;
 }
@@ -156,7 +178,7 @@ Legend legend(const ProfileView& view, const Materials& materials, const Window&
   const ScaleBar bar = scale_bar(window, y);
   Legend result{.svg = bar.svg, .height = row_height + 8};
   double x = margin;
-  for (const MaterialId material : visible_materials(view.layers)) {
+  for (const MaterialId material : visible_materials(view.layers, window)) {
     const std::string& name = materials[material].name;
     const double width = 40 + letter_width * static_cast<double>(name.size());
     if (x > margin && x + width > bar.left) {
@@ -192,6 +214,7 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
   // From the top of the stack down: each layer is the union of itself and those below, so the
   // lower ones are painted over the upper.
   for (auto layer = view.layers.rbegin(); layer != view.layers.rend(); ++layer) {
+    if (layer->lines.empty()) continue;
     out.write(fmt::format(
         "<path d=\"{}\" fill=\"{}\" fill-rule=\"evenodd\" stroke=\"#222\" stroke-width=\"0.6\"/>\n",
         path_of(*layer, window), fill_of(layer->material)));

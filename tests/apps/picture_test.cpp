@@ -72,6 +72,18 @@ TEST(Picture, TheLegendLeavesOutWhatIsGone) {
   EXPECT_NE(colour(svg, "resist"), "");
 }
 
+TEST(Picture, TheLegendLeavesOutTracesBetweenLayersButNoThinFilm) {
+  const Materials m;
+  LayerProfile trace = flat(m, "SiO2", 0);
+  trace.lines[0].points.insert(trace.lines[0].points.begin() + 1, {0, 0.001});
+  const std::string svg =
+      picture({flat(m, "Si", 0), trace, {m.id("Si3N4"), {}}, flat(m, "resist", 0.01)}, m);
+  EXPECT_EQ(colour(svg, "SiO2"), "");
+  EXPECT_EQ(colour(svg, "Si3N4"), "");
+  EXPECT_NE(colour(svg, "Si"), "");
+  EXPECT_NE(colour(svg, "resist"), "");
+}
+
 TEST(Picture, TheLegendEndsBeforeTheScaleBar) {
   Materials m;
   std::vector<LayerProfile> layers;
