@@ -46,23 +46,81 @@ void write_output(const std::filesystem::path& file, const TriMesh& mesh, const 
   }
 }
 
-// What is neither absorbed nor escapes has found a way through the surface. The balance of gathered
-// rays holds on average.
+// Single precision carries the ratio of the largest coordinate to the smallest facet only so far.
+void refuse_far_vertices(const std::filesystem::path& file, const TriMesh& mesh) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Vec3f r = mesh.vertices[v];
+    if (std::max({std::abs(r.x), std::abs(r.y), std::abs(r.z)}) <= longest_length) continue;
+    throw InputError(fmt::format(
+        "{}: vertex {} at ({:g}, {:g}, {:g}) is too far away to be traced; no coordinate may be "
+        "above {:g}: correct the vertex or scale the mesh",
+        file.string(), v, r.x, r.y, r.z, longest_length));
+  }
+}
+
+constexpr double most_lost = 1e-3;
+
+double share(double part, const FluxAudit& audit) {
+  return audit.emitted > 0 ? part / audit.emitted : 0;
+}
+
+// Chance explains five standard errors, but nothing makes half of all particles.
+bool is_balanced(const FluxAudit& audit) {
+  const double chance = std::min(5 * audit.balance_std_error, 0.5);
+  return std::abs(audit.balance_error()) - chance <= most_lost;
+}
+
+// Rays from facets cannot tell what passes them by: a missing part of the particles is looked for
+// from the source, where they arrive first.
+void book_missed(const TriMesh& mesh, Species species, FluxOptions options, FluxAudit& audit) {
+  if (is_balanced(audit)) return;
+  constexpr std::uint64_t probes = 1 << 15;
+  species.sticking = {1};
+  options.engine = FluxOptions::Engine::forward;
+  options.rays = probes;
+  const FluxAudit first = solve_flux(mesh, std::span(&species, 1), options).front().audit;
+  const double scale = audit.emitted / first.emitted;
+  audit.lost_back_face += scale * first.lost_back_face;
+  audit.lost_below += scale * first.lost_below;
+  audit.lost_side_limit += scale * first.lost_side_limit;
+  const double lost = share(first.lost(), first);
+  const double variance = lost * (1 - lost) / probes;
+  audit.balance_std_error = std::sqrt(audit.balance_std_error * audit.balance_std_error + variance);
+}
+
+void require_balance(const std::filesystem::path& file, const FluxAudit& audit) {
+  if (share(audit.lost_back_face, audit) > 0.5) {
+    throw InputError(fmt::format(
+        "{}: is inside out as seen from the source: {:.3g} % of the particles arrive at back "
+        "faces; turn its triangles over, their outside is where the vertices go round "
+        "counter-clockwise",
+        file.string(), 100 * share(audit.lost_back_face, audit)));
+  }
+  if (is_balanced(audit)) return;
+  const double off = audit.balance_error();
+  throw NumericalError(fmt::format(
+      "{}: the particles do not balance: {:.3g} % {} of what the source sends, with a standard "
+      "error of {:.2g} %; the flux is not trusted: look for very thin or overlapping triangles, "
+      "use more rays or --engine forward",
+      file.string(), 100 * std::abs(off), off < 0 ? "are missing" : "are too many",
+      100 * audit.balance_std_error));
+}
+
 void warn_of_leaks(const FluxAudit& audit) {
-  constexpr double most_lost = 1e-3;
-  const double lost = audit.emitted > 0 ? audit.lost() / audit.emitted : 0;
-  const double missing = std::abs(audit.balance_error()) - 5 * audit.balance_std_error;
-  if (lost <= most_lost && missing <= most_lost) return;
+  const double lost = share(audit.lost(), audit);
+  if (lost <= most_lost) return;
   fmt::print(stderr,
-             "warning: {:.2g} of the particles are lost: the mesh has holes, does not reach its "
-             "sides, or faces down; its outside is where vertices go round counter-clockwise\n",
-             std::max(lost, missing));
+             "warning: {:.2g} % of the particles are lost: the mesh has holes, does not reach its "
+             "sides, or faces down in places; its outside is where vertices go round "
+             "counter-clockwise\n",
+             100 * lost);
 }
 
 }  // namespace
 
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   const TriMesh mesh = read_mesh(arguments.mesh);
+  refuse_far_vertices(arguments.mesh, mesh);
   const Box box = bounding_box(mesh);
   FluxOptions options = arguments.options;
   options.sides = {.lower = {box.lower.x, box.lower.y},
@@ -75,9 +133,11 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   TriMesh bare = mesh;
   bare.materials.clear();
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<FluxField> fields = solve_flux(bare, std::span(&species, 1), options);
+  std::vector<FluxField> fields = solve_flux(bare, std::span(&species, 1), options);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const FluxField& flux = fields.front();
+  FluxField& flux = fields.front();
+  book_missed(bare, species, options, flux.audit);
+  require_balance(arguments.mesh, flux.audit);
   if (!arguments.output.empty()) write_output(arguments.output, mesh, flux);
   if (!flux.target_reached) {
     fmt::print(stderr,

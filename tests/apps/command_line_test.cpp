@@ -466,11 +466,12 @@ TEST_F(CommandLine, ARunRemovesTheOutputsOfTheRunThatItReplaces) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "profile_0002.csv"));
 }
 
-TEST_F(CommandLine, AMeshThatFacesDownIsAWarning) {
+TEST_F(CommandLine, AMeshThatFacesDownIsRefused) {
   write("down.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 3 2 1\nf 4 3 1\n");
   for (const char* engine : {"gather", "forward"}) {
     const Outcome flux = scarp("flux " + path("down.obj") + " --engine " + engine + " --json");
-    EXPECT_THAT(flux.messages, HasSubstr("faces down")) << engine;
+    EXPECT_EQ(flux.exit_code, 2) << engine;
+    EXPECT_THAT(flux.messages, HasSubstr("down.obj: is inside out")) << engine;
   }
 }
 
@@ -565,6 +566,74 @@ TEST_F(CommandLine, FluxOnAConvexBumpHasNothingReEmittedInto) {
   EXPECT_NEAR(result["absorbed"].get<double>() + result["escaped"].get<double>(), 1, 1e-9);
   EXPECT_EQ(text_of(folder_ / "flux.csv").rfind("facet,x,y,z,nx,ny,nz,area,flux,std_error\n", 0),
             0U);
+}
+
+/// A unit cube; vertex 8 is its corner (1, 1, 1).
+std::string cube(bool inside_out, const std::string& eighth = "1 1 1") {
+  std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv " + eighth + "\n";
+  const std::array<std::array<int, 3>, 12> facets{{{1, 3, 4},
+                                                   {1, 4, 2},
+                                                   {5, 6, 8},
+                                                   {5, 8, 7},
+                                                   {1, 2, 6},
+                                                   {1, 6, 5},
+                                                   {3, 7, 8},
+                                                   {3, 8, 4},
+                                                   {1, 5, 7},
+                                                   {1, 7, 3},
+                                                   {2, 4, 8},
+                                                   {2, 8, 6}}};
+  for (auto [a, b, c] : facets) {
+    if (inside_out) std::swap(b, c);
+    text += "f " + std::to_string(a) + ' ' + std::to_string(b) + ' ' + std::to_string(c) + '\n';
+  }
+  return text;
+}
+
+TEST_F(CommandLine, FluxRefusesAMeshThatIsInsideOut) {
+  write("right.obj", cube(false));
+  write("wrong.obj", cube(true));
+  for (const char* engine : {" --engine forward --rays 10000", " --engine gather"}) {
+    EXPECT_EQ(scarp("flux " + path("right.obj") + engine).exit_code, 0) << engine;
+    const Outcome flux = scarp("flux " + path("wrong.obj") + engine + " -o " + path("flux.csv"));
+    EXPECT_EQ(flux.exit_code, 2) << engine;
+    EXPECT_EQ(flux.out, "") << engine;
+    EXPECT_THAT(flux.messages, AllOf(HasSubstr("wrong.obj: is inside out"), HasSubstr("100 %"),
+                                     HasSubstr("turn its triangles over")));
+    EXPECT_FALSE(fs::exists(folder_ / "flux.csv"));
+  }
+}
+
+TEST_F(CommandLine, FluxRefusesVerticesTooFarAway) {
+  write("far.obj", cube(false, "5e31 5e31 5e31"));
+  const Outcome flux = scarp("flux " + path("far.obj") + " --rays 1000");
+  EXPECT_EQ(flux.exit_code, 2);
+  EXPECT_THAT(flux.messages, AllOf(HasSubstr("far.obj: vertex 7"), HasSubstr("scale the mesh")));
+}
+
+TEST_F(CommandLine, FluxBooksWhatPassesThroughAHoleWithEveryEngine) {
+  const std::string text = pyramid;
+  write("hole.obj", text.substr(0, text.find("f 4 1 5")));
+  for (const char* engine : {" --engine forward --rays 30000", " --engine gather"}) {
+    const Outcome flux = scarp("flux " + path("hole.obj") + " --json" + engine);
+    ASSERT_EQ(flux.exit_code, 0) << engine << flux.messages;
+    EXPECT_NEAR(json_of(flux)["lost"].get<double>(), 0.25, 0.02) << engine;
+    EXPECT_NEAR(json_of(flux)["balance_error"].get<double>(), 0, 0.02) << engine;
+    EXPECT_THAT(flux.messages, ::testing::ContainsRegex("warning: 2[0-9] % of the particles"));
+  }
+}
+
+// A needle: hardly a ray from its flanks finds the sky.
+TEST_F(CommandLine, FluxThatDoesNotBalanceIsExitThree) {
+  std::string needle = pyramid;
+  needle.replace(needle.find("0.5 0.5 0.5"), 11, "0.5 0.5 2e4");
+  write("needle.obj", needle);
+  const Outcome flux =
+      scarp("flux " + path("needle.obj") + " --engine gather --rays 100 -o " + path("flux.csv"));
+  EXPECT_EQ(flux.exit_code, 3) << flux.messages;
+  EXPECT_THAT(flux.messages, HasSubstr("the particles do not balance: "));
+  EXPECT_FALSE(fs::exists(folder_ / "flux.csv"));
 }
 
 TEST_F(CommandLine, SimplifyWritesAMeshAndSaysWhatStoppedIt) {
