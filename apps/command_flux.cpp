@@ -116,6 +116,15 @@ void warn_of_leaks(const FluxAudit& audit) {
              100 * lost);
 }
 
+// Both engines have a least number of rays.
+void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
+  const std::uint64_t asked = options.rays > 0 ? options.rays : options.max_rays;
+  if (flux.rays <= asked) return;
+  fmt::print(stderr, "note: {} rays instead of {}: {}\n", flux.rays, asked,
+             flux.engine == FluxEngine::gather ? "at least 4 leave each piece of a facet"
+                                               : "they come in whole batches of 32");
+}
+
 }  // namespace
 
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
@@ -147,6 +156,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   }
 
   warn_of_leaks(flux.audit);
+  if (!common.quiet) tell_more_rays(options, flux);
   const double emitted = flux.audit.emitted > 0 ? flux.audit.emitted : 1;
   nlohmann::ordered_json result{
       {"engine", flux.engine == FluxEngine::gather ? "gather" : "forward"},

@@ -119,13 +119,22 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
              {{"auto", FluxOptions::Engine::automatic},
               {"forward", FluxOptions::Engine::forward},
               {"gather", FluxOptions::Engine::gather}});
-  auto* rays = command.add_option("--rays", options.rays, "Number of rays; no target then")
-                   ->check(above_zero());
+  auto* rays =
+      command
+          .add_option("--rays", options.rays,
+                      "Number of rays; no target then. forward: of particles from the source, in "
+                      "whole batches of 32; gather: of rays from all facets together, at "
+                      "most this many, but 4 or more from each piece of a facet (facets "
+                      "are cut until no edge is longer than 3 spacings)")
+          ->check(above_zero());
   command
       .add_option("--target-error", options.target_error,
                   "Rays are added until this error (default: 0.01)")
       ->excludes(rays);
-  command.add_option("--max-rays", options.max_rays, "Cap on the rays for the target")
+  command
+      .add_option("--max-rays", options.max_rays,
+                  "Cap on the rays for the target, with the same least numbers as --rays: 32 "
+                  "(forward), 4 from each piece of a facet (gather)")
       ->check(above_zero());
   command.add_option("--spacing", options.spacing,
                      "Grid spacing the mesh came from (default: from its facets)");

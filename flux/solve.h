@@ -24,10 +24,16 @@ struct FluxOptions {
   double spacing = 0;            ///< of the grid; 0: as of a mesh with two facets per grid cell
   double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
-  /// Fixes the number of rays and switches the target off, when > 0. Whole batches of 32 (forward)
-  /// or as near as whole sets on every facet come (gather).
+  /// Fixes the number of rays and switches the target off, when > 0.
+  ///
+  /// Forward: particles of each species, rounded up to whole batches of 32. Gather: rays from all
+  /// facets together, which serve all species, shared out by area; at most as many, but never fewer
+  /// than 4 from each element (see Elements: a piece of a facet with edges up to 3 spacings), even
+  /// if that makes more. Rays along the lobe of a source with cosine power != 1 are not counted.
   std::uint64_t rays = 0;
-  std::uint64_t max_rays = std::uint64_t{1} << 28;      ///< but at least 32 (forward), 4 per facet
+  /// The most rays for the target, counted as rays and with the same least numbers: 32 (forward), 4
+  /// per element (gather).
+  std::uint64_t max_rays = std::uint64_t{1} << 28;
   std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;
   std::uint32_t time_step = 0;  ///< part of the random number's key

@@ -636,6 +636,22 @@ TEST_F(CommandLine, FluxThatDoesNotBalanceIsExitThree) {
   EXPECT_FALSE(fs::exists(folder_ / "flux.csv"));
 }
 
+TEST_F(CommandLine, FluxSaysIfMoreRaysThanAskedWereNeeded) {
+  write("a.obj", cube(false));
+  const std::string line = "flux " + path("a.obj") + " --json ";
+  const Outcome gather = scarp(line + "--engine gather --rays 10");
+  EXPECT_GE(json_of(gather)["rays"], 4 * 12);
+  EXPECT_THAT(gather.messages,
+              AllOf(HasSubstr(" rays instead of 10:"), HasSubstr("4 leave each piece of a facet")));
+  EXPECT_THAT(scarp(line + "--engine gather --max-rays 10").messages,
+              HasSubstr(" rays instead of 10:"));
+  const Outcome forward = scarp(line + "--engine forward --rays 100");
+  EXPECT_EQ(json_of(forward)["rays"], 128);
+  EXPECT_THAT(forward.messages, HasSubstr("note: 128 rays instead of 100: they come in whole"));
+  EXPECT_EQ(scarp(line + "--engine gather --rays 1000").messages, "");
+  EXPECT_EQ(scarp(line + "--engine forward --rays 100 --quiet").messages, "");
+}
+
 TEST_F(CommandLine, SimplifyWritesAMeshAndSaysWhatStoppedIt) {
   write("a.obj", pyramid);
   const Outcome simplify = scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --json");
