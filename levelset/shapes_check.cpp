@@ -29,6 +29,11 @@ std::string in_nm(double length) {
   return text + " nm";
 }
 
+/// The size across a shape, which a radius gives half of.
+std::string size_text(const std::string& key, double size) {
+  return (key.ends_with("radius") ? "a diameter of " : "") + in_nm(size);
+}
+
 /// A count that may be too large for an integer.
 std::string whole_text(double count) {
   return count < 1e15 ? std::to_string(static_cast<long long>(count)) : "more than 1e15";
@@ -65,13 +70,14 @@ class Checker {
     problems_.push_back({shape_, std::move(key), std::move(message)});
   }
 
-  /// A length of at least two spacings.
+  /// A size of at least two spacings: a length, or twice a radius.
   bool feature(const std::string& key, double length) {
     const double shortest = thinnest * frame_.spacing;
     if (!std::isfinite(length) || length <= 0) {
       report(key, "must be a length above 0");
     } else if (length < shortest * (1 - 1e-9)) {
-      report(key, in_nm(length) + " is thinner than two grid spacings (" + in_nm(shortest) + ")");
+      report(key, size_text(key, length) + " is thinner than two grid spacings (" +
+                      in_nm(shortest) + ")");
     } else {
       return true;
     }
@@ -141,7 +147,8 @@ class Checker {
       return;
     }
     if (s.width >= extent * (1 - 1e-9)) {
-      report(s.key, in_nm(s.width) + " is not narrower than the domain (" + in_nm(extent) + ")");
+      report(s.key, size_text(s.key, s.width) + " is not narrower than the domain (" +
+                        in_nm(extent) + ")");
       return;
     }
     if (s.count > 1 && !(s.pitch - s.width >= thin * (1 - 1e-9))) {
@@ -212,8 +219,9 @@ class Checker {
     }
   }
 
-  /// The narrow end must not close: the floor is at least two spacings wide.
-  void cut(const Cut& cut, double width) {
+  /// The narrow end must not close: the floor is at least two spacings wide. What follows from a
+  /// width or a depth that is wrong itself is not told.
+  void cut(const Cut& cut, double width, bool width_is_good) {
     taper(cut.taper);
     if (cut.depth_from) {
       known("depth_from", *cut.depth_from);
@@ -222,13 +230,17 @@ class Checker {
       known("through", material);
     }
     const double floor = width - 2 * cut.depth * std::tan(cut.taper);
-    if (feature("depth", cut.depth) && floor < thinnest * frame_.spacing * (1 - 1e-9)) {
-      report("taper", "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
-                          " at this depth: less than two grid spacings");
-    }
+    const bool depth_is_good = feature("depth", cut.depth);
     reach("depth", highest_ - cut.depth, highest_);
-    radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
-    radius("top_radius", cut.top_radius, cut.depth);
+    if (depth_is_good) radius("top_radius", cut.top_radius, cut.depth);
+    if (depth_is_good && width_is_good) {
+      if (floor < thinnest * frame_.spacing * (1 - 1e-9)) {
+        report("taper", "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
+                            " at this depth: less than two grid spacings");
+      } else {
+        radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
+      }
+    }
     if (cut.top_radius > 0 && !cut.through.empty()) {
       report("top_radius", "cannot be rounded where only some materials are cut (through)");
     }
@@ -240,9 +252,11 @@ class Checker {
     }
   }
 
-  void round_outline(const std::string& prefix, const std::array<double, 2>& centre, double radius,
+  /// Whether the radius is good.
+  bool round_outline(const std::string& prefix, const std::array<double, 2>& centre, double radius,
                      double widest_radius, const Repeat& repeat) {
-    if (feature(prefix + "radius", 2 * radius) && lattice(prefix, repeat)) {
+    const bool is_good = feature(prefix + "radius", 2 * radius);
+    if (is_good && lattice(prefix, repeat)) {
       for (int axis = 0; axis < (frame_.two_dimensional ? 1 : 2); ++axis) {
         interval({prefix + "radius", prefix + "center", axis, centre[axis], 2 * widest_radius,
                   repeat.count[axis], repeat.pitch[axis]});
@@ -251,6 +265,7 @@ class Checker {
     if (frame_.two_dimensional) {
       report(prefix + "shape", "round shapes need three dimensions");
     }
+    return is_good;
   }
 
   void check(const WaferShape& s) { materials_.push_back(s.material); }
@@ -277,20 +292,24 @@ class Checker {
   }
 
   void check(const TrenchShape& s) {
-    if (feature("width", s.width)) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat);
-    cut(s.cut, s.width);
+    const bool is_good = feature("width", s.width);
+    if (is_good) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat);
+    cut(s.cut, s.width, is_good);
   }
 
   void check(const HoleShape& s) {
-    round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut), s.repeat);
-    cut(s.cut, 2 * s.radius);
+    const bool is_good =
+        round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut), s.repeat);
+    cut(s.cut, 2 * s.radius, is_good);
   }
 
   void check(const FinShape& s) {
     taper(s.taper);
-    if (feature("width", s.width)) row("", s.along, s.centre, s.width, s.repeat);
+    const bool width_is_good = feature("width", s.width);
+    if (width_is_good) row("", s.along, s.centre, s.width, s.repeat);
     const double ridge = s.width - 2 * s.height * std::tan(s.taper);
-    if (feature("height", s.height) && ridge < thinnest * frame_.spacing * (1 - 1e-9)) {
+    if (feature("height", s.height) && width_is_good &&
+        ridge < thinnest * frame_.spacing * (1 - 1e-9)) {
       report("taper", "leaves a ridge of less than two grid spacings");
     }
     add_layers("material", 1);

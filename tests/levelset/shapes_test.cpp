@@ -314,6 +314,33 @@ Shape trench(double width, double depth, double taper = 0, double centre = 0) {
   return shape;
 }
 
+/// The keys of one shape that are reported.
+std::vector<std::string> keys_reported(const Shape& shape) {
+  std::vector<std::string> keys;
+  const std::vector<Shape> shapes{WaferShape{}, shape};
+  for (const ShapeProblem& problem : check_shapes({.spacing = 10, .cells = {40, 20}}, shapes))
+    keys.push_back(problem.key);
+  return keys;
+}
+
+TEST(Shapes, OnlyTheKeyThatIsWrongIsReported) {
+  using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys_reported(trench(15, 100)), Keys{"width"});
+  EXPECT_EQ(keys_reported(trench(100, 5)), Keys{"depth"});
+  EXPECT_EQ(keys_reported(trench(100, 200, 0.3)), Keys{"taper"});
+  HoleShape hole{.radius = 5};
+  hole.cut.depth = 100;
+  EXPECT_EQ(keys_reported(hole), Keys{"radius"});
+  FinShape fin{.material = 1, .width = 15, .height = 100};
+  EXPECT_EQ(keys_reported(fin), Keys{"width"});
+}
+
+Shape round_hole(double radius) {
+  HoleShape shape{.radius = radius};
+  shape.cut.depth = 5;
+  return shape;
+}
+
 Shape rounded(double bottom, double top) {
   TrenchShape shape{.width = 10};
   shape.cut = {.depth = 8, .bottom_radius = bottom, .top_radius = top};
@@ -342,6 +369,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadShape{trench(41, 5), "geometry[1].width: 41 nm is not narrower than the domain (40 nm)"},
         BadShape{trench(1.5, 5), "geometry[1].width: 1.5 nm is thinner than two grid spacings"},
+        BadShape{round_hole(0.5),
+                 "geometry[1].radius: a diameter of 1 nm is thinner than two grid"},
+        BadShape{round_hole(15), "geometry[1].radius: a diameter of 30 nm is not narrower"},
         BadShape{trench(10, 0), "geometry[1].depth: must be a length above 0"},
         BadShape{trench(std::nan(""), 5), "geometry[1].width: must be"},
         BadShape{trench(10, 5, 0, 30), "geometry[1].center: must lie in the domain"},
