@@ -338,10 +338,34 @@ class Checker {
       report("file", *fault);
     } else {
       const Box box = bounding_box(*s.mesh);
+      mesh_size(*s.mesh, box);
       reach("file", box.lower.z, box.upper.z);
     }
     add_layers("material", s.material ? 1 : 0);
     if (s.material) materials_.push_back(*s.material);
+  }
+
+  /// Something of a mesh is in the domain, and a body of it is not lost between the nodes.
+  void mesh_size(const TriMesh& mesh, const Box& box) {
+    const double shortest = thinnest * frame_.spacing * (1 - 1e-9);
+    const Vec3d size = box.upper - box.lower;
+    bool is_outside = false;
+    for (int axis = 0; axis < 2; ++axis) {
+      is_outside = is_outside || box.upper[axis] <= sides_.lower[axis] ||
+                   box.lower[axis] >= sides_.upper[axis];
+    }
+    if (is_outside) {
+      report_outside("file");
+    } else if (std::max({size.x, size.y, size.z}) < shortest && mesh_border(welded(mesh)) == 0) {
+      report("file", "is " + in_nm(std::max({size.x, size.y, size.z})) +
+                         " in its longest direction, thinner than two grid spacings (" +
+                         in_nm(thinnest * frame_.spacing) + "); is its unit right?");
+    }
+  }
+
+  void report_outside(const std::string& key) {
+    report(key, "lies wholly outside the domain, which reaches from " + place(sides_.lower) +
+                    " to " + place(sides_.upper));
   }
 
   void check_outline(const std::string& prefix, const SlotOutline& s) {
@@ -382,8 +406,7 @@ class Checker {
     if (!std::isfinite(growth)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
     if (foot.empty()) {
-      report(key, "lies wholly outside the domain, which reaches from " + place(sides_.lower) +
-                      " to " + place(sides_.upper));
+      report_outside(key);
     } else if (covers_domain(foot)) {
       report(key, opening ? "covers the whole domain and leaves nothing of the mask"
                           : "covers the whole domain; write shape = \"layer\" for that");

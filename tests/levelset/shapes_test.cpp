@@ -359,6 +359,21 @@ Shape polygon(const Loop& loop, double taper = 0) {
       .material = 1, .thickness = 5, .taper = taper, .outline = PolygonOutline{.loops = {loop}}};
 }
 
+/// A tetrahedron with right angles at a corner.
+Shape tetrahedron(Vec3f corner, float size) {
+  TriMesh mesh;
+  mesh.vertices = {corner, corner + Vec3f{size, 0, 0}, corner + Vec3f{0, size, 0},
+                   corner + Vec3f{0, 0, size}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return MeshShape{.mesh = std::make_shared<TriMesh>(mesh), .material = 1};
+}
+
+TEST(Shapes, AMeshIsAcceptedWhereAnyOfItIsInTheDomain) {
+  const Frame frame{.spacing = 1, .cells = {40, 20}};
+  const std::vector<Shape> shapes{WaferShape{}, tetrahedron({19, 9, -1}, 5)};
+  EXPECT_TRUE(check_shapes(frame, shapes).empty());
+}
+
 Shape stack(int count) {
   return StackShape{.layers = {{.material = 1, .thickness = 3}, {.material = 2, .thickness = 3}},
                     .count = count};
@@ -402,6 +417,10 @@ INSTANTIATE_TEST_SUITE_P(
                  "geometry[1].taper: makes the walls of the polygon meet"},
         BadShape{MeshShape{.mesh = std::make_shared<TriMesh>()},
                  "geometry[1].file: has no triangle"},
+        BadShape{tetrahedron({25, 0, 0}, 5),
+                 "geometry[1].file: lies wholly outside the domain, which reaches from (-20 nm, "},
+        BadShape{tetrahedron({0, 0, 0}, 1.5),
+                 "geometry[1].file: is 1.5 nm in its longest direction, thinner than two grid"},
         BadShape{MaskShape{.material = 1, .thickness = 5, .outline = SlotOutline{.width = 50}},
                  "geometry[1].opening.width: 50 nm is not narrower"}));
 
