@@ -27,13 +27,6 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
   return top;
 }
 
-double time_steps(const ProcessStep& step, const Recipe& recipe) {
-  if (!step.model) return 1;
-  const double cells =
-      step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
-  return std::max(1.0, std::ceil(cells / recipe.cfl));
-}
-
 // The error falls with the root of the number of rays, or faster.
 double ray_factor(const Survey& trial, const Recipe& recipe) {
   if (recipe.flux.rays > 0) return static_cast<double>(recipe.flux.rays) / trial_rays;
@@ -70,6 +63,13 @@ double memory_mb(const Layers& layers) {
 }
 
 }  // namespace
+
+double time_steps(const ProcessStep& step, const Recipe& recipe) {
+  if (!step.model) return 1;
+  const double cells =
+      step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
+  return std::max(1.0, std::ceil(cells / recipe.cfl));
+}
 
 CostEstimate estimate_cost(const Recipe& recipe) {
   Recipe trial_recipe = recipe;

@@ -22,6 +22,9 @@ struct CostEstimate {
   double seconds = 0;
 };
 
+/// About how many time steps a step takes, at the speed of a surface that sees the whole source.
+double time_steps(const ProcessStep& step, const Recipe& recipe);
+
 CostEstimate estimate_cost(const Recipe& recipe);
 
 }  // namespace scarp

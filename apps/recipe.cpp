@@ -7,8 +7,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
@@ -21,6 +23,7 @@ namespace {
 constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
+constexpr double most_time_steps = 1e7;     // of a step: weeks on the smallest grid
 constexpr double most_cells = 1e6;          // along an axis
 constexpr double most_spacings_high = 1e5;  // of a film
 constexpr std::size_t most_steps = 100'000;
@@ -194,13 +197,35 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
   }
 }
 
-void refuse_endless_film(const RecipeTable& table, const LayerOperation& operation,
-                         const Frame& frame) {
-  const auto* const film = std::get_if<ConformalFilm>(&operation);
-  if (film == nullptr || film->thickness <= most_spacings_high * frame.spacing) return;
-  table.error("thickness", fmt::format("{} is {:.0f} spacings; the most is {:.0f}",
-                                       format_quantity(film->thickness, Dimension::length),
-                                       film->thickness / frame.spacing, most_spacings_high));
+// A length of another unit by mistake: no geometry is that high.
+void refuse_far(const RecipeTable& table, std::string_view key, std::optional<double> length,
+                const Frame& frame) {
+  if (!length || std::abs(*length) <= most_spacings_high * frame.spacing) return;
+  table.error(key, fmt::format("{} is {:.0f} spacings; the most is {:.0f}",
+                               format_quantity(*length, Dimension::length),
+                               std::abs(*length) / frame.spacing, most_spacings_high));
+}
+
+void refuse_far(const RecipeTable& table, const LayerOperation& operation, const Frame& frame) {
+  if (const auto* const film = std::get_if<ConformalFilm>(&operation)) {
+    refuse_far(table, "thickness", film->thickness, frame);
+  }
+  if (const auto* const plane = std::get_if<Planarise>(&operation)) {
+    refuse_far(table, "height", plane->height, frame);
+    refuse_far(table, "removal", plane->removal, frame);
+  }
+}
+
+void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, const Recipe& recipe) {
+  const double count = time_steps(step, recipe);
+  // Without an end where the spacing is wrong, which is told there.
+  if (count <= most_time_steps || !std::isfinite(count)) return;
+  table.error(
+      "duration",
+      fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
+                  "can be: a shorter duration, lower rates or a coarser spacing",
+                  format_quantity(step.duration, Dimension::time), count,
+                  recipe.cfl * recipe.frame.spacing, most_time_steps));
 }
 
 // What later steps can meet grows with every deposited material, so steps are read in order.
@@ -271,7 +296,8 @@ class StepReader {
     }
     if (!table.ok()) return {step};
     if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
-    if (step.operation) refuse_endless_film(table, *step.operation, recipe_.frame);
+    if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
+    refuse_endless_step(table, step, recipe_);
     return {step};
   }
 
