@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -32,8 +31,14 @@ const std::map<std::string, std::set<std::string>>& floors_below() {
   return below;
 }
 
+/// What a line includes; empty if it includes nothing.
+std::string included(const std::string& line) {
+  const std::size_t begin = line.find_first_of("<\"");
+  if (line.rfind("#include", 0) != 0 || begin == std::string::npos) return "";
+  return line.substr(begin + 1, line.find_first_of(">\"", begin + 1) - begin - 1);
+}
+
 std::vector<Include> includes() {
-  static const std::regex pattern(R"re(^\s*#\s*include\s*[<"]([^>"]+)[>"])re");
   std::vector<Include> found;
   for (const auto& [folder, below] : floors_below()) {
     for (const auto& entry :
@@ -42,9 +47,9 @@ std::vector<Include> includes() {
       std::ifstream in(entry.path());
       std::string text;
       for (int line = 1; std::getline(in, text); ++line) {
-        std::smatch match;
-        if (std::regex_search(text, match, pattern)) {
-          found.push_back({fs::relative(entry.path(), SCARP_SOURCE_DIR), line, match[1]});
+        const std::string header = included(text);
+        if (!header.empty()) {
+          found.push_back({fs::relative(entry.path(), SCARP_SOURCE_DIR), line, header});
         }
       }
     }
