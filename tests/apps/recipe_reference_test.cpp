@@ -177,7 +177,7 @@ TEST(RecipeReference, HasTheKeysOfSteps) {
 }
 
 TEST(RecipeReference, ListsTheBuiltInMaterials) {
-  const std::string text = text_of(fs::path(SCARP_SOURCE_DIR) / "docs/recipe.md");
+  const std::string text = read_file(fs::path(SCARP_SOURCE_DIR) / "docs/recipe.md");
   const Materials materials;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[static_cast<MaterialId>(m)];

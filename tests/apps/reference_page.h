@@ -1,20 +1,15 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
-namespace scarp {
+#include "core/read_file.h"
 
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
+namespace scarp {
 
 /// Key to value, by table.
 using Keys = std::map<std::string, std::map<std::string, std::string>>;
@@ -30,7 +25,7 @@ inline std::set<std::string> keys_of(const std::map<std::string, std::string>& t
 inline Keys reference_page(const std::string& name) {
   Keys sections;
   std::vector<std::string> headings;
-  std::istringstream in(text_of(std::filesystem::path(SCARP_SOURCE_DIR) / "docs" / name));
+  std::istringstream in(read_file(std::filesystem::path(SCARP_SOURCE_DIR) / "docs" / name));
   for (std::string line; std::getline(in, line);) {
     if (line.rfind("##", 0) == 0) {
       headings.clear();

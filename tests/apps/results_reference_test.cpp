@@ -113,12 +113,12 @@ TEST_F(ResultsReference, HasTheColumnsOfTables) {
 
 TEST_F(ResultsReference, HasTheKeysOfTheSummary) {
   std::set<std::string> keys;
-  add_keys(nlohmann::json::parse(text_of(results() / "summary.json")), "", keys);
+  add_keys(nlohmann::json::parse(read_file(results() / "summary.json")), "", keys);
   EXPECT_EQ(described("summary.json"), keys);
 }
 
 TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
-  const std::string text = text_of(results() / "surface_0001.vtp");
+  const std::string text = read_file(results() / "surface_0001.vtp");
   const std::string mark = " Name=\"";
   std::set<std::string> arrays;
   for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;) {

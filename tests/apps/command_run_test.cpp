@@ -1,0 +1,232 @@
+// scarp run as a user calls it: its files, and the same bits whoever built it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/apps/program.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+using RunCommand = Program;
+
+TEST_F(RunCommand, ARunWritesItsFiles) {
+  const Outcome run = scarp("run " + small_trench("--json -o " + path("r")));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_EQ(json_of(run)["process_time_s"], 30);
+  EXPECT_EQ(json_of(run)["outputs"], 4);
+  EXPECT_THAT(files("r"),
+              ::testing::IsSupersetOf({"recipe.toml", "metrics.csv", "summary.json", "surface.pvd",
+                                       "surface_0003.vtp", "state_0003.vdb", "profile_0003.csv"}));
+  const std::string metrics = read_file(folder_ / "r" / "metrics.csv");
+  EXPECT_EQ(metrics.rfind("step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,"
+                          "simplify_max_distance,segments,rays,flux_error,lost_weight,"
+                          "balance_error,t_surface_s,t_simplify_s,t_flux_s,t_map_s,t_advect_s",
+                          0),
+            0U);
+}
+
+TEST_F(RunCommand, TheThreadCountChangesNoBit) {
+  ASSERT_EQ(scarp("run " + small_trench("--threads 1 -o " + path("one"))).exit_code, 0);
+  ASSERT_EQ(scarp("run " + small_trench("--threads 2 -o " + path("two"))).exit_code, 0);
+  expect_same_bits("one", "two");
+  EXPECT_EQ(read_file(folder_ / "one" / "surface_0003.vtp"),
+            read_file(folder_ / "two" / "surface_0003.vtp"));
+}
+
+// Viewers pick outputs by their timestep, and a step that acts at once takes no time.
+TEST_F(RunCommand, OutputsAtOneTimeAreToldApart) {
+  write("polish.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["200 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+name = "fill"
+model = "conformal"
+thickness = "50 nm"
+material = "SiO2"
+[[step]]
+name = "polish"
+model = "planarise"
+height = "0 nm"
+[[step]]
+name = "etch"
+model = "isotropic"
+duration = "2 s"
+etch_rate = "10 nm/s"
+[output]
+every = "1 s"
+)");
+  const Outcome run = scarp("run " + path("polish.toml") + " --json -o " + path("r"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_EQ(json_of(run)["output_times_s"], (nlohmann::json{0, 0, 0, 1, 2}));
+  const std::string series = read_file(folder_ / "r" / "surface.pvd");
+  const std::string title = "polish: ";
+  const std::vector<std::string> moments{"start, t = 0 s", "after fill, t = 0 s",
+                                         "after polish, t = 0 s", "in etch, t = 1 s",
+                                         "after etch, t = 2 s"};
+  for (std::size_t n = 0; n < moments.size(); ++n) {
+    const std::string number = std::to_string(n);
+    EXPECT_THAT(series, HasSubstr("timestep=\"" + number + "\" part=\"0\" file=\"surface_000" +
+                                  number + ".vtp\""));
+    EXPECT_THAT(read_file(folder_ / "r" / ("profile_000" + number + ".svg")),
+                HasSubstr(title + moments[n]));
+  }
+  EXPECT_THAT(read_file(folder_ / "r" / "surface_0003.vtp"),
+              HasSubstr("Name=\"process_time_s\" NumberOfTuples=\"1\" format=\"ascii\">1<"));
+  // The oxide is there after the first step alone.
+  for (const char* number : {"0000", "0001", "0002", "0004"}) {
+    const bool is_there = std::string(number) == "0001";
+    const std::string stem = std::string("profile_") + number;
+    for (const char* ending : {".csv", ".svg"}) {
+      EXPECT_EQ(read_file(folder_ / "r" / (stem + ending)).find("SiO2") != std::string::npos,
+                is_there)
+          << stem << ending;
+    }
+  }
+}
+
+// Release and native, g++ and clang, today and tomorrow: who changes the numbers on purpose writes
+// the new hashes to the file.
+TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {
+  const std::string hole = std::string(SCARP_SOURCE_DIR) +
+                           "/configs/hole_directional_etch.toml --set domain.spacing='\"20 nm\"' "
+                           "--set flux.target_error=0.1 --quiet ";
+  const std::map<std::string, std::string> runs{
+      {"trench_gather", small_trench()},
+      {"trench_forward_periodic",
+       small_trench("--set flux.engine='\"forward\"' --set flux.rays=100000 "
+                    "--set domain.boundary='[\"periodic\", \"periodic\"]' ")},
+      {"hole_beam", hole}};
+  const fs::path known = fs::path(SCARP_SOURCE_DIR) / "tests/reference/state_hash.json";
+  nlohmann::json hashes;
+  for (const auto& [name, arguments] : runs) {
+    const Outcome run = scarp("run " + arguments + " --json -o " + path(name));
+    ASSERT_EQ(run.exit_code, 0) << run.messages;
+    hashes[name] = json_of(run)["state_hash"];
+  }
+  EXPECT_EQ(nlohmann::json::parse(read_file(known)), hashes) << hashes.dump(2);
+}
+
+TEST_F(RunCommand, TheResolvedRecipeGivesTheSameBits) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("first"))).exit_code, 0);
+  ASSERT_EQ(scarp("run " + path("first/recipe.toml") + " --quiet -o " + path("second")).exit_code,
+            0);
+  const auto first = summary("first");
+  const auto second = summary("second");
+  EXPECT_EQ(first["state_hash"], second["state_hash"]);
+}
+
+TEST_F(RunCommand, ARunLeavesAUsersOwnFilesAlone) {
+  fs::create_directories(folder_ / "own");
+  write("own/recipe.toml", "# mine");
+  const Outcome refused = scarp("run " + small_trench("-o " + path("own")));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.messages, AllOf(HasSubstr("own/recipe.toml"), HasSubstr("-o")));
+  EXPECT_EQ(read_file(folder_ / "own" / "recipe.toml"), "# mine");
+
+  fs::remove(folder_ / "own" / "recipe.toml");
+  write("own/profile_mine.csv", "x");
+  write("own/surface_0001.vtp.tmp-1-1", "x");
+  write("own/surface_scan.vtp", "x");
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("own"))).exit_code, 0);
+  EXPECT_THAT(files("own"), ::testing::IsSupersetOf({"profile_mine.csv", "surface_scan.vtp",
+                                                     "surface_0001.vtp.tmp-1-1"}));
+}
+
+// Where no run has been, a file that is called like an output is the user's.
+TEST_F(RunCommand, ARunNeitherDeletesNorReplacesWhatNoRunHasWritten) {
+  for (const char* name : {"profile_0009.csv", "surface_0000.vtp", "metrics.csv", "summary.json"}) {
+    fs::remove_all(folder_ / "own");
+    fs::create_directories(folder_ / "own");
+    write(std::string("own/") + name, "mine");
+    const Outcome refused = scarp("run " + small_trench("-o " + path("own")));
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.messages, AllOf(HasSubstr(std::string("own/") + name), HasSubstr("-o")));
+    EXPECT_EQ(files("own"), (std::set<std::string>{".lock", name}));
+    EXPECT_EQ(read_file(folder_ / "own" / name), "mine");
+  }
+}
+
+TEST_F(RunCommand, ARunRemovesTheOutputsOfTheRunThatItReplaces) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string shorter = " --set step[0].duration='\"10 s\"'";
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r") + shorter)).exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "r" / "profile_0001.csv"));
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "profile_0002.csv"));
+}
+
+TEST_F(RunCommand, AnOutputIntervalThatFillsTheDiskIsRefused) {
+  const Outcome check = scarp("check " + small_trench("--set output.every='\"1e-9 s\"'"));
+  EXPECT_EQ(check.exit_code, 2);
+  EXPECT_THAT(check.messages, AllOf(HasSubstr("output.every"), HasSubstr("at most 10000")));
+}
+
+TEST_F(RunCommand, AMissedTargetIsAWarning) {
+  const Outcome run =
+      scarp("run " + small_trench("--set flux.target_error=0.001 --set "
+                                  "flux.max_rays=1000 --set flux.engine='\"forward\"' -o " +
+                                  path("r")));
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("warning"), HasSubstr("flux.max_rays")));
+}
+
+TEST_F(RunCommand, NamesMayHoldAnyCharacter) {
+  const Outcome run =
+      scarp("run " + small_trench("--set title='\"a<b & \\\"c\\\", \\u0001 \u00b5\"' --set "
+                                  "step[0].name='\"one, \\\"two\\\"\\nthree\"' --json -o " +
+                                  path("r")));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_THAT(json_of(run)["title"], HasSubstr("a<b & \"c\""));
+  const std::string metrics = read_file(folder_ / "r" / "metrics.csv");
+  EXPECT_THAT(metrics, HasSubstr("0,\"one, \"\"two\"\" three\",5,"));
+  const std::string picture = read_file(folder_ / "r" / "profile_0000.svg");
+  EXPECT_THAT(picture, HasSubstr("a&lt;b &amp; \"c\""));
+  EXPECT_EQ(picture.find('\x01'), std::string::npos);
+}
+
+TEST_F(RunCommand, AWrongRecipeIsExitTwoAndLeavesNoFolder) {
+  write("bad.toml", "[domain]\nspacing = \"5\"\n");
+  const Outcome bad = scarp("run " + path("bad.toml") + " -o " + path("r"));
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_THAT(bad.messages, HasSubstr("bad.toml:2:11: domain.spacing"));
+  EXPECT_FALSE(fs::exists(folder_ / "r"));
+}
+
+TEST_F(RunCommand, AFolderThatCannotBeMadeIsExitTwo) {
+  write("file", "");
+  const Outcome run = scarp("run " + small_trench("-o " + path("file/r")));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("file/r"), HasSubstr("-o")));
+}
+
+TEST_F(RunCommand, ARunThatReplacesAnotherSaysSo) {
+  std::string loud = small_trench("-o " + path("r"));
+  loud.erase(loud.find(" --quiet"), 8);
+  EXPECT_THAT(scarp("run " + loud).messages, ::testing::Not(HasSubstr("replaces")));
+  EXPECT_THAT(scarp("run " + loud).messages, HasSubstr(path("r") + ": replaces the run"));
+}
+
+TEST_F(RunCommand, ResultsNameTheMaterials) {
+  const Outcome run = scarp("run " + small_trench("--json -o " + path("r")));
+  EXPECT_EQ(json_of(run)["materials"], (nlohmann::json{{"Si", 0}, {"SiO2", 2}}));
+  EXPECT_THAT(read_file(folder_ / "r" / "surface_0000.vtp"), HasSubstr("Name=\"material_names\""));
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,70 @@
+// scarp simplify as a user calls it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/apps/program.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+using SimplifyCommand = Program;
+
+TEST_F(SimplifyCommand, SimplifyWritesAMeshAndSaysWhatStoppedIt) {
+  write("a.obj", pyramid);
+  const Outcome simplify = scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --json");
+  ASSERT_EQ(simplify.exit_code, 0) << simplify.messages;
+  const auto result = json_of(simplify);
+  for (const char* key : {"method", "vertices_in", "vertices_out", "facets_in", "facets_out",
+                          "seconds", "max_distance", "reverse_max_distance", "stopped_by"}) {
+    EXPECT_TRUE(result.contains(key)) << key;
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "b.ply"));
+}
+
+TEST_F(SimplifyCommand, SizesThatMakeNoSenseAreExitTwo) {
+  write("a.obj", pyramid);
+  const std::string simplify = "simplify " + path("a.obj") + " " + path("b.ply");
+  for (const char* option : {" --l0 inf", " --l0 -1", " --step-length nan", " --l-max -1",
+                             " --remove 1", " --max-error -1"}) {
+    const Outcome outcome = scarp(simplify + option);
+    EXPECT_EQ(outcome.exit_code, 2) << option;
+    EXPECT_LT(outcome.messages.size(), 300U) << option;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
+}
+
+TEST_F(SimplifyCommand, NegativeCountsAreExitTwo) {
+  write("a.obj", pyramid);
+  for (const char* count : {"0", "-5"}) {
+    const std::string line = "simplify " + path("a.obj") + " " + path("b.ply") + " --vertices ";
+    EXPECT_EQ(scarp(line + count).exit_code, 2) << count;
+  }
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --rays 100 --seed -1").exit_code, 2);
+}
+
+TEST_F(SimplifyCommand, ANonManifoldMeshIsRefusedWithThePlace) {
+  write("bad.obj", std::string(pyramid) + "v 0.5 0 1\nf 1 2 6\n");
+  const Outcome simplify = scarp("simplify " + path("bad.obj") + " " + path("b.ply"));
+  EXPECT_EQ(simplify.exit_code, 2);
+  EXPECT_THAT(simplify.messages, HasSubstr("manifold"));
+  EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
+}
+
+TEST_F(SimplifyCommand, AFullDiskIsExitThree) {
+  write("a.obj", pyramid);
+  fs::create_symlink("/dev/full", folder_ / "full.ply");
+  const Outcome simplify = scarp("simplify " + path("a.obj") + " " + path("full.ply"));
+  EXPECT_EQ(simplify.exit_code, 3);
+  EXPECT_THAT(simplify.messages, HasSubstr("the disk is full"));
+}
+
+}  // namespace
+}  // namespace scarp
