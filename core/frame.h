@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "core/vec3.h"
+
 namespace scarp {
 
 /// What happens at a pair of opposite lateral sides of the domain.
@@ -36,6 +38,10 @@ struct Frame {
   /// numbers.
   double node_position(int axis, double index) const {
     return axis == 2 ? index * spacing : (index - 0.5 * cells[axis]) * spacing;
+  }
+
+  Vec3d node_position(const std::array<int, 3>& node) const {
+    return {node_position(0, node[0]), node_position(1, node[1]), node_position(2, node[2])};
   }
 
   Sides sides() const {

@@ -181,13 +181,10 @@ void require_finite(const Layers& layers, const std::vector<float>& speed) {
   }
   for (std::size_t n = 0; n < speed.size(); ++n) {
     if (!std::isfinite(speed[n])) {
-      const Frame& frame = layers.frame;
-      const auto [i, j, k] = leaves[n / leaf_size].origin;
-      const int node = static_cast<int>(n % leaf_size);
-      throw NumericalError("speed is not finite at (" +
-                           std::to_string(frame.node_position(0, i + (node >> 6))) + ", " +
-                           std::to_string(frame.node_position(1, j + ((node >> 3) & 7))) + ", " +
-                           std::to_string(frame.node_position(2, k + (node & 7))) + ") nm");
+      const Vec3d r = layers.frame.node_position(
+          node_at(leaves[n / leaf_size], static_cast<int>(n % leaf_size)));
+      throw NumericalError("speed is not finite at (" + std::to_string(r.x) + ", " +
+                           std::to_string(r.y) + ", " + std::to_string(r.z) + ") nm");
     }
   }
 }

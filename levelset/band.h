@@ -23,12 +23,21 @@ inline constexpr int leaf_offset(int i, int j, int k) {
 /// Nodes of a leaf: a word per i, bit 8 j + k of it.
 using LeafMask = std::array<std::uint64_t, leaf_edge>;
 
+/// Indices of a node along x, y and z.
+using Node = std::array<int, 3>;
+
 /// One 8x8x8 block of nodes; values and mask live in OpenVDB.
 struct Leaf {
-  std::array<int, 3> origin{};  ///< its lowest node
+  Node origin{};  ///< the lowest one
   float* phi = nullptr;
   std::uint64_t* active = nullptr;  ///< one bit per node, a word per i
 };
+
+/// The node at an offset of a leaf.
+inline Node node_at(const Leaf& leaf, int offset) {
+  return {leaf.origin[0] + (offset >> 6), leaf.origin[1] + ((offset >> 3) & 7),
+          leaf.origin[2] + (offset & 7)};
+}
 
 /// A leaf that is to be made, filled with +-half_width.
 struct NewLeaf {

@@ -14,8 +14,6 @@ namespace scarp {
 
 namespace {
 
-using Node = std::array<int, 3>;
-
 /// A node deeper than this, in spacings, has no neighbour across the surface.
 constexpr float next_to_surface = 1.5F;
 
@@ -33,11 +31,6 @@ void for_each_node(const LeafMask& mask, const Visit& visit) {
       visit(i * leaf_edge * leaf_edge + std::countr_zero(word));
     }
   }
-}
-
-Node node_at(const Leaf& leaf, int node) {
-  return {leaf.origin[0] + (node >> 6), leaf.origin[1] + ((node >> 3) & 7),
-          leaf.origin[2] + (node & 7)};
 }
 
 /// Measures the regions of a graph that are closed off.

@@ -140,9 +140,7 @@ std::vector<bool> layers_within(const Layers& layers, float depth) {
 Vec3d surface_point(const Layers& layers, std::size_t leaf, int node) {
   const Frame& frame = layers.frame;
   const Leaf& values = layers.top().band().leaves()[leaf];
-  const Vec3d r{frame.node_position(0, values.origin[0] + (node >> 6)),
-                frame.node_position(1, values.origin[1] + ((node >> 3) & 7)),
-                frame.node_position(2, values.origin[2] + (node & 7))};
+  const Vec3d r = frame.node_position(node_at(values, node));
   return r - (values.phi[node] * frame.spacing) * layers.top().normal(r);
 }
 

@@ -164,8 +164,6 @@ class Extraction {
   TriMesh run();
 
  private:
-  using Node = std::array<int, 3>;
-
   // First pass: vertices where the surface cuts edges, and where creases cross faces.
   bool gather_solid(const CellRows& rows, SolidRows& solid) const;
   void place_vertices(std::size_t n);

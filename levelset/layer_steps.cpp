@@ -21,13 +21,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-using Node = std::array<int, 3>;
-
-Node node_at(const Leaf& leaf, int node) {
-  return {leaf.origin[0] + (node >> 6), leaf.origin[1] + ((node >> 3) & 7),
-          leaf.origin[2] + (node & 7)};
-}
-
 Node nearest_node(const Frame& frame, Vec3d r) {
   Node node{};
   for (int axis = 0; axis < 3; ++axis) {

@@ -28,11 +28,7 @@ SpeedField prescribe_speeds(const Layers& layers,
         if (std::abs(leaf.phi[node]) >= LevelSet::half_width) {
           continue;
         }
-        const int i = leaf.origin[0] + (node >> 6);
-        const int j = leaf.origin[1] + ((node >> 3) & 7);
-        const int k = leaf.origin[2] + (node & 7);
-        const Vec3d r{frame.node_position(0, i), frame.node_position(1, j),
-                      frame.node_position(2, k)};
+        const Vec3d r = frame.node_position(node_at(leaf, node));
         for (std::size_t layer = 0; layer < layer_count; ++layer) {
           speeds[layer] = static_cast<float>(speed(r, layers.stack[layer].material));
           moves[begin / 4 * layer_count + layer] |= speeds[layer] != 0 ? 1 : 0;

@@ -213,11 +213,8 @@ SpeedField ask_for_every_node(const Layers& layers, const TriMesh& facets,
     for (int node = 0; node < leaf_size; ++node) {
       if (std::abs(leaf.phi[node]) >= LevelSet::half_width) continue;
       const Frame& frame = layers.frame;
-      const ClosestPoint found =
-          tree.closest({frame.node_position(0, leaf.origin[0] + (node >> 6)),
-                        frame.node_position(1, leaf.origin[1] + ((node >> 3) & 7)),
-                        frame.node_position(2, leaf.origin[2] + (node & 7))},
-                       (LevelSet::half_width + 1) * frame.spacing);
+      const ClosestPoint found = tree.closest(frame.node_position(node_at(leaf, node)),
+                                              (LevelSet::half_width + 1) * frame.spacing);
       float& speed = field.speed[n * leaf_size + static_cast<std::size_t>(node)];
       for (std::size_t c = 0; found.found() && c < 3; ++c) {
         speed += static_cast<float>(found.barycentric[c]) * speeds[found.triangle][c];
