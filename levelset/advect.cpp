@@ -26,9 +26,6 @@ namespace {
 constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 16;
 
-/// No node lies exactly on the surface: it is moved off it to the side it is on.
-constexpr float smallest_phi = 1e-6F;
-
 /// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
 template <Scheme scheme>
 SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed) {
@@ -94,8 +91,7 @@ std::span<const float> stage_parts(Scheme scheme) {
 /// Values of the band's nodes into the tree, none of them on the surface.
 SCARP_VECTOR_KERNEL void take_over(const float* moved, float* phi) {
   for (int node = 0; node < leaf_size; ++node) {
-    const float nudged = std::copysign(smallest_phi, moved[node]);
-    const float value = std::abs(moved[node]) < smallest_phi ? nudged : moved[node];
+    const float value = off_surface(moved[node]);
     phi[node] = std::abs(phi[node]) < half_width ? value : phi[node];
   }
 }

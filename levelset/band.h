@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -9,11 +10,21 @@
 
 #include "core/frame.h"
 #include "levelset/level_set.h"
+#include "levelset/vector_kernel.h"
 
 namespace scarp {
 
 inline constexpr int leaf_edge = 8;
 inline constexpr int leaf_size = leaf_edge * leaf_edge * leaf_edge;
+
+/// No node lies exactly on the surface: what comes nearer than this, in spacings, is moved off it.
+inline constexpr float smallest_phi = 1e-6F;
+
+/// phi, or that of a node moved off the surface to the side it is on.
+SCARP_KERNEL_PART float off_surface(float phi, float smallest = smallest_phi) {
+  const float nudged = std::copysign(smallest, phi);
+  return std::abs(phi) < smallest ? nudged : phi;
+}
 
 /// Offset of a node in its leaf; z runs fastest, as in OpenVDB.
 inline constexpr int leaf_offset(int i, int j, int k) {

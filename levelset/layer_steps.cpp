@@ -105,7 +105,6 @@ bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
 /// and unlike an extracted surface it knows arcs of such a radius from edges: films may be laid one
 /// upon another.
 void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
-  constexpr float smallest_phi = 1e-6F;
   std::vector<float*> held;
   std::vector<float> held_phi;
   for (const Leaf& leaf : band.leaves()) {
@@ -119,10 +118,7 @@ void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
   for (const Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       float& phi = leaf.phi[node];
-      if (std::abs(phi) < LevelSet::half_width) {
-        phi -= thickness;
-        phi = std::abs(phi) < smallest_phi ? std::copysign(smallest_phi, phi) : phi;
-      }
+      if (std::abs(phi) < LevelSet::half_width) phi = off_surface(phi - thickness);
     }
   }
   for (std::size_t n = 0; n < held.size(); ++n) *held[n] = held_phi[n];

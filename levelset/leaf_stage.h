@@ -33,8 +33,7 @@ struct LeafStage {
   SCARP_KERNEL_PART void set(int node, float here, float moved) const {
     const float reached = std::abs(here) < LevelSet::half_width ? moved : here;
     const float phi = start[node] + stage.part * (reached - start[node]);
-    const float nudged = std::copysign(stage.smallest_phi, phi);
-    after[node] = std::abs(phi) < stage.smallest_phi ? nudged : phi;
+    after[node] = off_surface(phi, stage.smallest_phi);
   }
 
   /// Whether a row has nodes in the band. Others stay.

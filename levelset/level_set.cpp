@@ -16,9 +16,6 @@ namespace {
 
 constexpr float half_width = LevelSet::half_width;
 
-/// A node whose phi is smaller than this is moved off the surface, to the side it is on.
-constexpr float smallest_phi = 1e-6F;
-
 /// Distance from the centre of a leaf to its outermost nodes, in spacings.
 const double leaf_radius = 3.5 * std::sqrt(3.0);
 
@@ -38,8 +35,7 @@ struct Sampler {
 
   float phi(int i, int j, int k) const {
     const auto value = static_cast<float>(distance(position(i, j, k)) / frame.spacing);
-    const float inside = std::clamp(value, -half_width, half_width);
-    return std::abs(inside) < smallest_phi ? std::copysign(smallest_phi, inside) : inside;
+    return off_surface(std::clamp(value, -half_width, half_width));
   }
 };
 

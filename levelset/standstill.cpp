@@ -16,9 +16,6 @@ namespace {
 /// Only nodes this near to the surface, in spacings, can be next to it after a time step.
 constexpr float near_surface = 2;
 
-/// The new surface keeps this distance, in spacings, from nodes.
-constexpr float smallest_phi = 1e-6F;
-
 constexpr int none = -1;
 
 class Keeper {

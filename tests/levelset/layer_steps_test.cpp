@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "levelset/band.h"
 #include "levelset/connectivity.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
@@ -39,6 +40,18 @@ Layers filled_trench() {
   return layers;
 }
 
+void expect_nested(const Layers& layers) {
+  for (std::size_t n = 0; n + 1 < layers.stack.size(); ++n) {
+    for (const Leaf& leaf : layers.stack[n].phi.band().leaves()) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        const Node at = node_at(leaf, offset);
+        if (at[0] > layers.frame.cells[0] || at[1] > layers.frame.cells[1]) continue;
+        ASSERT_GE(leaf.phi[offset], layers.top().node(at[0], at[1], at[2])) << "layer " << n;
+      }
+    }
+  }
+}
+
 TEST(Planarise, LeavesThePlaneExactToTheBitAndNothingAboveIt) {
   // Through the film on top, through the one below it, and through the wafer.
   for (const double height : {11.37, 3.0, -4.6}) {
@@ -58,6 +71,7 @@ TEST(Planarise, LeavesThePlaneExactToTheBitAndNothingAboveIt) {
         ASSERT_LE(v.z, static_cast<float>(height));
       }
     }
+    expect_nested(layers);
     // Vertices keep a thousandth of a spacing away from nodes.
     EXPECT_NEAR(highest_point(layers), height, height == 3 ? 1.1e-3 : 1e-6);
     // The trench holds what was in it, as far as it is left.
@@ -111,6 +125,13 @@ TEST(Coat, OfAFlatWaferIsExact) {
     }
     EXPECT_NEAR(material_volumes(layers)[1], thickness * 10 * 6, 1e-3 * thickness);
   }
+}
+
+TEST(Coat, LeavesNoNodeOnTheSurface) {
+  Layers layers = single_layer(
+      flat_frame(20), [](Vec3d r) { return r.z - 0.25; }, -4, 4);
+  coat(layers, 0.75);
+  EXPECT_EQ(layers.top().node(7, 0, 1), smallest_phi);
 }
 
 /// Area of the film on a trench: slabs, two quarter discs at the mouth, less the overlap below.
