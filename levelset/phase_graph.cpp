@@ -199,16 +199,13 @@ void PhaseGraph::join_all(Sets& sets) const {
     for (int axis = 0; axis < 3; ++axis) {
       join_faces(n, axis, sets);
     }
-    join_leaf_to_gaps(n, sets);
     if (phase_ == Phase::solid) {
       join_edges(n, sets);
     }
   }
   for (int x = 0; x < band_.column_count(0); ++x) {
     for (int y = 0; y < band_.column_count(1); ++y) {
-      for (int axis = 0; axis < 2; ++axis) {
-        join_gaps(x, y, axis, sets);
-      }
+      join_gaps(x, y, sets);
     }
   }
 }
@@ -261,51 +258,15 @@ void PhaseGraph::join_faces(std::size_t leaf, int axis, Sets& sets) const {
   }
 }
 
-/// With the gaps across all six faces.
-void PhaseGraph::join_leaf_to_gaps(std::size_t leaf, Sets& sets) const {
-  const std::array<int, 3> here = place_of(band_.leaves()[leaf]);
-  for (int face = 0; face < 6; ++face) {
-    const int axis = face / 2;
-    const auto next = contact(here, axis, face % 2 == 0 ? -1 : 1);
-    if (!next) {
-      continue;
-    }
-    std::array<int, 3> there = here;
-    there[axis] = next->place;
-    const Gap* gap = gap_at(there[0], there[1], there[2]);
-    if (gap == nullptr) {
-      continue;
-    }
-    for (const LeafPiece& piece : pieces(leaf)) {
-      if (plane_of(piece.nodes, axis, next->here) != 0) {
-        sets.unite(piece.region, gap->region);
-      }
-    }
-  }
-}
-
-/// The gap of a column that holds height z (in leaves), or none.
-const Gap* PhaseGraph::gap_at(int x, int y, int z) const {
+/// The gaps of a column with the leaves at their ends.
+void PhaseGraph::join_gaps(int x, int y, Sets& sets) const {
   for (const Gap& gap : gaps(x, y)) {
-    if (gap.lower <= z && z < gap.upper) {
-      return &gap;
-    }
-  }
-  return nullptr;
-}
-
-/// The gaps of a column with those of the next one along a lateral axis.
-void PhaseGraph::join_gaps(int x, int y, int axis, Sets& sets) const {
-  const auto next = contact({x, y, 0}, axis, 1);
-  if (!next) {
-    return;
-  }
-  for (const Gap& a : gaps(x, y)) {
-    for (const Gap& b : gaps(axis == 0 ? next->place : x, axis == 1 ? next->place : y)) {
-      if (std::max(a.lower, b.lower) < std::min(a.upper, b.upper)) {
-        sets.unite(a.region, b.region);
-      }
-    }
+    const auto join = [&](int z, int touching) {
+      for (const LeafPiece& piece : pieces(static_cast<std::size_t>(band_.find(x, y, z))))
+        if (plane_of(piece.nodes, 2, touching) != 0) sets.unite(piece.region, gap.region);
+    };
+    if (gap.lower != Gap::no_end) join(gap.lower - 1, leaf_edge - 1);
+    if (gap.upper != far_above) join(gap.upper, 0);
   }
 }
 

@@ -30,6 +30,9 @@ struct Gap {
 /// The regions of one phase of a band: pieces within leaves and gaps between leaves, joined where
 /// they touch.
 ///
+/// Gaps need joining only to the leaves at their ends: where gaps lie side by side, their upper
+/// ends are side by side as well, or a leaf at one of them touches the column of the other.
+///
 /// Gas is joined between neighbours along an axis, solid across the diagonals of cell faces as
 /// well: as in the extracted surface, where what is parted for one is joined for the other. Region
 /// 0 is the gas of the source, or the solid of the wafer.
@@ -59,10 +62,8 @@ class PhaseGraph {
   void find_gaps();
   void join_all(Sets& sets) const;
   void join_faces(std::size_t leaf, int axis, Sets& sets) const;
-  void join_leaf_to_gaps(std::size_t leaf, Sets& sets) const;
-  void join_gaps(int x, int y, int axis, Sets& sets) const;
+  void join_gaps(int x, int y, Sets& sets) const;
   void join_edges(std::size_t leaf, Sets& sets) const;
-  const Gap* gap_at(int x, int y, int z) const;
 
   /// Where a leaf's nodes meet those of the next leaf (step = 1) or the one before (-1) along an
   /// axis: the place of that leaf, in leaves, and the local index of the touching nodes in both.

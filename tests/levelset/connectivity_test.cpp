@@ -59,12 +59,12 @@ TEST(OpenGas, PeriodicSidesJoinWhatReflectiveOnesPart) {
   for (const Boundary boundary : {Boundary::reflective, Boundary::periodic}) {
     const Frame frame{
         .spacing = 1, .cells = {40, 12}, .boundary = {boundary, Boundary::reflective}};
-    // A shaft at the left side, and a tunnel that reaches it only across the right side.
+    // A shaft near the left side, and a tunnel that reaches it only across the right side.
     const Layers layers = single_layer(
         frame,
         [&](Vec3d r) {
           const auto gas = [](Vec3d q) {
-            return std::min(box(q, {-20, 0, 0}, {4.4, 20, 20.4}),
+            return std::min(box(q, {-15.5, 0, 0}, {2.4, 20, 20.4}),
                             box(q, {14, 0, -15}, {9, 20, 3.4}));
           };
           double open = gas(r);
@@ -188,12 +188,12 @@ TEST(RemoveIslands, PeriodicSidesHoldWhatReflectiveOnesPart) {
   for (const Boundary boundary : {Boundary::reflective, Boundary::periodic}) {
     const Frame frame{
         .spacing = 1, .cells = {40, 12}, .boundary = {boundary, Boundary::reflective}};
-    // A post at the left side, and a beam that reaches it only across the right side.
+    // A post near the left side, and a beam that reaches it only across the right side.
     Layers layers = wafer_with(
         frame,
         [&](Vec3d r) {
           const auto solid = [](Vec3d q) {
-            return std::min(box(q, {-20, 0, 0}, {4.4, 20, 20.4}),
+            return std::min(box(q, {-15.5, 0, 0}, {2.4, 20, 20.4}),
                             box(q, {14, 0, 15}, {9, 20, 3.4}));
           };
           double all = solid(r);
