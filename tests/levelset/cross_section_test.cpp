@@ -56,6 +56,21 @@ TEST(CrossSection, KeepsTheGasOnTheLeftAndClosesLoops) {
   }
 }
 
+TEST(CrossSection, ThroughVerticesHasNoPointTwice) {
+  TriMesh square;
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y) square.vertices.push_back(Vec3f(Vec3d(x, y, 0)));
+  for (const std::uint32_t corner : {0U, 1U, 3U, 4U}) {
+    square.triangles.push_back({corner, corner + 3, corner + 4});
+    square.triangles.push_back({corner, corner + 4, corner + 1});
+  }
+  for (const int axis : {0, 1}) {
+    const auto lines = cross_section(square, axis, 0);
+    ASSERT_EQ(lines.size(), 1U);
+    EXPECT_EQ(lines[0].points.size(), 3U) << "axis " << axis;
+  }
+}
+
 TEST(CrossSection, HasNoLineOfAMaterialThatIsAbsent) {
   Layers layers = build_layers({.spacing = 0.5, .cells = {40, 10}},
                                std::vector<Shape>{WaferShape{.material = 0}});
