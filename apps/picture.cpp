@@ -66,11 +66,10 @@ Window window_of(const ProfileView& view) {
   return {view.left, view.right, lowest - room, highest + room};
 }
 
-// The region below a layer's surface as one even-odd path. A line from side to side is closed
-// through the bottom, one that ends twice on the same side along that side, a loop by itself: each
-// point is then inside an odd number of outlines exactly if it is in the solid.
+// The region below a layer's surface as one even-odd path. A loop is closed by itself; any other
+// line goes from side to side, or back to the same one, and is closed along the sides and the
+// bottom: each point is then inside an odd number of outlines exactly if it is in the solid.
 std::string path_of(const LayerProfile& layer, const Window& window) {
-  const double middle = 0.5 * (window.left + window.right);
   std::string path;
   for (const Polyline& line : layer.lines) {
     if (line.points.empty()) continue;
@@ -79,12 +78,12 @@ std::string path_of(const LayerProfile& layer, const Window& window) {
       path += fmt::format("{}{:.2f} {:.2f}", move, window.px(x), window.py(z));
       move = 'L';
     }
-    const double first = line.points.front()[0];
-    const double last = line.points.back()[0];
-    if (line.points.front() != line.points.back() && (first < middle) != (last < middle)) {
+    const auto& first = line.points.front();
+    const auto& last = line.points.back();
+    if (first != last) {
       const double floor = window.py(window.bottom);
-      path += fmt::format("L{:.2f} {:.2f}L{:.2f} {:.2f}", window.px(last), floor, window.px(first),
-                          floor);
+      path += fmt::format("L{:.2f} {:.2f}L{:.2f} {:.2f}", window.px(last[0]), floor,
+                          window.px(first[0]), floor);
     }
     path += 'Z';
   }

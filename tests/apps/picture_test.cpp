@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -48,6 +49,52 @@ TEST(Picture, AMaterialHasTheSameColourInEveryPicture) {
   EXPECT_EQ(colour(one, "resist"), colour(two, "resist"));
   EXPECT_EQ(colour(one, "Si"), colour(two, "Si"));
   EXPECT_THAT(one, HasSubstr("fill=\"" + colour(one, "resist") + "\" fill-rule"));
+}
+
+/// Whether a path of straight lines fills a point, by the even-odd rule.
+bool fills(const std::string& path, double x, double y) {
+  bool inside = false;
+  std::istringstream outlines(path);
+  for (std::string outline; std::getline(outlines, outline, 'Z');) {
+    for (char& c : outline) c = c == 'M' || c == 'L' ? ' ' : c;
+    std::istringstream numbers(outline);
+    std::vector<std::array<double, 2>> points;
+    for (std::array<double, 2> p{}; numbers >> p[0] >> p[1];) points.push_back(p);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      const auto& [x0, y0] = points[n];
+      const auto& [x1, y1] = points[(n + 1) % points.size()];
+      if ((y0 > y) != (y1 > y) && x < x0 + (y - y0) / (y1 - y0) * (x1 - x0)) inside = !inside;
+    }
+  }
+  return inside;
+}
+
+TEST(Picture, FillsTheSolidAndNeitherHolesNorWhatIsAboveIt) {
+  const Materials m;
+  LayerProfile layer = flat(m, "Si", 0);
+  layer.lines.push_back({{{-500, -20}, {-300, -100}, {-500, -180}}});  // at the left side
+  layer.lines.push_back({{{500, -180}, {300, -100}, {500, -20}}});     // at the right side
+  layer.lines.push_back({{{0, -50}, {50, -100}, {0, -150}, {-50, -100}, {0, -50}}});  // a loop
+  const std::string svg = picture({layer}, m);
+  const std::size_t begin = svg.find("<path d=\"") + 9;
+  const std::string path = svg.substr(begin, svg.find('"', begin) - begin);
+
+  // The surface is the first line: its ends tell the scale.
+  std::istringstream first(path.substr(1, path.find('Z')));
+  double left = 0;
+  double top = 0;
+  first >> left >> top;
+  const double scale = (std::strtod(path.c_str() + path.find('L') + 1, nullptr) - left) / 1000;
+  const auto is_solid = [&](double x, double z) {
+    return fills(path, left + (x + 500) * scale, top - z * scale);
+  };
+  EXPECT_TRUE(is_solid(-200, -100));
+  EXPECT_TRUE(is_solid(200, -10));
+  EXPECT_TRUE(is_solid(-490, -190));
+  EXPECT_FALSE(is_solid(-450, -100));
+  EXPECT_FALSE(is_solid(450, -100));
+  EXPECT_FALSE(is_solid(0, -100));
+  EXPECT_FALSE(is_solid(100, 5));
 }
 
 TEST(Picture, AllBuiltInMaterialsDiffer) {
