@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "levelset/band.h"
+#include "levelset/vector_kernel.h"
 
 namespace scarp {
 
@@ -78,28 +79,41 @@ struct EdgeProfile {
   float slope() const { return at_here ? beyond_here : beyond_there; }
 };
 
-EdgeProfile edge_profile(const Band& band, std::array<int, 3> node, int axis) {
-  const Line phi(band, node, axis);
+/// phi holds the nodes of EdgeSamples.
+SCARP_KERNEL_PART EdgeProfile edge_profile(const std::array<float, EdgeSamples::nodes>& phi) {
   EdgeProfile edge;
-  edge.here = phi(0);
-  edge.there = phi(1);
+  edge.here = phi[2];
+  edge.there = phi[3];
   const float side = edge.here < 0 ? 1.0F : -1.0F;
-  const float before = phi(-1);
-  const float after = phi(2);
   edge.between = side * (edge.there - edge.here);
-  edge.beyond_here = side * (edge.here - before);
-  edge.beyond_there = side * (after - edge.there);
+  edge.beyond_here = side * (edge.here - phi[1]);
+  edge.beyond_there = side * (phi[4] - edge.there);
   edge.at_here = edge.beyond_here >= edge.beyond_there;
-  const float kink = edge.slope() - edge.between;
-  if (edge.slope() > steepest || kink <= crease_starts) {
-    return edge;
-  }
+  const float slope = edge.at_here ? edge.beyond_here : edge.beyond_there;
+  const float kink = slope - edge.between;
   // On a curved surface slopes change beyond the edge as much as on it: no crease then.
-  const float further = edge.at_here ? side * (before - phi(-2)) : side * (phi(3) - after);
-  const float bend = std::abs(further - edge.slope());
-  edge.trust =
-      std::clamp((kink - 2 * bend - crease_starts) / (crease_is_full - crease_starts), 0.0F, 1.0F);
+  const float from = edge.at_here ? phi[1] : phi[5];
+  const float to = edge.at_here ? phi[0] : phi[4];
+  const float bend = std::abs(side * (from - to) - slope);
+  const float trust = (kink - 2 * bend - crease_starts) / (crease_is_full - crease_starts);
+  const bool may_be_creased = slope <= steepest && kink > crease_starts;
+  edge.trust = may_be_creased ? std::min(std::max(trust, 0.0F), 1.0F) : 0.0F;
   return edge;
+}
+
+EdgeProfile edge_profile(const Band& band, std::array<int, 3> node, int axis) {
+  const Line line(band, node, axis);
+  std::array<float, EdgeSamples::nodes> phi{};
+  for (int n = 0; n < EdgeSamples::nodes; ++n) phi[n] = line(n - EdgeSamples::before);
+  return edge_profile(phi);
+}
+
+SCARP_KERNEL_PART float cut_part(const EdgeProfile& edge) {
+  const float linear = edge.here / (edge.here - edge.there);
+  const float end = std::abs(edge.at_here ? edge.here : edge.there) / edge.slope();
+  const float prolonged = edge.at_here ? end : 1 - end;
+  const float inside = std::min(std::max(prolonged, 0.0F), 1.0F);
+  return edge.trust > 0 ? linear + edge.trust * (inside - linear) : linear;
 }
 
 /// One of two one-sided differences, or their mean where they agree.
@@ -122,14 +136,15 @@ Slopes slopes_at(const Band& band, std::array<int, 3> node, int axis) {
 }  // namespace
 
 float cut_part(const Band& band, std::array<int, 3> node, int axis) {
-  const EdgeProfile edge = edge_profile(band, node, axis);
-  const float linear = edge.here / (edge.here - edge.there);
-  if (!(edge.trust > 0)) {
-    return linear;
+  return cut_part(edge_profile(band, node, axis));
+}
+
+SCARP_VECTOR_KERNEL void cut_parts(const EdgeSamples& edges, int count, float* parts) {
+  for (int e = 0; e < count; ++e) {
+    std::array<float, EdgeSamples::nodes> phi{};
+    for (int n = 0; n < EdgeSamples::nodes; ++n) phi[n] = edges.phi[n][e];
+    parts[e] = cut_part(edge_profile(phi));
   }
-  const float prolonged =
-      edge.at_here ? std::abs(edge.here) / edge.slope() : 1 - std::abs(edge.there) / edge.slope();
-  return linear + edge.trust * (std::clamp(prolonged, 0.0F, 1.0F) - linear);
 }
 
 Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis) {

@@ -5,10 +5,9 @@
 #include <span>
 
 #include "core/vec3.h"
+#include "levelset/band.h"
 
 namespace scarp {
-
-class Band;
 
 // Where phi has a crease the surface has an edge or a corner. A distance is only smooth on one side
 // of the surface there: on the other side nodes know the nearer of two faces. So what is read here
@@ -23,6 +22,24 @@ inline constexpr float least_twist = 0.1F;
 /// Linear between the two nodes; but if phi is straight beyond one of them and markedly steeper
 /// than between them, the other one belongs to another face, and the line from beyond is prolonged.
 float cut_part(const Band& band, std::array<int, 3> node, int axis);
+
+/// phi around many edges, at the six nodes along each from two before its first to two after its
+/// second.
+struct EdgeSamples {
+  static constexpr int nodes = 6;
+  static constexpr int before = 2;
+  static constexpr int most = 3 * leaf_size;  ///< edges of a leaf
+
+  alignas(64) float phi[nodes][most];
+
+  /// at is phi of the first node, stride leads to the next.
+  void set(int edge, const float* at, std::ptrdiff_t stride) {
+    for (int n = 0; n < nodes; ++n) phi[n][edge] = at[(n - before) * stride];
+  }
+};
+
+/// The same for many edges at once. Shape: parts has one entry per edge.
+void cut_parts(const EdgeSamples& edges, int count, float* parts);
 
 /// Unit normal of the surface where it cuts the edge from a node to the next along an axis.
 Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis);
