@@ -12,6 +12,10 @@ namespace {
 constexpr std::uint32_t leaf_size = 4;
 constexpr int bin_count = 12;
 
+/// Larger nodes are cut in the middle: where exactly does not matter for them, and to look for the
+/// best place takes longest there.
+constexpr std::uint32_t large_node = 4096;
+
 /// Below this depth nodes are halved by count, which bounds the depth of the tree.
 constexpr int max_heuristic_depth = 48;
 constexpr int max_stack = 96;
@@ -118,6 +122,8 @@ std::array<Vec3d, 3> in_double(const std::array<Vec3f, 3>& p) {
 
 }  // namespace
 
+const TriangleTree::Start TriangleTree::root{.nodes = {0}, .count = 1};
+
 ClosestPoint closest_on_triangle(Vec3d r, const std::array<Vec3d, 3>& corners) {
   ClosestPoint result;
   result.barycentric = closest_weights(r, corners);
@@ -126,12 +132,15 @@ ClosestPoint closest_on_triangle(Vec3d r, const std::array<Vec3d, 3>& corners) {
   return result;
 }
 
-/// Splits along the longest axis of the centroids, where a binned surface area heuristic says.
+/// Splits along the longest axis: large nodes in the middle, others where a binned surface area
+/// heuristic of the centroids says.
 struct TriangleTree::Builder {
   struct Item {
     FloatBox box;
-    Vec3f centroid;
     std::uint32_t id;
+
+    float centroid(int axis) const { return 0.5F * (box.lower[axis] + box.upper[axis]); }
+    Vec3f centroid() const { return 0.5F * (box.lower + box.upper); }
   };
 
   const TriMesh& mesh;
@@ -140,14 +149,56 @@ struct TriangleTree::Builder {
 
   Builder(const TriMesh& mesh_in, std::vector<Node>& nodes_out) : mesh(mesh_in), nodes(nodes_out) {
     items.resize(mesh.triangles.size());
+    FloatBox all;
     for (std::uint32_t f = 0; f < items.size(); ++f) {
       for (const std::uint32_t v : mesh.triangles[f]) items[f].box.add(mesh.vertices[v]);
-      items[f].centroid = 0.5F * (items[f].box.lower + items[f].box.upper);
       items[f].id = f;
+      all.add(items[f].centroid());
     }
     nodes.reserve(2 * items.size() / leaf_size + 1);
     nodes.resize(1);
-    split(0, 0, static_cast<std::uint32_t>(items.size()), 0);
+    split_large(0, 0, static_cast<std::uint32_t>(items.size()), 0, all);
+  }
+
+  /// region holds the centroids. One pass over the items per level; boxes come from the children.
+  void split_large(std::uint32_t node, std::uint32_t begin, std::uint32_t end, int depth,
+                   const FloatBox& region) {
+    if (end - begin <= large_node || depth >= max_heuristic_depth / 2) {
+      split(node, begin, end, depth);
+      return;
+    }
+    const int axis = longest_axis(region);
+    FloatBox lower = region;
+    FloatBox upper = region;
+    lower.upper[axis] = upper.lower[axis] = 0.5F * (region.lower[axis] + region.upper[axis]);
+    const auto cut =
+        std::partition(items.begin() + begin, items.begin() + end,
+                       [&](const Item& item) { return item.centroid(axis) < upper.lower[axis]; });
+    const auto middle = static_cast<std::uint32_t>(cut - items.begin());
+    if (middle == begin || middle == end) {
+      split_large(node, begin, end, depth + 1, middle == begin ? upper : lower);
+      return;
+    }
+    const std::uint32_t first = add_children(node);
+    split_large(first, begin, middle, depth + 1, lower);
+    split_large(first + 1, middle, end, depth + 1, upper);
+    FloatBox box{nodes[first].lower, nodes[first].upper};
+    box.add({nodes[first + 1].lower, nodes[first + 1].upper});
+    nodes[node].lower = box.lower;
+    nodes[node].upper = box.upper;
+  }
+
+  std::uint32_t add_children(std::uint32_t node) {
+    const auto first = static_cast<std::uint32_t>(nodes.size());
+    nodes.resize(nodes.size() + 2);
+    nodes[node].first = first;
+    nodes[node].count = 0;
+    return first;
+  }
+
+  static int longest_axis(const FloatBox& box) {
+    const Vec3f extent = box.upper - box.lower;
+    return extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   }
 
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end, int depth) {
@@ -155,25 +206,20 @@ struct TriangleTree::Builder {
     FloatBox centroids;
     for (std::uint32_t i = begin; i < end; ++i) {
       box.add(items[i].box);
-      centroids.add(items[i].centroid);
+      centroids.add(items[i].centroid());
     }
     nodes[node] = {box.lower, begin, box.upper, end - begin};
     if (end - begin <= leaf_size) return;
 
-    const Vec3f extent = centroids.upper - centroids.lower;
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
-                     : extent.y >= extent.z                       ? 1
-                                                                  : 2;
+    const int axis = longest_axis(centroids);
+    const float extent = centroids.upper[axis] - centroids.lower[axis];
     std::uint32_t middle = begin;
-    if (depth < max_heuristic_depth && extent[axis] > 0) {
-      middle = heuristic_split(begin, end, axis, centroids.lower[axis], extent[axis]);
+    if (depth < max_heuristic_depth && extent > 0) {
+      middle = heuristic_split(begin, end, axis, centroids.lower[axis], extent);
     }
     if (middle == begin || middle == end) middle = median_split(begin, end, axis);
 
-    const auto first = static_cast<std::uint32_t>(nodes.size());
-    nodes.resize(nodes.size() + 2);
-    nodes[node].first = first;
-    nodes[node].count = 0;
+    const std::uint32_t first = add_children(node);
     split(first, begin, middle, depth + 1);
     split(first + 1, middle, end, depth + 1);
   }
@@ -182,8 +228,8 @@ struct TriangleTree::Builder {
     const std::uint32_t middle = begin + (end - begin) / 2;
     std::nth_element(items.begin() + begin, items.begin() + middle, items.begin() + end,
                      [axis](const Item& a, const Item& b) {
-                       const float ca = a.centroid[axis];
-                       const float cb = b.centroid[axis];
+                       const float ca = a.centroid(axis);
+                       const float cb = b.centroid(axis);
                        return ca != cb ? ca < cb : a.id < b.id;
                      });
     return middle;
@@ -193,7 +239,7 @@ struct TriangleTree::Builder {
                                 float extent) {
     const float scale = bin_count / extent;
     const auto bin_of = [&](const Item& item) {
-      return std::min(bin_count - 1, static_cast<int>((item.centroid[axis] - lower) * scale));
+      return std::min(bin_count - 1, static_cast<int>((item.centroid(axis) - lower) * scale));
     };
     std::array<FloatBox, bin_count> boxes;
     std::array<std::uint32_t, bin_count> counts{};
@@ -248,8 +294,39 @@ TriangleTree::TriangleTree(const TriMesh& mesh) {
   }
 }
 
+TriangleTree::Start TriangleTree::start(const Box& box, double max_distance) const {
+  // A little more than asked for, so that rounding does not hide a triangle at that distance.
+  const double reach = max_distance * (1 + 1e-9);
+  const auto is_near = [&](std::uint32_t n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (nodes_[n].lower[axis] > box.upper[axis] + reach ||
+          nodes_[n].upper[axis] < box.lower[axis] - reach) {
+        return false;
+      }
+    }
+    return true;
+  };
+  Start found;
+  if (nodes_.empty()) return found;
+  found.count = 1;
+  // Nodes become their children, those far away left out, as long as there is room for both.
+  for (std::size_t n = 0; n < found.count;) {
+    const Node& node = nodes_[found.nodes[n]];
+    if (node.count > 0 || found.count == found.nodes.size()) {
+      ++n;
+      continue;
+    }
+    found.nodes[n] = found.nodes[--found.count];
+    for (const std::uint32_t child : {node.first, node.first + 1}) {
+      if (is_near(child)) found.nodes[found.count++] = child;
+    }
+  }
+  return found;
+}
+
 template <class Accept>
-ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Accept& accept) const {
+ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& from,
+                                  const Accept& accept) const {
   ClosestPoint best;
   if (nodes_.empty()) return best;
 
@@ -266,7 +343,17 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Accept& ac
   Weights best_weights{};
   std::uint32_t best_slot = 0;
 
-  stack[depth++] = {squared_distance(r, nodes_[0].lower, nodes_[0].upper), 0};
+  // The nearest last: it is looked at first.
+  for (std::size_t n = 0; n < from.count; ++n) {
+    const Node& node = nodes_[from.nodes[n]];
+    const Entry entry{squared_distance(r, node.lower, node.upper), from.nodes[n]};
+    if (entry.square > bound) continue;
+    int place = depth++;
+    for (; place > 0 && stack[place - 1].square < entry.square; --place) {
+      stack[place] = stack[place - 1];
+    }
+    stack[place] = entry;
+  }
   while (depth > 0) {
     const Entry entry = stack[--depth];
     if (entry.square > bound) continue;
@@ -307,11 +394,20 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Accept& ac
 }
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
-  return search(r, max_distance, [](const std::array<Vec3d, 3>&) { return true; });
+  return closest(r, max_distance, root);
+}
+
+ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Start& from) const {
+  return search(r, max_distance, from, [](const std::array<Vec3d, 3>&) { return true; });
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance) const {
-  return search(r, max_distance, [direction](const std::array<Vec3d, 3>& p) {
+  return closest_facing(r, direction, max_distance, root);
+}
+
+ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance,
+                                          const Start& from) const {
+  return search(r, max_distance, from, [direction](const std::array<Vec3d, 3>& p) {
     return dot(cross(p[1] - p[0], p[2] - p[0]), direction) > 0;
   });
 }

@@ -50,6 +50,20 @@ class TriangleTree {
   /// direction.
   ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance = unlimited) const;
 
+  /// Where searches for many points close together begin, instead of at the root.
+  struct Start {
+    std::array<std::uint32_t, 8> nodes{};
+    std::size_t count = 0;
+  };
+  static const Start root;
+
+  /// For points of a box and distances up to max_distance: the answers are the same, but do not
+  /// cost more in a larger mesh.
+  Start start(const Box& box, double max_distance) const;
+  ClosestPoint closest(Vec3d r, double max_distance, const Start& from) const;
+  ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance,
+                              const Start& from) const;
+
  private:
   struct Node {
     Vec3f lower;
@@ -65,7 +79,7 @@ class TriangleTree {
   struct Builder;
 
   template <class Accept>
-  ClosestPoint search(Vec3d r, double max_distance, const Accept& accept) const;
+  ClosestPoint search(Vec3d r, double max_distance, const Start& from, const Accept& accept) const;
 
   std::vector<Node> nodes_;
   std::vector<LeafTriangle> triangles_;

@@ -54,8 +54,12 @@ class Extension {
 
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
-  ClosestPoint query(const NearNode& at, const ClosestPoint& last) const;
-  ClosestPoint closest(Vec3d r, Vec3d gradient, double limit) const;
+  TriangleTree::Start search_start(const Leaf& leaf, const LeafMask& nodes) const;
+  double limit(float phi) const { return (std::abs(phi) + own_surface) * frame_.spacing; }
+  ClosestPoint query(const NearNode& at, const TriangleTree::Start& start,
+                     const ClosestPoint& last) const;
+  ClosestPoint closest(Vec3d r, Vec3d gradient, double limit,
+                       const TriangleTree::Start& start) const;
   double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
   bool is_void(const NearNode& at) const;
 
@@ -82,15 +86,17 @@ void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
 }
 
 /// Asks at r and, near periodic sides, at its images.
-ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit) const {
+ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit,
+                                const TriangleTree::Start& start) const {
   // On a ridge of phi, midway between two surfaces, the gradient says nothing.
   const bool has_direction = length(gradient) > least_gradient;
   ClosestPoint best;
   for (const double shift_x : image_shifts(frame_, 0, r.x, limit)) {
     for (const double shift_y : image_shifts(frame_, 1, r.y, limit)) {
       const Vec3d image = r + Vec3d{shift_x, shift_y, 0};
-      take_closer(has_direction ? tree_.closest_facing(image, gradient, limit)
-                                : tree_.closest(image, limit),
+      const TriangleTree::Start& from = shift_x == 0 && shift_y == 0 ? start : TriangleTree::root;
+      take_closer(has_direction ? tree_.closest_facing(image, gradient, limit, from)
+                                : tree_.closest(image, limit, from),
                   best);
     }
   }
@@ -135,9 +141,14 @@ void Extension::query_leaf(std::size_t n, Block& block,
   const Leaf& leaf = band_.leaves()[n];
   gather<1>(
       band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+  const LeafMask nodes = next_to_surface(leaf, block);
+  if (nodes == LeafMask{}) {
+    return;
+  }
+  const TriangleTree::Start start = search_start(leaf, nodes);
   std::vector<float> values(fields.size());
   ClosestPoint last;
-  for_each_node(next_to_surface(leaf, block), [&](int node) {
+  for_each_node(nodes, [&](int node) {
     const int i = node >> 6;
     const int j = (node >> 3) & 7;
     const int k = node & 7;
@@ -147,7 +158,7 @@ void Extension::query_leaf(std::size_t n, Block& block,
                       .phi = block.row(i, j) + k};
     std::fill(values.begin(), values.end(), 0.0F);
     if (!is_void(at)) {
-      last = query(at, last);
+      last = query(at, start, last);
       if (last.found()) {
         values_at_(at, last, values);
       }
@@ -158,15 +169,27 @@ void Extension::query_leaf(std::size_t n, Block& block,
   });
 }
 
+/// Where the searches of some nodes of a leaf begin.
+TriangleTree::Start Extension::search_start(const Leaf& leaf, const LeafMask& nodes) const {
+  Box box;
+  float largest = 0;
+  for_each_node(nodes, [&](int node) {
+    const Vec3d r = frame_.node_position(node_at(leaf, node));
+    box.add({r.x, frame_.two_dimensional ? 0.0 : r.y, r.z});
+    largest = std::max(largest, std::abs(leaf.phi[node]));
+  });
+  return tree_.start(box, limit(largest));
+}
+
 /// The closest point to a node next to the surface; last answered for the node before.
-ClosestPoint Extension::query(const NearNode& at, const ClosestPoint& last) const {
+ClosestPoint Extension::query(const NearNode& at, const TriangleTree::Start& start,
+                              const ClosestPoint& last) const {
   // In two dimensions both rows of nodes ask at the same point.
   const Vec3d r{frame_.node_position(0, at.index[0]),
                 frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
                 frame_.node_position(2, at.index[2])};
   const Vec3d gradient = central_gradient(at.phi);
-  const double limit = (std::abs(*at.phi) + own_surface) * frame_.spacing;
-  return closest(r, gradient, std::min(limit, bound(r, gradient, last)));
+  return closest(r, gradient, std::min(limit(*at.phi), bound(r, gradient, last)), start);
 }
 
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.

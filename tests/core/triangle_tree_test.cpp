@@ -92,6 +92,43 @@ TEST(TriangleTree, AgreesWithLookingAtEveryTriangle) {
   }
 }
 
+TEST(TriangleTree, AgreesWhereNodesAreLarge) {
+  const TriMesh mesh = wavy_sheet(80);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 6});
+  for (int n = 0; n < 50; ++n) {
+    const Vec3d r = random_point(random, 80);
+    EXPECT_EQ(tree.closest(r).triangle, brute_force(mesh, r).triangle);
+  }
+}
+
+TEST(TriangleTree, AnswersDoNotDependOnWhereASearchStarts) {
+  const TriMesh mesh = wavy_sheet(80);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 7});
+  int found = 0;
+  for (int n = 0; n < 200; ++n) {
+    const Vec3d middle = random_point(random, 80);
+    const double limit = 1 + 5 * random.uniform_double();
+    Box box;
+    std::array<Vec3d, 4> points;
+    for (Vec3d& r : points) {
+      r = middle +
+          5 * Vec3d{random.uniform_double(), random.uniform_double(), random.uniform_double()};
+      box.add(r);
+    }
+    const TriangleTree::Start start = tree.start(box, limit);
+    for (const Vec3d& r : points) {
+      const ClosestPoint expected = tree.closest(r, limit);
+      found += expected.found() ? 1 : 0;
+      EXPECT_EQ(tree.closest(r, limit, start).triangle, expected.triangle);
+      EXPECT_EQ(tree.closest_facing(r, {0, 0, 1}, limit, start).triangle,
+                tree.closest_facing(r, {0, 0, 1}, limit).triangle);
+    }
+  }
+  EXPECT_GT(found, 200);
+}
+
 TEST(TriangleTree, EqualDistancesGoToTheLowestTriangle) {
   // Many copies of the same triangle, more than a leaf holds.
   TriMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}};
