@@ -130,10 +130,25 @@ class Polygoniser {
         next = (*link)[1];
         links.erase(link);
       }
+      // Round until no diagonal lies in a face of the cell: the neighbour might have it, too.
+      for (std::size_t turn = 1; turn < polygon.size() && has_diagonal_in_face(polygon); ++turn) {
+        std::rotate(polygon.begin(), polygon.begin() + 1, polygon.end());
+      }
       for (std::size_t n = 2; n < polygon.size(); ++n) {
         mesh_.triangles.push_back({polygon[0], polygon[n - 1], polygon[n]});
       }
     }
+  }
+
+  bool has_diagonal_in_face(const std::vector<std::uint32_t>& polygon) const {
+    const Vec3f a = mesh_.vertices[polygon[0]];
+    for (std::size_t n = 2; n + 1 < polygon.size(); ++n) {
+      const Vec3f b = mesh_.vertices[polygon[n]];
+      for (int axis = 0; axis < 3; ++axis) {
+        if (a[axis] == b[axis] && a[axis] == std::floor(a[axis])) return true;
+      }
+    }
+    return false;
   }
 
   const Grid& grid_;

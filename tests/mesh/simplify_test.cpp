@@ -418,22 +418,5 @@ TEST(Simplify, BadInputIsRefused) {
   EXPECT_THAT(message(fin, {}), HasSubstr("not a 2-manifold"));
 }
 
-class RandomSurfaces : public testing::TestWithParam<int> {};
-
-TEST_P(RandomSurfaces, KeepTheirBoundAndStaySound) {
-  const auto seed = static_cast<std::uint64_t>(GetParam());
-  const Grid grid{.cells = {20, 18, 18}, .noise = 0.01 * (GetParam() % 11), .seed = seed};
-  const TriMesh mesh = polygonised(grid, random_landscape(grid.cells, seed));
-  const double bound = 0.02 + 0.03 * (GetParam() % 5);
-  const SimplifyResult result =
-      simplify(mesh, {.method = static_cast<SimplifyMethod>(GetParam() % 4),
-                      .sides = grid.sides(),
-                      .spacing = 1,
-                      .max_error = bound});
-  expect_sound(result.mesh, mesh, grid.sides());
-  EXPECT_LE(surface_distance(mesh, result.mesh, 0.15).symmetric_max, bound);
-}
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Range(0, 100));
-
 }  // namespace
 }  // namespace scarp
