@@ -45,12 +45,14 @@ function(scarp_tests name)
   gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS slow DISCOVERY_TIMEOUT 60)
 endfunction()
 
-# scarp_bench(NAME NEEDS ... LIBRARIES ...)
+# scarp_bench(NAME SOURCES ... NEEDS ... LIBRARIES ...)
 #
 # tests/bench/bench_NAME.cpp as a program beside the tests, built only when asked for: ./dev bench NAME.
 function(scarp_bench name)
-  cmake_parse_arguments(PARSE_ARGV 1 bench "" "" "NEEDS;LIBRARIES")
-  add_executable(bench_${name} EXCLUDE_FROM_ALL bench/bench_${name}.cpp)
+  cmake_parse_arguments(PARSE_ARGV 1 bench "" "" "SOURCES;NEEDS;LIBRARIES")
+  list(TRANSFORM bench_SOURCES PREPEND bench/)
+  add_executable(bench_${name} EXCLUDE_FROM_ALL bench/bench_${name}.cpp ${bench_SOURCES})
   list(TRANSFORM bench_NEEDS PREPEND scarp_)
   target_link_libraries(bench_${name} PRIVATE ${bench_NEEDS} ${bench_LIBRARIES})
+  target_compile_definitions(bench_${name} PRIVATE SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()

@@ -1,34 +1,36 @@
 // Simplification against its peers at equal numbers of vertices: distance to the original, shape of
-// the facets, time on all threads. What is written is read side by side in one process.
+// the facets, defects, time on all threads. What is written is read side by side in one process.
 //
-//   ./dev bench simplify [MESH...] [--json] [--repeats N] [-o DIR]
+//   ./dev bench simplify [MESH...] [--flux] [--scaling] [--json] [--repeats N] [-o DIR]
 //
-// Without files, surfaces of about 70k and 175k vertices are generated: an array of tapered vias,
-// and deep trenches. Sides are those of the bounding box.
+// Without files, surfaces that runs of scarp leave (tests/bench/surfaces). Sides are those of the
+// bounding box. --flux: what 67 % fewer vertices save in the flux (sticking .1, to the same error).
+// --scaling: cost and memory per vertex from 20 thousand to 5 million vertices, instead of
+// surfaces.
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
 #include "core/parallel.h"
-#include "mesh/distance.h"
-#include "mesh/quality.h"
 #include "mesh/simplify.h"
-#include "tests/bench/cgal_peer.h"
+#include "tests/bench/peers.h"
+#include "tests/bench/simplify_flux.h"
+#include "tests/bench/simplify_row.h"
+#include "tests/bench/simplify_scaling.h"
 #include "tests/bench/surfaces.h"
-#include "tests/bench/svg_plot.h"
 
 namespace scarp::bench {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 constexpr double reductions[]{0.2, 0.4, 0.52, 0.6, 0.7, 0.78, 0.9};
 
@@ -40,91 +42,77 @@ constexpr std::size_t large_surface = 120000;
 /// For good angles at the distances of Lindstrom and Turk.
 constexpr double shaped_weight = 3e-4;
 
+constexpr double flux_reduction = 0.67;
+constexpr double flux_error = 0.01;
+
 struct Settings {
   std::vector<std::string> files;
   std::string folder = "results/bench_simplify";
   int repeats = 3;
+  bool flux = false;
+  bool scaling = false;
   bool json = false;
 };
 
-/// Removes a fraction of the vertices; `prepare` is not timed.
-struct Method {
-  std::string name;
-  std::function<std::function<TriMesh()>(const TriMesh&, double removed)> prepare;
-};
-
-/// One line of the table. Distances in the unit of the mesh, from the original's vertices.
-struct Row {
-  std::string method;
-  double removed = 0;
-  std::size_t vertices = 0;
-  double seconds = 1e9;
-  SurfaceDistance distance{};
-  AngleStatistics angles{};
-  Defects defects{};
-};
-
-std::size_t vertices_left(const TriMesh& mesh, double removed) {
-  return static_cast<std::size_t>(
-      std::ceil((1 - removed) * static_cast<double>(mesh.vertices.size())));
-}
-
 Method own(const std::string& name, SimplifyMethod method,
            std::optional<double> shape_weight = {}) {
-  return {name, [=](const TriMesh& mesh, double removed) {
-            SimplifyOptions options{.method = method,
-                                    .sides = sides_of(mesh),
-                                    .vertices = vertices_left(mesh, removed),
-                                    .shape_weight = shape_weight,
-                                    .measure = false};
-            return [&mesh, options] { return simplify(mesh, options).mesh; };
-          }};
+  return {
+      name, [=](const TriMesh& mesh, std::size_t vertices) {
+        const SimplifyOptions options{.method = method,
+                                      .sides = sides_of(mesh),
+                                      .vertices = vertices,
+                                      .shape_weight = shape_weight,
+                                      .measure = false};
+        const auto result = std::make_shared<TriMesh>();
+        return Job{[=, &mesh] { *result = simplify(mesh, options).mesh; }, [=] { return *result; }};
+      }};
 }
 
+/// Scarp's own methods, and those of the peers that are installed; the others are told.
 std::vector<Method> all_methods() {
   std::vector<Method> methods{own("curvature", SimplifyMethod::curvature),
                               own("curvature-shaped", SimplifyMethod::curvature, shaped_weight),
                               own("lindstrom-turk", SimplifyMethod::lindstrom_turk),
                               own("paper", SimplifyMethod::paper),
                               own("length", SimplifyMethod::length)};
-#ifdef SCARP_HAS_CGAL
-  methods.push_back({"cgal", [](const TriMesh& mesh, double removed) {
-                       auto peer = std::make_shared<CgalPeer>(mesh);
-                       const std::size_t vertices = vertices_left(mesh, removed);
-                       return [peer, vertices] {
-                         peer->lindstrom_turk(vertices);
-                         return peer->result();
-                       };
-                     }});
-#endif
+  for (const Peer& peer : {cgal_peer(), meshoptimizer_peer(), openmesh_peer(), vtk_peer()}) {
+    methods.insert(methods.end(), peer.methods.begin(), peer.methods.end());
+    if (peer.methods.empty()) fmt::print(stderr, "left out, not installed: {}\n", peer.package);
+  }
   return methods;
 }
 
+std::size_t vertices_left(const TriMesh& mesh, double removed) {
+  return static_cast<std::size_t>(
+      std::ceil((1 - removed) * static_cast<double>(mesh.vertices.size())));
+}
+
+bool has_ratios(double removed) {
+  return std::count(std::begin(ratio_reductions), std::end(ratio_reductions), removed) > 0;
+}
+
 /// All methods at one reduction, their repeats in turn; the least time counts.
-std::vector<Row> compare(const Surface& surface, double removed, int repeats) {
-  const std::vector<Method> methods = all_methods();
-  std::vector<Row> rows;
-  std::vector<TriMesh> results(methods.size());
-  for (const Method& method : methods) rows.push_back({.method = method.name, .removed = removed});
+std::vector<Row> compare(const TriMesh& mesh, const std::vector<Method>& methods, double removed,
+                         int repeats) {
+  std::vector<Row> rows(methods.size());
   for (int repeat = 0; repeat < repeats; ++repeat) {
     for (std::size_t i = 0; i < methods.size(); ++i) {
-      const std::function<TriMesh()> work = methods[i].prepare(surface.mesh, removed);
-      rows[i].seconds = std::min(rows[i].seconds, seconds_of([&] { results[i] = work(); }));
+      const Job job = methods[i].prepare(mesh, vertices_left(mesh, removed));
+      const double seconds = seconds_of(job.run);
+      rows[i].seconds = std::min(rows[i].seconds, seconds);
+      if (repeat > 0) continue;
+      rows[i].method = methods[i].name;
+      rows[i].removed = removed;
+      rows[i].measure(job.result(), mesh);
     }
-  }
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    rows[i].vertices = results[i].vertices.size();
-    rows[i].distance = surface_distance(surface.mesh, results[i]);
-    rows[i].angles = angle_statistics(results[i]);
-    rows[i].defects = find_defects(results[i], surface.mesh, sides_of(surface.mesh));
   }
   return rows;
 }
 
-nlohmann::ordered_json ratios_of(const std::vector<Row>& rows, const std::string& suffix) {
+Json ratios_of(const std::vector<Row>& rows, const std::string& suffix) {
   std::map<std::string, const Row*> by_name;
   for (const Row& row : rows) by_name[row.method] = &row;
-  nlohmann::ordered_json ratios;
+  Json ratios;
   const auto add = [&](const char* name, const char* a, const char* b,
                        double (*value)(const Row&)) {
     if (by_name.count(a) == 0 || by_name.count(b) == 0) return;
@@ -133,14 +121,14 @@ nlohmann::ordered_json ratios_of(const std::vector<Row>& rows, const std::string
   const auto seconds = [](const Row& row) { return row.seconds; };
   const auto mean = [](const Row& row) { return row.distance.forward.mean; };
   const auto max = [](const Row& row) { return row.distance.forward.max; };
-  add("lindstrom_turk_speedup_vs_cgal", "cgal", "lindstrom-turk", seconds);
-  add("lindstrom_turk_mean_vs_cgal", "lindstrom-turk", "cgal", mean);
-  add("curvature_speedup_vs_cgal", "cgal", "curvature", seconds);
-  add("curvature_mean_vs_cgal", "curvature", "cgal", mean);
-  add("curvature_max_vs_cgal", "curvature", "cgal", max);
-  add("curvature_shaped_mean_vs_cgal", "curvature-shaped", "cgal", mean);
-  if (by_name.count("cgal") != 0) {
-    const double cgal = by_name["cgal"]->angles.mean_minimum;
+  add("lindstrom_turk_speedup_vs_cgal", "cgal-lt", "lindstrom-turk", seconds);
+  add("lindstrom_turk_mean_vs_cgal", "lindstrom-turk", "cgal-lt", mean);
+  add("curvature_speedup_vs_cgal", "cgal-lt", "curvature", seconds);
+  add("curvature_mean_vs_cgal", "curvature", "cgal-lt", mean);
+  add("curvature_max_vs_cgal", "curvature", "cgal-lt", max);
+  add("curvature_shaped_mean_vs_cgal", "curvature-shaped", "cgal-lt", mean);
+  if (by_name.count("cgal-lt") != 0) {
+    const double cgal = by_name["cgal-lt"]->angles.mean_minimum;
     ratios["curvature_angle_gain" + suffix] = by_name["curvature"]->angles.mean_minimum - cgal;
     ratios["curvature_shaped_angle_gain" + suffix] =
         by_name["curvature-shaped"]->angles.mean_minimum - cgal;
@@ -153,92 +141,91 @@ nlohmann::ordered_json ratios_of(const std::vector<Row>& rows, const std::string
   return ratios;
 }
 
-nlohmann::ordered_json json_of(const Row& row) {
-  return {{"method", row.method},
-          {"removed", row.removed},
-          {"vertices", row.vertices},
-          {"seconds", row.seconds},
-          {"mean", row.distance.forward.mean},
-          {"max", row.distance.forward.max},
-          {"rms", row.distance.forward.rms},
-          {"p99", row.distance.forward.p99},
-          {"reverse_mean", row.distance.reverse.mean},
-          {"reverse_max", row.distance.reverse.max},
-          {"mean_minimum_angle", row.angles.mean_minimum},
-          {"angles_below_20", row.angles.below_20},
-          {"angles_below_5", row.angles.below_5},
-          {"flipped", row.defects.flipped},
-          {"non_manifold_edges", row.defects.non_manifold_edges},
-          {"off_plane", row.defects.off_plane},
-          {"lost_corners", row.defects.lost_corners}};
-}
-
-std::string table_of(const Surface& surface, const std::vector<Row>& rows) {
-  std::string out = fmt::format(
-      "{}: {} vertices; {} threads\n"
-      "{:>7} {:<16} {:>8} {:>9} {:>9} {:>9} {:>9} {:>6} {:>6} {:>6} {:>5} {:>5} {:>8}\n",
-      surface.name, surface.mesh.vertices.size(), thread_count(), "removed", "method", "vertices",
-      "mean", "max", "p99", "back", "angle", "<20", "flips", "off", "lost", "time");
-  for (const Row& row : rows) {
-    out += fmt::format(
-        "{:>6.0f}% {:<16} {:>8} {:>9.5f} {:>9.4f} {:>9.4f} {:>9.4f} {:>6.2f} {:>5.1f}% {:>6} {:>5} "
-        "{:>5} {:>7.3f}s\n",
-        100 * row.removed, row.method, row.vertices, row.distance.forward.mean,
-        row.distance.forward.max, row.distance.forward.p99, row.distance.reverse.max,
-        row.angles.mean_minimum, 100 * row.angles.below_20, row.defects.flipped,
-        row.defects.off_plane, row.defects.lost_corners, row.seconds);
+void print(const Json& ratios) {
+  for (const auto& [key, value] : ratios.items()) {
+    fmt::print("  {:40} {:.3f}\n", key, value.get<double>());
   }
-  return out;
+  fmt::print("\n");
+  std::cout.flush();
 }
 
-std::string plots_of(const std::string& name, const std::vector<Row>& rows) {
-  const auto plot = [&](const std::string& title, double (*value)(const Row&)) {
-    Plot result{name + ": " + title, "vertices removed [%]", {}};
-    for (const Method& method : all_methods()) {
-      Series series{method.name, {}};
-      for (const Row& row : rows) {
-        if (row.method == method.name) series.points.emplace_back(100 * row.removed, value(row));
-      }
-      result.series.push_back(series);
+/// Rows of all reductions; with what they have to say, line by line.
+std::vector<Row> study(const Surface& surface, const std::vector<Method>& methods,
+                       const Settings& settings, Json& ratios) {
+  const TriMesh& mesh = surface.mesh;
+  const double published = ratio_reductions[mesh.vertices.size() > large_surface ? 0 : 1];
+  std::vector<Row> rows;
+  for (const double removed : reductions) {
+    const int repeats = has_ratios(removed) ? settings.repeats : 1;
+    const std::vector<Row> compared = compare(mesh, methods, removed, repeats);
+    rows.insert(rows.end(), compared.begin(), compared.end());
+    if (removed == published) ratios.update(ratios_of(compared, ""));
+    if (has_ratios(removed)) {
+      ratios.update(ratios_of(compared, fmt::format("_{:.0f}", 100 * removed)));
     }
-    return result;
-  };
-  return svg_of(
-      {plot("mean distance", [](const Row& row) { return row.distance.forward.mean; }),
-       plot("greatest distance", [](const Row& row) { return row.distance.forward.max; }),
-       plot("mean smallest angle", [](const Row& row) { return row.angles.mean_minimum; }),
-       plot("time [s]", [](const Row& row) { return row.seconds; })});
+  }
+  return rows;
+}
+
+void add_flux(const TriMesh& mesh, int repeats, Json& ratios) {
+  const FluxComparison flux = compare_flux(mesh, flux_reduction, flux_error, repeats);
+  ratios["flux_speedup"] = flux.speedup();
+  ratios["flux_speedup_with_simplification"] = flux.speedup_with_simplification();
+  ratios["flux_difference_vs_error"] = flux.difference_vs_error();
+}
+
+Json compare_surfaces(const Settings& settings) {
+  Json result{{"ratios", Json::object()}, {"surfaces", Json::object()}};
+  const std::vector<Method> methods = all_methods();
+  for (const Surface& surface : surfaces_of(settings.files)) {
+    Json ratios = Json::object();
+    const std::vector<Row> rows = study(surface, methods, settings, ratios);
+    if (settings.flux) add_flux(surface.mesh, settings.repeats, ratios);
+    result["ratios"][surface.name] = ratios;
+    for (const Row& row : rows) result["surfaces"][surface.name].push_back(row.json());
+    const fs::path base = fs::path(settings.folder) / surface.name;
+    write_file(base.string() + ".svg", plots_of(surface.name, rows));
+    if (settings.json) continue;
+    fmt::print("{}: {} vertices; {} threads\n{}", surface.name, surface.mesh.vertices.size(),
+               thread_count(), Row::headings());
+    for (const Row& row : rows) fmt::print("{}", row.line());
+    fmt::print("  plots: {}.svg\n", base.string());
+    print(ratios);
+  }
+  return result;
+}
+
+Json study_scaling(const Settings& settings) {
+  Json result{{"ratios", Json::object()}, {"costs", Json::object()}};
+  const std::vector<TriMesh> surfaces = growing_surfaces();
+  for (const auto& [name, method] : {std::pair{"", SimplifyMethod::curvature},
+                                     {"lindstrom_turk_", SimplifyMethod::lindstrom_turk},
+                                     {"paper_", SimplifyMethod::paper}}) {
+    std::vector<Cost> costs;
+    for (const TriMesh& mesh : surfaces) {
+      costs.push_back(cost_of(mesh, method, mesh.vertices.size() < 1000000 ? settings.repeats : 1));
+      const Cost& cost = costs.back();
+      result["costs"][fmt::format("{}{}", name, cost.vertices)] = {
+          {"cpu_us_per_removed_vertex", cost.cpu_per_removed},
+          {"us_per_removed_vertex", cost.per_removed},
+          {"bytes_per_vertex", cost.bytes_per_vertex}};
+      if (settings.json) continue;
+      fmt::print("{:16} {:>8} vertices {:7.3f} us of CPU, {:7.3f} us each, {:6.0f} bytes\n", name,
+                 cost.vertices, cost.cpu_per_removed, cost.per_removed, cost.bytes_per_vertex);
+      std::cout.flush();
+    }
+    result["ratios"][fmt::format("{}cost_spread", name)] = spread(costs);
+    result["ratios"][fmt::format("{}bytes_per_vertex", name)] = costs.back().bytes_per_vertex;
+  }
+  if (!settings.json) print(result["ratios"]);
+  return result;
 }
 
 void run(const Settings& settings) {
   fs::create_directories(settings.folder);
-  nlohmann::ordered_json result{{"ratios", nlohmann::ordered_json::object()},
-                                {"surfaces", nlohmann::ordered_json::object()}};
-  for (const Surface& surface : surfaces_of(settings.files)) {
-    std::vector<Row> rows;
-    nlohmann::ordered_json ratios = nlohmann::ordered_json::object();
-    const double published = ratio_reductions[surface.mesh.vertices.size() > large_surface ? 0 : 1];
-    for (const double removed : reductions) {
-      const std::vector<Row> compared = compare(surface, removed, settings.repeats);
-      rows.insert(rows.end(), compared.begin(), compared.end());
-      if (removed == published) ratios.update(ratios_of(compared, ""));
-      if (std::count(std::begin(ratio_reductions), std::end(ratio_reductions), removed) > 0) {
-        ratios.update(ratios_of(compared, fmt::format("_{:.0f}", 100 * removed)));
-      }
-    }
-    result["ratios"][surface.name] = ratios;
-    for (const Row& row : rows) result["surfaces"][surface.name].push_back(json_of(row));
-    const fs::path base = fs::path(settings.folder) / surface.name;
-    write_file(base.string() + ".svg", plots_of(surface.name, rows));
-    if (settings.json) continue;
-    fmt::print("{}\n", table_of(surface, rows));
-    for (const auto& [key, value] : ratios.items()) {
-      fmt::print("  {:40} {:.3f}\n", key, value.get<double>());
-    }
-    fmt::print("  plots: {}.svg\n\n", base.string());
-    std::cout.flush();
-  }
-  write_file(fs::path(settings.folder) / "simplify.json", result.dump(2) + "\n");
+  const Json result = settings.scaling ? study_scaling(settings) : compare_surfaces(settings);
+  const char* file = settings.scaling ? "scaling.json" : "simplify.json";
+  write_file(fs::path(settings.folder) / file, result.dump(2) + "\n");
   if (settings.json) std::cout << result.dump(2) << '\n';
 }
 
@@ -251,7 +238,9 @@ int main(int argc, char** argv) {
   app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
   app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
       ->check(CLI::PositiveNumber);
-  app.add_option("-o,--output", settings.folder, "Folder for the plots and simplify.json");
+  app.add_option("-o,--output", settings.folder, "Folder for the plots and the .json file");
+  app.add_flag("--flux", settings.flux, "Also the time of the flux with and without");
+  app.add_flag("--scaling", settings.scaling, "Cost and memory per vertex, instead of surfaces");
   app.add_flag("--json", settings.json, "One object on standard output");
   CLI11_PARSE(app, argc, argv);
   try {

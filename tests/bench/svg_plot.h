@@ -33,7 +33,9 @@ constexpr double left = 66;
 constexpr double right = 14;
 constexpr double top = 30;
 constexpr double bottom = 40;
-constexpr const char* colours[]{"#0b6e99", "#c8553d", "#6a994e", "#7b2d8b", "#555555", "#d9a441"};
+constexpr const char* colours[]{"#0b6e99", "#56b4e9", "#c8553d", "#6a994e", "#7b2d8b",
+                                "#111111", "#8a8a8a", "#d9a441", "#e377c2", "#7a5230"};
+constexpr double legend_row = 18;
 
 struct Axes {
   double x_low = 0;
@@ -110,29 +112,40 @@ inline std::string lines(const Plot& plot, const Axes& axes) {
     out +=
         fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
                     path, colour);
-    out += fmt::format(
-        "<g fill=\"{}\">{}</g>", colour,
-        text(left + 8, top + 12 + 14 * static_cast<double>(i), "start", plot.series[i].name));
+  }
+  return out;
+}
+
+/// Five names in a row, below all plots.
+inline std::string legend(const std::vector<Series>& series, double y) {
+  std::string out;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const double x = left + static_cast<double>(i % 5) * (2 * width - left) / 5;
+    const double row = y + legend_row * static_cast<double>(i / 5);
+    out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"10\" height=\"10\" fill=\"{}\"/>\n",
+                       x, row, colours[i % std::size(colours)]);
+    out += text(x + 15, row + 9, "start", series[i].name);
   }
   return out;
 }
 
 }  // namespace svg
 
-/// The plots side by side, two in a row.
+/// The plots side by side, two in a row; all of the same series.
 inline std::string svg_of(const std::vector<Plot>& plots) {
-  const std::size_t rows = (plots.size() + 1) / 2;
+  const double plots_height = svg::height * static_cast<double>((plots.size() + 1) / 2);
+  const auto legend_rows = static_cast<double>((plots.front().series.size() + 4) / 5);
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
       "font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      2 * svg::width, static_cast<double>(rows) * svg::height);
+      2 * svg::width, plots_height + svg::legend_row * (legend_rows + 1));
   for (std::size_t i = 0; i < plots.size(); ++i) {
     const svg::Axes axes = svg::axes_of(plots[i]);
     out += fmt::format("<g transform=\"translate({},{})\">\n", i % 2 == 0 ? 0 : svg::width,
                        static_cast<double>(i / 2) * svg::height);
     out += svg::frame(plots[i], axes) + svg::lines(plots[i], axes) + "</g>\n";
   }
-  return out + "</svg>\n";
+  return out + svg::legend(plots.front().series, plots_height + 0.5 * svg::legend_row) + "</svg>\n";
 }
 
 }  // namespace scarp::bench
