@@ -1,12 +1,12 @@
 // Simplification against its peers at equal numbers of vertices: distance to the original, shape of
 // the facets, defects, time on all threads. What is written is read side by side in one process.
 //
-//   ./dev bench simplify [MESH...] [--flux] [--scaling] [--json] [--repeats N] [-o DIR]
+//   ./dev bench simplify [MESH...] [--flux | --scaling] [--json] [--repeats N] [-o DIR]
 //
 // Without files, surfaces that runs of scarp leave (tests/bench/surfaces). Sides are those of the
-// bounding box. --flux: what 67 % fewer vertices save in the flux (sticking .1, to the same error).
-// --scaling: cost and memory per vertex from 20 thousand to 5 million vertices, instead of
-// surfaces.
+// bounding box. --flux: instead, what 67 % fewer vertices save in the flux (sticking .1, to the
+// same error). --scaling: instead, cost and memory per vertex from 20 thousand to 5 million
+// vertices.
 
 #include <fmt/format.h>
 
@@ -149,7 +149,7 @@ void print(const Json& ratios) {
   std::cout.flush();
 }
 
-/// Rows of all reductions; with what they have to say, line by line.
+/// Rows of all reductions; adds the ratios.
 std::vector<Row> study(const Surface& surface, const std::vector<Method>& methods,
                        const Settings& settings, Json& ratios) {
   const TriMesh& mesh = surface.mesh;
@@ -167,11 +167,12 @@ std::vector<Row> study(const Surface& surface, const std::vector<Method>& method
   return rows;
 }
 
-void add_flux(const TriMesh& mesh, int repeats, Json& ratios) {
-  const FluxComparison flux = compare_flux(mesh, flux_reduction, flux_error, repeats);
-  ratios["flux_speedup"] = flux.speedup();
-  ratios["flux_speedup_with_simplification"] = flux.speedup_with_simplification();
-  ratios["flux_difference_vs_error"] = flux.difference_vs_error();
+std::string table_of(const Surface& surface, const std::vector<Row>& rows) {
+  std::string out = fmt::format("{}: {} vertices; {} threads\n", surface.name,
+                                surface.mesh.vertices.size(), thread_count());
+  out += Row::headings();
+  for (const Row& row : rows) out += row.line();
+  return out;
 }
 
 Json compare_surfaces(const Settings& settings) {
@@ -180,16 +181,33 @@ Json compare_surfaces(const Settings& settings) {
   for (const Surface& surface : surfaces_of(settings.files)) {
     Json ratios = Json::object();
     const std::vector<Row> rows = study(surface, methods, settings, ratios);
-    if (settings.flux) add_flux(surface.mesh, settings.repeats, ratios);
     result["ratios"][surface.name] = ratios;
     for (const Row& row : rows) result["surfaces"][surface.name].push_back(row.json());
+    const std::string table = table_of(surface, rows);
     const fs::path base = fs::path(settings.folder) / surface.name;
     write_file(base.string() + ".svg", plots_of(surface.name, rows));
+    write_file(base.string() + ".txt", table);
     if (settings.json) continue;
-    fmt::print("{}: {} vertices; {} threads\n{}", surface.name, surface.mesh.vertices.size(),
-               thread_count(), Row::headings());
-    for (const Row& row : rows) fmt::print("{}", row.line());
-    fmt::print("  plots: {}.svg\n", base.string());
+    fmt::print("{}  table and plots: {}.txt, .svg\n", table, base.string());
+    print(ratios);
+  }
+  return result;
+}
+
+Json study_flux(const Settings& settings) {
+  Json result{{"ratios", Json::object()}};
+  for (const Surface& surface : surfaces_of(settings.files)) {
+    const FluxComparison flux =
+        compare_flux(surface.mesh, flux_reduction, flux_error, settings.repeats);
+    Json& ratios = result["ratios"][surface.name];
+    ratios["flux_speedup"] = flux.speedup();
+    ratios["flux_speedup_with_simplification"] = flux.speedup_with_simplification();
+    ratios["flux_difference_vs_error"] = flux.difference_vs_error();
+    if (settings.json) continue;
+    fmt::print(
+        "{}: flux to an error of {}: {:.2f} s, at {:.0f} % removed {:.2f} s after {:.2f} s\n",
+        surface.name, flux_error, flux.original_seconds, 100 * flux.removed,
+        flux.simplified_seconds, flux.simplify_seconds);
     print(ratios);
   }
   return result;
@@ -223,9 +241,11 @@ Json study_scaling(const Settings& settings) {
 
 void run(const Settings& settings) {
   fs::create_directories(settings.folder);
-  const Json result = settings.scaling ? study_scaling(settings) : compare_surfaces(settings);
-  const char* file = settings.scaling ? "scaling.json" : "simplify.json";
-  write_file(fs::path(settings.folder) / file, result.dump(2) + "\n");
+  const Json result = settings.scaling ? study_scaling(settings)
+                      : settings.flux  ? study_flux(settings)
+                                       : compare_surfaces(settings);
+  const char* name = settings.scaling ? "scaling" : settings.flux ? "flux" : "simplify";
+  write_file(fs::path(settings.folder) / (std::string(name) + ".json"), result.dump(2) + "\n");
   if (settings.json) std::cout << result.dump(2) << '\n';
 }
 
@@ -239,8 +259,8 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
       ->check(CLI::PositiveNumber);
   app.add_option("-o,--output", settings.folder, "Folder for the plots and the .json file");
-  app.add_flag("--flux", settings.flux, "Also the time of the flux with and without");
-  app.add_flag("--scaling", settings.scaling, "Cost and memory per vertex, instead of surfaces");
+  app.add_flag("--flux", settings.flux, "Instead: the time of the flux with and without");
+  app.add_flag("--scaling", settings.scaling, "Instead: cost and memory per vertex");
   app.add_flag("--json", settings.json, "One object on standard output");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -103,6 +103,7 @@ struct Row {
 };
 
 /// Four plots over the fraction removed, a line per method in the order of their first rows.
+/// Distances beyond the scale are drawn at its ends: on flat parts they come down to rounding.
 inline std::string plots_of(const std::string& name, const std::vector<Row>& rows) {
   const auto plot = [&](const std::string& title, double (*value)(const Row&)) {
     Plot result{name + ": " + title, "vertices removed [%]", {}};
@@ -119,8 +120,10 @@ inline std::string plots_of(const std::string& name, const std::vector<Row>& row
     return result;
   };
   return svg_of(
-      {plot("mean distance", [](const Row& row) { return row.distance.forward.mean; }),
-       plot("greatest distance", [](const Row& row) { return row.distance.forward.max; }),
+      {plot("mean distance",
+            [](const Row& row) { return std::clamp(row.distance.forward.mean, 1e-5, 0.1); }),
+       plot("greatest distance",
+            [](const Row& row) { return std::clamp(row.distance.forward.max, 1e-4, 1.0); }),
        plot("mean smallest angle", [](const Row& row) { return row.angles.mean_minimum; }),
        plot("time [s]", [](const Row& row) { return row.seconds; })});
 }

@@ -90,7 +90,7 @@ inline Cost cost_of(const TriMesh& mesh, SimplifyMethod method, int repeats) {
 
 /// From about 20 thousand to 5 million vertices of the same surface.
 inline std::vector<TriMesh> growing_surfaces() {
-  const Grid grid{.cells = {100, 77, 76}, .noise = 0.006, .seed = 1};
+  const Grid grid{.cells = {110, 78, 76}, .noise = 0.006, .seed = 1};
   const TriMesh tile = polygonised(grid, via_array(grid.cells[0], grid.cells[1], 60));
   std::vector<TriMesh> surfaces;
   for (int count = 1; count <= 16; count *= 2) {
