@@ -280,18 +280,19 @@ void measure_area_cost(Layers layers, AreaCost& cost) {
       std::min(cost.advect, seconds_of([&] { advect(layers, field, step_length); }) / area);
 }
 
+/// All areas in turn, so that what else the machine does falls on all of them alike.
 void compare_areas(int repeats, nlohmann::ordered_json& ratios, nlohmann::ordered_json& absolute) {
+  std::vector<Layers> wafers;
+  for (const int factor : width_factors) wafers.push_back(wafer(2 * pitch * factor));
+  std::vector<AreaCost> costs(wafers.size());
+  for (int repeat = 0; repeat < repeats; ++repeat)
+    for (std::size_t n = 0; n < wafers.size(); ++n) measure_area_cost(wafers[n].copy(), costs[n]);
+
   std::vector<double> totals;
-  for (const int factor : width_factors) {
-    const int cells = 2 * pitch * factor;
-    const Layers layers = wafer(cells);
-    AreaCost cost;
-    for (int repeat = 0; repeat < (factor < 8 ? repeats : 2); ++repeat) {
-      measure_area_cost(layers.copy(), cost);
-    }
-    totals.push_back(cost.total());
-    absolute["nanoseconds_per_area"][std::to_string(cells)] = {{"total", 1e9 * cost.total()},
-                                                               {"advect", 1e9 * cost.advect}};
+  for (std::size_t n = 0; n < wafers.size(); ++n) {
+    totals.push_back(costs[n].total());
+    absolute["nanoseconds_per_area"][std::to_string(wafers[n].frame.cells[0])] = {
+        {"total", 1e9 * costs[n].total()}, {"advect", 1e9 * costs[n].advect}};
   }
   const auto [least, most] = std::minmax_element(totals.begin(), totals.end());
   ratios["area_cost_spread"] = *most / *least - 1;
