@@ -165,7 +165,7 @@ void SurfaceVertices::place(std::size_t n, Part& part, Scratch& scratch) {
   find_creases(leaf, vertices, scratch);
   const std::size_t before = part.positions.size();
   part.positions.resize(before + number(vertices, static_cast<std::uint32_t>(before)));
-  place_on_edges(leaf, vertices, scratch, &part.positions[before]);
+  place_on_edges(leaf, vertices, scratch, part.positions.data() + before);
   for (const auto& [kind, i, bit, position] : scratch.faces) {
     part.positions[vertices.number(kind, i, bit)] = position;
   }
