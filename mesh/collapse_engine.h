@@ -26,8 +26,8 @@ namespace scarp {
 /// its own queue, and again with other cuts; the rest goes through one queue. An order may keep
 /// numbers per vertex and per facet: a block touches only its own.
 ///
-/// Costs are cached with a count of the changes around the edge. Edges at the merged vertex get a
-/// new key at once, those of its neighbours when their turn comes. What the checks refused is asked
+/// Keys are kept with a count of the changes around the edge. Edges at the merged vertex get a new
+/// key at once, all others when their turn comes by the old one. What the checks refused is asked
 /// again only after a change.
 template <class Placement>
 class CollapseEngine {
@@ -37,32 +37,22 @@ class CollapseEngine {
         checks_(checks),
         placement_(std::move(placement)),
         changes_(mesh.r.size(), 0),
-        stamp_(mesh.topology.half_edge_count(), unknown),
-        refused_(mesh.topology.half_edge_count(), unknown),
-        cost_(mesh.topology.half_edge_count(), 0),
-        cost_stamp_(mesh.topology.half_edge_count(), unknown),
-        key_(mesh.topology.half_edge_count(), never) {}
+        keys_(mesh.topology.half_edge_count()) {}
 
   /// Collapses until no wanted edge can be, or target vertices are left. Returns the number of
   /// collapses.
   template <class Order>
   std::uint32_t run(Order& order, std::uint32_t target) {
     const std::uint32_t before = mesh_.live_vertices;
-    if (has_exact_key<Order>) {
-      exact_.assign(key_.size(), 0);
-      exact_stamp_.assign(key_.size(), unknown);
-    }
     while (mesh_.live_vertices > target) {
-      fill_keys(order);
-      const float limit = limit_of_pass(target);
-      if (limit == never || !run_blocks(order, target, limit)) break;
+      const std::size_t wanted = mesh_.live_vertices - target;
+      KeySample sample = sample_keys(order);
+      if (sample.count() < few || wanted < few / 4) break;
+      if (!run_blocks(order, target, sample.limit(share_of_pass * static_cast<double>(wanted)))) {
+        break;
+      }
     }
-    if (mesh_.live_vertices > target) {
-      fill_keys(order);
-      Worker<Order> worker(*this, order, checks_);
-      worker.run(never, mesh_.live_vertices - target);
-      mesh_.live_vertices -= worker.removed();
-    }
+    finish(order, target);
     return before - mesh_.live_vertices;
   }
 
@@ -75,6 +65,10 @@ class CollapseEngine {
   /// How many of the cheapest edges a pass looks at, in collapses to be made. There are three edges
   /// to a vertex, and a pass must not reach the dear ones.
   static constexpr double share_of_pass = 1.5;
+  /// The same for the last queue, which goes on with all edges where that is not enough.
+  static constexpr double share_of_last = 8;
+  /// Half edges whose keys stand for all.
+  static constexpr std::size_t sample_size = 1 << 17;
 
   template <class Order>
   static constexpr bool has_exact_key = requires(Order order, CollapseMesh& mesh,
@@ -93,60 +87,88 @@ class CollapseEngine {
     }
   };
 
+  /// The key of an edge as it was found last; `never` if it may not be collapsed.
+  struct Key {
+    static constexpr std::uint32_t exact = 0x80000000U;
+
+    float value = never;
+    std::uint32_t stamp = unknown;  ///< changes around the edge then; with the bit if it is exact
+
+    bool is_of(std::uint32_t changes) const { return (stamp & ~exact) == changes; }
+    bool is_exact() const { return stamp != unknown && (stamp & exact) != 0; }
+  };
+
+  /// Keys of a part of the edges, for how they are spread.
+  struct KeySample {
+    std::size_t stride = 1;
+    std::vector<float> keys;
+
+    std::size_t count() const { return keys.size() * stride; }
+    /// The key that so many edges lie below.
+    float limit(double edges) {
+      const auto place = static_cast<std::size_t>(edges / static_cast<double>(stride));
+      if (place >= keys.size()) return std::numeric_limits<float>::max();
+      std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(place), keys.end());
+      return keys[place];
+    }
+  };
+
   /// Grows whenever one of the two ends changes, also over a merger of vertices.
   std::uint32_t changes_around(std::uint32_t h) const {
     return changes_[mesh_.topology.origin(h)] + changes_[mesh_.topology.target(h)];
   }
 
-  /// Whether the exact key of an edge is known.
+  /// The key of an edge as it is now.
   template <class Order>
-  bool is_exact(std::uint32_t h, std::uint32_t stamp) const {
-    if constexpr (has_exact_key<Order>) return exact_stamp_[h] == stamp;
-    return false;
+  Key key_of(const Order& order, std::uint32_t h) {
+    const double squared_length = mesh_.squared_length(h);
+    if (!order.wanted(mesh_, h, squared_length)) return {};
+    const std::uint32_t changes = changes_around(h);
+    Key& key = keys_[h];
+    if (!key.is_of(changes)) key = {new_key(order, h, squared_length), changes};
+    return key;
   }
 
-  /// The key of an edge as it is now; never if it may not be collapsed.
   template <class Order>
-  float key_of(const Order& order, std::uint32_t h) {
-    const std::uint32_t stamp = changes_around(h);
-    if (refused_[h] == stamp) return never;
-    const double squared_length = mesh_.squared_length(h);
-    if (!order.wanted(mesh_, h, squared_length)) return never;
-    if (is_exact<Order>(h, stamp)) return exact_[h];
+  float new_key(const Order& order, std::uint32_t h, double squared_length) const {
     const Merge rule = merge_rule(mesh_, h);
     if (rule == Merge::forbidden) return never;
-    if (Order::by_cost && cost_stamp_[h] != stamp) {
-      cost_[h] = static_cast<float>(placement_.place(mesh_, h, rule).cost);
-      cost_stamp_[h] = stamp;
-    }
-    return static_cast<float>(order.key(mesh_, h, double{cost_[h]}, squared_length));
+    const double cost = Order::by_cost ? placement_.place(mesh_, h, rule).cost : 0;
+    return static_cast<float>(order.key(mesh_, h, cost, squared_length));
   }
 
   template <class Order>
-  void fill_keys(const Order& order) {
-    constexpr std::size_t grain = 4096;
-    parallel_for(key_.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
-        const bool is_edge = mesh_.topology.alive(HalfEdges::facet(h)) && mesh_.topology.is_edge(h);
-        key_[h] = is_edge ? key_of(order, h) : never;
-        stamp_[h] = unknown;
+  KeySample sample_keys(const Order& order) {
+    KeySample sample;
+    // Prime to 6, so that no corner of the facets is preferred.
+    sample.stride = std::max<std::size_t>(keys_.size() / sample_size, 1) | 1;
+    if (sample.stride % 3 == 0) sample.stride += 2;
+    sample.keys.assign((keys_.size() + sample.stride - 1) / sample.stride, never);
+    constexpr std::size_t grain = 2048;
+    parallel_for(sample.keys.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto h = static_cast<std::uint32_t>(i * sample.stride);
+        const HalfEdges& topology = mesh_.topology;
+        const bool is_edge = topology.alive(HalfEdges::facet(h)) && topology.is_edge(h);
+        if (is_edge) sample.keys[i] = key_of(order, h).value;
       }
     });
+    std::erase(sample.keys, never);
+    return sample;
   }
 
-  /// The key up to which blocks work next; never if there is too little to do.
-  float limit_of_pass(std::uint32_t target) const {
-    std::vector<float> keys;
-    keys.reserve(key_.size() / 2);
-    for (const float key : key_) {
-      if (key != never) keys.push_back(key);
+  /// What the blocks have left, through one queue: first what is likely to be all of it.
+  template <class Order>
+  void finish(Order& order, std::uint32_t target) {
+    if (mesh_.live_vertices <= target) return;
+    const double wanted = mesh_.live_vertices - target;
+    for (const float limit :
+         {sample_keys(order).limit(share_of_last * wanted), std::numeric_limits<float>::max()}) {
+      Worker<Order> worker(*this, order, checks_);
+      worker.run(limit, mesh_.live_vertices - target);
+      mesh_.live_vertices -= worker.removed();
+      if (mesh_.live_vertices == target) return;
     }
-    const std::size_t wanted = mesh_.live_vertices - target;
-    if (keys.size() < few || wanted < few / 4) return never;
-    const std::size_t place =
-        std::min(keys.size() - 1, static_cast<std::size_t>(share_of_pass * wanted));
-    std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(place), keys.end());
-    return keys[place];
   }
 
   /// One pass over all blocks. False if it did little.
@@ -198,13 +220,13 @@ class CollapseEngine {
       fill_queue();
       while (!queue_.empty() && removed_ < most) {
         const Entry entry = pop();
-        if (entry.stamp != engine_.stamp_[entry.h]) continue;
-        if (Order::by_cost && engine_.changes_around(entry.h) != entry.stamp) {
+        const Key key = engine_.keys_[entry.h];
+        if (key.stamp != entry.stamp || key.value != entry.key) continue;
+        if (key.is_of(engine_.changes_around(entry.h))) {
+          try_to_collapse(entry);
+        } else {
           push(entry.h);
-          continue;
         }
-        engine_.stamp_[entry.h] = unknown;
-        try_to_collapse(entry);
       }
     }
 
@@ -212,30 +234,37 @@ class CollapseEngine {
 
    private:
     void fill_queue() {
+      const HalfEdges& topology = mesh_.topology;
       if (blocks_ == nullptr) {
-        for (std::uint32_t h = 0; h < engine_.key_.size(); ++h) enqueue(h, engine_.key_[h]);
+        for (std::uint32_t h = 0; h < topology.half_edge_count(); ++h) {
+          if (topology.alive(HalfEdges::facet(h)) && topology.is_edge(h)) enqueue_known(h);
+        }
       } else {
         for (const std::uint32_t v : blocks_->vertices(block_)) {
-          mesh_.topology.for_each_outgoing(v, [&](std::uint32_t h) {
-            if (blocks_->holds(block_, mesh_.topology.target(h))) enqueue(h, engine_.key_[h]);
+          topology.for_each_outgoing(v, [&](std::uint32_t h) {
+            if (topology.is_edge(h) && blocks_->holds(block_, topology.target(h))) enqueue_known(h);
           });
         }
       }
       std::make_heap(queue_.begin(), queue_.end());
     }
 
+    /// By the key that was found last, if there is one; what has changed since is looked at when
+    /// its turn comes.
+    void enqueue_known(std::uint32_t h) {
+      const Key key = engine_.keys_[h];
+      const bool known = key.stamp != unknown && key.value != never;
+      enqueue(h, known ? key : engine_.key_of(order_, h));
+    }
+
     /// At the end of the queue, whatever its place.
-    bool enqueue(std::uint32_t h, float key) {
-      if (key == never || key > limit_) {
-        engine_.stamp_[h] = unknown;
-        return false;
-      }
-      engine_.stamp_[h] = engine_.changes_around(h);
-      queue_.push_back({key, h, engine_.stamp_[h]});
+    bool enqueue(std::uint32_t h, const Key& key) {
+      if (!(key.value <= limit_)) return false;
+      queue_.push_back({key.value, h, key.stamp});
       return true;
     }
 
-    void push(std::uint32_t h, float key) {
+    void push(std::uint32_t h, const Key& key) {
       if (enqueue(h, key)) std::push_heap(queue_.begin(), queue_.end());
     }
     void push(std::uint32_t h) { push(h, engine_.key_of(order_, h)); }
@@ -264,26 +293,26 @@ class CollapseEngine {
       const bool keeps_surface = checks_.keeps_surface(mesh_, entry.h, r);
       if (keeps_surface && !is_mine(checks_.star())) return;
       if (!keeps_surface || !is_allowed()) {
-        engine_.refused_[entry.h] = entry.stamp;
-      } else if (!comes_later(entry)) {
+        engine_.keys_[entry.h].value = never;
+      } else if (!comes_later(entry.h)) {
         if (checks_.keeps_bound(mesh_)) {
           collapse(entry.h, r);
         } else {
-          engine_.refused_[entry.h] = entry.stamp;
+          engine_.keys_[entry.h].value = never;
         }
       }
     }
 
     /// Puts an estimated entry back if its exact key is not the lowest any more.
-    bool comes_later(const Entry& entry) {
+    bool comes_later(std::uint32_t h) {
       if constexpr (has_exact_key<Order>) {
-        if (engine_.template is_exact<Order>(entry.h, entry.stamp)) return false;
-        const auto key = static_cast<float>(order_.exact_key(mesh_, checks_));
+        Key& key = engine_.keys_[h];
+        if (key.is_exact()) return false;
+        const auto exact = static_cast<float>(order_.exact_key(mesh_, checks_));
         const float next = queue_.empty() ? limit_ : std::min(limit_, queue_.front().key);
-        if (key <= next) return false;
-        engine_.exact_[entry.h] = key;
-        engine_.exact_stamp_[entry.h] = entry.stamp;
-        push(entry.h, key);
+        if (exact <= next) return false;
+        key = {exact, key.stamp | Key::exact};
+        push(h, key);
         return true;
       } else {
         return false;
@@ -298,7 +327,7 @@ class CollapseEngine {
       if constexpr (requires { order_.accept(mesh_, checks_); }) order_.accept(mesh_, checks_);
       for (const std::uint32_t f : star.dying) {
         if (f == HalfEdges::none) continue;
-        for (std::uint32_t side = 3 * f; side < 3 * f + 3; ++side) engine_.stamp_[side] = unknown;
+        for (std::uint32_t side = 3 * f; side < 3 * f + 3; ++side) engine_.keys_[side] = {};
       }
       mesh_.topology.collapse(h);
       ++removed_;
@@ -321,11 +350,21 @@ class CollapseEngine {
       });
     }
 
-    /// Whichever half edge stood for the edge before, from now on it is the lower one.
+    /// Whichever half edge stood for the edge before, from now on it is the lower one. A cost is
+    /// found again when its turn comes by the old one, the lower of two.
     void push_one_of_two(std::uint32_t g) {
       const std::uint32_t o = mesh_.topology.opposite(g);
-      if (o != HalfEdges::none) engine_.stamp_[std::max(g, o)] = unknown;
-      push(mesh_.topology.edge(g));
+      const std::uint32_t h = mesh_.topology.edge(g);
+      Key& key = engine_.keys_[h];
+      if (o != HalfEdges::none) {
+        Key& other = engine_.keys_[std::max(g, o)];
+        if (Order::by_cost && other.value < key.value) {
+          key = other;
+          push(h, key);
+        }
+        other = {};
+      }
+      if (!Order::by_cost || key.value == never) push(h);
     }
 
     CollapseEngine& engine_;
@@ -342,14 +381,8 @@ class CollapseEngine {
   CollapseMesh& mesh_;
   CollapseChecks& checks_;
   Placement placement_;
-  std::vector<std::uint32_t> changes_;      ///< per vertex: how often its facets changed
-  std::vector<std::uint32_t> stamp_;        ///< per half edge: stamp of its latest entry
-  std::vector<std::uint32_t> refused_;      ///< per half edge: stamp when the checks last said no
-  std::vector<float> cost_;                 ///< per half edge: of the placement
-  std::vector<std::uint32_t> cost_stamp_;   ///< per half edge: stamp when that was found
-  std::vector<float> exact_;                ///< per half edge, if the order has exact keys
-  std::vector<std::uint32_t> exact_stamp_;  ///< per half edge: stamp when that was found
-  std::vector<float> key_;                  ///< per half edge: when the queues were filled last
+  std::vector<std::uint32_t> changes_;  ///< per vertex: how often its facets changed
+  std::vector<Key> keys_;               ///< per half edge
   int pass_ = 0;
 };
 

@@ -1,5 +1,7 @@
 #include "mesh/collapse_mesh.h"
 
+#include "core/parallel.h"
+
 namespace scarp {
 
 namespace {
@@ -29,6 +31,31 @@ void classify_borders(CollapseMesh& mesh) {
   }
 }
 
+/// Numbers 0..count: by what they are in the order, then those that are not in it.
+std::vector<std::uint32_t> in_old_order(const std::vector<std::uint32_t>& order,
+                                        std::size_t count) {
+  std::vector<std::uint32_t> result(count);
+  for (std::uint32_t i = 0; i < count; ++i) result[i < order.size() ? order[i] : i] = i;
+  return result;
+}
+
+/// The living facets by their triangle of the input, or by what that was before.
+std::vector<std::uint32_t> facets_in_old_order(const HalfEdges& topology,
+                                               const std::vector<std::uint32_t>& order) {
+  const std::span<const std::uint32_t> triangles = topology.input_triangles();
+  std::vector<std::uint32_t> result(order.size(), HalfEdges::none);
+  for (std::uint32_t f = 0; f < triangles.size(); ++f) {
+    if (!topology.alive(f)) continue;
+    if (order.empty()) {
+      result.push_back(f);
+    } else {
+      result[order[triangles[f]]] = f;
+    }
+  }
+  std::erase(result, HalfEdges::none);
+  return result;
+}
+
 }  // namespace
 
 CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : topology(mesh) {
@@ -39,12 +66,17 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : t
   r.resize(vertex_count);
   sides.resize(vertex_count);
   kind.resize(vertex_count, VertexKind::free);
+  constexpr std::size_t grain = 4096;
+  parallel_for(vertex_count, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const bool copy = v >= mesh.vertices.size();
+      const Vec3d place(mesh.vertices[copy ? topology.copies()[v - mesh.vertices.size()] : v]);
+      r[v] = place - centre;
+      sides[v] = planes_of_sides.mask(place);
+      if (stays(sides[v], side_positions)) kind[v] = VertexKind::fixed;
+    }
+  });
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
-    const bool copy = v >= mesh.vertices.size();
-    const Vec3d place(mesh.vertices[copy ? topology.copies()[v - mesh.vertices.size()] : v]);
-    r[v] = place - centre;
-    sides[v] = planes_of_sides.mask(place);
-    if (stays(sides[v], side_positions)) kind[v] = VertexKind::fixed;
     if (topology.outgoing(v) != HalfEdges::none) ++live_vertices;
   }
   // Touching sheets go on touching.
@@ -53,7 +85,9 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : t
     kind[mesh.vertices.size() + i] = VertexKind::fixed;
   }
   normals.resize(topology.facet_count());
-  for (std::uint32_t f = 0; f < normals.size(); ++f) normals[f] = normal_of(f);
+  parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) normals[f] = normal_of(static_cast<std::uint32_t>(f));
+  });
   if (!mesh.materials.empty()) {
     for (const std::uint32_t f : topology.input_triangles()) materials.push_back(mesh.materials[f]);
     classify_borders(*this);
@@ -67,30 +101,22 @@ Vec3d CollapseMesh::normal_of(std::uint32_t f) const {
   return cross(b - a, c - a);
 }
 
-Vec3d CollapseMesh::rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
-
 bool CollapseMesh::is_border(std::uint32_t h) const {
   const std::uint32_t o = topology.opposite(h);
   return !materials.empty() && o != HalfEdges::none &&
          materials[HalfEdges::facet(h)] != materials[HalfEdges::facet(o)];
 }
 
-double CollapseMesh::squared_length(std::uint32_t h) const {
-  const Vec3d e = r[topology.target(h)] - r[topology.origin(h)];
-  return dot(e, e);
-}
-
-TriMesh CollapseMesh::extract() const {
+TriMesh CollapseMesh::extract(const SpatialOrder& order) const {
   TriMesh mesh;
-  std::vector<std::uint32_t> index(r.size(), HalfEdges::none);
   mesh.vertices.reserve(live_vertices);
-  for (std::uint32_t v = 0; v < r.size(); ++v) {
+  std::vector<std::uint32_t> index(r.size(), HalfEdges::none);
+  for (const std::uint32_t v : in_old_order(order.vertices, r.size())) {
     if (topology.outgoing(v) == HalfEdges::none) continue;
     index[v] = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.push_back(Vec3f(r[v] + centre));
   }
-  for (std::uint32_t f = 0; f < topology.facet_count(); ++f) {
-    if (!topology.alive(f)) continue;
+  for (const std::uint32_t f : facets_in_old_order(topology, order.triangles)) {
     mesh.triangles.push_back({index[topology.origin(3 * f)], index[topology.origin(3 * f + 1)],
                               index[topology.origin(3 * f + 2)]});
     if (!materials.empty()) mesh.materials.push_back(materials[f]);

@@ -7,6 +7,7 @@
 #include "mesh/half_edges.h"
 #include "mesh/quadric.h"
 #include "mesh/sides.h"
+#include "mesh/spatial_order.h"
 
 namespace scarp {
 
@@ -36,11 +37,15 @@ struct CollapseMesh {
   Vec3d normal_of(std::uint32_t f) const;
   bool is_border(std::uint32_t h) const;
   /// Rounds to the nearest place that a float mesh can hold.
-  Vec3d rounded(Vec3d place) const;
-  double squared_length(std::uint32_t h) const;
+  Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
+  double squared_length(std::uint32_t h) const {
+    const Vec3d e = r[topology.target(h)] - r[topology.origin(h)];
+    return dot(e, e);
+  }
 
-  /// The mesh that is left: vertices and facets in their old order.
-  TriMesh extract() const;
+  /// The mesh that is left: vertices and facets in their old order, or in that of a mesh that this
+  /// one was made from by reordering.
+  TriMesh extract(const SpatialOrder& order = {}) const;
 };
 
 /// How the two ends of an edge may be merged.

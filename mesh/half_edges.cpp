@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace scarp {
 
@@ -12,13 +13,6 @@ namespace {
 
 std::string place(Vec3f r) {
   return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
-}
-
-/// The corners with the lowest first and the cyclic order kept: equal for the same oriented
-/// triangle.
-Triangle rotated(Triangle t) {
-  while (t[0] > t[1] || t[0] > t[2]) t = {t[1], t[2], t[0]};
-  return t;
 }
 
 /// Half edges by origin, in compressed rows.
@@ -42,69 +36,102 @@ struct Rows {
 }  // namespace
 
 HalfEdges::HalfEdges(const TriMesh& mesh) : outgoing_(mesh.vertices.size(), none) {
-  std::vector<std::uint32_t> order;
-  order.reserve(mesh.triangles.size());
+  input_triangles_.reserve(mesh.triangles.size());
+  origin_.reserve(3 * mesh.triangles.size());
   for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
     const Triangle& t = mesh.triangles[f];
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) order.push_back(f);
-  }
-  // Sorting finds repeated triangles; the first of each stays, in the order of the input.
-  std::vector<std::pair<Triangle, std::uint32_t>> sorted;
-  sorted.reserve(order.size());
-  for (const std::uint32_t f : order) sorted.emplace_back(rotated(mesh.triangles[f]), f);
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<bool> repeated(mesh.triangles.size(), false);
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i].first == sorted[i - 1].first) repeated[sorted[i].second] = true;
-  }
-  for (const std::uint32_t f : order) {
-    if (repeated[f]) continue;
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
     input_triangles_.push_back(f);
-    for (const std::uint32_t v : mesh.triangles[f]) origin_.push_back(v);
+    origin_.insert(origin_.end(), t.begin(), t.end());
   }
-  match_opposites(mesh);
+  std::uint32_t bad = match_opposites();
+  // Repeated triangles share their edges.
+  if (bad != none && drop_repeated()) bad = match_opposites();
+  if (bad != none) {
+    throw InputError("the mesh is not a 2-manifold: the edge from " +
+                     place(mesh.vertices[origin(bad)]) + " to " +
+                     place(mesh.vertices[target(bad)]) +
+                     " belongs to more than two triangles, or to two that disagree about which "
+                     "side is out");
+  }
   split_touching_sheets();
 }
 
-void HalfEdges::match_opposites(const TriMesh& mesh) {
-  opposite_.assign(origin_.size(), none);
-  const Rows rows(origin_, mesh.vertices.size());
-  for (std::uint32_t h = 0; h < origin_.size(); ++h) {
-    const std::uint32_t a = origin(h);
-    const std::uint32_t b = target(h);
-    int same_way = 0;
-    for (const std::uint32_t g : rows.row(a)) same_way += target(g) == b ? 1 : 0;
-    if (same_way > 1) {
-      throw InputError("the mesh is not a 2-manifold: the edge from " + place(mesh.vertices[a]) +
-                       " to " + place(mesh.vertices[b]) +
-                       " belongs to more than two triangles, or to two that disagree about which "
-                       "side is out");
-    }
-    for (const std::uint32_t g : rows.row(b)) {
-      if (target(g) == a) opposite_[h] = g;
+bool HalfEdges::drop_repeated() {
+  const Rows rows(origin_, outgoing_.size());
+  std::vector<bool> repeated(facet_count(), false);
+  for (std::uint32_t f = 0; f < facet_count(); ++f) {
+    const std::uint32_t h = 3 * f;
+    for (const std::uint32_t g : rows.row(origin(h))) {
+      if (facet(g) < f && target(g) == target(h) && apex(g) == apex(h)) repeated[f] = true;
     }
   }
+  std::uint32_t kept = 0;
+  for (std::uint32_t f = 0; f < repeated.size(); ++f) {
+    if (repeated[f]) continue;
+    input_triangles_[kept] = input_triangles_[f];
+    std::copy_n(origin_.begin() + 3 * f, 3, origin_.begin() + 3 * kept);
+    ++kept;
+  }
+  input_triangles_.resize(kept);
+  origin_.resize(std::size_t{3} * kept);
+  return kept < repeated.size();
+}
+
+std::uint32_t HalfEdges::match_opposites() {
+  opposite_.assign(origin_.size(), none);
+  const Rows rows(origin_, outgoing_.size());
+  constexpr std::size_t grain = 8192;
+  std::vector<std::uint32_t> bad(origin_.size() / grain + 1, none);
+  parallel_for(origin_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
+      const std::uint32_t a = origin(h);
+      const std::uint32_t b = target(h);
+      int same_way = 0;
+      for (const std::uint32_t g : rows.row(a)) same_way += target(g) == b ? 1 : 0;
+      for (const std::uint32_t g : rows.row(b)) {
+        if (target(g) == a) opposite_[h] = g;
+      }
+      if (same_way > 1) bad[begin / grain] = std::min(bad[begin / grain], h);
+    }
+  });
+  return *std::min_element(bad.begin(), bad.end());
 }
 
 void HalfEdges::split_touching_sheets() {
   const Rows rows(origin_, outgoing_.size());
-  std::vector<bool> seen(origin_.size(), false);
   const auto vertex_count = static_cast<std::uint32_t>(outgoing_.size());
-  for (std::uint32_t v = 0; v < vertex_count; ++v) {
-    std::uint32_t sheet = v;
-    for (const std::uint32_t h : rows.row(v)) {
-      if (seen[h]) continue;
-      if (outgoing_[v] != none) {
-        sheet = static_cast<std::uint32_t>(outgoing_.size());
-        outgoing_.push_back(none);
-        copies_.push_back(v);
-      }
-      choose_outgoing(sheet, h);
-      for_each_outgoing(sheet, [&](std::uint32_t g) {
-        seen[g] = true;
-        origin_[g] = sheet;
-      });
+  std::vector<std::uint8_t> has_more(vertex_count, 0);
+  constexpr std::size_t grain = 4096;
+  parallel_for(vertex_count, grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      if (rows.row(v).empty()) continue;
+      choose_outgoing(v, rows.row(v).front());
+      std::size_t count = 0;
+      for_each_outgoing(v, [&](std::uint32_t) { ++count; });
+      has_more[v] = count < rows.row(v).size() ? 1 : 0;
     }
+  });
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    if (has_more[v] != 0) split_sheets_of(v, rows.row(v));
+  }
+}
+
+void HalfEdges::split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing) {
+  std::vector<std::uint32_t> seen;
+  std::uint32_t sheet = v;
+  for (const std::uint32_t h : outgoing) {
+    if (std::count(seen.begin(), seen.end(), h) > 0) continue;
+    if (!seen.empty()) {
+      sheet = static_cast<std::uint32_t>(outgoing_.size());
+      outgoing_.push_back(none);
+      copies_.push_back(v);
+    }
+    choose_outgoing(sheet, h);
+    for_each_outgoing(sheet, [&](std::uint32_t g) {
+      seen.push_back(g);
+      origin_[g] = sheet;
+    });
   }
 }
 

@@ -97,8 +97,11 @@ class HalfEdges {
   void link(std::uint32_t a, std::uint32_t b);
   void choose_outgoing(std::uint32_t v, std::uint32_t h);
   void close_facet(std::uint32_t h);
-  void match_opposites(const TriMesh& mesh);
+  bool drop_repeated();
+  /// Returns the first half edge that another one runs along the same way; none if there is none.
+  std::uint32_t match_opposites();
   void split_touching_sheets();
+  void split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing);
 
   std::vector<std::uint32_t> origin_;
   std::vector<std::uint32_t> opposite_;

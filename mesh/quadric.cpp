@@ -76,25 +76,4 @@ Vec3d minimum(const Quadric& q, double weight, Vec3d centre, const Subspace& sub
   return r;
 }
 
-Vec3d minimum_on_plane(const Quadric& q, double weight, Vec3d centre, Vec3d n, double d) {
-  // H + weight = L D L^T, without pivoting: the matrix is positive definite.
-  const double d1 = 1 / (q.H.xx + weight);
-  const double l21 = q.H.xy * d1;
-  const double l31 = q.H.xz * d1;
-  const double rest = q.H.yz - q.H.xz * l21;
-  const double d2 = 1 / (q.H.yy + weight - q.H.xy * l21);
-  const double l32 = rest * d2;
-  const double d3 = 1 / (q.H.zz + weight - q.H.xz * l31 - rest * l32);
-  const auto solve = [&](Vec3d a) {
-    const double y = a.y - l21 * a.x;
-    const double z = (a.z - l31 * a.x - l32 * y) * d3;
-    const double y2 = y * d2 - l32 * z;
-    return Vec3d{a.x * d1 - l21 * y2 - l31 * z, y2, z};
-  };
-  const Vec3d free = solve(q.g + weight * centre);
-  const Vec3d along = solve(n);
-  const double square = dot(n, along);
-  return square > 0 ? free - ((dot(n, free) - d) / square) * along : free;
-}
-
 }  // namespace scarp

@@ -242,9 +242,15 @@ std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
 
 }  // namespace
 
-SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
-  check(mesh, wanted);
-  CollapseMesh work(mesh, wanted.sides);
+SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& asked) {
+  check(mesh, asked);
+  const SpatialOrder order = spatial_order(mesh);
+  const std::vector<float> curvature = reordered(asked.curvature, order);
+  const std::vector<float> size_limit = reordered(asked.size_limit, order);
+  SimplifyOptions wanted = asked;
+  wanted.curvature = curvature;
+  wanted.size_limit = size_limit;
+  CollapseMesh work(reordered(mesh, order), wanted.sides);
   const std::uint32_t target = target_of(wanted, work.live_vertices);
   remove_zero_area(work);
 
@@ -265,7 +271,7 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& wanted) {
   }
 
   SimplifyResult result;
-  result.mesh = work.extract();
+  result.mesh = work.extract(order);
   result.proven_distance = checks.proven_error(work.topology);
   result.stopped_by = reason(options, work, checks, target);
   if (options.measure) {
