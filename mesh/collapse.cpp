@@ -84,6 +84,7 @@ bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
 
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
   place_ = r;
+  fan_is_spread_ = false;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {

@@ -11,6 +11,7 @@
 #include "mesh/collapse_mesh.h"
 #include "mesh/error_bound.h"
 #include "mesh/star.h"
+#include "mesh/tracked_points.h"
 
 namespace scarp {
 
@@ -53,11 +54,16 @@ class CollapseChecks {
     if (bound_) bound_->accept(star_);
   }
 
-  // Of the change that was asked for last: the facets around, where their centre goes, and twice
-  // their area vectors then.
+  // Of the change that was asked for last: the facets around, where their centre goes, twice their
+  // area vectors then, and what they are for points.
   const Star& star() const { return star_; }
   Vec3d place() const { return place_; }
   std::span<const Vec3d> normals() const { return normals_; }
+  const Fan& fan(const CollapseMesh& mesh) const {
+    if (!fan_is_spread_) fan_.spread(mesh, star_, place_, normals_);
+    fan_is_spread_ = true;
+    return fan_;
+  }
   /// Whether the bound has refused anything so far.
   bool bound_was_met() const { return bound_was_met_; }
   void note_bound_was_met() { bound_was_met_ = true; }
@@ -74,6 +80,9 @@ class CollapseChecks {
   Star star_;
   Vec3d place_;
   std::array<Vec3d, Star::capacity> normals_;
+  // The room for it is kept, and it is spread where it is asked for.
+  mutable Fan fan_;
+  mutable bool fan_is_spread_ = false;
   std::optional<ErrorBound> bound_;
   std::vector<double> own_border_shift_;
   std::span<double> border_shift_;  ///< per vertex, only where there are materials

@@ -307,7 +307,7 @@ class CollapseEngine {
     bool comes_later(std::uint32_t h) {
       if constexpr (has_exact_key<Order>) {
         Key& key = engine_.keys_[h];
-        if (key.is_exact()) return false;
+        if (key.is_exact() || !order_.ranks_exactly()) return false;
         const auto exact = static_cast<float>(order_.exact_key(mesh_, checks_));
         const float next = queue_.empty() ? limit_ : std::min(limit_, queue_.front().key);
         if (exact <= next) return false;

@@ -22,8 +22,8 @@ constexpr double free_stretch = 2;
 }  // namespace
 
 CurvatureOrder::CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, Sizes sizes,
-                               double shape_weight)
-    : points_(points), sizes_(std::move(sizes)), shape_weight_(shape_weight) {
+                               double shape_weight, Rank rank)
+    : points_(points), sizes_(std::move(sizes)), shape_weight_(shape_weight), rank_(rank) {
   double twice_area = 0;
   for (const Vec3d n : mesh.normals) twice_area += length(n);
   // The height of the next surface over a facet falls from h at one corner to 0 at the others; its
@@ -69,16 +69,16 @@ double CurvatureOrder::key(const CollapseMesh& mesh, std::uint32_t h, double cos
 
 double CurvatureOrder::exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const {
   const Star& star = checks.star();
-  double key = points_.growth(star, Fan(mesh, star, checks.place(), checks.normals()));
-  key += shape_weight_ * shape_growth(mesh, star, checks.place(), checks.normals());
+  double key = points_.growth(star, checks.fan(mesh));
+  key += shape_weight_ * points_.per_facet(star) *
+         shape_growth(mesh, star, checks.place(), checks.normals());
   if (!(key > 0)) return key;
   const Vec3d edge = mesh.r[star.v] - mesh.r[star.u];
   return key * stretch(star.u, star.v, dot(edge, edge));
 }
 
 void CurvatureOrder::accept(const CollapseMesh& mesh, const CollapseChecks& checks) {
-  const Star& star = checks.star();
-  points_.move(star, Fan(mesh, star, checks.place(), checks.normals()));
+  points_.move(checks.star(), checks.fan(mesh));
 }
 
 void CurvatureOrder::merged(std::uint32_t u, std::uint32_t v) {

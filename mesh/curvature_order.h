@@ -12,7 +12,8 @@ namespace scarp {
 /// the vertices of the input and the surface goes first, with a little for the shape of the facets.
 ///
 /// The exact sum is asked only of edges that an estimate ranks first: the squared distance between
-/// the present surface and the next one, by area.
+/// the present surface and the next one, by area. Where only the bound stops it, all that the bound
+/// allows is collapsed sooner or later, and the estimate alone ranks as well.
 ///
 /// A size field makes the mesh coarser with the distance from where the surface bends. It is soft:
 /// an edge of more than twice its size costs more, by the square. The size limits are hard.
@@ -26,9 +27,12 @@ class CurvatureOrder {
     double l_max;              ///< hard
   };
 
-  /// shape_weight: squared length that a facet of the worst shape weighs (facet_shape.h). The
-  /// points have to outlive the order.
-  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, Sizes sizes, double shape_weight);
+  enum class Rank { estimated, exact };
+
+  /// shape_weight: squared length that a facet of the worst shape (facet_shape.h) weighs for each
+  /// of the points that facets here have on average. The points have to outlive the order.
+  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, Sizes sizes, double shape_weight,
+                 Rank rank = Rank::exact);
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
 
@@ -36,6 +40,7 @@ class CurvatureOrder {
   double key(const CollapseMesh& mesh, std::uint32_t h, double cost, double squared_length) const;
   /// Whether no edge gets longer than twice its limit.
   bool allows(const CollapseMesh& mesh, const CollapseChecks& checks) const;
+  bool ranks_exactly() const { return rank_ == Rank::exact; }
   double exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const;
   void accept(const CollapseMesh& mesh, const CollapseChecks& checks);
   void merged(std::uint32_t u, std::uint32_t v);
@@ -48,6 +53,7 @@ class CurvatureOrder {
   Sizes sizes_;
   double shape_weight_;
   double points_per_cost_;
+  Rank rank_;
 };
 
 /// A size for each vertex: l0 at features, and the growth of it from ring to ring as in the regions

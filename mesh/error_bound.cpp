@@ -9,11 +9,12 @@ namespace {
 
 constexpr int corner_none = -1;
 
-/// A point seen along the direction of projection.
+/// A point seen along the direction of projection. Without values to begin with: stars have room
+/// for many.
 struct Flat {
-  double x = 0;
-  double y = 0;
-  double z = 0;  ///< height
+  double x;
+  double y;
+  double z;  ///< height
 };
 
 double cross2(const Flat& a, const Flat& b, const Flat& c) {
@@ -23,7 +24,7 @@ double cross2(const Flat& a, const Flat& b, const Flat& c) {
 /// A triangle of one of the two height fields.
 struct FlatTriangle {
   Flat a, b, c;
-  double area = 0;  ///< twice
+  double area;  ///< twice
 
   FlatTriangle() = default;
   FlatTriangle(const Flat& a_in, const Flat& b_in, const Flat& c_in)
@@ -42,12 +43,19 @@ struct FlatTriangle {
 /// Where two segments cross: their height difference. False if they do not.
 bool crossing(const Flat& a, const Flat& b, const Flat& c, const Flat& d, double& difference) {
   constexpr double slack = 1e-9;
-  const double along = (b.x - a.x) * (d.y - c.y) - (b.y - a.y) * (d.x - c.x);
-  if (along == 0) return false;
-  const double s = ((c.x - a.x) * (d.y - c.y) - (c.y - a.y) * (d.x - c.x)) / along;
-  if (!(s >= -slack && s <= 1 + slack)) return false;
-  const double t = ((c.x - a.x) * (b.y - a.y) - (c.y - a.y) * (b.x - a.x)) / along;
-  if (!(t >= -slack && t <= 1 + slack)) return false;
+  double along = (b.x - a.x) * (d.y - c.y) - (b.y - a.y) * (d.x - c.x);
+  double s = (c.x - a.x) * (d.y - c.y) - (c.y - a.y) * (d.x - c.x);
+  double t = (c.x - a.x) * (b.y - a.y) - (c.y - a.y) * (b.x - a.x);
+  if (along < 0) {
+    along = -along;
+    s = -s;
+    t = -t;
+  }
+  const double lower = -slack * along;
+  const double upper = (1 + slack) * along;
+  if (!(along > 0 && s >= lower && s <= upper && t >= lower && t <= upper)) return false;
+  s /= along;
+  t /= along;
   difference = std::abs(a.z + s * (b.z - a.z) - c.z - t * (d.z - c.z));
   return true;
 }
@@ -58,7 +66,7 @@ class Overlay {
   Overlay(const CollapseMesh& mesh, const Star& star, Vec3d r) : star_(star) {
     choose_direction(mesh);
     origin_ = r;
-    merged_ = {};
+    merged_ = {0, 0, 0};
     u_ = flat(mesh.r[star.u]);
     v_ = flat(mesh.r[star.v]);
     for (int i = 0; i <= star.count; ++i) ring_[i] = flat(mesh.r[star.ring[i]]);
@@ -242,8 +250,10 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
     std::fill_n(proposed_.begin(), star.count, simple);
     return simple <= limit_;
   }
-  std::array<double, Star::capacity> difference{};
-  std::array<double, Star::capacity> carried{};
+  std::array<double, Star::capacity> difference;
+  std::array<double, Star::capacity> carried;
+  std::fill_n(difference.begin(), star.count, 0.0);
+  std::fill_n(carried.begin(), star.count, 0.0);
   overlay.visit([&](int i, int old, double height) {
     difference[i] = std::max(difference[i], height);
     carried[i] = std::max(carried[i], old_error(old));

@@ -16,7 +16,10 @@ namespace {
 constexpr double faint = 1e-2;
 
 /// Pull to the middle of the neighbours, in shape weights.
-constexpr double pull_of_shape = 10;
+constexpr double pull_of_shape = 120;
+
+/// What is left of the sum of the squared distances after a move that is worth its cost.
+constexpr double worth_a_move = 0.97;
 
 bool may_move(const CollapseMesh& mesh, std::uint32_t v) {
   return mesh.topology.outgoing(v) != HalfEdges::none && mesh.kind[v] == VertexKind::free &&
@@ -44,18 +47,6 @@ Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
   return q;
 }
 
-/// The centre of area of a star, in the frame of its centre.
-Vec3d middle(const CollapseMesh& mesh, const Star& star) {
-  Vec3d sum;
-  double area = 0;
-  for (int i = 0; i < star.count; ++i) {
-    const double weight = length(mesh.normals[star.facet[i]]);
-    sum += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
-    area += weight;
-  }
-  return sum / (3 * area);
-}
-
 Vec3d best_place(const CollapseMesh& mesh, const Star& star, const TrackedPoints& points,
                  double shape_weight) {
   const Quadric q = distances_of_points(mesh, star, points);
@@ -63,11 +54,25 @@ Vec3d best_place(const CollapseMesh& mesh, const Star& star, const TrackedPoints
   for (int axis = 0; axis < 2; ++axis) {
     if (fixes(mesh.sides[star.u], axis)) places.fix(axis, 0);
   }
-  const double pull = pull_of_shape * shape_weight;
+  // The centre of area, in the frame of the centre of the star.
+  Vec3d middle;
+  double twice_area = 0;
+  for (int i = 0; i < star.count; ++i) {
+    const double weight = length(mesh.normals[star.facet[i]]);
+    middle += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
+    twice_area += weight;
+  }
+  if (!(twice_area > 0)) return mesh.r[star.u];
+  middle = middle / (3 * twice_area);
+  // Shapes grow with the square of the shift over that of an edge, which is about twice an area.
+  const double pull =
+      pull_of_shape * shape_weight * points.per_facet(star) * star.count / twice_area;
   const double weight = faint * q.H.trace() + pull;
   if (!(weight > 0)) return mesh.r[star.u];
-  const Vec3d centre = (pull / weight) * middle(mesh, star);
-  return mesh.rounded(mesh.r[star.u] + minimum(q, weight, centre, places));
+  const Vec3d shift = minimum(q, weight, (pull / weight) * middle, places);
+  const auto sum = [&](Vec3d r) { return q.value(r) + pull * dot(r - middle, r - middle); };
+  return sum(shift) < worth_a_move * sum({}) ? mesh.rounded(mesh.r[star.u] + shift)
+                                             : mesh.r[star.u];
 }
 
 /// What a sweep needs besides the mesh.
@@ -89,9 +94,10 @@ struct Sweep {
     const Star& star = checks.star();
     const Vec3d r = best_place(mesh, star, points, shape_weight);
     if (r == mesh.r[star.u] || !checks.may_move(mesh, r, reference)) return;
-    const Fan fan(mesh, star, r, checks.normals());
+    const Fan& fan = checks.fan(mesh);
     const double growth =
-        points.growth(star, fan) + shape_weight * shape_growth(mesh, star, r, checks.normals());
+        points.growth(star, fan) +
+        shape_weight * points.per_facet(star) * shape_growth(mesh, star, r, checks.normals());
     if (!(growth < 0) || !checks.keeps_bound(mesh)) return;
     points.move(star, fan);
     checks.accept_move();

@@ -24,7 +24,7 @@ namespace {
 constexpr double default_max_error = 0.1;
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-constexpr double default_shape_weight = 1e-6;  ///< of the spacing's square
+constexpr double default_shape_weight = 2e-6;  ///< of the spacing's square
 
 constexpr int relocation_sweeps = 3;
 
@@ -183,7 +183,7 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
       {.field = graded_sizes(work.topology, is_feature, *options.l0, *options.step_length, h),
        .limit = with_copies<float>(options.size_limit, work.topology),
        .l_max = options.l_max > 0 ? options.l_max : unlimited},
-      shape_weight);
+      shape_weight, target > 0 ? CurvatureOrder::Rank::exact : CurvatureOrder::Rank::estimated);
   CollapseEngine<Placement> engine(work, checks, Placement(work, Placement::Measure::distance));
   engine.run(order, target);
   relocate(work, checks, points, shape_weight, relocation_sweeps);

@@ -21,8 +21,11 @@ double squared(double a) { return a * a; }
 
 }  // namespace
 
-Fan::Fan(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Vec3d> normals)
-    : mesh_(mesh), star_(star), r_(r) {
+void Fan::spread(const CollapseMesh& mesh, const Star& star, Vec3d r,
+                 std::span<const Vec3d> normals) {
+  mesh_ = &mesh;
+  star_ = &star;
+  r_ = r;
   Vec3d axis;
   for (int i = 0; i < star.count; ++i) {
     axis += normals[i];
@@ -37,7 +40,7 @@ Fan::Fan(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Ve
 /// The facet that d lies in when seen along the mean normal; where that says nothing, the first.
 int Fan::sector(Vec3d d) const {
   double left = dot(left_[0], d);
-  for (int i = 0; i < star_.count; ++i) {
+  for (int i = 0; i < star_->count; ++i) {
     const double after = dot(left_[i + 1], d);
     if (left >= 0 && after < 0) return i;
     left = after;
@@ -56,17 +59,17 @@ bool Fan::is_over(int i, Vec3d d) const {
 Fan::Nearest Fan::nearest(Vec3d p) const {
   const Vec3d d = p - r_;
   const int i = sector(d);
-  if (is_over(i, d)) return {star_.facet[i], squared(dot(unit_[i], d))};
+  if (is_over(i, d)) return {star_->facet[i], squared(dot(unit_[i], d))};
   Nearest nearest;
   const auto look_at = [&](std::uint32_t f, const std::array<Vec3d, 3>& corners) {
     const double square = squared(closest_on_triangle(d, corners).distance);
     if (square < nearest.squared_distance) nearest = {f, square};
   };
-  for (int k = 0; k < star_.count; ++k) {
-    look_at(star_.facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
-    const std::uint32_t across = mesh_.topology.opposite(star_.rim[k]);
+  for (int k = 0; k < star_->count; ++k) {
+    look_at(star_->facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
+    const std::uint32_t across = mesh_->topology.opposite(star_->rim[k]);
     if (across == HalfEdges::none) continue;
-    const Vec3d tip = mesh_.r[mesh_.topology.apex(across)] - r_;
+    const Vec3d tip = mesh_->r[mesh_->topology.apex(across)] - r_;
     look_at(HalfEdges::facet(across), {spoke_[k + 1], spoke_[k], tip});
   }
   return nearest;
@@ -93,6 +96,12 @@ double TrackedPoints::growth(const Star& star, const Fan& fan) const {
     for_each(f, [&](Vec3d p) { sum += fan.nearest(p).squared_distance; });
   });
   return sum;
+}
+
+double TrackedPoints::per_facet(const Star& star) const {
+  int count = 0;
+  for_each_old_facet(star, [&](std::uint32_t f) { for_each(f, [&](Vec3d) { ++count; }); });
+  return static_cast<double>(count) / (star.count + star.dying_count());
 }
 
 void TrackedPoints::move(const Star& star, const Fan& fan) {

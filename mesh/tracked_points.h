@@ -13,9 +13,14 @@ namespace scarp {
 /// The facets of a star while its centre lies at r, for finding the one nearest to a place.
 class Fan {
  public:
+  Fan() = default;
+  Fan(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Vec3d> normals) {
+    spread(mesh, star, r, normals);
+  }
+
   /// normals: twice the area vectors of the facets of the star. The mesh and the star have to
   /// outlive the fan.
-  Fan(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Vec3d> normals);
+  void spread(const CollapseMesh& mesh, const Star& star, Vec3d r, std::span<const Vec3d> normals);
 
   struct Nearest {
     std::uint32_t facet = HalfEdges::none;
@@ -29,8 +34,8 @@ class Fan {
   int sector(Vec3d d) const;
   bool is_over(int i, Vec3d d) const;
 
-  const CollapseMesh& mesh_;
-  const Star& star_;
+  const CollapseMesh* mesh_ = nullptr;
+  const Star* star_ = nullptr;
   Vec3d r_;
   std::array<Vec3d, Star::capacity + 1> spoke_;  ///< from the centre to the ring vertices
   std::array<Vec3d, Star::capacity + 1> left_;   ///< d lies left of spoke k if left d > 0
@@ -49,6 +54,9 @@ class TrackedPoints {
   /// By how much the sum of the squared distances grows when a star becomes a fan. The fan has to
   /// belong to the star.
   double growth(const Star& star, const Fan& fan) const;
+
+  /// The mean number of points of the facets around a star.
+  double per_facet(const Star& star) const;
 
   /// Gives the points of a star to the facets of its fan. To be called before the topology changes.
   void move(const Star& star, const Fan& fan);

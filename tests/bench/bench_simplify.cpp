@@ -40,7 +40,7 @@ constexpr double ratio_reductions[]{0.52, 0.78};
 constexpr std::size_t large_surface = 120000;
 
 /// For good angles at the distances of Lindstrom and Turk.
-constexpr double shaped_weight = 3e-4;
+constexpr double shaped_weight = 3e-5;
 
 constexpr double flux_reduction = 0.67;
 constexpr double flux_error = 0.01;

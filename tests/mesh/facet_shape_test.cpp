@@ -11,11 +11,12 @@ namespace {
 
 double shape_of(Vec3d a, Vec3d b, Vec3d c) { return facet_shape(a, b, c, cross(b - a, c - a)); }
 
-TEST(FacetShape, IsOneForEqualSidesAndGrowsFromThere) {
-  EXPECT_NEAR(shape_of({0, 0, 0}, {2, 0, 0}, {1, std::sqrt(3), 0}), 1, 1e-12);
-  EXPECT_NEAR(shape_of({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), 2 / std::sqrt(3), 1e-12);
-  EXPECT_EQ(shape_of({0, 0, 0}, {1, 0, 0}, {0.5, 0.001, 0}), 20);
-  EXPECT_EQ(shape_of({0, 0, 0}, {1, 0, 0}, {2, 0, 0}), 20);
+TEST(FacetShape, IsZeroForEqualSidesAndOneForNoArea) {
+  EXPECT_NEAR(shape_of({0, 0, 0}, {2, 0, 0}, {1, std::sqrt(3), 0}), 0, 1e-12);
+  EXPECT_NEAR(shape_of({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), 1 - std::sqrt(3) / 2, 1e-12);
+  EXPECT_NEAR(shape_of({0, 0, 0}, {std::sqrt(3), 0, 0}, {0, 1, 0}), 0.25, 1e-12) << "30 degrees";
+  EXPECT_EQ(shape_of({0, 0, 0}, {1, 0, 0}, {2, 0, 0}), 1);
+  EXPECT_EQ(shape_of({1, 2, 3}, {1, 2, 3}, {1, 2, 3}), 1);
 }
 
 TEST(ShapeGrowth, IsThatOfAllFacetsTogether) {

@@ -55,7 +55,7 @@ TEST(Relocate, KeepsSidesAndCornersAndTheBound) {
   const CollapseMesh before = mesh;
   TrackedPoints points(mesh);
   CollapseChecks checks(mesh, 0.02, 1);
-  relocate(mesh, checks, points, 1e-2, 5);
+  relocate(mesh, checks, points, 1e-4, 5);
   int moved = 0;
   for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
     for (int axis = 0; axis < 2; ++axis) {

@@ -182,7 +182,7 @@ TEST(Simplify, AGreaterShapeWeightMakesBetterAngles) {
                                                             .shape_weight = weight});
     return angle_statistics(result.mesh).mean_minimum;
   };
-  EXPECT_GT(angle(3e-4), angle(0) + 2);
+  EXPECT_GT(angle(3e-5), angle(0) + 2);
 }
 
 TEST(Simplify, CurvatureKeepsToTheLongestEdge) {

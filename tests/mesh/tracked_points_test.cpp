@@ -78,6 +78,20 @@ TEST(TrackedPoints, LieOnTheInput) {
   EXPECT_EQ(count, mesh.live_vertices);
 }
 
+TEST(TrackedPoints, PerFacetAreHalfAsManyAsFacetsAtFirst) {
+  const CollapseMesh mesh(octahedral_sphere(5, 8), {});
+  const TrackedPoints points(mesh);
+  double sum = 0;
+  int stars = 0;
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    sum += points.per_facet(star);
+    ++stars;
+  }
+  EXPECT_NEAR(sum / stars, 0.5, 0.02);
+}
+
 TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
   CollapseMesh mesh(landscape(), {});
   TrackedPoints points(mesh);
