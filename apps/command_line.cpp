@@ -85,8 +85,8 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command.add_option("out", arguments.out, "Result, the format by its ending")->required();
   command
       .add_option("--method", arguments.method,
-                  "paper (default), curvature, lindstrom-turk or length")
-      ->check(CLI::IsMember({"paper", "curvature", "lindstrom-turk", "length"}));
+                  "curvature (default), paper, lindstrom-turk or length")
+      ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
   command
       .add_option("--spacing", options.spacing,
                   "Grid spacing the mesh came from: sizes default to what a recipe has")

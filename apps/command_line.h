@@ -50,7 +50,7 @@ struct PreviewArguments : RecipeArguments {};
 struct SimplifyArguments {
   std::string in;
   std::string out;
-  std::string method = "paper";
+  std::string method = "curvature";
   SimplifyOptions options;
 };
 

@@ -13,10 +13,10 @@ namespace scarp {
 namespace {
 
 SimplifyMethod method_named(const std::string& name) {
-  if (name == "curvature") return SimplifyMethod::curvature;
+  if (name == "paper") return SimplifyMethod::paper;
   if (name == "lindstrom-turk") return SimplifyMethod::lindstrom_turk;
   if (name == "length") return SimplifyMethod::length;
-  return SimplifyMethod::paper;
+  return SimplifyMethod::curvature;
 }
 
 }  // namespace

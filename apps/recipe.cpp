@@ -113,7 +113,7 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   }
   const double h = frame.spacing;
   SimplifyOptions options;
-  options.method = table.choice<SimplifyMethod>("method", methods, "paper");
+  options.method = table.choice<SimplifyMethod>("method", methods, "curvature");
   options.sides = frame.sides();
   options.spacing = h;
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});

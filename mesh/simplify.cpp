@@ -184,8 +184,9 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
        .limit = with_copies<float>(options.size_limit, work.topology),
        .l_max = options.l_max > 0 ? options.l_max : unlimited},
       shape_weight, target > 0 ? CurvatureOrder::Rank::exact : CurvatureOrder::Rank::estimated);
-  CollapseEngine<Placement> engine(work, checks, Placement(work, Placement::Measure::distance));
-  engine.run(order, target);
+  // Its memory is gone before the sweeps need theirs.
+  CollapseEngine<Placement>(work, checks, Placement(work, Placement::Measure::distance))
+      .run(order, target);
   relocate(work, checks, points, shape_weight, relocation_sweeps);
   return points.largest(work);
 }

@@ -25,7 +25,7 @@ enum class PlacementMethod { lindstrom_turk, garland_heckbert };
 /// Units: lengths as in the mesh. A span is over the vertices of the input; the caller keeps it
 /// alive.
 struct SimplifyOptions {
-  SimplifyMethod method = SimplifyMethod::paper;
+  SimplifyMethod method = SimplifyMethod::curvature;
   PlacementMethod placement = PlacementMethod::lindstrom_turk;
   Sides sides{};  ///< vertices on these planes stay on them; those on periodic sides stay
 

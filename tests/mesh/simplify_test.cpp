@@ -314,20 +314,31 @@ TEST(Simplify, SizesAloneStopIt) {
   // Those that are left are needed for the shape or the topology.
   EXPECT_LT(shorter, 0.02 * 3 * length.mesh.triangles.size());
 
-  const SimplifyResult paper = simplify(
-      mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 100, .l0 = 0.6, .l_max = 2});
+  const SimplifyResult paper = simplify(mesh, {.method = SimplifyMethod::paper,
+                                               .sides = grid.sides(),
+                                               .spacing = 1,
+                                               .max_error = 100,
+                                               .l0 = 0.6,
+                                               .l_max = 2});
   EXPECT_EQ(paper.stopped_by, "sizes");
 }
 
 TEST(Simplify, L0OfZeroKeepsTheFeatures) {
   const Grid& grid = surfaces().via_grid;
   const TriMesh& mesh = surfaces().via;
-  const SimplifyResult result =
-      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .max_error = 100, .l0 = 0, .l_max = 2});
+  const SimplifyResult result = simplify(mesh, {.method = SimplifyMethod::paper,
+                                                .sides = grid.sides(),
+                                                .spacing = 1,
+                                                .max_error = 100,
+                                                .l0 = 0,
+                                                .l_max = 2});
   EXPECT_EQ(result.stopped_by, "sizes");
   EXPECT_LT(result.mesh.vertices.size(), 0.8 * mesh.vertices.size());
-  const SimplifyResult counted =
-      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .remove = 0.9, .l0 = 0});
+  const SimplifyResult counted = simplify(mesh, {.method = SimplifyMethod::paper,
+                                                 .sides = grid.sides(),
+                                                 .spacing = 1,
+                                                 .remove = 0.9,
+                                                 .l0 = 0});
   EXPECT_EQ(counted.stopped_by, "vertices") << "l0 is raised where the sizes do not allow it";
 }
 
@@ -335,7 +346,12 @@ TEST(Simplify, L0AboveLMaxRaisesIt) {
   const Grid& grid = surfaces().via_grid;
   const TriMesh& mesh = surfaces().via;
   const auto with_l_max = [&](double l_max) {
-    return simplify(mesh, {.sides = grid.sides(), .max_error = 1, .l0 = 2, .l_max = l_max}).mesh;
+    return simplify(mesh, {.method = SimplifyMethod::paper,
+                           .sides = grid.sides(),
+                           .max_error = 1,
+                           .l0 = 2,
+                           .l_max = l_max})
+        .mesh;
   };
   EXPECT_EQ(with_l_max(0.1).vertices, with_l_max(2).vertices);
 }
@@ -358,14 +374,18 @@ TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
   const Grid& grid = surfaces().via_grid;
   const TriMesh& mesh = surfaces().via;
   const std::vector<float> curved(mesh.vertices.size(), 1);
-  const SimplifyResult all_features =
-      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .l0 = 0, .curvature = curved});
+  const SimplifyResult all_features = simplify(mesh, {.method = SimplifyMethod::paper,
+                                                      .sides = grid.sides(),
+                                                      .spacing = 1,
+                                                      .l0 = 0,
+                                                      .curvature = curved});
   EXPECT_EQ(all_features.mesh.vertices.size(), mesh.vertices.size());
 
   std::vector<float> limit(mesh.vertices.size());
   for (std::size_t v = 0; v < limit.size(); ++v) limit[v] = mesh.vertices[v].x < 50 ? 0.0F : 1e9F;
-  const SimplifyResult half =
-      simplify(mesh, {.sides = grid.sides(), .spacing = 1, .size_limit = limit});
+  const SimplifyResult half = simplify(
+      mesh,
+      {.method = SimplifyMethod::paper, .sides = grid.sides(), .spacing = 1, .size_limit = limit});
   const auto left = [](const TriMesh& m) {
     return std::count_if(m.vertices.begin(), m.vertices.end(),
                          [](const Vec3f& r) { return r.x < 50; });
