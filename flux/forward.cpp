@@ -16,7 +16,12 @@ namespace {
 
 constexpr std::uint32_t batch_count = 32;
 constexpr std::uint64_t first_round = std::uint64_t{1} << 16;
-constexpr std::size_t pool_size = std::size_t{1} << 16;
+
+// Of rays that fly together: more of them have more of Embree's tree in common, fewer fit in memory
+// and share out among threads.
+constexpr std::size_t least_pool = std::size_t{1} << 14;
+constexpr std::size_t most_pool = std::size_t{1} << 18;
+constexpr std::size_t pools_per_thread = 2;
 
 // Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is the
 // weight of a particle at the source, and 2^33 of them fit in a sum.
@@ -57,7 +62,7 @@ class Tracer {
 
  private:
   Particle emit(std::uint64_t ray) const;
-  void trace_pool(std::uint64_t first, std::uint64_t end);
+  void trace_pool(std::vector<Particle> particles);
   bool arrive(Particle& particle, const Flight& flight, Counts& counts);
   Vec3d emission_normal(std::uint32_t facet) const;
   static bool play_roulette(Particle& particle, Counts& counts);
@@ -117,21 +122,28 @@ Particle Tracer::emit(std::uint64_t ray) const {
   return particle;
 }
 
+// One batch after the other, so that a pool adds to few of the sums of a facet. These are whole
+// numbers, which do not tell how large a pool was.
 void Tracer::trace(std::uint64_t first, std::uint64_t end) {
-  parallel_for(end - first, pool_size, [&](std::size_t pool_first, std::size_t pool_end) {
-    trace_pool(first + pool_first, first + pool_end);
+  const std::uint64_t count = end - first;
+  const std::uint64_t in_batch = count / batch_count;
+  const std::size_t pool = std::clamp(
+      count / (pools_per_thread * static_cast<std::size_t>(thread_count())), least_pool, most_pool);
+  parallel_for(count, pool, [&](std::size_t pool_first, std::size_t pool_end) {
+    std::vector<Particle> particles;
+    particles.reserve(pool_end - pool_first);
+    for (std::uint64_t k = pool_first; k < pool_end; ++k)
+      particles.push_back(emit(first + k % in_batch * batch_count + k / in_batch));
+    trace_pool(std::move(particles));
   });
   rays_ = end;
 }
 
 // All particles of a pool fly once, then all that go on fly again.
-void Tracer::trace_pool(std::uint64_t first, std::uint64_t end) {
+void Tracer::trace_pool(std::vector<Particle> particles) {
   Counts counts;
-  std::vector<Particle> particles;
-  std::vector<Particle> going_on;
-  particles.reserve(end - first);
-  for (std::uint64_t ray = first; ray < end; ++ray) particles.push_back(emit(ray));
   counts.emitted = static_cast<std::int64_t>(particles.size()) * unit_weight;
+  std::vector<Particle> going_on;
   while (!particles.empty()) {
     const auto order = flight_order(problem_.scene, particles.size(),
                                     [&](std::size_t i) -> const Ray& { return particles[i].ray; });

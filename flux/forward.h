@@ -28,7 +28,7 @@ struct FluxProblem {
 /// batch the start and first direction follow a scrambled Sobol sequence, later directions are
 /// plain random numbers.
 ///
-/// Cost: 256 bytes per facet, and 1/4 to 1/2 us per flight on one core.
+/// Cost: 256 bytes per facet, up to 60 MB per thread, and 1/4 to 1 us per flight on one core.
 FluxField trace_forward(const FluxProblem& problem);
 
 }  // namespace scarp

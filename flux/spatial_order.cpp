@@ -41,9 +41,20 @@ std::uint64_t curve_key(Vec3d r_unit, int direction) {
   return (static_cast<std::uint64_t>(direction) << 48) | z_order(r_unit, 16);
 }
 
+// Large cells first, then 32 directions, then small cells: what flies from about the same place in
+// about the same direction arrives at about the same place.
 std::uint32_t flight_key(Vec3d r_unit, Vec3d u) {
-  const std::uint32_t octant = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U);
-  return (static_cast<std::uint32_t>(z_order(r_unit, 6)) << 3) | octant;
+  constexpr unsigned large_bits = 3;
+  constexpr unsigned small_bits = 2;
+  constexpr unsigned direction_bits = 5;
+  const Vec3d size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
+  const double half = 0.5 * (size.x + size.y + size.z);
+  const std::uint32_t direction = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U) |
+                                  (size.x > half ? 8U : 0U) | (size.y > half ? 16U : 0U);
+  const auto cell = static_cast<std::uint32_t>(z_order(r_unit, large_bits + small_bits));
+  const std::uint32_t large = cell >> (3 * small_bits);
+  const std::uint32_t small = cell & ((1U << (3 * small_bits)) - 1);
+  return (((large << direction_bits) | direction) << (3 * small_bits)) | small;
 }
 
 std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys) {

@@ -16,7 +16,7 @@ int main_direction(Vec3d n);
 /// of the unit cube fine.
 std::uint64_t curve_key(Vec3d r_unit, int direction);
 
-/// A number below 2^22 by which flights that start close together in similar directions follow each
+/// A number below 2^20 by which flights that start close together in similar directions follow each
 /// other.
 ///
 /// r_unit: place in the unit cube.

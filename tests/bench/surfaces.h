@@ -1,6 +1,6 @@
 #pragma once
 
-// The surfaces that benchmarks of simplification run on.
+// The surfaces that benchmarks run on.
 
 #include <chrono>
 #include <functional>

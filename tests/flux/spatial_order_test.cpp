@@ -26,10 +26,25 @@ TEST(CurveKey, FollowsNestedHalves) {
   EXPECT_EQ(curve_key({1, 1, 1}, 0), (std::uint64_t{1} << 48) - 1);
 }
 
-TEST(FlightKey, PutsOneOctantOfDirectionsAfterTheOther) {
+// A place within an eighth of the domain along each axis counts less than the direction, and which
+// eighth it is counts more.
+TEST(FlightKey, PutsLargeCellsBeforeDirectionsBeforeSmallCells) {
+  const Vec3d r{0.30, 0.70, 0.20};
+  const Vec3d same_cell{0.36, 0.74, 0.24};
+  const Vec3d next_cell{0.30, 0.70, 0.26};
+  EXPECT_LT(flight_key(r, {1, 1, 1}), flight_key(same_cell, {1, 1, 1}));
+  EXPECT_LT(flight_key(same_cell, {1, 1, 1}), flight_key(r, {-1, 1, 1}));
+  EXPECT_LT(flight_key(same_cell, {1, 1, 1}), flight_key(r, {3, 1, 1}));
+  EXPECT_LT(flight_key(same_cell, {-1, -1, -1}), flight_key(next_cell, {1, 1, 1}));
+}
+
+// In each octant x or y may be longer than the other two components together, or neither.
+TEST(FlightKey, TellsDirectionsNearAnAxisApart) {
   const Vec3d r{0.3, 0.7, 0.2};
-  EXPECT_EQ(flight_key(r, {1, 1, 1}) + 7, flight_key(r, {-1, -1, -1}));
-  EXPECT_LT(flight_key({1, 1, 1}, {-1, -1, -1}), 1U << 22);
+  EXPECT_EQ(flight_key(r, {3, 1, 1}), flight_key(r, {9, 1, 1}));
+  EXPECT_NE(flight_key(r, {3, 1, 1}), flight_key(r, {1, 3, 1}));
+  EXPECT_NE(flight_key(r, {1, 3, 1}), flight_key(r, {1, 1, 1}));
+  EXPECT_LT(flight_key({1, 1, 1}, {-1, -1, -1}), 1U << 20);
 }
 
 TEST(SortedOrder, IsStable) {

@@ -1,0 +1,182 @@
+// Flux: flights per second of forward tracing against a plain tracer and against nothing but
+// rtcIntersect1 on the plain tracer's rays; all threads against one; cost against facets. CPU time,
+// side by side in one process.
+//
+//   ./dev bench flux [MESH...] [--json] [--rays N] [--repeats N]
+//
+// Lengths are in spacings of the grid. Without files, the surfaces of tests/bench/surfaces, which
+// runs of scarp leave. Sides are those of the bounding box, and mirrors.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/parallel.h"
+#include "flux/solve.h"
+#include "mesh/quality.h"
+#include "tests/bench/cpu_time.h"
+#include "tests/bench/plain_tracer.h"
+#include "tests/bench/surfaces.h"
+#include "tests/mesh/generated_surface.h"
+
+namespace scarp::bench {
+namespace {
+
+struct Settings {
+  std::vector<std::string> files;
+  std::uint64_t rays = 1 << 20;
+  int repeats = 3;
+  bool json = false;
+};
+
+constexpr float sticking = 0.1F;
+
+/// The width of the least surface of growing size, in spacings; the largest has 64 times its
+/// facets.
+constexpr int least_width = 16;
+constexpr int width_factors[]{1, 2, 4, 8};
+constexpr std::uint64_t gathered_rays_per_facet = 16;
+
+/// Flights, and the least time for them.
+struct Cost {
+  double segments = 0;
+  double cpu = 1e9;
+  double wall = 1e9;
+
+  double rate() const { return segments / cpu; }
+};
+
+FluxField solve(const TriMesh& mesh, FluxOptions::Engine engine, std::uint64_t rays) {
+  const Species species{.name = "gas", .sticking = {sticking}};
+  return solve_flux(mesh, {&species, 1},
+                    {.engine = engine, .sides = sides_of(mesh), .spacing = 1, .rays = rays})
+      .front();
+}
+
+/// Everything is in the time: Embree's tree, patches, sums, standard errors.
+void trace(const TriMesh& mesh, FluxOptions::Engine engine, std::uint64_t rays, Cost& cost) {
+  FluxField field;
+  double cpu = 0;
+  cost.wall = std::min(cost.wall, seconds_of([&] {
+                         cpu = cpu_seconds_of([&] { field = solve(mesh, engine, rays); });
+                       }));
+  cost.cpu = std::min(cost.cpu, cpu);
+  cost.segments = static_cast<double>(field.segments);
+}
+
+nlohmann::ordered_json json_of(const Cost& cost, std::uint64_t rays) {
+  return {{"msegments_per_cpu_second", 1e-6 * cost.rate()},
+          {"segments_per_ray", cost.segments / static_cast<double>(rays)}};
+}
+
+/// On one thread. The plain tracer's time is that of its flights only: Embree's tree is not in it.
+void compare_with_plain(const Surface& surface, const std::string& name, const Settings& settings,
+                        nlohmann::ordered_json& result) {
+  const ThreadLimit one_thread(1);
+  // Enough for a mean, and few enough to be kept.
+  const std::uint64_t recorded_rays = std::min<std::uint64_t>(settings.rays, 1 << 17);
+  PlainTracer tracer(surface.mesh, sides_of(surface.mesh), sticking);
+  std::vector<PlainRay> recorded;
+  const auto recorded_segments = static_cast<double>(tracer.trace(recorded_rays, 1, &recorded));
+  Cost own;
+  Cost plain;
+  Cost bare{.segments = recorded_segments};
+  for (int repeat = 0; repeat < settings.repeats; ++repeat) {
+    trace(surface.mesh, FluxOptions::Engine::forward, settings.rays, own);
+    plain.cpu = std::min(plain.cpu, cpu_seconds_of([&] {
+                           plain.segments = static_cast<double>(tracer.trace(settings.rays, 1));
+                         }));
+    bare.cpu = std::min(bare.cpu, cpu_seconds_of([&] { tracer.fly_again(recorded); }));
+  }
+  result["ratios"]["forward_vs_intersect1_" + name] = own.rate() / plain.rate();
+  result["ratios"]["forward_vs_bare_intersect1_" + name] = own.rate() / bare.rate();
+  result["absolute"][name] = {{"surface", surface.name},
+                              {"facets", surface.mesh.triangles.size()},
+                              {"forward", json_of(own, settings.rays)},
+                              {"plain", json_of(plain, settings.rays)},
+                              {"bare_intersect1", json_of(bare, recorded_rays)}};
+}
+
+/// The time on all threads, and what the flights cost there more than on one.
+void compare_threads(const Surface& surface, const Settings& settings,
+                     nlohmann::ordered_json& result) {
+  Cost one;
+  Cost all;
+  for (int repeat = 0; repeat < settings.repeats; ++repeat) {
+    trace(surface.mesh, FluxOptions::Engine::forward, settings.rays, all);
+    const ThreadLimit one_thread(1);
+    trace(surface.mesh, FluxOptions::Engine::forward, settings.rays, one);
+  }
+  result["ratios"]["forward_threads_speedup"] = one.wall / all.wall;
+  result["ratios"]["forward_threads_cpu"] = all.cpu / one.cpu;
+  result["absolute"]["threads"] = thread_count();
+}
+
+/// Deep trenches of growing size, with as many rays per facet.
+void compare_facets(int repeats, nlohmann::ordered_json& result) {
+  const ThreadLimit one_thread(1);
+  std::vector<double> per_facet;
+  for (const int factor : width_factors) {
+    const int width = least_width * factor;
+    const TriMesh mesh =
+        polygonised({.cells = {width, width, width + 20}}, deep_trenches(width, width));
+    const std::uint64_t facets = mesh.triangles.size();
+    Cost gather;
+    Cost forward;
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      trace(mesh, FluxOptions::Engine::gather, gathered_rays_per_facet * facets, gather);
+      trace(mesh, FluxOptions::Engine::forward, facets, forward);
+    }
+    per_facet.push_back(gather.cpu / static_cast<double>(facets));
+    result["absolute"]["microseconds_per_facet"][std::to_string(facets)] = {
+        {"gather", 1e6 * per_facet.back()},
+        {"forward", 1e6 * forward.cpu / static_cast<double>(facets)}};
+  }
+  const auto [least, most] = std::minmax_element(per_facet.begin(), per_facet.end());
+  result["ratios"]["facet_cost_spread"] = *most / *least - 1;
+}
+
+void run(const Settings& settings) {
+  nlohmann::ordered_json result;
+  const std::vector<Surface> surfaces = surfaces_of(settings.files);
+  for (std::size_t n = 0; n < surfaces.size(); ++n)
+    compare_with_plain(surfaces[n], fmt::format("surface{}", n + 1), settings, result);
+  compare_threads(surfaces.front(), settings, result);
+  compare_facets(settings.repeats, result);
+  if (settings.json) {
+    std::cout << result.dump(2) << '\n';
+    return;
+  }
+  fmt::print("Cosine source, sticking {}; {} rays, least CPU time of {} runs.\n\n", sticking,
+             settings.rays, settings.repeats);
+  for (const auto& [key, value] : result["ratios"].items())
+    fmt::print("  {:40} {:.3f}\n", key, value.get<double>());
+  fmt::print("\n{}\n", result["absolute"].dump(2));
+}
+
+}  // namespace
+}  // namespace scarp::bench
+
+int main(int argc, char** argv) {
+  scarp::bench::Settings settings;
+  CLI::App app{"flux: flights per second, threads, cost against facets"};
+  app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
+  app.add_option("--rays", settings.rays, "Particles per run (1048576)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--json", settings.json, "One object on standard output");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    scarp::bench::run(settings);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "bench_flux: {}\n", error.what());
+    return 2;
+  }
+  return 0;
+}
