@@ -35,7 +35,9 @@ CellLeaves::CellLeaves(const Band& band, std::size_t n) {
 CellWords::CellWords(const CellLeaves& leaves, const std::vector<LeafMask>& solid)
     : leaves_(leaves) {
   const LeafMask& here = solid[static_cast<std::size_t>(leaves.leaf[0])];
-  const auto [i_count, j_count] = leaves.nodes;
+  // clang 14 cannot capture structured bindings.
+  const int i_count = leaves.nodes[0];
+  const int j_count = leaves.nodes[1];
   // A missing leaf is further from the surface than a cell: all nodes next to it are on its side,
   // and the last one here is next to all seven.
   const bool last = (here[i_count - 1] >> (8 * j_count - 1) & 1) != 0;
