@@ -118,8 +118,8 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   options.spacing = h;
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
   options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
-  // The flux on a facet is one number, and varies on flat walls, too: with 8 spacings the profile of
-  // configs/trench_deposition is off by .22 spacings below the mouth, with 3 by .12.
+  // The flux on a facet is one number, and varies on flat walls, too: with 8 spacings the profile
+  // of configs/trench_deposition is off by .22 spacings below the mouth, with 3 by .12.
   const std::string l_max = format_number(std::max(3.0, *options.l0 / h));
   options.l_max = table.length_or_multiple("l_max", h, {.fallback = l_max, .minimum = 0});
   options.max_error = table.length_or_multiple(
