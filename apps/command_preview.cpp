@@ -5,7 +5,9 @@
 
 #include "apps/commands.h"
 #include "apps/recipe.h"
+#include "apps/region_text.h"
 #include "apps/result_files.h"
+#include "core/log.h"
 #include "levelset/cross_section.h"
 
 namespace scarp {
@@ -32,7 +34,20 @@ nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
           {"vertices", preview.surface.vertices.size()},
           {"facets", preview.surface.triangles.size()},
           {"layers", layers},
+          {"void_count", preview.voids.size()},
+          {"void_volume_nm3", volume_of(preview.voids)},
+          {"islands_removed",
+           {{"count", preview.islands.count}, {"volume_nm3", preview.islands.volume}}},
           {"files", {folder / "preview.vtp", folder / "preview.csv", folder / "preview.svg"}}};
+}
+
+// As a run would tell it.
+void tell_of_regions(const Preview& preview, const Frame& frame, const Log& log) {
+  const std::string loose = loose_solid_text(frame, preview.islands);
+  if (!loose.empty()) log.warn(loose);
+  if (preview.voids.empty()) return;
+  log.info(counted(preview.voids.size(), "void") + " closed from the start");
+  for (const std::string& line : region_lines(frame, preview.voids)) log.info(line);
 }
 
 }  // namespace
@@ -42,6 +57,8 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
   const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);
   const nlohmann::ordered_json result = as_json(preview, recipe, folder);
+  const auto level = common.quiet ? Log::Level::warnings : Log::Level::everything;
+  tell_of_regions(preview, recipe.frame, Log(std::cerr, level));
   if (common.json) {
     std::cout << result.dump(2) << '\n';
     return done;

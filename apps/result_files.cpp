@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "apps/picture.h"
+#include "apps/region_text.h"
 #include "apps/restart.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -59,12 +60,6 @@ FluxTotals totals_of(std::span<const FluxField> flux) {
     if (std::abs(balance) > std::abs(totals.balance_error)) totals.balance_error = balance;
   }
   return totals;
-}
-
-double volume_of(std::span<const Region> regions) {
-  double volume = 0;
-  for (const Region& region : regions) volume += region.volume;
-  return volume;
 }
 
 // Closed voids, the largest first.
@@ -224,8 +219,11 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
     throw InputError(fmt::format("{}: the folder cannot be made: {}; choose another with -o",
                                  folder.string(), error.message()));
   }
-  Preview preview{.layers = prepared_state(recipe).layers, .surface = {}};
+  State state = prepared_state(recipe);
+  Preview preview{
+      .layers = std::move(state.layers), .surface = {}, .voids = {}, .islands = state.islands};
   preview.surface = extract_surface(preview.layers);
+  preview.voids = open_gas(preview.layers).voids;
   write_vtp(folder / "preview.vtp", preview.surface,
             {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});
   write_cross_section(folder, "preview", recipe.title, preview.layers, recipe);

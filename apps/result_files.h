@@ -38,10 +38,13 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
                          std::span<const double> output_times, const StageTimer& total,
                          double wall_seconds);
 
-/// What a recipe's first time step starts from, and its surface.
+/// What a recipe's first time step starts from, its surface, the voids in it, and what was left out
+/// because nothing joins it to the wafer.
 struct Preview {
   Layers layers;
   TriMesh surface;
+  std::vector<Region> voids;
+  RemovedSolid islands;
 };
 
 /// Writes the start geometry (see prepared_state) as preview.vtp, preview.csv and preview.svg; what

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <span>
 #include <string>
-#include <string_view>
 
+#include "apps/region_text.h"
 #include "apps/results.h"
 #include "core/error.h"
 
@@ -47,12 +47,9 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
   }
 }
 
-void warn_of_loose_shapes(const State& start, const Log& log) {
-  if (start.islands.count == 0) return;
-  log.warn(fmt::format(
-      "the start geometry has solid that nothing joins to the wafer: {} piece{} "
-      "of {:.4g} um^3, left out",
-      start.islands.count, start.islands.count == 1 ? "" : "s", 1e-9 * start.islands.volume));
+void warn_of_loose_shapes(const State& start, const Recipe& recipe, const Log& log) {
+  const std::string text = loose_solid_text(recipe.frame, start.islands);
+  if (!text.empty()) log.warn(text);
 }
 
 // Tells what a user would want to know at once, and each of it once per step of the recipe.
@@ -99,23 +96,8 @@ class Observer {
     tell(closed);
   }
 
-  // The first few: a closing seam may leave many at once.
   void tell(std::span<const Region> regions) {
-    constexpr std::size_t most_told = 8;
-    const double h = recipe_.frame.spacing;
-    const bool flat = recipe_.frame.two_dimensional;
-    for (const Region& region : regions.first(std::min(regions.size(), most_told))) {
-      log_.info(fmt::format("  {:.4g} {} between z = {:.4g} nm and {:.4g} nm",
-                            flat ? 1e-6 * region.volume / h : 1e-9 * region.volume,
-                            flat ? "um^2" : "um^3", region.lower, region.upper));
-    }
-    if (regions.size() > most_told) {
-      log_.info(fmt::format("  and {} more", regions.size() - most_told));
-    }
-  }
-
-  static std::string counted(std::size_t count, std::string_view what) {
-    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+    for (const std::string& line : region_lines(recipe_.frame, regions)) log_.info(line);
   }
 
   const Recipe& recipe_;
@@ -141,7 +123,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   // An earlier run is not given up before this one is known to work.
   if (!resumed) {
     folder.start(recipe, options.log);
-    warn_of_loose_shapes(state, options.log);
+    warn_of_loose_shapes(state, recipe, options.log);
   }
   total.add(now.timer);
   observer.look_at(state, now, note_voids(state, now.gas));

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <optional>
+#include <limits>
+#include <numeric>
 
 #include "levelset/band.h"
-#include "levelset/exposure.h"
+#include "levelset/carry.h"
+#include "levelset/extract_surface.h"
 #include "levelset/phase_graph.h"
 #include "levelset/redistance.h"
 
@@ -14,150 +16,141 @@ namespace scarp {
 
 namespace {
 
-/// A node deeper than this, in spacings, has no neighbour across the surface.
-constexpr float next_to_surface = 1.5F;
-
-/// Part of a node's cell that lies in the domain: nodes on a reflective side have half a cell.
-double cell_share(const Band& band, int axis, int index) {
-  const bool on_side = index == 0 || index == band.frame().cells[axis];
-  return on_side && band.frame().boundary[axis] == Boundary::reflective ? 0.5 : 1.0;
-}
-
-/// Calls visit(node of the leaf) for every node of a mask.
-template <class Visit>
-void for_each_node(const LeafMask& mask, const Visit& visit) {
-  for (int i = 0; i < leaf_edge; ++i) {
-    for (std::uint64_t word = mask[i]; word != 0; word &= word - 1) {
-      visit(i * leaf_edge * leaf_edge + std::countr_zero(word));
-    }
+/// Triangles that share vertices have the same number.
+std::vector<std::size_t> parts_of(const TriMesh& mesh) {
+  std::vector<std::size_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](std::size_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    parent[root(t[1])] = root(t[0]);
+    parent[root(t[2])] = root(t[0]);
   }
+  std::vector<std::size_t> parts;
+  parts.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) parts.push_back(root(t[0]));
+  return parts;
 }
 
-/// Measures the regions of a graph that are closed off.
+/// The lowest node of the cell that a point lies in.
+Node cell_at(const Frame& frame, Vec3d r) {
+  Node node{};
+  for (int axis = 0; axis < 3; ++axis) {
+    node[axis] =
+        static_cast<int>(std::floor((r[axis] - frame.node_position(axis, 0)) / frame.spacing));
+  }
+  return node;
+}
+
+/// Measures the regions of a graph that are closed off: what their surfaces enclose.
 class RegionList {
  public:
-  RegionList(const Band& band, Phase phase, const PhaseGraph& graph)
-      : band_(band), graph_(graph), sign_(phase == Phase::gas ? 1.0F : -1.0F) {}
+  RegionList(const Layers& layers, Phase phase, const PhaseGraph& graph)
+      : layers_(layers), band_(layers.top().band()), phase_(phase), graph_(graph) {}
 
   std::vector<Region> run() {
-    place_.assign(graph_.region_limit(), 0);
-    for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
-      for (const LeafPiece& piece : graph_.pieces(n)) {
-        if (piece.region != 0) {
-          add_piece(band_.leaves()[n], piece);
-        }
-      }
+    list_regions();
+    const TriMesh surface = extract_surface(layers_, only_regions());
+    const std::vector<std::size_t> parts = parts_of(surface);
+    // Each part of the surface is that of one region, which any of its cells tells where no two
+    // regions meet.
+    std::vector<std::size_t> region_of(surface.vertices.size(), none);
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+      if (region_of[parts[f]] == none) region_of[parts[f]] = region_next_to(surface, f);
     }
-    for (int x = 0; x < band_.column_count(0); ++x) {
-      for (int y = 0; y < band_.column_count(1); ++y) {
-        add_gaps(x, y);
-      }
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+      const std::size_t region = region_of[parts[f]];
+      if (region != none) add_facet(surface, f, regions_[region]);
     }
     return std::move(regions_);
   }
 
  private:
-  Region& region(std::uint32_t number, const Node& node) {
-    if (place_[number] == 0) {
-      regions_.push_back({.first_node = node, .volume = 0, .lower = 1e300, .upper = -1e300});
-      place_[number] = regions_.size();
-    }
-    return regions_[place_[number] - 1];
-  }
+  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-  void add_piece(const Leaf& leaf, const LeafPiece& piece) {
-    for_each_node(piece.nodes, [&](int n) {
-      const Node node = node_at(leaf, n);
-      Region& r = region(piece.region, node);
-      const float here = depth(node);
-      bool is_inner = true;
-      for (int face = 0; here < next_to_surface && face < 6; ++face) {
-        const std::optional<Node> other = neighbour(node, face);
-        if (other && is_outside(*other)) {
-          add_neighbour(node, *other, face, r);
-          is_inner = false;
-        }
+  void list_regions() {
+    place_.assign(graph_.region_limit(), none);
+    for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
+      for (const LeafPiece& piece : graph_.pieces(n)) {
+        if (piece.region == 0 || place_[piece.region] != none) continue;
+        place_[piece.region] = regions_.size();
+        const auto word = std::find_if(piece.nodes.begin(), piece.nodes.end(),
+                                       [](std::uint64_t bits) { return bits != 0; });
+        const auto i = static_cast<int>(word - piece.nodes.begin());
+        const int node = i * leaf_edge * leaf_edge + std::countr_zero(*word);
+        regions_.push_back({.first_node = node_at(band_.leaves()[n], node),
+                            .volume = 0,
+                            .lower = 1e300,
+                            .upper = -1e300});
       }
-      r.volume += (is_inner ? cell(node) : filled_cell(node)) * cube();
-    });
-  }
-
-  /// What the region fills of the cell of a neighbour that is not part of it, and its surface on
-  /// the way if that is above or below.
-  void add_neighbour(const Node& node, const Node& other, int face, Region& r) const {
-    int sharers = 0;
-    for (int back = 0; back < 6; ++back) {
-      const std::optional<Node> sharer = neighbour(other, back);
-      sharers += sharer && !is_outside(*sharer) ? 1 : 0;
-    }
-    r.volume += filled_cell(other) / sharers * cube();
-    if (face / 2 == 2) {
-      const double cut = crossing(depth(node), depth(other));
-      const double z = (node[2] + (face % 2 == 0 ? -cut : cut)) * band_.frame().spacing;
-      r.lower = std::min(r.lower, z);
-      r.upper = std::max(r.upper, z);
     }
   }
 
-  void add_gaps(int x, int y) {
-    for (const Gap& gap : graph_.gaps(x, y)) {
-      // What has no end below is no void.
-      if (gap.region == 0 || gap.lower == Gap::no_end) {
-        continue;
+  /// As if there were nothing but the regions: for voids their gas, for islands all but their
+  /// solid.
+  OpenGas only_regions() const {
+    OpenGas gas;
+    for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
+      LeafMask nodes{};
+      for (const LeafPiece& piece : graph_.pieces(n)) {
+        for (int i = 0; piece.region != 0 && i < leaf_edge; ++i) nodes[i] |= piece.nodes[i];
       }
-      double share = leaf_edge * (gap.upper - gap.lower);
-      for (int axis = 0; axis < 2; ++axis) {
-        const int first = (axis == 0 ? x : y) * leaf_edge;
-        double width = 0;
-        for (int n = first; n < std::min(first + leaf_edge, band_.node_count(axis)); ++n) {
-          width += cell_share(band_, axis, n);
-        }
-        share *= width;
+      for (const std::uint64_t word : nodes) {
+        gas.open.push_back(phase_ == Phase::gas ? word : ~word);
       }
-      region(gap.region, {x * leaf_edge, y * leaf_edge, gap.lower * leaf_edge}).volume +=
-          share * cube();
+    }
+    return gas;
+  }
+
+  /// The region at the corners of the cell that a facet lies in; none if there are several.
+  std::size_t region_next_to(const TriMesh& surface, std::size_t f) const {
+    const std::array<Vec3d, 3> corner = corners(surface, f);
+    const Node lowest = cell_at(band_.frame(), (corner[0] + corner[1] + corner[2]) / 3.0);
+    std::size_t found = none;
+    for (int n = 0; n < 8; ++n) {
+      const std::size_t region =
+          region_at({lowest[0] + (n & 1), lowest[1] + (n >> 1 & 1), lowest[2] + (n >> 2)});
+      if (region == none || region == found) continue;
+      if (found != none) return none;
+      found = region;
+    }
+    return found;
+  }
+
+  std::size_t region_at(const Node& node) const {
+    const int x = band_.fold(0, node[0]);
+    const int y = band_.fold(1, node[1]);
+    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
+    if (leaf < 0) return none;
+    const int offset = leaf_offset(x, y, node[2]);
+    for (const LeafPiece& piece : graph_.pieces(static_cast<std::size_t>(leaf))) {
+      if ((piece.nodes[offset >> 6] >> (offset & 63) & 1) != 0) {
+        return piece.region == 0 ? none : place_[piece.region];
+      }
+    }
+    return none;
+  }
+
+  /// The divergence of (0, 0, z) is 1, and the domain's sides are upright: facets tell the volume.
+  void add_facet(const TriMesh& surface, std::size_t f, Region& region) const {
+    const std::array<Vec3d, 3> corner = corners(surface, f);
+    const double outwards = phase_ == Phase::gas ? -1 : 1;
+    const double first = region.first_node[2] * band_.frame().spacing;
+    const double height = (corner[0].z + corner[1].z + corner[2].z) / 3 - first;
+    region.volume += outwards * height * area_vector(surface, f).z;
+    for (const Vec3d& r : corner) {
+      region.lower = std::min(region.lower, r.z);
+      region.upper = std::max(region.upper, r.z);
     }
   }
 
-  double cube() const {
-    const double h = band_.frame().spacing;
-    return h * h * h;
-  }
-
-  /// Distance into the phase, in spacings.
-  float depth(const Node& node) const { return sign_ * band_.node(node[0], node[1], node[2]); }
-  bool is_outside(const Node& node) const { return depth(node) < 0; }
-
-  /// Part of a node's cell that lies in the domain.
-  double cell(const Node& node) const {
-    return cell_share(band_, 0, node[0]) * cell_share(band_, 1, node[1]);
-  }
-
-  /// What the phase fills of the cell of a node next to its surface, as if that were flat and along
-  /// the grid.
-  double filled_cell(const Node& node) const {
-    return cell(node) * std::clamp(0.5 + depth(node), 0.0, 1.0);
-  }
-
-  /// A stored node, or none beyond a reflective side.
-  std::optional<Node> neighbour(Node node, int face) const {
-    const int axis = face / 2;
-    node[axis] += face % 2 == 0 ? -1 : 1;
-    if (axis == 2) {
-      return node;
-    }
-    const bool is_stored = node[axis] >= 0 && node[axis] < band_.node_count(axis);
-    if (!is_stored && band_.frame().boundary[axis] == Boundary::reflective) {
-      return std::nullopt;
-    }
-    node[axis] = band_.fold(axis, node[axis]);
-    return node;
-  }
-
+  const Layers& layers_;
   const Band& band_;
+  Phase phase_;
   const PhaseGraph& graph_;
-  float sign_;
-  std::vector<std::size_t> place_;
+  std::vector<std::size_t> place_;  ///< in the list, by the number in the graph
   std::vector<Region> regions_;
 };
 
@@ -210,7 +203,7 @@ OpenGas open_gas(const Layers& layers) {
     }
   }
   if (graph.has_closed_regions()) {
-    gas.voids = RegionList(band, Phase::gas, graph).run();
+    gas.voids = RegionList(layers, Phase::gas, graph).run();
   }
   return gas;
 }
@@ -221,7 +214,7 @@ std::vector<Region> remove_islands(Layers& layers) {
   if (!graph.has_closed_regions()) {
     return {};
   }
-  std::vector<Region> islands = RegionList(band, Phase::solid, graph).run();
+  std::vector<Region> islands = RegionList(layers, Phase::solid, graph).run();
   clear_islands(band, graph);
   cut_lower_layers(layers);
   return islands;

@@ -11,7 +11,10 @@ namespace scarp {
 /// A piece of gas that no path joins to the source (a void), or of solid that none joins to the
 /// wafer (an island).
 ///
-/// Units: nm. In two dimensions the volume is that of a slice one spacing thick.
+/// Volume and heights are those of its extracted surface, also where that is an edge. Facets there
+/// look at nodes beyond: while the nodes of a closed void stay as they are, its seam may settle by
+/// a tenth of a spacing. Units: nm. In two dimensions the volume is that of a slice one spacing
+/// thick.
 struct Region {
   /// The first of its nodes in the order of the band. A void does not move while it is closed, so
   /// this tells it from others from one time step to the next.
@@ -39,7 +42,7 @@ struct OpenGas {
 
 /// Labels the gas of the top layer.
 ///
-/// Cost: linear in the number of leaves of the band.
+/// Cost: linear in the number of leaves of the band, and where there are voids in their surface.
 OpenGas open_gas(const Layers& layers);
 
 /// Takes away all solid that is not joined to the wafer, of every layer, and tells what it was.

@@ -2,8 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
 #include <sstream>
 #include <tuple>
+#include <utility>
+
+#include "core/triangle_tree.h"
 
 namespace scarp {
 
@@ -54,6 +60,11 @@ bool is_beyond(const Sides& sides, double tolerance, Vec3f a, Vec3f b) {
 
 std::optional<std::string> fault_of_patch(const Frame& frame, const TriMesh& mesh,
                                           const std::vector<VertexPair>& border) {
+  const std::vector<TriMesh> parts = separate_parts(mesh);
+  if (parts.size() > 1) {
+    return "is open and in pieces: nothing joins those at " + text(parts[0].vertices[0]) + " and " +
+           text(parts[1].vertices[0]) + "; write each to a file of its own";
+  }
   const Sides sides = frame.sides();
   const double tolerance = 1e-3 * frame.spacing;
   for (const VertexPair& edge : border) {
@@ -76,9 +87,144 @@ std::optional<std::string> fault_of_patch(const Frame& frame, const TriMesh& mes
   return std::nullopt;
 }
 
+double volume_of(const TriMesh& mesh) {
+  double volume = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    volume += dot(corners(mesh, f)[0], area_vector(mesh, f)) / 3;
+  }
+  return volume;
+}
+
+double distance_to(const Box& box, Vec3d r) {
+  Vec3d beyond;
+  for (int axis = 0; axis < 3; ++axis) {
+    beyond[axis] = std::max({box.lower[axis] - r[axis], r[axis] - box.upper[axis], 0.0});
+  }
+  return length(beyond);
+}
+
+template <class Solid>
+bool is_within(const TriMesh& mesh, const Solid& solid) {
+  return std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                     [&](Vec3f r) { return solid(Vec3d(r)).value <= 0; });
+}
+
 double angle(Vec3d a, Vec3d b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
 
 }  // namespace
+
+/// The surface of one part of a mesh, closed or an open patch.
+class MeshSolid::Part {
+ public:
+  explicit Part(const TriMesh& mesh);
+
+  Distance operator()(Vec3d r) const;
+  double volume() const { return volume_; }
+
+  /// No point of it is nearer to r than that.
+  double at_least(Vec3d r) const { return distance_to(box_, r); }
+
+ private:
+  Vec3d outside(const ClosestPoint& closest) const;
+
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3d> face_normals_;
+  std::vector<Vec3d> vertex_normals_;
+  std::map<VertexPair, Vec3d> edge_normals_;  ///< lower vertex first
+  TriangleTree tree_;
+  Box box_;
+  double volume_;
+};
+
+MeshSolid::Part::Part(const TriMesh& mesh)
+    : triangles_(mesh.triangles), tree_(mesh), box_(bounding_box(mesh)), volume_(volume_of(mesh)) {
+  vertex_normals_.resize(mesh.vertices.size());
+  for (std::size_t f = 0; f < triangles_.size(); ++f) {
+    const std::array<Vec3d, 3> corner = corners(mesh, f);
+    const Vec3d normal = normalized(area_vector(mesh, f));
+    face_normals_.push_back(normal);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t next = (c + 1) % 3;
+      const Vec3d to_next = corner[next] - corner[c];
+      const Vec3d to_last = corner[(c + 2) % 3] - corner[c];
+      vertex_normals_[triangles_[f][c]] += angle(to_next, to_last) * normal;
+      edge_normals_[std::minmax(triangles_[f][c], triangles_[f][next])] += normal;
+    }
+  }
+}
+
+/// A direction that points outside next to the closest point.
+Vec3d MeshSolid::Part::outside(const ClosestPoint& closest) const {
+  constexpr double on_edge = 1e-12;
+  const Triangle& triangle = triangles_[closest.triangle];
+  std::vector<std::uint32_t> touched;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (closest.barycentric[c] > on_edge) touched.push_back(triangle[c]);
+  }
+  if (touched.size() == 1) return vertex_normals_[touched[0]];
+  if (touched.size() == 2) return edge_normals_.at(std::minmax(touched[0], touched[1]));
+  return face_normals_[closest.triangle];
+}
+
+Distance MeshSolid::Part::operator()(Vec3d r) const {
+  const ClosestPoint closest = tree_.closest(r);
+  const Vec3d direction = outside(closest);
+  const Vec3d away = r - closest.point;
+  const double sign = dot(away, direction) < 0 ? -1 : 1;
+  if (closest.distance == 0) return {0, normalized(direction)};
+  return {sign * closest.distance, (sign / closest.distance) * away};
+}
+
+/// What one part encloses, without its cavities; those face inwards, so all around one is inside.
+struct MeshSolid::Body {
+  Part outside;
+  std::vector<Part> cavities{};
+
+  Distance operator()(Vec3d r) const {
+    Distance distance = outside(r);
+    for (const Part& cavity : cavities) {
+      if (cavity.at_least(r) < std::abs(distance.value)) {
+        distance = intersect(distance, cavity(r));
+      }
+    }
+    return distance;
+  }
+};
+
+MeshSolid::MeshSolid(const TriMesh& mesh) {
+  if (mesh_border(mesh) > 0) {
+    bodies_.push_back({.outside = Part(mesh)});
+    return;
+  }
+  std::vector<TriMesh> cavities;
+  for (TriMesh& part : separate_parts(mesh)) {
+    if (volume_of(part) > 0) {
+      bodies_.push_back({.outside = Part(part)});
+    } else {
+      cavities.push_back(std::move(part));
+    }
+  }
+  for (const TriMesh& cavity : cavities) {
+    // It belongs to the smallest body around it; mesh_fault has seen that there is one.
+    Body* owner = nullptr;
+    for (Body& body : bodies_) {
+      const bool is_smaller = owner == nullptr || body.outside.volume() < owner->outside.volume();
+      if (is_smaller && is_within(cavity, body.outside)) owner = &body;
+    }
+    if (owner != nullptr) owner->cavities.emplace_back(cavity);
+  }
+}
+
+MeshSolid::~MeshSolid() = default;
+
+Distance MeshSolid::operator()(Vec3d r) const {
+  Distance all = bodies_[0](r);
+  for (std::size_t n = 1; n < bodies_.size(); ++n) {
+    // What is further away than the surface known already does not count.
+    if (bodies_[n].outside.at_least(r) < std::abs(all.value)) all = unite(all, bodies_[n](r));
+  }
+  return all;
+}
 
 TriMesh welded(const TriMesh& mesh) {
   std::map<std::tuple<float, float, float>, std::uint32_t> known;
@@ -99,6 +245,89 @@ TriMesh welded(const TriMesh& mesh) {
   return result;
 }
 
+std::vector<TriMesh> separate_parts(const TriMesh& mesh) {
+  std::vector<std::size_t> parent(mesh.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](std::size_t f) {
+    while (parent[f] != f) f = parent[f] = parent[parent[f]];
+    return f;
+  };
+  std::map<VertexPair, std::size_t> first_at;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Triangle& t = mesh.triangles[f];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t other =
+          first_at.insert({std::minmax(t[c], t[(c + 1) % 3]), f}).first->second;
+      const std::size_t joined = std::min(root(f), root(other));
+      parent[root(f)] = parent[root(other)] = joined;
+    }
+  }
+  std::map<std::size_t, TriMesh> triangles_at;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    triangles_at[root(f)].triangles.push_back(mesh.triangles[f]);
+  }
+  std::vector<TriMesh> parts;
+  for (auto& [first, part] : triangles_at) {
+    std::map<std::uint32_t, std::uint32_t> number;
+    for (Triangle& t : part.triangles) {
+      for (std::uint32_t& v : t) {
+        const auto next = static_cast<std::uint32_t>(part.vertices.size());
+        const auto [entry, is_new] = number.insert({v, next});
+        if (is_new) part.vertices.push_back(mesh.vertices[v]);
+        v = entry->second;
+      }
+    }
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+namespace {
+
+/// A direction in which a body may be thin, beside the axes: across its largest triangle.
+Vec3d across_largest_triangle(const TriMesh& mesh) {
+  Vec3d largest;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Vec3d area = area_vector(mesh, f);
+    if (dot(area, area) > dot(largest, largest)) largest = area;
+  }
+  return normalized(largest);
+}
+
+/// A part that is inside out must be a cavity of another one.
+std::optional<std::string> fault_of_bodies(const TriMesh& mesh) {
+  const std::vector<TriMesh> parts = separate_parts(mesh);
+  for (const TriMesh& cavity : parts) {
+    if (volume_of(cavity) > 0) continue;
+    const bool is_in_body = std::any_of(parts.begin(), parts.end(), [&](const TriMesh& part) {
+      return volume_of(part) > 0 && is_within(cavity, MeshSolid(part));
+    });
+    if (!is_in_body) {
+      return "is inside out, for example at " + text(cavity.vertices[0]) +
+             (parts.size() > 1 ? ", and not a cavity: no other body is all around it" : "") +
+             "; turn its triangles over";
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+double thickness(const TriMesh& mesh) {
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const Vec3d direction :
+       {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, across_largest_triangle(mesh)}) {
+    double lower = std::numeric_limits<double>::infinity();
+    double upper = -lower;
+    for (const Vec3f& r : mesh.vertices) {
+      lower = std::min(lower, dot(Vec3d(r), direction));
+      upper = std::max(upper, dot(Vec3d(r), direction));
+    }
+    thinnest = std::min(thinnest, upper - lower);
+  }
+  return thinnest;
+}
+
 std::size_t mesh_border(const TriMesh& mesh) { return border_of(directed_edges(mesh)).size(); }
 
 std::optional<std::string> mesh_fault(const Frame& frame, const TriMesh& mesh) {
@@ -107,58 +336,13 @@ std::optional<std::string> mesh_fault(const Frame& frame, const TriMesh& mesh) {
   for (const auto& [edge, count] : directed) {
     if (count > 1) {
       return edge_text(mesh, edge) +
-             " has more than two triangles, or two that are oriented differently";
+             " has more than two triangles, or two that are oriented differently; orient all "
+             "outwards, and let bodies overlap rather than share an edge";
     }
   }
   const std::vector<VertexPair> border = border_of(directed);
   if (!border.empty()) return fault_of_patch(frame, mesh, border);
-  double volume = 0;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    volume += dot(corners(mesh, f)[0], area_vector(mesh, f));
-  }
-  if (volume <= 0) {
-    return "is inside out, for example at " + text(mesh.vertices[mesh.triangles[0][0]]) +
-           "; turn its triangles over";
-  }
-  return std::nullopt;
-}
-
-MeshSolid::MeshSolid(const TriMesh& mesh) : triangles_(mesh.triangles), tree_(mesh) {
-  vertex_normals_.resize(mesh.vertices.size());
-  for (std::size_t f = 0; f < triangles_.size(); ++f) {
-    const std::array<Vec3d, 3> corner = corners(mesh, f);
-    const Vec3d normal = normalized(area_vector(mesh, f));
-    face_normals_.push_back(normal);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t next = (c + 1) % 3;
-      const Vec3d to_next = corner[next] - corner[c];
-      const Vec3d to_last = corner[(c + 2) % 3] - corner[c];
-      vertex_normals_[triangles_[f][c]] += angle(to_next, to_last) * normal;
-      edge_normals_[std::minmax(triangles_[f][c], triangles_[f][next])] += normal;
-    }
-  }
-}
-
-/// A direction that points outside next to the closest point.
-Vec3d MeshSolid::outside(const ClosestPoint& closest) const {
-  constexpr double on_edge = 1e-12;
-  const Triangle& triangle = triangles_[closest.triangle];
-  std::vector<std::uint32_t> touched;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (closest.barycentric[c] > on_edge) touched.push_back(triangle[c]);
-  }
-  if (touched.size() == 1) return vertex_normals_[touched[0]];
-  if (touched.size() == 2) return edge_normals_.at(std::minmax(touched[0], touched[1]));
-  return face_normals_[closest.triangle];
-}
-
-Distance MeshSolid::operator()(Vec3d r) const {
-  const ClosestPoint closest = tree_.closest(r);
-  const Vec3d direction = outside(closest);
-  const Vec3d away = r - closest.point;
-  const double sign = dot(away, direction) < 0 ? -1 : 1;
-  if (closest.distance == 0) return {0, normalized(direction)};
-  return {sign * closest.distance, (sign / closest.distance) * away};
+  return fault_of_bodies(mesh);
 }
 
 }  // namespace scarp

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/frame.h"
 #include "core/tri_mesh.h"
-#include "core/triangle_tree.h"
 #include "levelset/distance.h"
 
 namespace scarp {
@@ -21,31 +18,39 @@ TriMesh welded(const TriMesh& mesh);
 /// The number of edges with one triangle only; 0 for a closed mesh.
 std::size_t mesh_border(const TriMesh& mesh);
 
-/// Why a welded mesh is neither the surface of a body (closed, normals outwards) nor an open patch
-/// over the whole domain (its border on the sides or beyond, normals upwards). Names the place.
+/// The parts of a welded mesh that no edge joins, in the order of their first triangles.
+std::vector<TriMesh> separate_parts(const TriMesh& mesh);
+
+/// How far a mesh reaches, along an axis or across its largest triangle, whichever is least.
+double thickness(const TriMesh& mesh);
+
+/// Why a welded mesh is neither the surface of bodies (closed, normals outwards, or inwards for
+/// cavities of a body) nor one open patch over the whole domain (its border on the sides or beyond,
+/// normals upwards). Names the place.
 std::optional<std::string> mesh_fault(const Frame& frame, const TriMesh& mesh);
 
 /// What is inside a closed mesh, or below an open patch: signed distance, negative inside.
 ///
-/// Exact for meshes that do not cut through themselves.
+/// Parts may overlap and contain each other: solid is what lies in any body and not in a cavity of
+/// that body, which is where the mesh winds around a point more often than not at all. Exact for
+/// parts that do not cut through themselves, except inside, where parts overlap: the distance is
+/// that of solids put together.
 /// Shape:  a welded mesh without mesh_fault.
-/// Cost:   a closest-point query; see TriangleTree.
+/// Cost:   a closest-point query (see TriangleTree) for every part that may be the nearest one.
 /// Source: sign by the angle-weighted normal of the closest face, edge or vertex, Baerentzen and
 ///         Aanaes 2005.
 class MeshSolid {
  public:
   explicit MeshSolid(const TriMesh& mesh);
+  ~MeshSolid();
 
   Distance operator()(Vec3d r) const;
 
  private:
-  Vec3d outside(const ClosestPoint& closest) const;
+  class Part;
+  struct Body;
 
-  std::vector<Triangle> triangles_;
-  std::vector<Vec3d> face_normals_;
-  std::vector<Vec3d> vertex_normals_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3d> edge_normals_;  ///< lower vertex first
-  TriangleTree tree_;
+  std::vector<Body> bodies_;
 };
 
 }  // namespace scarp

@@ -299,11 +299,16 @@ class Builder {
   }
 
   /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
-  /// only what lies in the run. The radius is that of the top layer's edges around the mouth.
+  /// only what lies in the run, and a little more: what lay on its surface is gone without a film
+  /// that dilation would make solid. The radius is that of the top layer's edges around the mouth.
   void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) {
+    const double lift = 3 * dilation * frame_.spacing;
     operations_.push_back([=](Vec3d r, std::vector<Distance>& all) {
       const Distance open = gone(r);
-      const Distance open_in_run = intersect(open, all[last]);
+      Distance run = all[last];
+      run.value -= lift;
+      run.bound -= lift;
+      const Distance open_in_run = intersect(open, run);
       for (std::size_t layer = all.size(); layer-- > first;) {
         const Distance& hole = layer <= last ? open : open_in_run;
         const bool is_top = layer + 1 == all.size();

@@ -107,10 +107,10 @@ class Checker {
     }
   }
 
-  void taper(double angle) {
-    if (!(std::abs(angle) < 0.49 * std::numbers::pi)) {
-      report("taper", "must lie between -88 deg and 88 deg");
-    }
+  bool taper(double angle) {
+    const bool is_good = std::abs(angle) < 0.49 * std::numbers::pi;
+    if (!is_good) report("taper", "must lie between -88 deg and 88 deg");
+    return is_good;
   }
 
   /// Where a shape lies along an axis, copies included. key and centre_key are named in messages.
@@ -318,48 +318,55 @@ class Checker {
   }
 
   void check(const MaskShape& s) {
-    feature("thickness", s.thickness);
-    taper(s.taper);
+    const bool thickness_is_good = feature("thickness", s.thickness);
+    const bool has_growth = taper(s.taper) && thickness_is_good;
     add_layers("material", 1);
     reach("thickness", lowest_, highest_ + s.thickness);
-    const std::string prefix = s.outlines == MaskShape::Outlines::opening ? "opening." : "resist.";
-    if (const auto* polygon = std::get_if<PolygonOutline>(&s.outline)) {
-      check_polygon(prefix, *polygon, s);
-    } else {
-      std::visit([&](const auto& outline) { check_outline(prefix, outline); }, s.outline);
-    }
+    const bool opening = s.outlines == MaskShape::Outlines::opening;
+    const double growth = has_growth ? (opening ? 1 : -1) * s.thickness * std::tan(s.taper) : 0;
+    const std::string prefix = opening ? "opening." : "resist.";
+    std::visit([&](const auto& outline) { check_outline(prefix, outline, growth); }, s.outline);
     materials_.push_back(s.material);
   }
 
   void check(const MeshShape& s) {
     if (frame_.two_dimensional) {
       report("shape", "meshes need three dimensions");
-    } else if (const auto fault = mesh_fault(frame_, welded(*s.mesh))) {
-      report("file", *fault);
     } else {
-      const Box box = bounding_box(*s.mesh);
-      mesh_size(*s.mesh, box);
-      reach("file", box.lower.z, box.upper.z);
+      const TriMesh mesh = welded(*s.mesh);
+      if (const auto fault = mesh_fault(frame_, mesh)) {
+        report("file", *fault);
+      } else {
+        const Box box = bounding_box(mesh);
+        mesh_size(mesh, box);
+        reach("file", box.lower.z, box.upper.z);
+      }
     }
     add_layers("material", s.material ? 1 : 0);
     if (s.material) materials_.push_back(*s.material);
   }
 
-  /// Something of a mesh is in the domain, and a body of it is not lost between the nodes.
+  /// Something of a mesh is in the domain, and no body of it is lost between the nodes.
   void mesh_size(const TriMesh& mesh, const Box& box) {
-    const double shortest = thinnest * frame_.spacing * (1 - 1e-9);
-    const Vec3d size = box.upper - box.lower;
-    bool is_outside = false;
     for (int axis = 0; axis < 2; ++axis) {
-      is_outside = is_outside || box.upper[axis] <= sides_.lower[axis] ||
-                   box.lower[axis] >= sides_.upper[axis];
+      if (box.upper[axis] <= sides_.lower[axis] || box.lower[axis] >= sides_.upper[axis]) {
+        report_outside("file");
+        return;
+      }
     }
-    if (is_outside) {
-      report_outside("file");
-    } else if (std::max({size.x, size.y, size.z}) < shortest && mesh_border(welded(mesh)) == 0) {
-      report("file", "is " + in_nm(std::max({size.x, size.y, size.z})) +
-                         " in its longest direction, thinner than two grid spacings (" +
-                         in_nm(thinnest * frame_.spacing) + "); is its unit right?");
+    if (mesh_border(mesh) > 0) return;
+    for (const TriMesh& part : separate_parts(mesh)) {
+      const double thick = thickness(part);
+      if (thick < thinnest * frame_.spacing * (1 - 1e-9)) {
+        const Box body = bounding_box(part);
+        const Vec3d size = body.upper - body.lower;
+        report("file",
+               "has a body around " + place(0.5 * (body.lower + body.upper)) + " that is " +
+                   in_nm(thick) + " thick and " + in_nm(std::max({size.x, size.y, size.z})) +
+                   " long, thinner than two grid spacings (" + in_nm(thinnest * frame_.spacing) +
+                   "); choose a smaller spacing, or another unit if that is wrong");
+        return;
+      }
     }
   }
 
@@ -368,26 +375,46 @@ class Checker {
                     " to " + place(sides_.upper));
   }
 
-  void check_outline(const std::string& prefix, const SlotOutline& s) {
-    if (feature(prefix + "width", s.width)) row(prefix, s.along, s.centre, s.width, s.repeat);
+  // Growth is by how much an outline lies further out at the top of the mask than at its foot.
+
+  void check_outline(const std::string& prefix, const SlotOutline& s, double growth) {
+    if (!feature(prefix + "width", s.width)) return;
+    row(prefix, s.along, s.centre, s.width + std::max(2 * growth, 0.0), s.repeat);
+    narrow_end(prefix, s.width + 2 * growth);
   }
-  void check_outline(const std::string& prefix, const CircleOutline& s) {
-    round_outline(prefix, s.centre, s.radius, s.radius, s.repeat);
+  void check_outline(const std::string& prefix, const CircleOutline& s, double growth) {
+    if (round_outline(prefix, s.centre, s.radius, s.radius + std::max(growth, 0.0), s.repeat)) {
+      narrow_end(prefix, 2 * (s.radius + growth));
+    }
   }
-  void check_outline(const std::string& prefix, const RectangleOutline& s) {
+  void check_outline(const std::string& prefix, const RectangleOutline& s, double growth) {
     if (!lattice(prefix, s.repeat)) return;
+    bool is_good = true;
     for (int axis = 0; axis < 2; ++axis) {
       if (feature(prefix + "size", s.size[axis])) {
-        interval({prefix + "size", prefix + "center", axis, s.centre[axis], s.size[axis],
-                  s.repeat.count[axis], s.repeat.pitch[axis]});
+        interval({prefix + "size", prefix + "center", axis, s.centre[axis],
+                  s.size[axis] + std::max(2 * growth, 0.0), s.repeat.count[axis],
+                  s.repeat.pitch[axis]});
+      } else {
+        is_good = false;
       }
     }
+    if (is_good) narrow_end(prefix, std::min(s.size[0], s.size[1]) + 2 * growth);
     radius(prefix + "corner_radius", s.corner_radius, 0.5 * std::min(s.size[0], s.size[1]));
   }
-  void check_outline(const std::string&, const PolygonOutline&) {}
+
+  /// The outline must not close below the top of the mask.
+  void narrow_end(const std::string& prefix, double width) {
+    if (width < thinnest * frame_.spacing * (1 - 1e-9)) {
+      report("taper", "leaves " + in_nm(std::max(width, 0.0)) + " of the " +
+                          prefix.substr(0, prefix.size() - 1) +
+                          " at the top of the mask: less than two grid spacings (" +
+                          in_nm(thinnest * frame_.spacing) + ")");
+    }
+  }
 
   /// The walls must stand on their own at the foot and at the top.
-  void check_polygon(const std::string& prefix, const PolygonOutline& outline, const MaskShape& s) {
+  void check_outline(const std::string& prefix, const PolygonOutline& outline, double growth) {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
     const std::string key = prefix + (is_list ? "points" : "file");
     if (frame_.two_dimensional) {
@@ -401,15 +428,13 @@ class Checker {
       }
     }
     const double shortest = thinnest * frame_.spacing;
-    const bool opening = s.outlines == MaskShape::Outlines::opening;
-    const double growth = (opening ? 1 : -1) * s.thickness * std::tan(s.taper);
-    if (!std::isfinite(growth)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
     if (foot.empty()) {
       report_outside(key);
     } else if (covers_domain(foot)) {
-      report(key, opening ? "covers the whole domain and leaves nothing of the mask"
-                          : "covers the whole domain; write shape = \"layer\" for that");
+      report(key, prefix == "opening."
+                      ? "covers the whole domain and leaves nothing of the mask"
+                      : "covers the whole domain; write shape = \"layer\" for that");
     } else if (const auto fault = thin_feature(frame_, foot, shortest)) {
       report(key, *fault);
     } else if (growth != 0) {
@@ -438,6 +463,9 @@ class Checker {
     return true;
   }
 
+  static std::string place(Vec3d r) {
+    return '(' + in_nm(r.x) + ", " + in_nm(r.y) + ", " + in_nm(r.z) + ')';
+  }
   static std::string place(const std::array<double, 2>& corner) {
     return '(' + in_nm(corner[0]) + ", " + in_nm(corner[1]) + ')';
   }

@@ -94,6 +94,57 @@ TEST_F(CommandLine, CheckPrintsTheRecipeThatIsRun) {
   EXPECT_EQ(scarp("check " + path("resolved.toml") + " --quiet").exit_code, 0);
 }
 
+TEST_F(CommandLine, PreviewTellsOfLooseSolidAndOfVoidsInTheStartGeometry) {
+  // Resist whose foot is cut away, itself cut in two; a film closes the re-entrant trench below.
+  write("loose.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "Cu"
+thickness = "100 nm"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "50 nm"
+resist = { shape = "trench", width = "80 nm" }
+[[geometry]]
+shape = "trench"
+width = "300 nm"
+depth = "100 nm"
+through = ["Cu"]
+[[geometry]]
+shape = "trench"
+width = "60 nm"
+depth = "200 nm"
+depth_from = "Si"
+taper = "-10 deg"
+[[step]]
+model = "conformal"
+thickness = "40 nm"
+material = "SiO2"
+[[step]]
+model = "isotropic"
+duration = "2 s"
+etch_rate = "1 nm/s"
+)");
+  const Outcome outcome = scarp("preview " + path("loose.toml") + " -o " + path("out"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  EXPECT_THAT(outcome.messages, HasSubstr("warning: the start geometry has solid that nothing "
+                                          "joins to the wafer: 2 pieces of 0.0"));
+  EXPECT_THAT(outcome.messages, HasSubstr("1 void closed from the start\n  0.0"));
+  const nlohmann::json result =
+      json_of(scarp("preview --json " + path("loose.toml") + " -o " + path("out")));
+  EXPECT_EQ(result["islands_removed"]["count"], 2);
+  EXPECT_EQ(result["void_count"], 1);
+  EXPECT_GT(result["void_volume_nm3"], 0);
+}
+
 TEST_F(CommandLine, PreviewWritesTheStartGeometryAndLeavesARunAlone) {
   fs::create_directories(folder_ / "out");
   write("out/metrics.csv", "kept");

@@ -193,9 +193,10 @@ TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
   ASSERT_GE(seen.size(), 30U);
   seen.resize(seen.size() - 3);
   for (const Region& same : seen) {
-    EXPECT_EQ(same.volume, seen.front().volume);
+    // Facets at the seam in the neck look at nodes beyond, which do change.
+    EXPECT_NEAR(same.volume, seen.front().volume, 2e-4 * same.volume);
     EXPECT_EQ(same.lower, seen.front().lower);
-    EXPECT_EQ(same.upper, seen.front().upper);
+    EXPECT_NEAR(same.upper, seen.front().upper, 0.2);
   }
   EXPECT_NEAR(seen.front().lower, -50.3 + 10.2, 0.5 + 0.4);
   // The dent above the neck, where two arcs of the film's thickness meet, comes down to the void.

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <numeric>
 
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
@@ -67,6 +70,83 @@ TEST(MeshSolid, ABoxHasItsSignedDistanceEverywhere) {
   }
 }
 
+TriMesh together(const TriMesh& a, const TriMesh& b) {
+  TriMesh both = a;
+  const auto count = static_cast<std::uint32_t>(a.vertices.size());
+  both.vertices.insert(both.vertices.end(), b.vertices.begin(), b.vertices.end());
+  for (const Triangle& t : b.triangles) {
+    both.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+  }
+  return both;
+}
+
+/// The exact sign, whatever the order of the bodies in the file.
+void expect_solid_where(const std::vector<TriMesh>& bodies, const std::function<bool(Vec3d)>& in) {
+  std::vector<std::size_t> order(bodies.size());
+  std::iota(order.begin(), order.end(), 0);
+  do {
+    TriMesh mesh;
+    for (const std::size_t n : order) mesh = together(mesh, bodies[n]);
+    ASSERT_EQ(mesh_fault(frame, welded(mesh)), std::nullopt);
+    const MeshSolid solid(welded(mesh));
+    for (double x = -14.1; x <= 14; x += 1.5) {
+      for (double y = -14.2; y <= 14; y += 1.9) {
+        for (double z = -2.3; z <= 18; z += 1.13) {
+          ASSERT_EQ(solid({x, y, z}).value < 0, in({x, y, z})) << x << ' ' << y << ' ' << z;
+        }
+      }
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+/// Whether r lies within a cube around (0, 0, 8).
+bool in_cube(Vec3d r, double half) {
+  return std::max({std::abs(r.x), std::abs(r.y), std::abs(r.z - 8)}) < half;
+}
+
+TriMesh cube(float half) { return box_mesh({-half, -half, 8 - half}, {half, half, 8 + half}); }
+
+TriMesh hollow(float half) {
+  TriMesh mesh = cube(half);
+  turn_over(mesh);
+  return mesh;
+}
+
+TEST(MeshSolid, BodiesOfOneFileMayOverlapAndContainEachOther) {
+  // Inside one body the surface of another means nothing.
+  expect_solid_where({cube(8), cube(4), cube(2)}, [](Vec3d r) { return in_cube(r, 8); });
+  const Vec3f shift{6, 0, 0};
+  TriMesh moved = cube(4);
+  for (Vec3f& r : moved.vertices) r += shift;
+  expect_solid_where({cube(5), moved},
+                     [&](Vec3d r) { return in_cube(r, 5) || in_cube(r - Vec3d(shift), 4); });
+}
+
+TEST(MeshSolid, ABodyInsideOutIsACavityOfTheSmallestAroundIt) {
+  expect_solid_where({cube(8), hollow(6), cube(4), hollow(3)}, [](Vec3d r) {
+    return in_cube(r, 8) && !in_cube(r, 6) ? true : in_cube(r, 4) && !in_cube(r, 3);
+  });
+  TriMesh beside = cube(2);
+  for (Vec3f& r : beside.vertices) r.x += 9;
+  EXPECT_THAT(mesh_fault(frame, welded(together(hollow(4), beside))).value_or("none"),
+              HasSubstr("no other body is all around it"));
+}
+
+TEST(MeshSolid, DistancesToSeveralBodiesAreThoseToTheirUnion) {
+  const Vec3f shift{0, 0, 12};
+  TriMesh above = cube(4);
+  for (Vec3f& r : above.vertices) r += shift;
+  const MeshSolid solid(welded(together(cube(5), above)));
+  EXPECT_NEAR(solid({0, 0, 0}).value, 3, 1e-9);
+  EXPECT_NEAR(solid({0, 0, 14.5}).value, 1.5, 1e-9);
+  EXPECT_NEAR(solid({0, 0, 17}).value, -1, 1e-9);
+  EXPECT_NEAR(solid({0, 8, 25}).value, std::hypot(4, 1), 1e-9);
+  const MeshSolid shell(welded(together(hollow(3), cube(6))));
+  EXPECT_NEAR(shell({0, 0, 8}).value, 3, 1e-9);
+  EXPECT_NEAR(shell({0, 4, 8}).value, -1, 1e-9);
+  EXPECT_NEAR(shell({0, 5.5, 8}).value, -0.5, 1e-9);
+}
+
 TEST(MeshSolid, FaultsNameThePlace) {
   const auto fault = [](TriMesh mesh) { return mesh_fault(frame, welded(mesh)).value_or("none"); };
   const TriMesh closed = box_mesh({-6, -7, 2}, {6, 7, 12});
@@ -89,6 +169,14 @@ TEST(MeshSolid, FaultsNameThePlace) {
   turn_over(down);
   EXPECT_THAT(fault(down), HasSubstr("faces down"));
   EXPECT_THAT(fault({}), HasSubstr("no triangle"));
+  EXPECT_THAT(fault(together(patch(20, 4, flat), closed)), HasSubstr("is open and in pieces"));
+}
+
+TEST(MeshSolid, ThicknessIsThatOfAPlateHoweverItLies) {
+  TriMesh plate = box_mesh({-9, -9, 0}, {9, 9, 1.5F});
+  EXPECT_NEAR(thickness(plate), 1.5, 1e-9);
+  for (Vec3f& r : plate.vertices) r = {0.6F * r.x - 0.8F * r.z, r.y, 0.8F * r.x + 0.6F * r.z};
+  EXPECT_NEAR(thickness(plate), 1.5, 1e-5);
 }
 
 double volume_above_zero(const std::vector<Shape>& shapes) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "levelset/connectivity.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
 #include "surfaces.h"
@@ -359,6 +360,16 @@ Shape polygon(const Loop& loop, double taper = 0) {
       .material = 1, .thickness = 5, .taper = taper, .outline = PolygonOutline{.loops = {loop}}};
 }
 
+/// A mask 6 nm thick.
+Shape mask(const Outline& outline, double taper, bool is_opening = true) {
+  return MaskShape{
+      .material = 1,
+      .thickness = 6,
+      .taper = taper,
+      .outlines = is_opening ? MaskShape::Outlines::opening : MaskShape::Outlines::resist,
+      .outline = outline};
+}
+
 /// A tetrahedron with right angles at a corner.
 Shape tetrahedron(Vec3f corner, float size) {
   TriMesh mesh;
@@ -366,6 +377,24 @@ Shape tetrahedron(Vec3f corner, float size) {
                    corner + Vec3f{0, 0, size}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   return MeshShape{.mesh = std::make_shared<TriMesh>(mesh), .material = 1};
+}
+
+// What lay on the surface of a layer that is cut away below it is not left as a film.
+TEST(Shapes, AMaskThatIsCutFreeLeavesNoSheet) {
+  const Frame frame{.spacing = 1, .cells = {40, 20}};
+  TrenchShape below{.width = 30};
+  below.cut = {.depth = 10, .through = {1}};
+  Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{}, LayerShape{.material = 1, .thickness = 10},
+                                MaskShape{.material = 2,
+                                          .thickness = 6,
+                                          .outlines = MaskShape::Outlines::resist,
+                                          .outline = SlotOutline{.width = 12}},
+                                below});
+  const std::vector<Region> islands = remove_islands(layers);
+  ASSERT_EQ(islands.size(), 1U);
+  EXPECT_NEAR(islands[0].volume, 12 * 6 * 20, 2);
+  EXPECT_NEAR(islands[0].lower, 10, 0.01);
 }
 
 TEST(Shapes, AMeshIsAcceptedWhereAnyOfItIsInTheDomain) {
@@ -415,12 +444,28 @@ INSTANTIATE_TEST_SUITE_P(
                  "geometry[1].opening.points: walls near"},
         BadShape{polygon({{-5, -2}, {5, -2}, {5, 2}, {-5, 2}}, -0.5),
                  "geometry[1].taper: makes the walls of the polygon meet"},
+        BadShape{mask(SlotOutline{.width = 9}, -0.6), "geometry[1].taper: leaves 0.790"},
+        BadShape{mask(SlotOutline{.width = 9}, 0.6, false), "geometry[1].taper: leaves 0.790"},
+        BadShape{mask(CircleOutline{.radius = 4.5}, 0.6, false), "geometry[1].taper: leaves 0.790"},
+        BadShape{mask(RectangleOutline{.size = {20, 9}}, 0.6, false),
+                 "geometry[1].taper: leaves 0.790"},
+        BadShape{mask(RectangleOutline{.size = {20, 9}}, 1, false),
+                 "geometry[1].taper: leaves 0 nm of the resist at the top of the mask: less"},
+        BadShape{mask(SlotOutline{.width = 6, .repeat = {.count = {3, 1}, .pitch = {13, 0}}}, 0.6),
+                 "geometry[1].opening.pitch: leaves -1.2"},
+        BadShape{
+            mask(CircleOutline{.radius = 3, .repeat = {.count = {3, 1}, .pitch = {13, 0}}}, 0.6),
+            "geometry[1].opening.pitch: leaves -1.2"},
+        BadShape{
+            mask(RectangleOutline{.size = {6, 6}, .repeat = {.count = {1, 2}, .pitch = {0, 13}}},
+                 -0.6, false),
+            "geometry[1].resist.pitch: leaves -1.2"},
         BadShape{MeshShape{.mesh = std::make_shared<TriMesh>()},
                  "geometry[1].file: has no triangle"},
         BadShape{tetrahedron({25, 0, 0}, 5),
                  "geometry[1].file: lies wholly outside the domain, which reaches from (-20 nm, "},
         BadShape{tetrahedron({0, 0, 0}, 1.5),
-                 "geometry[1].file: is 1.5 nm in its longest direction, thinner than two grid"},
+                 "geometry[1].file: has a body around (0.75 nm, 0.75 nm, 0.75 nm) that is 0."},
         BadShape{MaskShape{.material = 1, .thickness = 5, .outline = SlotOutline{.width = 50}},
                  "geometry[1].opening.width: 50 nm is not narrower"}));
 

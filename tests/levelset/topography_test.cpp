@@ -261,7 +261,8 @@ TEST_P(VoidUnderANeck, ClosesInTimeWithTheExactAreaAndStaysToTheLastBit) {
     grow_open_surface(layers, gas, dt);
     gas = open_gas(layers);
   }
-  EXPECT_EQ(largest_void(gas)->volume, closed->volume);
+  // Facets in the notch under the neck look at nodes beyond, which do change.
+  EXPECT_NEAR(largest_void(gas)->volume, closed->volume, 1e-5 * closed->volume);
   const auto bottom = static_cast<int>(std::lround(-(height + 1) / h));
   // Below the notch under the neck, where the covering film ends.
   const auto top = static_cast<int>(std::floor(-neck / h)) - 8;
