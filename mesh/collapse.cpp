@@ -112,6 +112,8 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
     if (cosine <= 0 || cosine * cosine < lowest * lowest * square * dot(reference, reference)) {
       return false;
     }
+    // Many small turns make a large one.
+    if (dot(n, Vec3d(mesh.input_normals[star_.facet[i]])) <= 0) return false;
   }
   return true;
 }

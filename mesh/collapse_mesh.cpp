@@ -88,6 +88,17 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : t
   parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) normals[f] = normal_of(static_cast<std::uint32_t>(f));
   });
+  input_normals.resize(normals.size());
+  parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      Vec3d around = normals[f];
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t across = topology.opposite(static_cast<std::uint32_t>(3 * f + k));
+        if (across != HalfEdges::none) around += normals[HalfEdges::facet(across)];
+      }
+      input_normals[f] = Vec3f(around);
+    }
+  });
   if (!mesh.materials.empty()) {
     for (const std::uint32_t f : topology.input_triangles()) materials.push_back(mesh.materials[f]);
     classify_borders(*this);

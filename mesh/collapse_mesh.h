@@ -29,6 +29,7 @@ struct CollapseMesh {
   std::vector<SideMask> sides;        ///< per vertex
   std::vector<VertexKind> kind;       ///< per vertex
   std::vector<Vec3d> normals;         ///< per facet: twice the area vector
+  std::vector<Vec3f> input_normals;   ///< per facet: where it and its neighbours faced in the input
   std::vector<MaterialId> materials;  ///< per facet, or empty
   std::uint32_t live_vertices = 0;
 

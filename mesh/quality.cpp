@@ -83,20 +83,22 @@ bool is_flipped(const TriangleTree& original, const std::array<Vec3d, 3>& p) {
   return !original.closest_facing(middle, n, near).found();
 }
 
-std::size_t count_flipped(const TriMesh& simplified, const TriMesh& original) {
+}  // namespace
+
+std::vector<std::uint32_t> flipped_facets(const TriMesh& simplified, const TriMesh& original) {
   const TriangleTree tree(original);
-  std::vector<std::size_t> counts((simplified.triangles.size() + grain - 1) / grain, 0);
-  parallel_for(simplified.triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::uint8_t> flipped(simplified.triangles.size(), 0);
+  parallel_for(flipped.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
-      counts[begin / grain] += is_flipped(tree, corners(simplified, f)) ? 1 : 0;
+      flipped[f] = is_flipped(tree, corners(simplified, f)) ? 1 : 0;
     }
   });
-  std::size_t sum = 0;
-  for (const std::size_t count : counts) sum += count;
-  return sum;
+  std::vector<std::uint32_t> facets;
+  for (std::uint32_t f = 0; f < flipped.size(); ++f) {
+    if (flipped[f] != 0) facets.push_back(f);
+  }
+  return facets;
 }
-
-}  // namespace
 
 AngleStatistics angle_statistics(const TriMesh& mesh) {
   AngleStatistics result{.lowest = 180};
@@ -118,7 +120,7 @@ Defects find_defects(const TriMesh& simplified, const TriMesh& original, const S
   Defects defects;
   defects.non_manifold_edges = count_non_manifold(edges);
   for (const double area : facet_areas(simplified)) defects.zero_area += area > 0 ? 0 : 1;
-  defects.flipped = count_flipped(simplified, original);
+  defects.flipped = flipped_facets(simplified, original).size();
   const auto original_boundary = boundary_vertices(original, sorted_half_edges(original));
   if (count_off_plane(original_boundary, planes) == 0) {
     defects.off_plane = count_off_plane(boundary_vertices(simplified, edges), planes);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/frame.h"
@@ -20,17 +21,20 @@ struct AngleStatistics {
 struct Defects {
   std::size_t non_manifold_edges = 0;  ///< more than two triangles, or two that disagree
   std::size_t zero_area = 0;
-  std::size_t flipped = 0;       ///< facets that look away from the original where they lie
+  std::size_t flipped = 0;       ///< flipped_facets()
   std::size_t off_plane = 0;     ///< boundary vertices that have left the sides of the domain
   std::size_t lost_corners = 0;  ///< vertices at a corner of the domain that are not there any more
 };
 
 AngleStatistics angle_statistics(const TriMesh& mesh);
 
+/// The facets of a simplified mesh whose normal is turned by more than 90 degrees against every
+/// facet of the original within a hundredth of their longest edge (and against the closest) of
+/// their middle.
+std::vector<std::uint32_t> flipped_facets(const TriMesh& simplified, const TriMesh& original);
+
 /// Compares a simplified mesh with what it came from.
 ///
-/// A facet counts as flipped if its normal is turned by more than 90 degrees against every facet of
-/// the original within a hundredth of its longest edge (and against the closest) of its middle.
 /// Boundary vertices count as off their plane only if every boundary vertex of the original lies on
 /// one.
 Defects find_defects(const TriMesh& simplified, const TriMesh& original, const Sides& sides);

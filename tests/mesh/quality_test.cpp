@@ -37,6 +37,7 @@ TEST_F(DefectsTest, EachKindIsFound) {
   TriMesh mesh = original_;
   std::swap(mesh.triangles[30][0], mesh.triangles[30][1]);
   EXPECT_EQ(of(mesh).flipped, 1U);
+  EXPECT_EQ(flipped_facets(mesh, original_), std::vector<std::uint32_t>{30});
   EXPECT_EQ(of(mesh).non_manifold_edges, 3U);
 
   mesh = original_;

@@ -134,19 +134,27 @@ std::string name_of(const Case& drawn) {
   return out.str();
 }
 
-/// Facets that look away from all of the input within reach of their middle. At the tip of a wedge
-/// a facet may look away from the nearest one, so find_defects is too strict for random surfaces.
-int turned_facets(const TriMesh& simplified, const TriMesh& input, double reach) {
+/// Flipped facets that do not look within 45 degrees where the side of the input looks that they
+/// stand for. At a sharp edge, and in a wall thinner than the bound, a facet may lie nearer to the
+/// other side, and look away from that: both sides are within the bound.
+int turned_facets(const TriMesh& simplified, const TriMesh& input, double max_error) {
+  const double lowest_cosine = std::sqrt(0.5);
   const TriangleTree tree(input);
   int count = 0;
-  for (std::size_t f = 0; f < simplified.triangles.size(); ++f) {
+  for (const std::uint32_t f : flipped_facets(simplified, input)) {
     const auto [a, b, c] = corners(simplified, f);
-    const bool faces_input =
-        tree.closest_facing((a + b + c) / 3.0, area_vector(simplified, f), reach).found();
-    count += faces_input ? 0 : 1;
+    const Vec3d n = area_vector(simplified, f);
+    const ClosestPoint own = tree.closest_facing((a + b + c) / 3.0, n, max_error);
+    const bool looks_along =
+        own.found() &&
+        dot(normalized(n), normalized(area_vector(input, own.triangle))) > lowest_cosine;
+    count += looks_along ? 0 : 1;
   }
   return count;
 }
+
+/// Of the distances that are measured, between places up to 300 spacings from the origin.
+constexpr double rounding = 1e-12;
 
 void run_campaign(std::uint64_t first, std::uint64_t last) {
   for (std::uint64_t seed = first; seed <= last; ++seed) {
@@ -165,7 +173,7 @@ void run_campaign(std::uint64_t first, std::uint64_t last) {
     const SurfaceDistance distance = surface_distance(drawn.mesh, result.mesh, 0.2);
     EXPECT_LE(distance.forward.max, *drawn.options.max_error);
     EXPECT_LE(distance.reverse.max, *drawn.options.max_error);
-    EXPECT_LE(distance.symmetric_max, result.proven_distance + 1e-9);
+    EXPECT_LE(distance.symmetric_max, result.proven_distance + rounding);
   }
 }
 
@@ -175,7 +183,7 @@ TEST_P(RandomSurfaces, KeepTheirBoundAndStaySound) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   run_campaign(seed, seed);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Range(0, 5));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Values(0, 1, 2, 3, 4, 459));
 
 TEST(SlowRandomSurfaces, KeepTheirBoundAndStaySound) {
   std::uint64_t first = 5;
