@@ -42,15 +42,18 @@ class Extension {
       std::function<void(const NearNode&, const ClosestPoint&, std::span<float> values)>;
 
   Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, ValuesAt values_at)
-      : frame_(layers.frame),
+      : layers_(layers),
+        frame_(layers.frame),
         band_(layers.top().band()),
         gas_(gas),
         facets_(facets),
         tree_(facets),
         values_at_(std::move(values_at)) {}
 
-  /// Shape: 512 per leaf, of each of the given number of values.
-  std::vector<std::vector<float>> run(std::size_t value_count) const;
+  /// Shape: 512 per leaf, of each of the given number of values; stands_still one per layer, or
+  /// empty.
+  std::vector<std::vector<float>> run(std::size_t value_count,
+                                      const std::vector<bool>& stands_still = {}) const;
 
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
@@ -63,6 +66,7 @@ class Extension {
   double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
   bool is_void(const NearNode& at) const;
 
+  const Layers& layers_;
   const Frame& frame_;
   const Band& band_;
   const OpenGas& gas_;
@@ -192,10 +196,68 @@ ClosestPoint Extension::query(const NearNode& at, const TriangleTree::Start& sta
   return closest(r, gradient, std::min(limit(*at.phi), bound(r, gradient, last)), start);
 }
 
+/// The larger of two speeds in magnitude; of equal ones the one that etches.
+float faster(float a, float b) {
+  if (a == no_value || std::abs(b) > std::abs(a)) return b;
+  return std::abs(a) > std::abs(b) ? a : std::min(a, b);
+}
+
+/// Nodes in solid that stands still, and in solid that moves, where there is some of both.
+///
+/// What stands still tells solid that moves nothing: under the edge of a mask the surface that
+/// arrives is that beside the mask, even if the mask's own is nearer or as near.
+class SolidNodes {
+ public:
+  SolidNodes(const Layers& layers, const std::vector<bool>& stands_still) {
+    const bool both =
+        std::find(stands_still.begin(), stands_still.end(), true) != stands_still.end() &&
+        std::find(stands_still.begin(), stands_still.end(), false) != stands_still.end();
+    if (!both) return;
+    const std::vector<Leaf>& leaves = layers.top().band().leaves();
+    nodes_.resize(leaves.size() * leaf_size, Kind::gas);
+    parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t at = begin * leaf_size; at < end * leaf_size; ++at) {
+        const Leaf& leaf = leaves[at / leaf_size];
+        const auto node = static_cast<int>(at % leaf_size);
+        if (!(leaf.phi[node] < 0)) continue;
+        const auto layer = layer_at(layers, node_at(leaf, node));
+        nodes_[at] = stands_still[layer] ? Kind::standing : Kind::moving;
+      }
+    });
+  }
+
+  bool any_standing() const { return !nodes_.empty(); }
+
+  void set_standing(std::vector<float>& field, float value) const {
+    for (std::size_t at = 0; at < nodes_.size(); ++at) {
+      if (nodes_[at] == Kind::standing) field[at] = value;
+    }
+  }
+
+  void take_moving(const std::vector<float>& from, std::vector<float>& field) const {
+    for (std::size_t at = 0; at < nodes_.size(); ++at) {
+      if (nodes_[at] == Kind::moving) field[at] = from[at];
+    }
+  }
+
+ private:
+  enum class Kind : std::uint8_t { gas, standing, moving };
+
+  static std::size_t layer_at(const Layers& layers, const Node& node) {
+    std::size_t layer = 0;
+    while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
+    return layer;
+  }
+
+  std::vector<Kind> nodes_;
+};
+
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
+/// Where none is nearer, at an edge of the surface, the fastest of those that are as near.
 float carried_speed(const float* phi, const float* speed) {
   double weights = 0;
   double sum = 0;
+  float as_near = no_value;
   for (const std::ptrdiff_t stride : axis_strides) {
     const std::ptrdiff_t nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
     const double weight = std::abs(*phi) - std::abs(phi[nearer]);
@@ -203,11 +265,15 @@ float carried_speed(const float* phi, const float* speed) {
       weights += weight;
       sum += weight * speed[nearer];
     }
+    for (const std::ptrdiff_t to : {-stride, stride}) {
+      if (phi[to] == *phi && speed[to] != no_value) as_near = faster(as_near, speed[to]);
+    }
   }
-  return weights > 0 ? static_cast<float>(sum / weights) : no_value;
+  return weights > 0 ? static_cast<float>(sum / weights) : as_near;
 }
 
-std::vector<std::vector<float>> Extension::run(std::size_t value_count) const {
+std::vector<std::vector<float>> Extension::run(std::size_t value_count,
+                                               const std::vector<bool>& stands_still) const {
   std::vector<std::vector<float>> fields(
       value_count, std::vector<float>(band_.leaves().size() * leaf_size, no_value));
   parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -216,8 +282,16 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count) const {
       query_leaf(n, block, fields);
     }
   });
+  const SolidNodes solid(layers_, stands_still);
   for (std::vector<float>& field : fields) {
+    std::vector<float> past_standing;
+    if (solid.any_standing()) {
+      past_standing = field;
+      solid.set_standing(past_standing, no_value);
+      carry_outward(band_, past_standing, carried_speed);
+    }
     carry_outward(band_, field, carried_speed);
+    solid.take_moving(past_standing, field);
     // What no surface reaches does not move.
     std::replace(field.begin(), field.end(), no_value, 0.0F);
   }
@@ -306,17 +380,18 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
       values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);
     }
   };
-  auto fields = Extension(layers, gas, facets, values_at).run(1 + factors.size());
   SpeedField field;
-  field.speed = std::move(fields[0]);
-  for (std::size_t part = 0; part < factors.size(); ++part) {
-    field.angular.push_back({factors[part], std::move(fields[1 + part])});
-  }
   for (const LayerSpeeds& layer : speeds_of_layers) {
     SCARP_ASSERT(facets.triangles.size(), ==, layer.speed.size());
     SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
     field.stands_still.push_back(is_zero(layer.speed) &&
                                  std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
+  }
+  auto fields =
+      Extension(layers, gas, facets, values_at).run(1 + factors.size(), field.stands_still);
+  field.speed = std::move(fields[0]);
+  for (std::size_t part = 0; part < factors.size(); ++part) {
+    field.angular.push_back({factors[part], std::move(fields[1 + part])});
   }
   update_max_speed(layers, field);
   return field;

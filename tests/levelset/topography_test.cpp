@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -378,6 +379,47 @@ TEST(Mask, KeepsEveryVertexWhileItIsUndercut) {
     // Undercut and depth are both 10.
     EXPECT_NEAR(layers.top().distance({0, 0, height - 10}), 0, 0.1);
     EXPECT_NEAR(layers.top().distance({6.3 + 10, 0, height - 1}), 0, 0.3);
+  }
+}
+
+/// How far the etched corner below the edge of a mask lies from its circle about that edge, by the
+/// angle below the mask, in spacings. The mask's foot is at the given height, its edge at x = edge.
+std::vector<double> undercut_errors(double edge, double foot, double radius) {
+  Frame frame{.spacing = 1, .cells = {64, 1}};
+  frame.two_dimensional = true;
+  Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{
+          WaferShape{.material = 0}, LayerShape{.material = 0, .thickness = foot + 1e-9},
+          MaskShape{.material = 1, .thickness = 5, .outline = SlotOutline{.width = 2 * edge}}});
+  constexpr double dt = 0.4;
+  for (double time = 0; time < radius - 1e-9; time += dt) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    const std::vector<CornerSpeeds> speeds{CornerSpeeds(mesh.triangles.size(), {-1, -1, -1}),
+                                           CornerSpeeds(mesh.triangles.size(), {0, 0, 0})};
+    const SpeedField field = extend_speeds(layers, gas, mesh, speeds, dt);
+    advect(layers, field, dt);
+  }
+  std::vector<double> errors;
+  for (double angle = 5; angle < 90; angle += 10) {
+    const double c = std::cos(angle * pi / 180);
+    const double s = std::sin(angle * pi / 180);
+    errors.push_back(layers.top().distance({edge + radius * c, 0, foot - radius * s}));
+  }
+  return errors;
+}
+
+// Next to the edge no surface tells solid below the mask how fast it is etched but the one that
+// arrives: with an edge on a node half a spacing was lost.
+TEST(Mask, UndercutIsAQuarterCircleWhereverItsEdgeLies) {
+  for (const double offset : {0.0, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99}) {
+    for (const double error : undercut_errors(8 + offset, 0, 14)) {
+      EXPECT_NEAR(error, 0, 0.22) << offset;
+    }
+    const std::vector<double> between_nodes = undercut_errors(8 + offset, 0.4, 14);
+    const double sum = std::accumulate(between_nodes.begin(), between_nodes.end(), 0.0);
+    EXPECT_NEAR(sum / static_cast<double>(between_nodes.size()), 0, 0.4) << offset;
   }
 }
 
