@@ -13,6 +13,8 @@
 #include "levelset/carry.h"
 #include "levelset/exposure.h"
 #include "levelset/images.h"
+#include "levelset/overgrowth.h"
+#include "levelset/standstill.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -390,6 +392,11 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   auto fields =
       Extension(layers, gas, facets, values_at).run(1 + factors.size(), field.stands_still);
   field.speed = std::move(fields[0]);
+  const bool grows =
+      std::any_of(field.speed.begin(), field.speed.end(), [](float speed) { return speed > 0; });
+  if (factors.empty() && grows && has_standing_layers(field)) {
+    overgrow(layers, field.stands_still, dt, field.speed);
+  }
   for (std::size_t part = 0; part < factors.size(); ++part) {
     field.angular.push_back({factors[part], std::move(fields[1 + part])});
   }

@@ -122,11 +122,12 @@ class Keeper {
     return field_.speed[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, node[2]))];
   }
 
-  /// Gas next to a standing layer's surface keeps phi; what else is next to a buried interface gets
-  /// at most its distance to that.
+  /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
+  /// buried interface gets at most its distance to that.
   float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
     if (wanted < *old) {
-      return wanted;
+      // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
+      return *old >= 0 && touches_standing(node) ? *old - dt_ * speed(node) : wanted;
     }
     if (*old >= 0) {
       if (const auto kept = phi_at_standing(node, old)) return *kept;
