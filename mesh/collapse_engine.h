@@ -64,7 +64,7 @@ class CollapseEngine {
   static constexpr std::size_t few = 10000;
   /// How many of the cheapest edges a pass looks at, in collapses to be made. There are three edges
   /// to a vertex, and a pass must not reach the dear ones.
-  static constexpr double share_of_pass = 1.5;
+  static constexpr double share_of_pass = 1;
   /// The same for the last queue, which goes on with all edges where that is not enough.
   static constexpr double share_of_last = 8;
   /// Half edges whose keys stand for all.
@@ -350,21 +350,11 @@ class CollapseEngine {
       });
     }
 
-    /// Whichever half edge stood for the edge before, from now on it is the lower one. A cost is
-    /// found again when its turn comes by the old one, the lower of two.
+    /// Whichever half edge stood for the edge before, from now on it is the lower one.
     void push_one_of_two(std::uint32_t g) {
       const std::uint32_t o = mesh_.topology.opposite(g);
-      const std::uint32_t h = mesh_.topology.edge(g);
-      Key& key = engine_.keys_[h];
-      if (o != HalfEdges::none) {
-        Key& other = engine_.keys_[std::max(g, o)];
-        if (Order::by_cost && other.value < key.value) {
-          key = other;
-          push(h, key);
-        }
-        other = {};
-      }
-      if (!Order::by_cost || key.value == never) push(h);
+      if (o != HalfEdges::none) engine_.keys_[std::max(g, o)] = {};
+      push(mesh_.topology.edge(g));
     }
 
     CollapseEngine& engine_;

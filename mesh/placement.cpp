@@ -11,8 +11,15 @@ namespace {
 constexpr std::size_t grain = 1024;
 
 /// Pull to the middle of the edge, as part of the quadric's trace. Noise of .01 cells is felt at
-/// 1e-4, the rounding of coordinates at 1e-10.
+/// 1e-4, the rounding of coordinates at 1e-10. It widens the smallest angles by a degree.
 constexpr double faint = 3e-6;
+
+/// The same for volumes: smallest angles and distances as by the angle tests of the source.
+constexpr double faintest = 3e-8;
+
+/// How high an area under the edge of a side of the domain is as a volume, in lengths of the
+/// collapsed edge. Half as high as on another boundary: behind it the surface goes on.
+constexpr double side_height = 0.5;
 
 /// Part of the length, to the power of the cost, added to every cost: between equal costs, as on a
 /// plane, short edges go first.
@@ -33,11 +40,12 @@ Placed best_end(const CollapseMesh& mesh, std::uint32_t h, Merge rule, const Qua
 
 /// The place where q is least, with n r = d where the sides allow that; all in the frame of the
 /// origin of h.
-Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q, Vec3d n, double d) {
+Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q, Vec3d n, double d,
+                  double pull) {
   const Vec3d u = mesh.r[mesh.topology.origin(h)];
   const Vec3d edge = mesh.r[mesh.topology.target(h)] - u;
   const Vec3d middle = 0.5 * edge;
-  const double weight = faint * q.H.trace();
+  const double weight = pull * q.H.trace();
   Vec3d r;
   if (weight > 0 && mesh.sides[mesh.topology.origin(h)] == 0 &&
       mesh.sides[mesh.topology.target(h)] == 0) {
@@ -59,11 +67,17 @@ double with_tie_break(double cost, double scale) {
   return (cost > 0 ? cost : 0) + tie_break * scale;
 }
 
-/// Adds, for the edges of an open boundary (not a side) at v, the areas under the new place as
-/// volumes of the given height.
-void add_open_boundary(const CollapseMesh& mesh, std::uint32_t v, Vec3d frame, double height,
-                       Quadric& q) {
-  if (mesh.sides[v] != 0 || !mesh.topology.on_boundary(v)) return;
+/// How high areas under the edges of the boundary are as volumes.
+struct BoundaryHeights {
+  double open;
+  double on_side;  ///< 0: sides of the domain are no boundary
+};
+
+/// Adds, for the edges of the boundary at v, the areas under the new place as volumes.
+void add_boundary(const CollapseMesh& mesh, std::uint32_t v, Vec3d frame,
+                  const BoundaryHeights& heights, Quadric& q) {
+  const double height = mesh.sides[v] != 0 ? heights.on_side : heights.open;
+  if (height == 0 || !mesh.topology.on_boundary(v)) return;
   const std::uint32_t out = mesh.topology.outgoing(v);
   std::uint32_t last = out;
   mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) { last = h; });
@@ -118,13 +132,16 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
     n = n - shared;
   }
   if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) {
-    const double height = measure_ == Measure::volume ? std::sqrt(squared_length) : 1;
-    add_open_boundary(mesh, u, mesh.r[u], height, q);
-    add_open_boundary(mesh, v, mesh.r[u], height, q);
+    const double length = std::sqrt(squared_length);
+    const BoundaryHeights heights = measure_ == Measure::volume
+                                        ? BoundaryHeights{length, side_height * length}
+                                        : BoundaryHeights{1, 0};
+    add_boundary(mesh, u, mesh.r[u], heights, q);
+    add_boundary(mesh, v, mesh.r[u], heights, q);
   }
   Placed placed;
   if (rule == Merge::free) {
-    placed = best_place(mesh, h, q, n, d);
+    placed = best_place(mesh, h, q, n, d, measure_ == Measure::volume ? faintest : faint);
   } else {
     placed = best_end(mesh, h, rule, q);
   }
@@ -148,7 +165,9 @@ GarlandHeckbertPlacement::GarlandHeckbertPlacement(const CollapseMesh& mesh)
       if (!(twice_area > 0)) return;
       planes_[v].add_plane(1 / twice_area, n, dot(n, mesh.r[v]));
     });
-    if (mesh.topology.outgoing(v) != HalfEdges::none) add_open_boundary(mesh, v, {}, 1, planes_[v]);
+    if (mesh.topology.outgoing(v) != HalfEdges::none) {
+      add_boundary(mesh, v, {}, {.open = 1, .on_side = 0}, planes_[v]);
+    }
   }
 }
 
@@ -158,7 +177,8 @@ Placed GarlandHeckbertPlacement::place(const CollapseMesh& mesh, std::uint32_t h
   q.add(1, planes_[mesh.topology.target(h)]);
   q = q.moved(mesh.r[mesh.topology.origin(h)]);
   const double squared_length = mesh.squared_length(h);
-  Placed placed = rule == Merge::free ? best_place(mesh, h, q, {}, 0) : best_end(mesh, h, rule, q);
+  Placed placed =
+      rule == Merge::free ? best_place(mesh, h, q, {}, 0, faint) : best_end(mesh, h, rule, q);
   // Area times squared distance, made a squared volume by the only other length there is.
   placed.cost = with_tie_break(placed.cost * squared_length,
                                squared_length * squared_length * squared_length);

@@ -21,9 +21,9 @@ struct Placed {
 
 /// Keeps the volume under the surface and, with that given, changes it least.
 ///
-/// Deviations: on a side of the domain the surface is mirrored, so only other boundaries need the
-/// terms for boundaries. Where the surface is flat the volume leaves the place open; instead of a
-/// shape term behind angle tests, a faint pull to the middle of the edge decides.
+/// Deviations: on a side of the domain, where the surface is mirrored, the terms for boundaries
+/// weigh a quarter, by area nothing. Where the surface is flat the volume leaves the place open;
+/// instead of a shape term behind angle tests, a faint pull to the middle of the edge decides.
 ///
 /// By area, the squared volume under each facet is divided by twice the facet's area: what is least
 /// then is the squared distance between the surfaces, and the cost is length^4.

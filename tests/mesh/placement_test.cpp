@@ -28,6 +28,20 @@ std::uint32_t half_edge(const CollapseMesh& mesh, std::uint32_t from, std::uint3
   return found;
 }
 
+double squared_volumes_around(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+  std::set<std::uint32_t> facets;  // each once, those of the edge too
+  for (const std::uint32_t v : {mesh.topology.origin(h), mesh.topology.target(h)}) {
+    mesh.topology.for_each_outgoing(v,
+                                    [&](std::uint32_t g) { facets.insert(HalfEdges::facet(g)); });
+  }
+  double sum = 0;
+  for (const std::uint32_t f : facets) {
+    const double volume = dot(mesh.normals[f], r - mesh.r[mesh.topology.origin(3 * f)]);
+    sum += volume * volume;
+  }
+  return sum;
+}
+
 TEST(LindstromTurk, KeepsTheVolume) {
   CollapseMesh mesh(octahedral_sphere(10, 6), {});
   const double before = volume(mesh);
@@ -48,16 +62,7 @@ TEST(LindstromTurk, CostsTheSumOfTheSquaredVolumesOfTheFacetsAround) {
   const LindstromTurkPlacement placement(mesh);
   for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); h += 17) {
     const Placed placed = placement.place(mesh, h, Merge::free);
-    std::set<std::uint32_t> facets;  // each once, those of the edge too
-    for (const std::uint32_t v : {mesh.topology.origin(h), mesh.topology.target(h)}) {
-      mesh.topology.for_each_outgoing(v,
-                                      [&](std::uint32_t g) { facets.insert(HalfEdges::facet(g)); });
-    }
-    double sum = 0;
-    for (const std::uint32_t f : facets) {
-      const double volume = dot(mesh.normals[f], placed.r - mesh.r[mesh.topology.origin(3 * f)]);
-      sum += volume * volume;
-    }
+    const double sum = squared_volumes_around(mesh, h, placed.r);
     EXPECT_NEAR(placed.cost, sum, 1e-6 * sum);
   }
 }
@@ -115,6 +120,34 @@ TEST_F(CornerPlacement, RulesChooseAmongTheEnds) {
   EXPECT_EQ(placement.place(mesh_, edge_, Merge::onto_target).r, mesh_.r[1]);
   EXPECT_EQ(placement.place(mesh_, edge_, Merge::onto_either).r, mesh_.r[0])
       << "the corner costs 0";
+}
+
+TEST(LindstromTurk, CostsTheAreaUnderTheOutlineOnASideToo) {
+  const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
+  const CollapseMesh mesh(polygonised(grid, random_landscape(grid.cells, 5)), grid.sides());
+  const LindstromTurkPlacement placement(mesh);
+  int on_side = 0;
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    const std::uint32_t u = mesh.topology.origin(h);
+    if (mesh.sides[u] == 0 || mesh.sides[mesh.topology.target(h)] != 0 ||
+        merge_rule(mesh, h) != Merge::free) {
+      continue;
+    }
+    ++on_side;
+    const Placed placed = placement.place(mesh, h, Merge::free);
+    double areas = 0;  // squares of twice the areas
+    mesh.topology.for_each_neighbour(u, [&](std::uint32_t w) {
+      const bool on_outline = half_edge(mesh, u, w) == HalfEdges::none ||
+                              mesh.topology.opposite(half_edge(mesh, u, w)) == HalfEdges::none;
+      const Vec3d area = cross(placed.r - mesh.r[u], mesh.r[w] - mesh.r[u]);
+      areas += on_outline ? dot(area, area) : 0;
+    });
+    // Six times the volume of a prism over an area is three times its height times twice the area.
+    const double height = 0.5 * std::sqrt(mesh.squared_length(h));
+    const double sum = squared_volumes_around(mesh, h, placed.r) + 9 * height * height * areas;
+    EXPECT_NEAR(placed.cost, sum, 1e-6 * sum + 1e-9);
+  }
+  EXPECT_GT(on_side, 20);
 }
 
 TEST(Placement, StaysOnTheSideOfTheDomain) {
