@@ -367,6 +367,14 @@ std::string format_quantity(double value, Dimension dimension) {
   return shortest;
 }
 
+std::string rounded_number(double value) {
+  std::array<char, 32> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6)
+          .ptr;
+  return {text.data(), end};
+}
+
 std::string_view dimension_name(Dimension dimension) { return row(dimension).name; }
 
 std::string quantity_example(Dimension dimension, std::string_view number) {

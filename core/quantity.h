@@ -37,6 +37,9 @@ std::string format_quantity(double value, Dimension dimension);
 /// The shortest decimal text of the same bits, without a unit; dots and digits whatever the locale.
 std::string format_number(double value);
 
+/// Rounded to six digits, for messages: "12.3457", "1e+06".
+std::string rounded_number(double value);
+
 /// "a length", "an angle", ...
 std::string_view dimension_name(Dimension dimension);
 

@@ -89,7 +89,7 @@ class Reader {
     at_ = end_;
     if (at_ + 4 > bytes_.size()) {
       refuse(file_, "ends early, at byte " + std::to_string(bytes_.size()) +
-                        ", without the end of the library");
+                        ", without the end of the library; write or copy it again");
     }
     const std::size_t length = byte(at_) << 8 | byte(at_ + 1);
     kind_ = static_cast<int>(byte(at_ + 2));
@@ -97,9 +97,11 @@ class Reader {
       refuse(file_, "is not a GDSII file: it does not start with a header");
     }
     if (length < 4)
-      refuse(file_, "is damaged: a record of length 0 at byte " + std::to_string(at_));
+      refuse(file_, "is damaged: a record of length 0 at byte " + std::to_string(at_) +
+                        "; write or copy it again");
     if (at_ + length > bytes_.size()) {
-      refuse(file_, "ends early, within a record that starts at byte " + std::to_string(at_));
+      refuse(file_, "ends early, within a record that starts at byte " + std::to_string(at_) +
+                        "; write or copy it again");
     }
     end_ = at_ + length;
   }
@@ -134,7 +136,8 @@ class Reader {
 
   std::uint64_t unsigned_integer(std::size_t offset, std::size_t count) const {
     if (offset + count > size()) {
-      refuse(file_, "is damaged: the record at byte " + std::to_string(at_) + " is too short");
+      refuse(file_, "is damaged: the record at byte " + std::to_string(at_) +
+                        " is too short; write or copy it again");
     }
     std::uint64_t value = 0;
     for (std::size_t n = 0; n < count; ++n) value = value << 8 | byte(at_ + 4 + offset + n);
@@ -372,10 +375,12 @@ class Census {
 
   const Count& count(const std::string& cell, int level) {
     const auto found = library_.cells.find(cell);
-    if (found == library_.cells.end()) refuse(file_, "refers to a cell that it lacks: " + cell);
+    if (found == library_.cells.end())
+      refuse(file_, "refers to a cell that it lacks: " + cell + "; write it with all its cells");
     const auto [place, is_new] = counts_.try_emplace(cell);
     Count& sum = place->second;
-    if (!is_new && sum.is_open) refuse(file_, "cell " + cell + " contains itself");
+    if (!is_new && sum.is_open)
+      refuse(file_, "cell " + cell + " contains itself; break the circle in the layout");
     if (level + sum.levels > most_levels) {
       refuse(file_, "cell " + cell + " is " + std::to_string(most_levels) +
                         " or more references below the one that is read; flatten it");
@@ -465,7 +470,7 @@ class Flattener {
           x *= library_.unit;
           if (!(std::abs(x) <= longest_length)) {
             refuse(file_, "has a point more than 1 m away from its origin; is its database unit (" +
-                              std::to_string(library_.unit) + " nm) right?");
+                              rounded_number(library_.unit) + " nm) right?");
           }
         }
       }
@@ -500,7 +505,13 @@ std::string chosen_cell(const std::filesystem::path& file, const Library& librar
   }
   if (!wanted.empty()) {
     if (library.cells.contains(wanted)) return wanted;
-    refuse(file, "has no cell " + wanted + suggestion(wanted, names));
+    constexpr std::size_t most_told = 10;
+    std::string told;
+    for (std::size_t n = 0; n < std::min(names.size(), most_told); ++n) {
+      told += (n > 0 ? ", " : "") + names[n];
+    }
+    refuse(file, "has no cell " + wanted + suggestion(wanted, names) + "; it has " + told +
+                     (names.size() > most_told ? ", ..." : ""));
   }
   std::string known;
   std::size_t count = 0;

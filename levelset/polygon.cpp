@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numeric>
 
+#include "core/quantity.h"
 #include "levelset/arrangement.h"
 #include "levelset/box_pairs.h"
 
@@ -66,6 +67,17 @@ double distance_between(const NamedEdge& e, const NamedEdge& f) {
   if (cross_properly(e, f)) return 0;
   return std::min({distance_to_edge(e.a, f), distance_to_edge(e.b, f), distance_to_edge(f.a, e),
                    distance_to_edge(f.b, e)});
+}
+
+/// The end of one of two edges that is nearest to the other one.
+Point2 nearest_end(const NamedEdge& e, const NamedEdge& f) {
+  const auto is_nearer = [&](const Point2& p, const Point2& q) {
+    const auto distance = [&](const Point2& r) {
+      return distance_to_edge(r, e) + distance_to_edge(r, f);
+    };
+    return distance(p) < distance(q);
+  };
+  return std::min({e.a, e.b, f.a, f.b}, is_nearer);
 }
 
 /// Whether f follows e around the same loop, or the other way round.
@@ -202,9 +214,15 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
     if (!in_domain(e) || !in_domain(f) || adjacent(e, f, loops)) return false;
     const double gap = distance_between(e, f);
     if (gap >= (opposite(e, f) ? shortest * (1 - 1e-4) : 1e-4 * shortest)) return false;
-    fault = "walls near (" + std::to_string(e.a[0]) + ", " + std::to_string(e.a[1]) + ") and (" +
-            std::to_string(f.a[0]) + ", " + std::to_string(f.a[1]) + ") nm are " +
-            std::to_string(gap) + " nm apart: less than two grid spacings";
+    const auto text = [&](double length) {
+      const double digit = 1e-3 * frame.spacing;
+      return rounded_number(std::round(length / digit) * digit);
+    };
+    const Point2 place = nearest_end(e, f);
+    fault = "walls at (" + text(place[0]) + ", " + text(place[1]) + ") nm " +
+            (gap > 1e-4 * shortest ? "are " + text(gap) + " nm apart" : "touch or cross") +
+            "; let shapes overlap, or keep walls two grid spacings apart (" + text(shortest) +
+            " nm)";
     return true;
   });
   return fault;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/quantity.h"
 #include "levelset/mesh_solid.h"
 #include "levelset/polygon_walls.h"
 #include "levelset/shapes.h"
@@ -20,14 +21,7 @@ constexpr std::size_t most_shapes = 1000;
 /// From the deepest cut to the highest top, in spacings.
 constexpr double most_levels = 1e5;
 
-std::string in_nm(double length) {
-  std::string text = std::to_string(length);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') {
-    text.pop_back();
-  }
-  return text + " nm";
-}
+std::string in_nm(double length) { return rounded_number(length) + " nm"; }
 
 /// The size across a shape, which a radius gives half of.
 std::string size_text(const std::string& key, double size) {
@@ -194,8 +188,10 @@ class Checker {
   /// A slot, trench or fin: one interval across.
   void row(const std::string& prefix, int along, double centre, double widest,
            const Repeat& repeat) {
-    const int axis = across(prefix + "along", along);
-    if (lattice(prefix, repeat)) {
+    if (frame_.two_dimensional && along != 1) {
+      report(prefix + "along", "must be \"y\" in two dimensions");
+    } else if (lattice(prefix, repeat)) {
+      const int axis = 1 - along;
       interval({prefix + "width", prefix + "center", axis, centre, widest, repeat.count[axis],
                 repeat.pitch[axis]});
     }
@@ -204,13 +200,6 @@ class Checker {
   /// The widest place of an opening whose walls run from the mouth to the depth.
   static double widest(double width, const Cut& cut) {
     return std::max(width, width - 2 * cut.depth * std::tan(cut.taper));
-  }
-
-  int across(const std::string& key, int along) {
-    if (frame_.two_dimensional && along != 1) {
-      report(key, "must be \"y\" in two dimensions");
-    }
-    return 1 - along;
   }
 
   void known(const std::string& key, MaterialId material) {

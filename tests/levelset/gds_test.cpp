@@ -224,7 +224,7 @@ TEST_F(Gds, WhatIsMissingIsSaid) {
   gds.cell("OTHER", [&] { gds.rectangle(2, 0, 0, 4, 4); });
   const std::string bytes = gds.finish();
   EXPECT_THAT(message(bytes, {.cell = "TOPP", .layer = 1}),
-              HasSubstr("has no cell TOPP (did you mean TOP?)"));
+              HasSubstr("has no cell TOPP (did you mean TOP?); it has "));
   EXPECT_THAT(message(bytes, {.cell = "TOP", .layer = 3}),
               HasSubstr("cell TOP has nothing on layer 3; it has layer/datatype 1/0"));
   EXPECT_THAT(message(bytes, {.layer = 1}), HasSubstr("choose one with cell = ...: OTHER, TOP"));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <numbers>
 
@@ -111,6 +112,8 @@ FacetErrors facet_errors(const FacetCase& facet,
   // One spacing inside the wall.
   const double depth = height(layers.top(), wall - 1) / flat_depth;
   errors.depth = std::abs(depth / faceted_height(facet.b, -h) - 1);
+  std::printf("| mesa, 1 + %.1f sin^2 | slopes within %.2f degrees | depth within %.1f %% |\n",
+              facet.b, errors.slope, 100 * errors.depth);
   return errors;
 }
 
@@ -195,6 +198,9 @@ TEST(LaxFriedrichs, SlotInKohBecomesAVGroove) {
   for (double x = 2.5; x < 0.5 * width - 2; x += 0.5) {
     EXPECT_NEAR(slope(layers.top(), x), angle_111, 1) << x;
   }
+  std::printf("| slot in KOH | walls at %.2f degrees | %.2f spacings off the mask's edge |\n",
+              slope(layers.top(), 6),
+              -height(layers.top(), 6) / std::sqrt(2.0) - (0.5 * width - 6));
   EXPECT_NEAR(height(layers.top(), 0), -std::sqrt(0.5) * width, 2);
   // The walls start where the mask ends.
   EXPECT_NEAR(height(layers.top(), 6), -std::sqrt(2.0) * (0.5 * width - 6), 1);
@@ -215,6 +221,8 @@ TEST(SlowLaxFriedrichs, SquareInKohBecomesAnInvertedPyramid) {
     EXPECT_NEAR(height(phi, x), -std::sqrt(2.0) * (0.5 * width - x), 1) << x;
   }
   // The tip is blunt by a few spacings.
+  std::printf("| square in KOH | tip blunt by %.1f spacings |\n",
+              height(phi, 0) + std::sqrt(0.5) * width);
   EXPECT_NEAR(height(phi, 0), -std::sqrt(0.5) * width, 3);
 }
 

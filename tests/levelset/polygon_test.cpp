@@ -162,8 +162,16 @@ TEST(Polygon, NeighboursInARowAreNoFault) {
 TEST(Polygon, WallsCloserThanTwoSpacingsAreFound) {
   const std::vector<Loop> close =
       domain_loops(frame, {{square(-5, 0, 4.5), square(5.5, 0, 4.5)}, Rule::any});
-  EXPECT_THAT(thin_feature(frame, close, 2).value_or("none"), HasSubstr("1.5"));
+  EXPECT_THAT(thin_feature(frame, close, 2).value_or("none"), HasSubstr(" nm are 1.5 nm apart; "));
   EXPECT_FALSE(thin_feature(frame, close, 1.4).has_value());
+}
+
+TEST(Polygon, WallsThatTouchAreNamedWhereTheyDo) {
+  const Loop bow_tie{{-6, -6}, {6, 6}, {6, -6}, {-6, 6}};
+  EXPECT_EQ(
+      thin_feature(frame, domain_loops(frame, {{bow_tie}, Rule::any}), 2).value_or("none"),
+      "walls at (0, 0) nm touch or cross; let shapes overlap, or keep walls two grid spacings "
+      "apart (2 nm)");
 }
 
 }  // namespace

@@ -380,6 +380,17 @@ Shape tetrahedron(Vec3f corner, float size) {
 }
 
 // What lay on the surface of a layer that is cut away below it is not left as a film.
+// One message for one mistake: the domain is a spacing wide along y in two dimensions.
+TEST(Shapes, AWrongDirectionInTwoDimensionsIsToldOnce) {
+  Frame frame{.spacing = 1, .cells = {40, 1}};
+  frame.two_dimensional = true;
+  TrenchShape trench{.width = 10, .along = 0};
+  trench.cut.depth = 5;
+  const auto problems = check_shapes(frame, std::vector<Shape>{WaferShape{}, trench});
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_EQ(problems[0].key, "along");
+}
+
 TEST(Shapes, AMaskThatIsCutFreeLeavesNoSheet) {
   const Frame frame{.spacing = 1, .cells = {40, 20}};
   TrenchShape below{.width = 30};
@@ -440,8 +451,9 @@ INSTANTIATE_TEST_SUITE_P(
                  "geometry[1].opening.points: edge 0 and edge 2 cross or touch"},
         BadShape{polygon({{25, -5}, {35, -5}, {35, 5}}),
                  "geometry[1].opening.points: lies wholly outside the domain"},
-        BadShape{polygon({{-5, 0}, {5, 0}, {5, 1}, {-5, 1}}),
-                 "geometry[1].opening.points: walls near"},
+        BadShape{
+            polygon({{-5, 0}, {5, 0}, {5, 1}, {-5, 1}}),
+            "geometry[1].opening.points: walls at (-5, 0) nm are 1 nm apart; let shapes overlap, "},
         BadShape{polygon({{-5, -2}, {5, -2}, {5, 2}, {-5, 2}}, -0.5),
                  "geometry[1].taper: makes the walls of the polygon meet"},
         BadShape{mask(SlotOutline{.width = 9}, -0.6), "geometry[1].taper: leaves 0.790"},
