@@ -276,8 +276,10 @@ float carried_speed(const float* phi, const float* speed) {
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,
                                                const std::vector<bool>& stands_still) const {
-  std::vector<std::vector<float>> fields(
-      value_count, std::vector<float>(band_.leaves().size() * leaf_size, no_value));
+  std::vector<std::vector<float>> fields(value_count);
+  for (std::vector<float>& field : fields) {
+    field.assign(band_.leaves().size() * leaf_size, no_value);
+  }
   parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
