@@ -155,7 +155,8 @@ struct TriangleTree::Builder {
       items[f].id = f;
       all.add(items[f].centroid());
     }
-    // Leaves are nearly full: half as many nodes as triangles and a few more. To grow would copy them.
+    // Leaves are nearly full: half as many nodes as triangles and a few more. To grow would copy
+    // them.
     nodes.reserve(items.size() * 5 / 8 + 1);
     nodes.resize(1);
     split_large(0, 0, static_cast<std::uint32_t>(items.size()), 0, all);

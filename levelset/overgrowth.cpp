@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "levelset/band.h"
-#include "levelset/exposure.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -161,17 +160,6 @@ class Overgrowth {
     return false;
   }
 
-  /// Whether the surface nearest to a node in the gas is not that of a layer that stands still.
-  bool is_nearer_than_standing(const Node& node) const {
-    float standing = infinity;
-    for (std::size_t layer = 0; layer < layers_.stack.size(); ++layer) {
-      if (stands_still_[layer]) {
-        standing = std::min(standing, layers_.stack[layer].phi.node(node[0], node[1], node[2]));
-      }
-    }
-    return phi(node) < standing - same_phi;
-  }
-
   /// What is known of a film at a node that does not stand still; in solid only at its surface:
   /// what lies buried below a mask is not on its way.
   Film known(const Node& node, const std::vector<Film>& found) const {
@@ -202,7 +190,7 @@ class Overgrowth {
       nearest.take_nearer(seen);
     }
     if (nearest.distance == infinity) return {};
-    return {is_nearer_than_standing(node) ? phi(node) : eikonal(axes), nearest.speed};
+    return {eikonal(axes), nearest.speed};
   }
 
   const Layers& layers_;

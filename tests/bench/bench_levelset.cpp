@@ -259,8 +259,8 @@ void compare_extension(const Layers& layers, int repeats, nlohmann::ordered_json
   absolute["all_point_queries_milliseconds"] = 1e3 * all;
 }
 
-/// What the level set does in a time step that is not the first one, per unit of area: gas, surface,
-/// speeds, motion.
+/// What the level set does in a time step that is not the first one, per unit of area: gas,
+/// surface, speeds, motion.
 struct AreaCost {
   double stages = 1e9;  ///< gas, surface and speeds
   double advect = 1e9;

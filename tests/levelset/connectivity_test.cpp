@@ -67,15 +67,15 @@ TEST(OpenGas, BoxesHaveTheirExactVolumeWhereverTheirWallsLie) {
 }
 
 TEST(OpenGas, VoidsThatMeetInACellAreMeasuredEachForItself) {
-  // Two boxes across an edge, a wall of 0.6 spacings between them along either axis, and one cut
-  // by two sides of the domain.
+  // Two boxes with neighbouring nodes across an edge, where the upper one's surface begins, and one
+  // cut by two sides of the domain.
   const Frame frame{.spacing = 1, .cells = {40, 40}};
-  const OpenGas gas = open_gas(with_closed_boxes(frame, {{Vec3d{-5, 0, -15}, Vec3d{4.7, 6, 4.7}},
-                                                         {Vec3d{5, 0, -24.9}, Vec3d{4.7, 6, 4.7}},
+  const OpenGas gas = open_gas(with_closed_boxes(frame, {{Vec3d{-5.6, 0, -25.6}, Vec3d{5, 6, 5}},
+                                                         {Vec3d{3.6, 0, -16.4}, Vec3d{4, 6, 4}},
                                                          {Vec3d{20, 20, -10}, Vec3d{4, 6, 3}}}));
   ASSERT_EQ(gas.voids.size(), 3U);
-  EXPECT_NEAR(gas.voids[0].volume, 9.4 * 9.4 * 12, 2);
-  EXPECT_NEAR(gas.voids[1].volume, 9.4 * 9.4 * 12, 2);
+  EXPECT_NEAR(gas.voids[0].volume, 10 * 10 * 12, 3);
+  EXPECT_NEAR(gas.voids[1].volume, 8 * 8 * 12, 3);
   EXPECT_NEAR(gas.voids[2].volume, 4 * 6 * 6, 0.2);
 }
 

@@ -51,6 +51,7 @@ TEST(Overgrowth, SpreadsFromTheEdgeOfAMaskOnAQuarterCircle) {
     for (const double offset : {0.0, 0.15, 0.5, 0.95}) {
       Layers layers = masked(flat(h), SlotOutline{.width = 2 * (20 + offset * h)});
       grow(layers, 4 * h);
+      double error_at_foot = 0;
       for (const double radius : {6.0, 18.0}) {
         grow(layers, radius == 6 ? 6 : 12);
         for (double angle = 5; angle < 90; angle += 10) {
@@ -62,6 +63,12 @@ TEST(Overgrowth, SpreadsFromTheEdgeOfAMaskOnAQuarterCircle) {
               << h << " " << offset << ' ' << angle;
         }
         EXPECT_NEAR(layers.top().distance({0, 0, 4 * h + radius}) / h, 0, 0.01);
+        const double foot =
+            layers.top().distance({20 + offset * h + radius, 0, 5 * h}) / h - 0.5 * h / radius;
+        if (radius > 6) {
+          EXPECT_NEAR(foot, error_at_foot, 0.3) << h << " " << offset;
+        }
+        error_at_foot = foot;
       }
     }
   }
