@@ -59,7 +59,8 @@ TEST(CrossSection, KeepsTheGasOnTheLeftAndClosesLoops) {
 TEST(CrossSection, ThroughVerticesHasNoPointTwice) {
   TriMesh square;
   for (int x = -1; x <= 1; ++x)
-    for (int y = -1; y <= 1; ++y) square.vertices.push_back(Vec3f(Vec3d(x, y, 0)));
+    for (int y = -1; y <= 1; ++y)
+      square.vertices.push_back({static_cast<float>(x), static_cast<float>(y), 0});
   for (const std::uint32_t corner : {0U, 1U, 3U, 4U}) {
     square.triangles.push_back({corner, corner + 3, corner + 4});
     square.triangles.push_back({corner, corner + 4, corner + 1});
