@@ -54,19 +54,17 @@ double distance_to_segment(Vec3d r, Vec3d a, Vec3d b) {
 
 }  // namespace
 
-CollapseChecks::CollapseChecks(const CollapseMesh& mesh, std::optional<double> max_error,
-                               double border_error)
-    : own_border_shift_(mesh.materials.empty() ? 0 : mesh.r.size(), 0),
+CollapseChecks::CollapseChecks(const CollapseMesh& mesh, ErrorLimit max_error, double border_error)
+    : bound_(mesh.normals.size(), max_error),
+      own_border_shift_(mesh.materials.empty() ? 0 : mesh.r.size(), 0),
       border_shift_(own_border_shift_),
-      border_error_(border_error) {
-  if (max_error) bound_.emplace(mesh.normals.size(), *max_error);
-}
+      border_error_(border_error) {}
 
 CollapseChecks CollapseChecks::sharing() {
   CollapseChecks checks;
   checks.border_shift_ = border_shift_;
   checks.border_error_ = border_error_;
-  if (bound_) checks.bound_.emplace(bound_->sharing());
+  checks.bound_ = bound_.sharing();
   return checks;
 }
 
@@ -77,7 +75,7 @@ bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Ve
 }
 
 bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
-  if (!bound_ || bound_->allows(mesh, star_, place_)) return true;
+  if (bound_.allows(mesh, star_, place_)) return true;
   bound_was_met_ = true;
   return false;
 }
@@ -163,11 +161,17 @@ bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec
 
 void CollapseChecks::accept(const CollapseMesh& mesh, std::uint32_t h) {
   if (!mesh.materials.empty() && mesh.is_border(h)) border_shift_[star_.u] = new_border_shift_;
-  if (bound_) bound_->accept(star_);
+  bound_.accept(star_);
+}
+
+bool CollapseChecks::raise_bound() {
+  if (!bound_was_met_ || !bound_.raise()) return false;
+  bound_was_met_ = false;
+  return true;
 }
 
 double CollapseChecks::proven_error(const HalfEdges& topology) const {
-  return bound_ ? bound_->largest(topology) : 0;
+  return bound_.largest(topology);
 }
 
 }  // namespace scarp

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -20,7 +19,7 @@ class CollapseChecks {
  public:
   /// max_error bounds the distance to the input; border_error how far a border between materials
   /// may be cut short.
-  CollapseChecks(const CollapseMesh& mesh, std::optional<double> max_error, double border_error);
+  CollapseChecks(const CollapseMesh& mesh, ErrorLimit max_error, double border_error);
 
   CollapseChecks(CollapseChecks&&) = default;
 
@@ -50,9 +49,7 @@ class CollapseChecks {
   bool may_move(const CollapseMesh& mesh, Vec3d r, std::span<const Vec3d> reference) {
     return keeps_facets(mesh, r) && turns_little(reference) && makes_no_fold(mesh);
   }
-  void accept_move() {
-    if (bound_) bound_->accept(star_);
-  }
+  void accept_move() { bound_.accept(star_); }
 
   // Of the change that was asked for last: the facets around, where their centre goes, twice their
   // area vectors then, and what they are for points.
@@ -67,6 +64,8 @@ class CollapseChecks {
   /// Whether the bound has refused anything so far.
   bool bound_was_met() const { return bound_was_met_; }
   void note_bound_was_met() { bound_was_met_ = true; }
+  /// Raises a soft bound that has refused something. False if there is none.
+  bool raise_bound();
   double proven_error(const HalfEdges& topology) const;
 
  private:
@@ -83,7 +82,7 @@ class CollapseChecks {
   // The room for it is kept, and it is spread where it is asked for.
   mutable Fan fan_;
   mutable bool fan_is_spread_ = false;
-  std::optional<ErrorBound> bound_;
+  ErrorBound bound_;
   std::vector<double> own_border_shift_;
   std::span<double> border_shift_;  ///< per vertex, only where there are materials
   double border_error_ = 0;

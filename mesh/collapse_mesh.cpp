@@ -58,6 +58,15 @@ std::vector<std::uint32_t> facets_in_old_order(const HalfEdges& topology,
 
 }  // namespace
 
+CoarseDirection::CoarseDirection(Vec3d n) {
+  constexpr double largest = 127;
+  const double size = length(n);
+  if (!(size > 0)) return;
+  x_ = static_cast<std::int8_t>(largest * (n.x / size));
+  y_ = static_cast<std::int8_t>(largest * (n.y / size));
+  z_ = static_cast<std::int8_t>(largest * (n.z / size));
+}
+
 CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : topology(mesh) {
   const SidePlanes planes_of_sides(side_positions);
   const Box box = bounding_box(mesh);
@@ -96,7 +105,7 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : t
         const std::uint32_t across = topology.opposite(static_cast<std::uint32_t>(3 * f + k));
         if (across != HalfEdges::none) around += normals[HalfEdges::facet(across)];
       }
-      input_normals[f] = Vec3f(around);
+      input_normals[f] = CoarseDirection(around);
     }
   });
   if (!mesh.materials.empty()) {

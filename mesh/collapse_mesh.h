@@ -18,6 +18,17 @@ enum class VertexKind : std::uint8_t {
   fixed    ///< stays: corners of the domain, periodic sides, ends and forks of borders
 };
 
+/// A direction to within a degree, in three bytes.
+class CoarseDirection {
+ public:
+  CoarseDirection() = default;
+  explicit CoarseDirection(Vec3d n);
+  explicit operator Vec3d() const { return {1.0 * x_, 1.0 * y_, 1.0 * z_}; }
+
+ private:
+  std::int8_t x_ = 0, y_ = 0, z_ = 0;
+};
+
 /// A mesh while its edges are collapsed.
 ///
 /// Places are kept in double precision but always rounded to float, so that what is checked is what
@@ -25,12 +36,12 @@ enum class VertexKind : std::uint8_t {
 struct CollapseMesh {
   HalfEdges topology;
   Vec3d centre;
-  std::vector<Vec3d> r;               ///< per vertex
-  std::vector<SideMask> sides;        ///< per vertex
-  std::vector<VertexKind> kind;       ///< per vertex
-  std::vector<Vec3d> normals;         ///< per facet: twice the area vector
-  std::vector<Vec3f> input_normals;   ///< per facet: where it and its neighbours faced in the input
-  std::vector<MaterialId> materials;  ///< per facet, or empty
+  std::vector<Vec3d> r;                        ///< per vertex
+  std::vector<SideMask> sides;                 ///< per vertex
+  std::vector<VertexKind> kind;                ///< per vertex
+  std::vector<Vec3d> normals;                  ///< per facet: twice the area vector
+  std::vector<CoarseDirection> input_normals;  ///< per facet: where it and its neighbours faced
+  std::vector<MaterialId> materials;           ///< per facet, or empty
   std::uint32_t live_vertices = 0;
 
   CollapseMesh(const TriMesh& mesh, const Sides& side_positions);

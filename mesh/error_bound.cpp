@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace scarp {
 
@@ -60,12 +61,63 @@ bool crossing(const Flat& a, const Flat& b, const Flat& c, const Flat& d, double
   return true;
 }
 
+/// The direction along which both surfaces inside the rim of a star are seen as height fields.
+Vec3d direction_of(const CollapseMesh& mesh, const Star& star) {
+  Vec3d n;
+  for (int i = 0; i < star.count; ++i) n += mesh.normals[star.facet[i]];
+  for (const std::uint32_t f : star.dying) {
+    if (f != HalfEdges::none) n += mesh.normals[f];
+  }
+  // Both surfaces end on the same side, so it has to be seen as a line.
+  for (int axis = 0; axis < 2; ++axis) {
+    if (fixes(mesh.sides[star.u], axis) || fixes(mesh.sides[star.v], axis)) n[axis] = 0;
+  }
+  return normalized(n);
+}
+
+/// An open boundary elsewhere may change its course, and with it what the surfaces cover.
+bool ends_on_side(const CollapseMesh& mesh, const Star& star) {
+  const unsigned sides = mesh.sides[star.u] | mesh.sides[star.v];
+  return (sides & mesh.sides[star.ring[0]]) != 0 &&
+         (sides & mesh.sides[star.ring[star.count]]) != 0;
+}
+
+/// The range of the heights of both surfaces along n, which no height difference exceeds; nothing
+/// if one of them is no height field.
+std::optional<double> thickness(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n) {
+  if (!star.closed && !ends_on_side(mesh, star)) return {};
+  for (const std::uint32_t f : star.dying) {
+    if (f != HalfEdges::none && !(dot(mesh.normals[f], n) > 0)) return {};
+  }
+  double lowest = 0;
+  double highest = 0;
+  const auto add = [&](Vec3d spoke) {
+    const double height = dot(spoke, n);
+    lowest = std::min(lowest, height);
+    highest = std::max(highest, height);
+  };
+  for (int i = 0; i < star.count; ++i) {
+    const Vec3d x = mesh.r[star.ring[i]] - r;
+    const Vec3d y = mesh.r[star.ring[i + 1]] - r;
+    if (!(dot(cross(x, y), n) > 0) || !(dot(mesh.normals[star.facet[i]], n) > 0)) return {};
+    add(x);
+    add(y);
+  }
+  add(mesh.r[star.u] - r);
+  add(mesh.r[star.v] - r);
+  return highest - lowest;
+}
+
 /// The two surfaces inside the rim of a star, as height fields over one plane.
 class Overlay {
  public:
-  Overlay(const CollapseMesh& mesh, const Star& star, Vec3d r) : star_(star) {
-    choose_direction(mesh);
-    origin_ = r;
+  Overlay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n)
+      : star_(star), n_(n), origin_(r) {
+    const Vec3d other = std::abs(n_.x) < 0.6   ? Vec3d{1, 0, 0}
+                        : std::abs(n_.y) < 0.6 ? Vec3d{0, 1, 0}
+                                               : Vec3d{0, 0, 1};
+    x_ = normalized(cross(other, n_));
+    y_ = cross(n_, x_);
     merged_ = {0, 0, 0};
     u_ = flat(mesh.r[star.u]);
     v_ = flat(mesh.r[star.v]);
@@ -87,7 +139,7 @@ class Overlay {
 
   /// Whether both surfaces cover the same part of the plane, once.
   bool is_height_field(const CollapseMesh& mesh) const {
-    if (!star_.closed && !ends_on_side(mesh)) return false;
+    if (!star_.closed && !ends_on_side(mesh, star_)) return false;
     for (int i = 0; i < old_count_; ++i) {
       if (!(old_[i].area > 0)) return false;
     }
@@ -109,31 +161,6 @@ class Overlay {
   }
 
  private:
-  void choose_direction(const CollapseMesh& mesh) {
-    Vec3d n;
-    for (int i = 0; i < star_.count; ++i) n += mesh.normals[star_.facet[i]];
-    for (const std::uint32_t f : star_.dying) {
-      if (f != HalfEdges::none) n += mesh.normals[f];
-    }
-    // Both surfaces end on the same side, so it has to be seen as a line.
-    for (int axis = 0; axis < 2; ++axis) {
-      if (fixes(mesh.sides[star_.u], axis) || fixes(mesh.sides[star_.v], axis)) n[axis] = 0;
-    }
-    n_ = normalized(n);
-    const Vec3d other = std::abs(n_.x) < 0.6   ? Vec3d{1, 0, 0}
-                        : std::abs(n_.y) < 0.6 ? Vec3d{0, 1, 0}
-                                               : Vec3d{0, 0, 1};
-    x_ = normalized(cross(other, n_));
-    y_ = cross(n_, x_);
-  }
-
-  /// An open boundary elsewhere may change its course, and with it what the surfaces cover.
-  bool ends_on_side(const CollapseMesh& mesh) const {
-    const unsigned sides = mesh.sides[star_.u] | mesh.sides[star_.v];
-    return (sides & mesh.sides[star_.ring[0]]) != 0 &&
-           (sides & mesh.sides[star_.ring[star_.count]]) != 0;
-  }
-
   Flat flat(Vec3d r) const {
     const Vec3d a = r - origin_;
     return {dot(a, x_), dot(a, y_), dot(a, n_)};
@@ -220,9 +247,9 @@ class Overlay {
 
   const Star& star_;
   Vec3d n_;
+  Vec3d origin_;
   Vec3d x_;
   Vec3d y_;
-  Vec3d origin_;
   Flat merged_;
   Flat u_;
   Flat v_;
@@ -240,15 +267,23 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   };
   // Whatever the shape: the surface moves linearly with its vertices.
   const double shift = std::max(length(r - mesh.r[star.u]), length(r - mesh.r[star.v]));
-  double simple = 0;
+  double largest_old = 0;
   const int old_count = star.count + star.dying_count();
-  for (int i = 0; i < old_count; ++i) simple = std::max(simple, old_error(i));
-  simple += shift;
+  for (int i = 0; i < old_count; ++i) largest_old = std::max(largest_old, old_error(i));
+  const double simple = largest_old + shift;
 
-  const Overlay overlay(mesh, star, r);
+  const Vec3d n = direction_of(mesh, star);
+  if (largest_old < limit_.rough) {
+    const std::optional<double> slab = thickness(mesh, star, r, n);
+    if (slab && largest_old + *slab <= limit_.rough) {
+      std::fill_n(proposed_.begin(), star.count, std::min(simple, largest_old + *slab));
+      return true;
+    }
+  }
+  const Overlay overlay(mesh, star, r, n);
   if (!overlay.is_height_field(mesh)) {
     std::fill_n(proposed_.begin(), star.count, simple);
-    return simple <= limit_;
+    return simple <= limit_.limit;
   }
   std::array<double, Star::capacity> difference;
   std::array<double, Star::capacity> carried;
@@ -263,11 +298,18 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
     proposed_[i] = std::min(simple, carried[i] + difference[i]);
     largest = std::max(largest, proposed_[i]);
   }
-  return largest <= limit_;
+  return largest <= limit_.limit;
 }
 
 void ErrorBound::accept(const Star& star) {
   for (int i = 0; i < star.count; ++i) error_[star.facet[i]] = proposed_[i];
+}
+
+bool ErrorBound::raise() {
+  if (!limit_.soft) return false;
+  limit_.limit *= 2;
+  limit_.rough *= 2;
+  return true;
 }
 
 double ErrorBound::largest(const HalfEdges& topology) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,13 @@
 #include "mesh/star.h"
 
 namespace scarp {
+
+/// How far a surface may go.
+struct ErrorLimit {
+  double limit = std::numeric_limits<double>::infinity();
+  double rough = 0;   ///< numbers up to here may be higher than need be, which is quicker
+  bool soft = false;  ///< may be raised
+};
 
 /// A proven bound on the distance between the surface being simplified and the input.
 ///
@@ -20,10 +28,13 @@ namespace scarp {
 /// but grows with each collapse, up to a few times the true distance.
 class ErrorBound {
  public:
-  ErrorBound(std::size_t facet_count, double limit)
+  ErrorBound(std::size_t facet_count, ErrorLimit limit)
       : own_error_(facet_count, 0), error_(own_error_), limit_(limit) {}
 
+  /// Of no mesh.
+  ErrorBound() = default;
   ErrorBound(ErrorBound&&) = default;
+  ErrorBound& operator=(ErrorBound&&) = default;
 
   /// A bound that works on the numbers of this one, which has to outlive it.
   ErrorBound sharing() { return {error_, limit_}; }
@@ -35,16 +46,19 @@ class ErrorBound {
   /// Takes over the numbers that allows() found.
   void accept(const Star& star);
 
+  /// Doubles a soft limit. False if it is hard.
+  bool raise();
+
   /// The greatest number of the living facets.
   double largest(const HalfEdges& topology) const;
 
  private:
-  ErrorBound(std::span<double> error, double limit) : error_(error), limit_(limit) {}
+  ErrorBound(std::span<double> error, ErrorLimit limit) : error_(error), limit_(limit) {}
 
   std::vector<double> own_error_;
   std::span<double> error_;  ///< per facet
   std::array<double, Star::capacity> proposed_{};
-  double limit_;
+  ErrorLimit limit_;
 };
 
 }  // namespace scarp

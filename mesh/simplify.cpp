@@ -22,6 +22,10 @@ namespace {
 
 // Defaults, in grid spacings.
 constexpr double default_max_error = 0.1;
+/// Where a number of vertices or a size stops it, what is tried first: so much keeps walls that are
+/// a cell apart from passing through each other.
+constexpr double soft_max_error = 0.5;
+constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
 constexpr double default_shape_weight = 2e-6;  ///< of the spacing's square
@@ -125,6 +129,11 @@ SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
   return options;
 }
 
+ErrorLimit error_limit(const SimplifyOptions& options) {
+  if (options.max_error) return {*options.max_error};
+  return {soft_max_error * options.spacing, rough_error * options.spacing, true};
+}
+
 std::vector<bool> features_of(const CollapseMesh& work, const SimplifyOptions& options,
                               std::uint32_t target) {
   std::vector<double> curvature = with_copies<double>(options.curvature, work.topology);
@@ -184,16 +193,18 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
        .limit = with_copies<float>(options.size_limit, work.topology),
        .l_max = options.l_max > 0 ? options.l_max : unlimited},
       shape_weight, target > 0 ? CurvatureOrder::Rank::exact : CurvatureOrder::Rank::estimated);
-  // Its memory is gone before the sweeps need theirs.
-  CollapseEngine<Placement>(work, checks, Placement(work, Placement::Measure::distance))
-      .run(order, target);
+  do {
+    // Its memory is gone before the sweeps need theirs.
+    CollapseEngine<Placement>(work, checks, Placement(work, Placement::Measure::distance))
+        .run(order, target);
+  } while (work.live_vertices > target && checks.raise_bound());
   relocate(work, checks, points, shape_weight, relocation_sweeps);
   return points.largest(work);
 }
 
 template <class Placement>
-void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, CollapseMesh& work,
-         CollapseChecks& checks, std::uint32_t target) {
+void run_within_bound(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+                      CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
   CollapseEngine<Placement> engine(work, checks, Placement(work));
   const std::vector<float> size_limit = with_copies<float>(options.size_limit, work.topology);
   const double l_max = options.l_max > 0 ? options.l_max : unlimited;
@@ -209,6 +220,14 @@ void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, Co
                             size_limit};
     engine.run(order, target);
   }
+}
+
+template <class Placement>
+void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, CollapseMesh& work,
+         CollapseChecks& checks, std::uint32_t target) {
+  do {
+    run_within_bound<Placement>(options, is_feature, work, checks, target);
+  } while (work.live_vertices > target && checks.raise_bound());
 }
 
 /// All vertices, the middles of all edges and of all facets.
@@ -260,7 +279,7 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& asked) {
   if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
-  CollapseChecks checks(work, options.max_error,
+  CollapseChecks checks(work, error_limit(options),
                         options.max_error.value_or(default_max_error * options.spacing));
   double tracked_distance = 0;
   if (options.method == SimplifyMethod::curvature) {
@@ -280,8 +299,7 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& asked) {
   } else {
     result.max_distance = result.reverse_max_distance = result.proven_distance;
     if (options.method == SimplifyMethod::curvature) {
-      result.max_distance =
-          options.max_error ? std::min(tracked_distance, result.proven_distance) : tracked_distance;
+      result.max_distance = std::min(tracked_distance, result.proven_distance);
     }
   }
   return result;

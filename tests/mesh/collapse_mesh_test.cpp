@@ -14,6 +14,15 @@ namespace {
 /// Whether a double holds no more than a float can.
 bool is_float(double value) { return (std::bit_cast<std::uint64_t>(value) & 0x1fffffffU) == 0; }
 
+TEST(CoarseDirection, IsRightToADegree) {
+  const double cosine_of_degree = 0.99985;
+  for (const Vec3d n :
+       {Vec3d{1, 0, 0}, {0, -3, 0}, {1, 2, 3}, {-0.4, 1e-3, 0.7}, {1e-7, 0, 2e-7}}) {
+    EXPECT_GT(dot(normalized(Vec3d(CoarseDirection(n))), normalized(n)), cosine_of_degree);
+  }
+  EXPECT_EQ(Vec3d(CoarseDirection(Vec3d{})), Vec3d{}) << "a facet of no area faces nowhere";
+}
+
 TEST(CollapseMesh, RoundsEveryCoordinateToFloat) {
   const CollapseMesh mesh(octahedral_sphere(30, 4, {100.7, -33.3, 812.1}), {});
   RandomStream random({.seed = 1});

@@ -73,7 +73,7 @@ TEST(CurvatureOrder, LimitsAreHardAndTheFieldIsSoft) {
 TEST(CurvatureOrder, ExactKeyIsTheSumOfTheSquaredDistances) {
   Bump bump;
   const CurvatureOrder order = bump.order(10, {}, 10, 0);
-  CollapseChecks checks(bump.mesh, std::nullopt, 1);
+  CollapseChecks checks(bump.mesh, {}, 1);
   const std::uint32_t u = bump.mesh.topology.origin(bump.h);
   const std::uint32_t v = bump.mesh.topology.target(bump.h);
   // Onto u: only v leaves its place, and the rest of its facets with it.

@@ -31,7 +31,7 @@ void disturb(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points) 
 TEST(Relocate, BringsDisturbedVerticesBackToTheSurface) {
   CollapseMesh mesh(octahedral_sphere(8, 8), {});
   TrackedPoints points(mesh);
-  CollapseChecks checks(mesh, std::nullopt, 1);
+  CollapseChecks checks(mesh, {}, 1);
   disturb(mesh, checks, points);
   const double before = points.largest(mesh);
   relocate(mesh, checks, points, 0, 10);
@@ -44,7 +44,7 @@ TEST(Relocate, LeavesTheInputAsItIs) {
   CollapseMesh mesh(polygonised(grid, random_landscape(grid.cells, 2)), grid.sides());
   const std::vector<Vec3d> before = mesh.r;
   TrackedPoints points(mesh);
-  CollapseChecks checks(mesh, std::nullopt, 1);
+  CollapseChecks checks(mesh, {}, 1);
   relocate(mesh, checks, points, 0, 3);
   EXPECT_EQ(mesh.r, before);
 }
@@ -54,7 +54,7 @@ TEST(Relocate, KeepsSidesAndCornersAndTheBound) {
   CollapseMesh mesh(polygonised(grid, random_landscape(grid.cells, 2)), grid.sides());
   const CollapseMesh before = mesh;
   TrackedPoints points(mesh);
-  CollapseChecks checks(mesh, 0.02, 1);
+  CollapseChecks checks(mesh, {0.02}, 1);
   relocate(mesh, checks, points, 1e-4, 5);
   int moved = 0;
   for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {

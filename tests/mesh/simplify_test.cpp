@@ -228,6 +228,21 @@ TEST(Simplify, CurvatureFollowsEveryVertexOverFlatWalls) {
   expect_sound(result.mesh, mesh, grid.sides());
 }
 
+TEST(Simplify, ReachesANumberOfVerticesWithinHalfASpacingIfItCan) {
+  const TriMesh& mesh = surfaces().via;
+  const auto proven = [&mesh](double remove) {
+    const SimplifyResult result = simplify(mesh, {.method = SimplifyMethod::length,
+                                                  .sides = surfaces().via_grid.sides(),
+                                                  .spacing = 1,
+                                                  .remove = remove});
+    EXPECT_EQ(result.stopped_by, "vertices");
+    EXPECT_LE(surface_distance(mesh, result.mesh).symmetric_max, result.proven_distance);
+    return result.proven_distance;
+  };
+  EXPECT_LE(proven(0.5), 0.5);
+  EXPECT_GT(proven(0.95), 0.5);
+}
+
 TEST(Simplify, OfAPlaneLeavesNoErrorAndFewFacets) {
   const TriMesh mesh = noisy_plane(20, 0);
   const SimplifyResult result =
