@@ -205,10 +205,8 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["peak_memory_mb"] = peak_memory_mb();
   summary["threads"] = thread_count();
   summary["machine"] = machine_name();
-  summary["versions"] = {{"scarp", SCARP_VERSION},
-                         {"openvdb", SCARP_OPENVDB_VERSION},
-                         {"embree", SCARP_EMBREE_VERSION},
-                         {"compiler", __VERSION__}};
+  summary["versions"] = {
+      {"scarp", SCARP_VERSION}, {"openvdb", SCARP_OPENVDB_VERSION}, {"compiler", __VERSION__}};
   return summary.dump(2) + "\n";
 }
 

@@ -5,7 +5,6 @@ set(saved_shared_libs ${BUILD_SHARED_LIBS})
 find_package(OpenVDB REQUIRED)
 set(BUILD_SHARED_LIBS ${saved_shared_libs})
 
-find_package(embree 3 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(tomlplusplus REQUIRED)

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "core/huge_pages.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "flux/sampling.h"
@@ -17,11 +18,17 @@ namespace {
 constexpr std::uint32_t batch_count = 32;
 constexpr std::uint64_t first_round = std::uint64_t{1} << 16;
 
-// Of rays that fly together: more of them have more of Embree's tree in common, fewer fit in memory
+// Of rays that fly together: more of them have more of the scene in common, fewer fit in the cache
 // and share out among threads.
-constexpr std::size_t least_pool = std::size_t{1} << 14;
-constexpr std::size_t most_pool = std::size_t{1} << 18;
+constexpr std::size_t least_pool = std::size_t{1} << 12;
+constexpr std::size_t most_pool = std::size_t{1} << 16;
 constexpr std::size_t pools_per_thread = 2;
+
+// Of a pool, while their ends fit in the cache.
+constexpr std::size_t flights_at_once = 4096;
+
+// Arrivals whose sums are asked for ahead of their turn.
+constexpr std::size_t ahead = 16;
 
 // Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is the
 // weight of a particle at the source, and 2^33 of them fit in a sum.
@@ -35,7 +42,7 @@ struct Particle {
   Ray ray;
   std::uint32_t weight = unit_weight;
   std::uint32_t batch = 0;
-  RandomStream random;
+  RandomStream random{{}};
 };
 
 struct Counts {
@@ -63,14 +70,20 @@ class Tracer {
  private:
   Particle emit(std::uint64_t ray) const;
   void trace_pool(std::vector<Particle> particles);
+  void prefetch(const Flight& flight, const Particle& particle) const;
   bool arrive(Particle& particle, const Flight& flight, Counts& counts);
   Vec3d emission_normal(std::uint32_t facet) const;
   static bool play_roulette(Particle& particle, Counts& counts);
 
+  // A pool meets few batches, and all facets.
+  std::size_t tally_index(std::size_t batch, std::size_t facet) const {
+    return batch * problem_.scene.facet_count() + facet;
+  }
+
   const FluxProblem& problem_;
   std::vector<ScrambledSobol> starts_;          // one per batch
   std::vector<std::uint32_t> absorbed_weight_;  // of a particle of unit weight, per facet
-  std::vector<std::int64_t> tallies_;           // of facet f and batch b at f * batch_count + b
+  std::vector<std::int64_t, HugePages<std::int64_t>> tallies_;
   Counts counts_;
   std::uint64_t rays_ = 0;
 };
@@ -143,19 +156,36 @@ void Tracer::trace(std::uint64_t first, std::uint64_t end) {
 void Tracer::trace_pool(std::vector<Particle> particles) {
   Counts counts;
   counts.emitted = static_cast<std::int64_t>(particles.size()) * unit_weight;
-  std::vector<Particle> going_on;
+  std::vector<Particle> sorted(particles.size());
+  std::vector<Ray> rays(flights_at_once);
+  std::vector<Flight> flights(flights_at_once);
   while (!particles.empty()) {
+    counts.segments += static_cast<std::int64_t>(particles.size());
     const auto order = flight_order(problem_.scene, particles.size(),
                                     [&](std::size_t i) -> const Ray& { return particles[i].ray; });
-    counts.segments += static_cast<std::int64_t>(particles.size());
-    going_on.clear();
-    for (const std::uint32_t i : order) {
-      const Flight flight = problem_.scene.fly(particles[i].ray);
-      if (arrive(particles[i], flight, counts)) going_on.push_back(particles[i]);
+    sorted.resize(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = particles[order[k]];
+    particles.clear();
+    for (std::size_t first = 0; first < sorted.size(); first += flights_at_once) {
+      const std::size_t count = std::min(flights_at_once, sorted.size() - first);
+      for (std::size_t k = 0; k < count; ++k) rays[k] = sorted[first + k].ray;
+      problem_.scene.fly(std::span(rays).first(count), flights);
+      for (std::size_t k = 0; k < count; ++k) {
+        if (k + ahead < count) prefetch(flights[k + ahead], sorted[first + k + ahead]);
+        Particle& particle = sorted[first + k];
+        if (arrive(particle, flights[k], counts)) particles.push_back(particle);
+      }
     }
-    particles.swap(going_on);
   }
   add(counts_, counts);
+}
+
+// Asks for what arrive() will need from memory.
+void Tracer::prefetch(const Flight& flight, const Particle& particle) const {
+  if (flight.end != Flight::End::front) return;
+  __builtin_prefetch(&absorbed_weight_[flight.facet]);
+  problem_.scene.prefetch(flight.facet);
+  __builtin_prefetch(&tallies_[tally_index(particle.batch, flight.facet)], 1);
 }
 
 Vec3d Tracer::emission_normal(std::uint32_t facet) const {
@@ -182,7 +212,7 @@ bool Tracer::arrive(Particle& particle, const Flight& flight, Counts& counts) {
       break;
   }
   const std::uint32_t f = flight.facet;
-  add(tallies_[std::size_t{f} * batch_count + particle.batch], std::int64_t{particle.weight});
+  add(tallies_[tally_index(particle.batch, f)], std::int64_t{particle.weight});
   const auto absorbed = static_cast<std::uint32_t>(
       (std::uint64_t{particle.weight} * absorbed_weight_[f] + unit_weight / 2) / unit_weight);
   counts.absorbed += absorbed;
@@ -212,10 +242,10 @@ FluxEstimate Tracer::estimate_flux() const {
   const double scale = scene.source_area() / (static_cast<double>(rays_) * unit_weight);
   std::vector<double> sums(scene.facet_count());
   for (std::size_t k = 0; k < tallies_.size(); ++k)
-    sums[k / batch_count] += static_cast<double>(tallies_[k]);
+    sums[k % sums.size()] += static_cast<double>(tallies_[k]);
   // Of a batch: its own estimate less that of all.
   const auto deviation = [&](std::size_t f, std::size_t b) {
-    const auto own = static_cast<double>(tallies_[f * batch_count + b]);
+    const auto own = static_cast<double>(tallies_[tally_index(b, f)]);
     return (own * batch_count - sums[f]) * scale / scene.area(f);
   };
   return estimate(scene, problem_.patches,

@@ -122,7 +122,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
 
   const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
-  const RayScene scene(facets, options.sides, {.spacing = spacing, .embree = ""});
+  const RayScene scene(facets, options.sides, spacing);
   const Patches patches(facets, scene);
   std::vector<std::vector<float>> sticking;
   for (const Species& one : species) sticking.push_back(sticking_of_facets(facets, one));

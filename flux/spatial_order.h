@@ -26,8 +26,8 @@ std::uint32_t flight_key(Vec3d r_unit, Vec3d u);
 /// Cost: two passes over the keys.
 std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys);
 
-/// The order in which count flights should be flown: consecutive ones meet the same part of
-/// Embree's tree, which halves the time. ray_at(i) is the i-th ray.
+/// The order in which count flights should be flown: consecutive ones meet the same cells of the
+/// scene, which are then in the cache. ray_at(i) is the i-th ray.
 template <class RayAt>
 std::vector<std::uint32_t> flight_order(const RayScene& scene, std::size_t count,
                                         const RayAt& ray_at) {

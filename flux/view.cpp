@@ -107,10 +107,14 @@ std::vector<Viewer::Shot> Viewer::shoot_all(std::size_t begin, std::size_t end,
 }
 
 std::vector<Flight> Viewer::fly(const std::vector<Shot>& shots) const {
-  std::vector<Flight> flights(shots.size());
   const auto order =
       flight_order(scene_, shots.size(), [&](std::size_t i) -> const Ray& { return shots[i].ray; });
-  for (const std::uint32_t i : order) flights[i] = scene_.fly(shots[i].ray);
+  std::vector<Ray> rays(shots.size());
+  for (std::size_t k = 0; k < rays.size(); ++k) rays[k] = shots[order[k]].ray;
+  std::vector<Flight> sorted(shots.size());
+  scene_.fly(rays, sorted);
+  std::vector<Flight> flights(shots.size());
+  for (std::size_t k = 0; k < rays.size(); ++k) flights[order[k]] = sorted[k];
   return flights;
 }
 

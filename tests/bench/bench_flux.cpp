@@ -58,7 +58,7 @@ FluxField solve(const TriMesh& mesh, FluxOptions::Engine engine, std::uint64_t r
       .front();
 }
 
-/// Everything is in the time: Embree's tree, patches, sums, standard errors.
+/// Everything is in the time: the grid of cells, patches, sums, standard errors.
 void trace(const TriMesh& mesh, FluxOptions::Engine engine, std::uint64_t rays, Cost& cost) {
   FluxField field;
   double cpu = 0;

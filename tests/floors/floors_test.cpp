@@ -92,10 +92,6 @@ TEST(Floors, OpenVdbIsSeenInOnePrivateHeaderOnly) {
   EXPECT_EQ(files_that_include({"openvdb/"}), (std::set<fs::path>{"levelset/vdb.h"}));
 }
 
-TEST(Floors, EmbreeIsSeenInOneFileOfFluxOnly) {
-  EXPECT_EQ(files_that_include({"embree3/", "embree"}), (std::set<fs::path>{"flux/ray_scene.cpp"}));
-}
-
 TEST(Floors, TheTomlParserIsSeenInOneFileOfCoreOnly) {
   const std::set<fs::path> files = files_that_include({"toml++/", "toml.hpp"});
   ASSERT_EQ(files.size(), 1U);

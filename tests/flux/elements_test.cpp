@@ -9,9 +9,7 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const testing::Shape& shape) {
-  return {shape.mesh, shape.sides, {.spacing = 1, .embree = ""}};
-}
+RayScene scene_of(const testing::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
 
 TEST(Elements, CoverTheirFacetsAndAreShort) {
   const RayScene scene = scene_of(testing::hole(5));

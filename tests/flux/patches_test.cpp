@@ -9,9 +9,7 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const testing::Shape& shape) {
-  return {shape.mesh, shape.sides, {.spacing = 1, .embree = ""}};
-}
+RayScene scene_of(const testing::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
 
 TEST(Patches, AreCellsOfFourSpacings) {
   const testing::Shape wafer = testing::flat_wafer(20, 20);

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -32,11 +35,10 @@ Shape rough_surface(std::uint64_t seed, int cells = 24) {
   return {builder.mesh, {.lower = {0, 0}, .upper = {20, 20}}};
 }
 
-RayScene scene_of(const Shape& shape, const std::string& embree = "",
-                  Boundary boundary = Boundary::reflective) {
+RayScene scene_of(const Shape& shape, Boundary boundary = Boundary::reflective) {
   Sides sides = shape.sides;
   sides.boundary = {boundary, boundary};
-  return {shape.mesh, sides, {.spacing = 1, .embree = embree}};
+  return {shape.mesh, sides, 1};
 }
 
 Vec3d point_of(const RayScene& scene, std::uint32_t f, RandomStream& random) {
@@ -90,21 +92,31 @@ TEST(RayScene, FindsTheNearestOfAllFacets) {
   EXPECT_GT(hits, 500);
 }
 
-TEST(RayScene, DoesNotDependOnTheInstructionsOfEmbree) {
-  const Shape shape = rough_surface(3, 64);
-  const RayScene any = scene_of(shape);
-  const RayScene oldest = scene_of(shape, "isa=sse2");
-  const RayScene newer = scene_of(shape, "isa=avx2");
+// More rays than are under way at once, in any number of groups, some of them over many sides.
+TEST(RayScene, FliesManyTogetherAsEachAlone) {
+  const RayScene scene = scene_of(rough_surface(3, 64));
   RandomStream random({.seed = 4});
-  for (int i = 0; i < 100'000; ++i) {
-    const Ray ray = random_ray(any, random);
-    const Flight flight = any.fly(ray);
-    for (const RayScene* other : {&oldest, &newer}) {
-      const Flight same = other->fly(ray);
-      ASSERT_EQ(same.end, flight.end);
-      ASSERT_EQ(same.facet, flight.facet);
-      ASSERT_EQ(same.r, flight.r);
-      ASSERT_EQ(same.u, flight.u);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 5000; ++i) {
+    rays.push_back(random_ray(scene, random));
+    if (i % 100 == 0) rays.back().u = normalized(Vec3d{rays.back().u.x, rays.back().u.y, 0.002});
+  }
+  std::vector<Flight> together(rays.size());
+  scene.fly(rays, together);
+  std::vector<Flight> without_avx2(rays.size());
+  scene.fly_without_avx2(rays, without_avx2);
+  std::vector<Flight> in_groups(rays.size());
+  for (std::size_t first = 0, count = 1; first < rays.size(); first += count, ++count) {
+    count = std::min(count, rays.size() - first);
+    scene.fly(std::span(rays).subspan(first, count), std::span(in_groups).subspan(first, count));
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Flight alone = scene.fly(rays[i]);
+    for (const Flight* flight : {&together[i], &without_avx2[i], &in_groups[i]}) {
+      ASSERT_EQ(flight->end, alone.end);
+      ASSERT_EQ(flight->facet, alone.facet);
+      ASSERT_EQ(flight->r, alone.r);
+      ASSERT_EQ(flight->u, alone.u);
     }
   }
 }
@@ -129,7 +141,7 @@ TEST(RayScene, LetsNothingSlipBetweenFacets) {
 TEST(RayScene, LosesNothingOverManyFlights) {
   for (const Boundary boundary : {Boundary::reflective, Boundary::periodic}) {
     for (std::uint64_t seed = 10; seed < 14; ++seed) {
-      const RayScene scene = scene_of(rough_surface(seed), "", boundary);
+      const RayScene scene = scene_of(rough_surface(seed), boundary);
       RandomStream random({.seed = seed});
       Ray ray = random_ray(scene, random);
       for (int i = 0; i < 50'000; ++i) {
@@ -155,7 +167,7 @@ TEST(RayScene, MirrorsAndWrapsAtTheSides) {
   const Flight mirrored = scene_of(wafer).fly(ray);
   EXPECT_NEAR(length(mirrored.r - Vec3d{16, 5, 0}), 0, 1e-12);
   EXPECT_EQ(mirrored.u.x, -ray.u.x);
-  const Flight wrapped = scene_of(wafer, "", Boundary::periodic).fly(ray);
+  const Flight wrapped = scene_of(wafer, Boundary::periodic).fly(ray);
   EXPECT_NEAR(length(wrapped.r - Vec3d{4, 5, 0}), 0, 1e-12);
   EXPECT_EQ(wrapped.u.x, ray.u.x);
   const Flight far = scene_of(wafer).fly({.r = {1, 5, 1}, .u = normalized(Vec3d{1000, 0, -1})});
@@ -218,7 +230,7 @@ TEST(RayScene, BearsSliversThatRoundingFlattens) {
 
 TEST(RayScene, IsInSpacingsAndKeepsAreasAndNormals) {
   const Shape shape = rough_surface(7);
-  const RayScene scene(shape.mesh, shape.sides, {.spacing = 2, .embree = ""});
+  const RayScene scene(shape.mesh, shape.sides, 2);
   const auto normals = facet_normals(shape.mesh);
   const auto areas = facet_areas(shape.mesh);
   EXPECT_EQ(scene.source_area(), 100);

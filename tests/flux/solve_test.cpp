@@ -188,8 +188,7 @@ class StandardError : public ::testing::TestWithParam<std::tuple<Engine, double>
 TEST_P(StandardError, IsCalibrated) {
   const auto [engine, sticking] = GetParam();
   Shape shape = testing::trench(2, 4, 8, 10);
-  const Patches patches(shape.mesh,
-                        RayScene(shape.mesh, shape.sides, {.spacing = 1, .embree = ""}));
+  const Patches patches(shape.mesh, RayScene(shape.mesh, shape.sides, 1));
   const std::vector<double> areas = facet_areas(shape.mesh);
   constexpr int seeds = 96;
   double stated = 0;

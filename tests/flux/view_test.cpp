@@ -23,7 +23,7 @@ class Views : public ::testing::Test {
   }
 
   testing::Shape shape_ = testing::trench(2);
-  RayScene scene_{shape_.mesh, shape_.sides, {.spacing = 1, .embree = ""}};
+  RayScene scene_{shape_.mesh, shape_.sides, 1};
   Patches patches_{shape_.mesh, scene_};
   std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
   Species species_{.name = "gas", .source = {.cosine_power = 2}};

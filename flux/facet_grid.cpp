@@ -1,0 +1,230 @@
+#include "flux/facet_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t octant_count = 8;
+constexpr std::uint32_t no_facets = ~std::uint32_t{0};
+constexpr std::uint64_t most_blocks = std::uint64_t{1} << 28;
+
+// In cells. Longer cubes are not told apart.
+constexpr std::uint8_t longest_cube = 192;
+
+// The edge of a cell over the mean edge of squares of the facets' areas. Smaller cells hold fewer
+// facets, but a flight passes more of them: 1 to 2 are equally fast.
+constexpr double cell_per_facet_edge = 1.5;
+constexpr double most_cells_per_facet = 16;
+constexpr double least_most_cells = 4096;
+
+// Most facets count most: a few large ones only fill more cells.
+double mean_edge(std::span<const FacetGrid::Facet> facets) {
+  double sum = 0;
+  for (const FacetGrid::Facet& facet : facets) {
+    const auto& [a, b, c] = facet.corners;
+    sum += std::sqrt(0.5 * length(cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a))));
+  }
+  return sum / static_cast<double>(facets.size());
+}
+
+// Where the middles of the cells lie that a facet reaches into: between two planes each across its
+// normal and across the products of its edges and the axes. A cell whose box overlaps the facet's
+// and that no pair of planes sets apart overlaps the facet.
+class Slabs {
+ public:
+  Slabs(const std::array<Vec3f, 3>& corners, double half_cell) {
+    const std::array<Vec3d, 3> r{Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
+    add(cross(r[1] - r[0], r[2] - r[0]), r, half_cell);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d edge = r[(k + 1) % 3] - r[k];
+      add({0, -edge.z, edge.y}, r, half_cell);
+      add({edge.z, 0, -edge.x}, r, half_cell);
+      add({-edge.y, edge.x, 0}, r, half_cell);
+    }
+  }
+
+  bool hold(Vec3d middle) const {
+    return std::ranges::all_of(slabs_, [&](const Slab& slab) {
+      const double at = dot(slab.n, middle);
+      return at >= slab.lower && at <= slab.upper;
+    });
+  }
+
+ private:
+  struct Slab {
+    Vec3d n;
+    double lower;
+    double upper;
+  };
+
+  void add(Vec3d n, const std::array<Vec3d, 3>& corners, double half_cell) {
+    const auto [lower, upper] =
+        std::minmax({dot(n, corners[0]), dot(n, corners[1]), dot(n, corners[2])});
+    const double reach = half_cell * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
+    slabs_[count_++] = {n, lower - reach, upper + reach};
+  }
+
+  std::array<Slab, 10> slabs_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, double padding)
+    : lower_(lower), padding_(padding) {
+  const Vec3d extent = upper - lower;
+  step_ = std::max({extent.x, extent.y, extent.z}) / std::numeric_limits<std::uint16_t>::max();
+  const double most_cells =
+      most_cells_per_facet * static_cast<double>(facets.size()) + least_most_cells;
+  cell_size_ = std::max(cell_per_facet_edge * mean_edge(facets),
+                        std::cbrt(extent.x * extent.y * extent.z / most_cells));
+  for (int axis = 0; axis < 3; ++axis)
+    bricks_[static_cast<std::size_t>(axis)] =
+        static_cast<int>(extent[axis] / cell_size_) / brick + 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) size_[axis] = bricks_[axis] * brick;
+  cells_.assign(static_cast<std::size_t>(index(0, 0, size_[2])), no_facets);
+  sort_in(facets);
+  measure_empty_cubes();
+}
+
+template <class Use>
+void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
+  const auto& [a, b, c] = facet.corners;
+  Index3 first;
+  Index3 last;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell_of = [&](double r) {
+      const int most = size_[static_cast<std::size_t>(axis)] - 1;
+      return std::clamp(static_cast<int>((r - lower_[axis]) / cell_size_), 0, most);
+    };
+    first[static_cast<std::size_t>(axis)] =
+        cell_of(std::min({a[axis], b[axis], c[axis]}) - padding_);
+    last[static_cast<std::size_t>(axis)] =
+        cell_of(std::max({a[axis], b[axis], c[axis]}) + padding_);
+  }
+  const Slabs slabs(facet.corners, 0.5 * cell_size_ + padding_);
+  for (int z = first[2]; z <= last[2]; ++z) {
+    for (int y = first[1]; y <= last[1]; ++y) {
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Vec3d middle = lower_ + cell_size_ * Vec3d{x + 0.5, y + 0.5, z + 0.5};
+        if (slabs.hold(middle)) use(static_cast<std::size_t>(index(x, y, z)));
+      }
+    }
+  }
+}
+
+void FacetGrid::sort_in(std::span<const Facet> facets) {
+  std::vector<std::uint32_t> count(cells_.size());
+  for (const Facet& facet : facets) for_each_cell(facet, [&](std::size_t cell) { ++count[cell]; });
+  std::uint64_t first = 0;
+  for (std::size_t cell = 0; cell < count.size(); ++cell) {
+    if (count[cell] == 0) continue;
+    cells_[cell] = static_cast<std::uint32_t>(first << 4);
+    first += (count[cell] + block_size - 1) / block_size;
+  }
+  if (first >= most_blocks) {
+    throw InputError("flux: " + std::to_string(facets.size()) +
+                     " facets are too many, or differ too much in size; simplify the mesh");
+  }
+  Block none{};
+  none.facets.fill(Ray::no_facet);
+  blocks_.assign(first, none);
+  std::vector<std::uint32_t> filled(count.size());
+  for (std::uint32_t f = 0; f < facets.size(); ++f) {
+    for_each_cell(facets[f], [&](std::size_t cell) {
+      Block& block = blocks_[(cells_[cell] >> 4) + filled[cell] / block_size];
+      const std::size_t lane = filled[cell] % block_size;
+      put(block, lane, facets[f]);
+      block.facets[lane] = f;
+      block.is_last = ++filled[cell] > (count[cell] - 1) / block_size * block_size;
+    });
+  }
+}
+
+void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const Vec3d steps = (1 / step_) * (Vec3d(facet.corners[corner]) - lower_);
+    for (int axis = 0; axis < 3; ++axis) {
+      block.corners[static_cast<std::size_t>(axis)][corner][lane] =
+          static_cast<std::uint16_t>(steps[axis] + 0.5);
+    }
+  }
+}
+
+void FacetGrid::measure_empty_cubes() {
+  const auto row = static_cast<std::size_t>(size_[0]);
+  const std::size_t slice = row * static_cast<std::size_t>(size_[1]);
+  std::array<std::vector<std::uint8_t>, octant_count> cubes;
+  parallel_for(octant_count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t octant = begin; octant < end; ++octant)
+      cubes[octant] = empty_cubes(static_cast<unsigned>(octant));
+  });
+  std::array<std::uint8_t, longest_cube + 1> kinds{};  // the longest that fit
+  for (std::size_t length = 1; length < kinds.size(); ++length) {
+    kinds[length] = kinds[length - 1];
+    if (cube_length(kinds[length] + 1U) == length) ++kinds[length];
+  }
+  parallel_for(static_cast<std::size_t>(size_[2]), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t z = begin; z < end; ++z) {
+      for (std::size_t k = 0; k < slice; ++k) {
+        std::uint32_t& content =
+            cell(static_cast<int>(k % row), static_cast<int>(k / row), static_cast<int>(z));
+        if ((content & 15U) == 0) continue;
+        content = 0;
+        for (std::size_t octant = 0; octant < octant_count; ++octant)
+          content |= std::uint32_t{kinds[cubes[octant][z * slice + k]]} << (4 * octant);
+      }
+    }
+  });
+}
+
+// From the far end of the octant backwards: a cube is one longer than the shortest of the seven
+// that begin one further. Outside of the grid it is empty.
+std::vector<std::uint8_t> FacetGrid::empty_cubes(unsigned octant) const {
+  const auto row = static_cast<std::size_t>(size_[0]);
+  const auto rows = static_cast<std::size_t>(size_[1]);
+  const auto backwards = [&](unsigned axis, int n) {
+    return (octant >> axis) & 1U ? n : size_[axis] - 1 - n;
+  };
+  std::vector<std::uint8_t> cubes(row * rows * static_cast<std::size_t>(size_[2]));
+  const std::vector<std::uint8_t> outside(row, longest_cube);
+  std::vector<std::uint8_t> shortest(row);
+  const auto row_at = [&](int ny, int nz) -> std::uint8_t* {
+    const auto y = static_cast<std::size_t>(backwards(1, ny));
+    return cubes.data() + (static_cast<std::size_t>(backwards(2, nz)) * rows + y) * row;
+  };
+  const auto further = [&](int ny, int nz) -> const std::uint8_t* {
+    return ny < 0 || nz < 0 ? outside.data() : row_at(ny, nz);
+  };
+  for (int nz = 0; nz < size_[2]; ++nz) {
+    for (int ny = 0; ny < size_[1]; ++ny) {
+      const std::uint8_t* const next_y = further(ny - 1, nz);
+      const std::uint8_t* const next_z = further(ny, nz - 1);
+      const std::uint8_t* const next_yz = further(ny - 1, nz - 1);
+      for (std::size_t x = 0; x < row; ++x)
+        shortest[x] = std::min(std::min(next_y[x], next_z[x]), next_yz[x]);
+      std::uint8_t* const own = row_at(ny, nz);
+      std::uint8_t next_x = longest_cube;
+      std::uint8_t beside = longest_cube;  // the shortest one further along x
+      for (int n = 0; n < size_[0]; ++n) {
+        const int x = backwards(0, n);
+        const std::uint8_t least =
+            std::min({next_x, beside, shortest[static_cast<std::size_t>(x)]});
+        const bool is_empty = (cell(x, backwards(1, ny), backwards(2, nz)) & 15U) != 0;
+        beside = shortest[static_cast<std::size_t>(x)];
+        next_x =
+            static_cast<std::uint8_t>(is_empty ? std::min<int>(least, longest_cube - 1) + 1 : 0);
+        own[x] = next_x;
+      }
+    }
+  }
+  return cubes;
+}
+
+}  // namespace scarp
