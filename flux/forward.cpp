@@ -27,7 +27,7 @@ constexpr std::size_t pools_per_thread = 2;
 // Of a pool, while their ends fit in the cache.
 constexpr std::size_t flights_at_once = 4096;
 
-// Arrivals whose sums are asked for ahead of their turn.
+// How many turns ahead the memory is asked for what will be needed.
 constexpr std::size_t ahead = 16;
 
 // Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is the
@@ -164,7 +164,10 @@ void Tracer::trace_pool(std::vector<Particle> particles) {
     const auto order = flight_order(problem_.scene, particles.size(),
                                     [&](std::size_t i) -> const Ray& { return particles[i].ray; });
     sorted.resize(order.size());
-    for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = particles[order[k]];
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (k + ahead < order.size()) __builtin_prefetch(&particles[order[k + ahead]]);
+      sorted[k] = particles[order[k]];
+    }
     particles.clear();
     for (std::size_t first = 0; first < sorted.size(); first += flights_at_once) {
       const std::size_t count = std::min(flights_at_once, sorted.size() - first);

@@ -55,7 +55,7 @@ class RayScene::Wave {
 
  private:
   static constexpr std::size_t capacity = FacetGrid::Walks::capacity;
-  static constexpr std::size_t ahead = 16;
+  static constexpr std::size_t ahead = 8;
 
   struct Part {
     Ray ray;
