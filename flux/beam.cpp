@@ -1,8 +1,11 @@
 #include "flux/beam.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "core/parallel.h"
 #include "core/random.h"
@@ -31,10 +34,12 @@ constexpr double facing_away = 1e-6;
 constexpr double grazing = 0.01;
 constexpr double off_facet = 0.01;
 
+// What the rays of a facet see: per set, how many of them reach the sky.
+using Lit = std::array<std::uint32_t, set_count>;
+
 struct Visibility {
   double seen = 0;  // part of the facet
   double std_error = 0;
-  std::uint64_t flights = 0;
 };
 
 RandomStream stream_of(const FluxProblem& problem, std::size_t facet) {
@@ -42,6 +47,7 @@ RandomStream stream_of(const FluxProblem& problem, std::size_t facet) {
       {problem.options.seed, problem.options.time_step, problem.species_index, facet});
 }
 
+// The points of a facet from which it looks for the source.
 class Facet {
  public:
   Facet(const FluxProblem& problem, std::uint32_t facet, Vec3d towards_source)
@@ -53,20 +59,23 @@ class Facet {
     if (dot(towards_source, n) < grazing) offset_ = off_facet * std::sqrt(scene_.area(facet)) * n;
   }
 
-  // Two independent sets: half their difference is a fair sample of the error of their mean.
-  Visibility visibility() {
-    const std::uint32_t at_corners = lit_corners();
-    std::array<std::uint32_t, set_count> lit{count(0, 0, few_points), count(1, 0, few_points)};
-    const std::uint32_t all = at_corners + lit[0] + lit[1];
-    if (all == 0 || all == 3 + set_count * few_points) {
-      return {.seen = all == 0 ? 0.0 : 1.0, .flights = flights_};
+  void add_corners(std::vector<Ray>& rays) const {
+    constexpr double far = 1 - 2 * near_corner;
+    add(near_corner, near_corner, rays);
+    add(far, near_corner, rays);
+    add(near_corner, far, rays);
+  }
+
+  // The points first..end of each set, one set after the other.
+  void add_points(std::uint32_t first, std::uint32_t end, std::vector<Ray>& rays) const {
+    for (const ScrambledSobol& set : sets_) {
+      for (std::uint32_t n = first; n < end; ++n) {
+        const auto point = set.point(n);
+        // Even in the unit square to even in the triangle.
+        const double b = 1 - std::sqrt(point[0]);
+        add(b, (1 - b) * point[1], rays);
+      }
     }
-    for (std::size_t s = 0; s < set_count; ++s) lit[s] += count(s, few_points, many_points);
-    constexpr double scale = 1.0 / (set_count * many_points);
-    const double difference = static_cast<double>(lit[0]) - static_cast<double>(lit[1]);
-    return {.seen = scale * (lit[0] + lit[1]),
-            .std_error = scale * std::abs(difference),
-            .flights = flights_};
   }
 
  private:
@@ -82,30 +91,11 @@ class Facet {
   }
 
   // At a + b (corner 1 - a) + c (corner 2 - a), from corner a.
-  bool is_lit(double b, double c) {
-    ++flights_;
+  void add(double b, double c, std::vector<Ray>& rays) const {
     const auto& corners = scene_.corners(facet_);
     const Vec3d a = Vec3d(corners[0]);
     const Vec3d r = a + b * (Vec3d(corners[1]) - a) + c * (Vec3d(corners[2]) - a) + offset_;
-    return scene_.fly({.r = r, .u = towards_source_, .from = facet_}).end == Flight::End::sky;
-  }
-
-  std::uint32_t lit_corners() {
-    constexpr double far = 1 - 2 * near_corner;
-    return static_cast<std::uint32_t>(is_lit(near_corner, near_corner)) +
-           static_cast<std::uint32_t>(is_lit(far, near_corner)) +
-           static_cast<std::uint32_t>(is_lit(near_corner, far));
-  }
-
-  std::uint32_t count(std::size_t set, std::uint32_t first, std::uint32_t end) {
-    std::uint32_t lit = 0;
-    for (std::uint32_t n = first; n < end; ++n) {
-      const auto point = sets_[set].point(n);
-      // Even in the unit square to even in the triangle.
-      const double b = 1 - std::sqrt(point[0]);
-      if (is_lit(b, (1 - b) * point[1])) ++lit;
-    }
-    return lit;
+    rays.push_back({.r = r, .u = towards_source_, .from = facet_});
   }
 
   const RayScene& scene_;
@@ -113,8 +103,67 @@ class Facet {
   Vec3d towards_source_;
   std::array<ScrambledSobol, set_count> sets_;
   Vec3d offset_;
-  std::uint64_t flights_ = 0;
 };
+
+// How many of some flights in a row reach the sky.
+std::uint32_t count_lit(std::span<const Flight> flights) {
+  return static_cast<std::uint32_t>(std::ranges::count_if(
+      flights, [](const Flight& flight) { return flight.end == Flight::End::sky; }));
+}
+
+std::vector<Flight> fly(const RayScene& scene, const std::vector<Ray>& rays) {
+  std::vector<Flight> flights(rays.size());
+  scene.fly(rays, flights);
+  return flights;
+}
+
+// Two independent sets: half their difference is a fair sample of the error of their mean.
+Visibility visibility_of(const Lit& lit) {
+  constexpr double scale = 1.0 / (set_count * many_points);
+  const double difference = static_cast<double>(lit[0]) - static_cast<double>(lit[1]);
+  return {.seen = scale * (lit[0] + lit[1]), .std_error = scale * std::abs(difference)};
+}
+
+// Of facets that fly together: first from a few points of each, then from many of those that a
+// border crosses. Returns the number of flights.
+std::uint64_t look_at_source(const FluxProblem& problem, Vec3d towards_source,
+                             std::span<const std::uint32_t> facets,
+                             std::span<Visibility> visibilities) {
+  constexpr std::size_t few_rays = 3 + set_count * few_points;
+  std::vector<Ray> rays;
+  for (const std::uint32_t f : facets) {
+    const Facet facet(problem, f, towards_source);
+    facet.add_corners(rays);
+    facet.add_points(0, few_points, rays);
+  }
+  const std::vector<Flight> few = fly(problem.scene, rays);
+  std::uint64_t flights = few.size();
+
+  rays.clear();
+  std::vector<std::size_t> crossed;  // by a border
+  for (std::size_t k = 0; k < facets.size(); ++k) {
+    const std::uint32_t lit = count_lit(std::span(few).subspan(k * few_rays, few_rays));
+    visibilities[k] = {.seen = lit == 0 ? 0.0 : 1.0};
+    if (lit == 0 || lit == few_rays) continue;
+    crossed.push_back(k);
+    Facet(problem, facets[k], towards_source).add_points(few_points, many_points, rays);
+  }
+  const std::vector<Flight> many = fly(problem.scene, rays);
+  flights += many.size();
+
+  constexpr std::size_t more_points = many_points - few_points;
+  for (std::size_t n = 0; n < crossed.size(); ++n) {
+    const std::size_t k = crossed[n];
+    Lit lit{};
+    for (std::size_t set = 0; set < set_count; ++set) {
+      lit[set] =
+          count_lit(std::span(few).subspan(k * few_rays + 3 + set * few_points, few_points)) +
+          count_lit(std::span(many).subspan((n * set_count + set) * more_points, more_points));
+    }
+    visibilities[k] = visibility_of(lit);
+  }
+  return flights;
+}
 
 // Errors of different facets have nothing to do with each other: each draw gives them signs.
 double sign(const FluxProblem& problem, std::size_t facet, std::size_t draw) {
@@ -135,19 +184,20 @@ FluxField trace_beam(const FluxProblem& problem) {
                 .std_error = std::vector<float>(facet_count)};
   std::atomic<std::uint64_t> flights = 0;
   parallel_for(facet_count, 256, [&](std::size_t begin, std::size_t end) {
-    std::uint64_t flown = 0;
-    for (std::size_t f = begin; f < end; ++f) {
-      const double cosine = -dot(direction, scene.normal(f));
-      if (cosine < -facing_away) continue;
-      const Visibility result =
-          Facet(problem, static_cast<std::uint32_t>(f), -direction).visibility();
-      flown += result.flights;
-      visible.mean[f] = static_cast<float>(result.seen);
-      visible.std_error[f] = static_cast<float>(result.std_error);
-      mean[f] = std::max(cosine, 0.0) * result.seen;
-      std_error[f] = std::max(cosine, 0.0) * result.std_error;
+    std::vector<std::uint32_t> facets;
+    for (std::size_t f = begin; f < end; ++f)
+      if (dot(direction, scene.normal(f)) <= facing_away)
+        facets.push_back(static_cast<std::uint32_t>(f));
+    std::vector<Visibility> visibilities(facets.size());
+    flights += look_at_source(problem, -direction, facets, visibilities);
+    for (std::size_t k = 0; k < facets.size(); ++k) {
+      const std::uint32_t f = facets[k];
+      const double cosine = std::max(-dot(direction, scene.normal(f)), 0.0);
+      visible.mean[f] = static_cast<float>(visibilities[k].seen);
+      visible.std_error[f] = static_cast<float>(visibilities[k].std_error);
+      mean[f] = cosine * visibilities[k].seen;
+      std_error[f] = cosine * visibilities[k].std_error;
     }
-    flights += flown;
   });
 
   FluxAudit audit{.emitted = -direction.z * scene.source_area()};

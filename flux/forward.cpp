@@ -42,7 +42,7 @@ struct Particle {
   Ray ray;
   std::uint32_t weight = unit_weight;
   std::uint32_t batch = 0;
-  RandomStream random{{}};
+  RandomStream random;
 };
 
 struct Counts {
@@ -156,17 +156,18 @@ void Tracer::trace(std::uint64_t first, std::uint64_t end) {
 void Tracer::trace_pool(std::vector<Particle> particles) {
   Counts counts;
   counts.emitted = static_cast<std::int64_t>(particles.size()) * unit_weight;
-  std::vector<Particle> sorted(particles.size());
+  std::vector<Particle> sorted;
   std::vector<Ray> rays(flights_at_once);
   std::vector<Flight> flights(flights_at_once);
   while (!particles.empty()) {
     counts.segments += static_cast<std::int64_t>(particles.size());
     const auto order = flight_order(problem_.scene, particles.size(),
                                     [&](std::size_t i) -> const Ray& { return particles[i].ray; });
-    sorted.resize(order.size());
+    sorted.clear();
+    sorted.reserve(order.size());
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (k + ahead < order.size()) __builtin_prefetch(&particles[order[k + ahead]]);
-      sorted[k] = particles[order[k]];
+      sorted.push_back(particles[order[k]]);
     }
     particles.clear();
     for (std::size_t first = 0; first < sorted.size(); first += flights_at_once) {

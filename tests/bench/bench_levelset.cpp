@@ -14,7 +14,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -30,6 +29,7 @@
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "levelset/redistance.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/openvdb_peer.h"
 
 namespace scarp::bench {
@@ -54,19 +54,6 @@ constexpr int steps = 4;
 
 /// The least domain is two pitches wide; the largest has 64 times its area.
 constexpr int width_factors[]{1, 2, 4, 8};
-
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-template <class Work>
-double seconds_of(const Work& work) {
-  const double start = cpu_seconds();
-  work();
-  return cpu_seconds() - start;
-}
 
 double from_hole_axis(double x) { return x - pitch * std::floor(x / pitch) - pitch / 2; }
 
@@ -121,7 +108,7 @@ void grow(Layers layers, Scheme scheme, Cost& cost) {
   cost.nodes = 0;
   const int middle = layers.frame.cells[0] / 2;
   const float before = layers.top().node(middle, middle, 1);
-  const double seconds = seconds_of([&] {
+  const double seconds = cpu_seconds_of([&] {
     for (int n = 0; n < steps; ++n) {
       cost.nodes += static_cast<double>(layers.top().active_count());
       advect(layers, uniform_speed(layers), step_length, scheme);
@@ -134,8 +121,8 @@ void grow(Layers layers, Scheme scheme, Cost& cost) {
 void grow_peer(OpenVdbPeer peer, int middle, Scheme scheme, Cost& cost) {
   const float before = peer.node(middle, middle, 1);
   std::vector<std::size_t> counts;
-  cost.seconds =
-      std::min(cost.seconds, seconds_of([&] { counts = peer.grow(scheme, steps, step_length); }));
+  cost.seconds = std::min(cost.seconds,
+                          cpu_seconds_of([&] { counts = peer.grow(scheme, steps, step_length); }));
   cost.nodes = 0;
   for (const std::size_t count : counts) cost.nodes += static_cast<double>(count);
   cost.moved = before - peer.node(middle, middle, 1);
@@ -177,9 +164,9 @@ void compare_tracking(const Layers& layers, int repeats, nlohmann::ordered_json&
   double tracker = 1e9;
   for (int repeat = 0; repeat < repeats; ++repeat) {
     Layers own = layers.copy();
-    ours = std::min(ours, seconds_of([&] { redistance(own.top().band(), Scheme::eno2); }));
+    ours = std::min(ours, cpu_seconds_of([&] { redistance(own.top().band(), Scheme::eno2); }));
     OpenVdbPeer peer(layers.top());
-    tracker = std::min(tracker, seconds_of([&] { peer.track(); }));
+    tracker = std::min(tracker, cpu_seconds_of([&] { peer.track(); }));
   }
   absolute["redistance_milliseconds"] = 1e3 * ours;
   absolute["level_set_tracker_default_milliseconds"] = 1e3 * tracker;
@@ -198,10 +185,10 @@ void compare_surfaces(const Layers& layers, int repeats, nlohmann::ordered_json&
   const OpenVdbPeer peer(layers.top());
   const OpenGas gas = open_gas(layers);
   for (int repeat = 0; repeat < repeats; ++repeat) {
-    ours = std::min(ours,
-                    seconds_of([&] { vertices = extract_surface(layers.top()).vertices.size(); }));
-    dual = std::min(dual, seconds_of([&] { dual_vertices = peer.mesh(); }));
-    of_step = std::min(of_step, seconds_of([&] { extract_surface(layers, gas); }));
+    ours = std::min(
+        ours, cpu_seconds_of([&] { vertices = extract_surface(layers.top()).vertices.size(); }));
+    dual = std::min(dual, cpu_seconds_of([&] { dual_vertices = peer.mesh(); }));
+    of_step = std::min(of_step, cpu_seconds_of([&] { extract_surface(layers, gas); }));
   }
   ratios["marching_cubes_vs_volume_to_mesh"] = dual / ours;
   absolute["marching_cubes"] = {{"milliseconds", 1e3 * ours}, {"vertices", vertices}};
@@ -251,8 +238,8 @@ void compare_extension(const Layers& layers, int repeats, nlohmann::ordered_json
   double ours = 1e9;
   double all = 1e9;
   for (int repeat = 0; repeat < repeats; ++repeat) {
-    ours = std::min(ours, seconds_of([&] { extend_speeds(layers, gas, facets, speeds); }));
-    all = std::min(all, seconds_of([&] { ask_for_every_node(layers, facets, speeds); }));
+    ours = std::min(ours, cpu_seconds_of([&] { extend_speeds(layers, gas, facets, speeds); }));
+    all = std::min(all, cpu_seconds_of([&] { ask_for_every_node(layers, facets, speeds); }));
   }
   ratios["extension_vs_all_point_queries"] = all / ours;
   absolute["extension_milliseconds"] = 1e3 * ours;
@@ -272,14 +259,14 @@ void measure_area_cost(Layers layers, AreaCost& cost) {
   advect(layers, uniform_speed(layers), step_length);
   const double area = layers.frame.sides().area();
   SpeedField field;
-  const double stages = seconds_of([&] {
+  const double stages = cpu_seconds_of([&] {
     const OpenGas gas = open_gas(layers);
     const TriMesh facets = extract_surface(layers, gas);
     field = extend_speeds(layers, gas, facets, CornerSpeeds(facets.triangles.size(), {1, 1, 1}));
   });
   cost.stages = std::min(cost.stages, stages / area);
   cost.advect =
-      std::min(cost.advect, seconds_of([&] { advect(layers, field, step_length); }) / area);
+      std::min(cost.advect, cpu_seconds_of([&] { advect(layers, field, step_length); }) / area);
 }
 
 /// All areas in turn, so that what else the machine does falls on all of them alike.
