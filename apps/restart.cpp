@@ -28,21 +28,32 @@ std::string joined(std::span<const double> numbers) {
   return text;
 }
 
-// Four numbers for each void: its first node, and when it was closed.
+// For each void its first node, volume, heights, and when it was closed.
+constexpr std::size_t numbers_per_void = 7;
+
 std::vector<double> numbers_of(std::span<const VoidClosure> voids) {
   std::vector<double> numbers;
   for (const VoidClosure& each : voids) {
-    numbers.insert(numbers.end(), each.first_node.begin(), each.first_node.end());
-    numbers.push_back(each.time);
+    const auto& [node, volume, lower, upper] = each.region;
+    numbers.insert(numbers.end(), node.begin(), node.end());
+    numbers.insert(numbers.end(), {volume, lower, upper, each.time});
   }
   return numbers;
 }
 
-std::vector<VoidClosure> voids_of(std::span<const double> numbers) {
+std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::path& file) {
+  if (numbers.size() % numbers_per_void != 0) {
+    throw InputError(
+        fmt::format("{}: the entry voids is not whole; it is not of this version", file.string()));
+  }
   std::vector<VoidClosure> voids;
-  for (std::size_t n = 0; n + 3 < numbers.size(); n += 4) {
-    const auto node = [&](std::size_t axis) { return static_cast<int>(numbers[n + axis]); };
-    voids.push_back({.first_node = {node(0), node(1), node(2)}, .time = numbers[n + 3]});
+  for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_void)) {
+    const auto node = [&](std::size_t axis) { return static_cast<int>(numbers[axis]); };
+    voids.push_back({.region = {.first_node = {node(0), node(1), node(2)},
+                                .volume = numbers[3],
+                                .lower = numbers[4],
+                                .upper = numbers[5]},
+                     .time = numbers[6]});
   }
   return voids;
 }
@@ -93,7 +104,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .step = static_cast<std::size_t>(value("step")),
                     .step_start = value("step_start_s"),
                     .time_step = static_cast<std::uint32_t>(value("time_step")),
-                    .voids = voids_of(numbers_of(checkpoint.notes, "voids", file)),
+                    .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")}},
           .file = file,

@@ -22,7 +22,9 @@ namespace {
 // Gas that no path joins to the source sees no particle and does not move: its surface is left out.
 TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result) {
   const auto measurement = result.timer.measure("surface");
-  result.gas = open_gas(state.layers);
+  std::vector<Region> known;
+  for (const VoidClosure& each : state.voids) known.push_back(each.region);
+  result.gas = open_gas(state.layers, known);
   TriMesh surface = extract_surface(state.layers, result.gas);
   if (surface.triangles.empty()) {
     throw NumericalError(
@@ -243,11 +245,12 @@ VoidChanges note_voids(State& state, const OpenGas& gas) {
   VoidChanges changes;
   std::vector<VoidClosure> voids;
   for (std::size_t n = 0; n < gas.voids.size(); ++n) {
-    const std::array<int, 3>& node = gas.voids[n].first_node;
-    const auto known = std::find_if(state.voids.begin(), state.voids.end(),
-                                    [&](const VoidClosure& v) { return v.first_node == node; });
+    const Region& region = gas.voids[n];
+    const auto known = std::find_if(
+        state.voids.begin(), state.voids.end(),
+        [&](const VoidClosure& v) { return v.region.first_node == region.first_node; });
     if (known == state.voids.end()) changes.closed.push_back(n);
-    voids.push_back({node, known == state.voids.end() ? state.time : known->time});
+    voids.push_back({region, known == state.voids.end() ? state.time : known->time});
   }
   changes.opened = state.voids.size() + changes.closed.size() - voids.size();
   state.voids = std::move(voids);

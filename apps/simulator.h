@@ -13,9 +13,11 @@
 
 namespace scarp {
 
-/// When a void was closed. Units: s from the start of the recipe.
+/// A void as it was measured when it closed, and when that was.
+///
+/// Units: s from the start of the recipe.
 struct VoidClosure {
-  std::array<int, 3> first_node{};  ///< of the void, see Region
+  Region region;
   double time = 0;
 };
 

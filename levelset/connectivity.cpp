@@ -34,6 +34,41 @@ std::vector<std::size_t> parts_of(const TriMesh& mesh) {
   return parts;
 }
 
+/// How far the smooth surface through the corners of every facet bulges out of it, on average; 0
+/// along edges that end on a crease. Units: nm along the normal.
+///
+/// Source: quadratic PN triangles (Vlachos et al. 2001): the middle of an edge rises by
+/// (p_j - p_i) (n_j - n_i) / 8, the mean over the facet is a third of the sum.
+std::vector<double> bulges(const TriMesh& mesh) {
+  // What the area vectors around a vertex lose when they are added tells how far they fan out. On
+  // a ball of 3 spacings it is 2 %, on a right angle up to 30 %.
+  constexpr double least_joined = 0.95;
+  std::vector<Vec3d> normal(mesh.vertices.size());
+  std::vector<double> area(mesh.vertices.size());
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Vec3d a = area_vector(mesh, f);
+    for (const std::uint32_t v : mesh.triangles[f]) {
+      normal[v] += a;
+      area[v] += length(a);
+    }
+  }
+  for (std::size_t v = 0; v < normal.size(); ++v) {
+    const double joined = length(normal[v]);
+    normal[v] = joined > least_joined * area[v] ? normal[v] / joined : Vec3d{};
+  }
+  std::vector<double> rise(mesh.triangles.size());
+  for (std::size_t f = 0; f < rise.size(); ++f) {
+    const std::array<Vec3d, 3> corner = corners(mesh, f);
+    for (int n = 0; n < 3; ++n) {
+      const Vec3d& from = normal[mesh.triangles[f][n]];
+      const Vec3d& to = normal[mesh.triangles[f][(n + 1) % 3]];
+      if (from == Vec3d{} || to == Vec3d{}) continue;
+      rise[f] += dot(corner[(n + 1) % 3] - corner[n], to - from) / 24;
+    }
+  }
+  return rise;
+}
+
 /// The lowest node of the cell that a point lies in.
 Node cell_at(const Frame& frame, Vec3d r) {
   Node node{};
@@ -50,27 +85,17 @@ class RegionList {
   RegionList(const Layers& layers, Phase phase, const PhaseGraph& graph)
       : layers_(layers), band_(layers.top().band()), phase_(phase), graph_(graph) {}
 
-  std::vector<Region> run() {
-    list_regions();
-    const TriMesh surface = extract_surface(layers_, only_regions());
-    const std::vector<std::size_t> parts = parts_of(surface);
-    // Each part of the surface is that of one region, which any of its cells tells where no two
-    // regions meet.
-    std::vector<std::size_t> region_of(surface.vertices.size(), none);
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-      if (region_of[parts[f]] == none) region_of[parts[f]] = region_next_to(surface, f);
-    }
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-      const std::size_t region = region_of[parts[f]];
-      if (region != none) add_facet(surface, f, regions_[region]);
-    }
+  /// Those that are known already are not measured again.
+  std::vector<Region> run(std::span<const Region> known) {
+    list_regions(known);
+    if (std::find(is_new_.begin(), is_new_.end(), true) != is_new_.end()) measure();
     return std::move(regions_);
   }
 
  private:
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-  void list_regions() {
+  void list_regions(std::span<const Region> known) {
     place_.assign(graph_.region_limit(), none);
     for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
       for (const LeafPiece& piece : graph_.pieces(n)) {
@@ -79,23 +104,50 @@ class RegionList {
         const auto word = std::find_if(piece.nodes.begin(), piece.nodes.end(),
                                        [](std::uint64_t bits) { return bits != 0; });
         const auto i = static_cast<int>(word - piece.nodes.begin());
-        const int node = i * leaf_edge * leaf_edge + std::countr_zero(*word);
-        regions_.push_back({.first_node = node_at(band_.leaves()[n], node),
-                            .volume = 0,
-                            .lower = 1e300,
-                            .upper = -1e300});
+        const Node first =
+            node_at(band_.leaves()[n], i * leaf_edge * leaf_edge + std::countr_zero(*word));
+        const auto same = std::find_if(known.begin(), known.end(),
+                                       [&](const Region& r) { return r.first_node == first; });
+        is_new_.push_back(same == known.end());
+        regions_.push_back(
+            is_new_.back()
+                ? Region{.first_node = first, .volume = 0, .lower = 1e300, .upper = -1e300}
+                : *same);
       }
     }
   }
 
-  /// As if there were nothing but the regions: for voids their gas, for islands all but their
+  /// The place in the list of a new region; none for others.
+  std::size_t new_region(const LeafPiece& piece) const {
+    const std::size_t place = piece.region == 0 ? none : place_[piece.region];
+    return place != none && is_new_[place] ? place : none;
+  }
+
+  void measure() {
+    const TriMesh surface = extract_surface(layers_, only_regions());
+    const std::vector<std::size_t> parts = parts_of(surface);
+    // Each part of the surface is that of one region, which any of its cells tells where no two
+    // regions meet.
+    std::vector<std::size_t> region_of(surface.vertices.size(), none);
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+      if (region_of[parts[f]] == none) region_of[parts[f]] = region_next_to(surface, f);
+    }
+    const std::vector<double> rise = bulges(surface);
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+      const std::size_t region = region_of[parts[f]];
+      if (region != none) add_facet(surface, f, rise[f], regions_[region]);
+    }
+  }
+
+  /// As if there were nothing but the new regions: for voids their gas, for islands all but their
   /// solid.
   OpenGas only_regions() const {
     OpenGas gas;
     for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
       LeafMask nodes{};
       for (const LeafPiece& piece : graph_.pieces(n)) {
-        for (int i = 0; piece.region != 0 && i < leaf_edge; ++i) nodes[i] |= piece.nodes[i];
+        if (new_region(piece) == none) continue;
+        for (int i = 0; i < leaf_edge; ++i) nodes[i] |= piece.nodes[i];
       }
       for (const std::uint64_t word : nodes) {
         gas.open.push_back(phase_ == Phase::gas ? word : ~word);
@@ -127,19 +179,21 @@ class RegionList {
     const int offset = leaf_offset(x, y, node[2]);
     for (const LeafPiece& piece : graph_.pieces(static_cast<std::size_t>(leaf))) {
       if ((piece.nodes[offset >> 6] >> (offset & 63) & 1) != 0) {
-        return piece.region == 0 ? none : place_[piece.region];
+        return new_region(piece);
       }
     }
     return none;
   }
 
-  /// The divergence of (0, 0, z) is 1, and the domain's sides are upright: facets tell the volume.
-  void add_facet(const TriMesh& surface, std::size_t f, Region& region) const {
+  /// The divergence of (0, 0, z) is 1, and the domain's sides are upright: facets tell the volume,
+  /// with what they rise by.
+  void add_facet(const TriMesh& surface, std::size_t f, double rise, Region& region) const {
     const std::array<Vec3d, 3> corner = corners(surface, f);
     const double outwards = phase_ == Phase::gas ? -1 : 1;
     const double first = region.first_node[2] * band_.frame().spacing;
     const double height = (corner[0].z + corner[1].z + corner[2].z) / 3 - first;
-    region.volume += outwards * height * area_vector(surface, f).z;
+    const Vec3d area = area_vector(surface, f);
+    region.volume += outwards * (height * area.z + rise * length(area));
     for (const Vec3d& r : corner) {
       region.lower = std::min(region.lower, r.z);
       region.upper = std::max(region.upper, r.z);
@@ -152,6 +206,7 @@ class RegionList {
   const PhaseGraph& graph_;
   std::vector<std::size_t> place_;  ///< in the list, by the number in the graph
   std::vector<Region> regions_;
+  std::vector<bool> is_new_;  ///< of regions_
 };
 
 bool is_next_to_solid(const Band& band, const Node& node) {
@@ -190,7 +245,7 @@ void clear_islands(Band& band, const PhaseGraph& solid) {
 
 }  // namespace
 
-OpenGas open_gas(const Layers& layers) {
+OpenGas open_gas(const Layers& layers, std::span<const Region> known) {
   const Band& band = layers.top().band();
   const PhaseGraph graph(band, Phase::gas);
   OpenGas gas;
@@ -203,7 +258,7 @@ OpenGas open_gas(const Layers& layers) {
     }
   }
   if (graph.has_closed_regions()) {
-    gas.voids = RegionList(layers, Phase::gas, graph).run();
+    gas.voids = RegionList(layers, Phase::gas, graph).run(known);
   }
   return gas;
 }
@@ -214,7 +269,7 @@ std::vector<Region> remove_islands(Layers& layers) {
   if (!graph.has_closed_regions()) {
     return {};
   }
-  std::vector<Region> islands = RegionList(layers, Phase::solid, graph).run();
+  std::vector<Region> islands = RegionList(layers, Phase::solid, graph).run({});
   clear_islands(band, graph);
   cut_lower_layers(layers);
   return islands;

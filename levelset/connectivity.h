@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "levelset/layers.h"
@@ -11,9 +12,8 @@ namespace scarp {
 /// A piece of gas that no path joins to the source (a void), or of solid that none joins to the
 /// wafer (an island).
 ///
-/// Volume and heights are those of its extracted surface, also where that is an edge. Facets there
-/// look at nodes beyond: while the nodes of a closed void stay as they are, its seam may settle by
-/// a tenth of a spacing. Units: nm. In two dimensions the volume is that of a slice one spacing
+/// Volume and heights are those of its extracted surface, also where that is an edge, and with the
+/// bulge of its facets. Units: nm. In two dimensions the volume is that of a slice one spacing
 /// thick.
 struct Region {
   /// The first of its nodes in the order of the band. A void does not move while it is closed, so
@@ -40,10 +40,11 @@ struct OpenGas {
   }
 };
 
-/// Labels the gas of the top layer.
+/// Labels the gas of the top layer. Voids that are known from before, by their first node, keep
+/// what was measured when they closed: a closed void does not move.
 ///
-/// Cost: linear in the number of leaves of the band, and where there are voids in their surface.
-OpenGas open_gas(const Layers& layers);
+/// Cost: linear in the number of leaves of the band, and for new voids as extract_surface.
+OpenGas open_gas(const Layers& layers, std::span<const Region> known = {});
 
 /// Takes away all solid that is not joined to the wafer, of every layer, and tells what it was.
 ///

@@ -238,9 +238,12 @@ TEST(Coat, LeavesClosedVoidsAloneAndFillsGaps) {
     add_layer(layers, 1);
     coat(layers, thickness);
 
-    const OpenGas after = open_gas(layers);
+    const OpenGas after = open_gas(layers, before.voids);
     ASSERT_EQ(after.voids.size(), 1U);
-    EXPECT_NEAR(after.voids[0].volume, before.voids[0].volume, 1e-3 * before.voids[0].volume);
+    EXPECT_EQ(after.voids[0].volume, before.voids[0].volume);
+    // Measured anew its edges look at solid beyond what the void holds.
+    EXPECT_NEAR(open_gas(layers).voids.at(0).volume, before.voids[0].volume,
+                1e-3 * before.voids[0].volume);
     EXPECT_EQ(after.voids[0].lower, before.voids[0].lower);
     EXPECT_EQ(after.voids[0].first_node, before.voids[0].first_node);
     for (int i = 0; i < 30; ++i) {

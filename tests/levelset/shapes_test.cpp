@@ -379,7 +379,6 @@ Shape tetrahedron(Vec3f corner, float size) {
   return MeshShape{.mesh = std::make_shared<TriMesh>(mesh), .material = 1};
 }
 
-// What lay on the surface of a layer that is cut away below it is not left as a film.
 // One message for one mistake: the domain is a spacing wide along y in two dimensions.
 TEST(Shapes, AWrongDirectionInTwoDimensionsIsToldOnce) {
   Frame frame{.spacing = 1, .cells = {40, 1}};
@@ -391,6 +390,7 @@ TEST(Shapes, AWrongDirectionInTwoDimensionsIsToldOnce) {
   EXPECT_EQ(problems[0].key, "along");
 }
 
+// What lay on the surface of a layer that is cut away below it is not left as a film.
 TEST(Shapes, AMaskThatIsCutFreeLeavesNoSheet) {
   const Frame frame{.spacing = 1, .cells = {40, 20}};
   TrenchShape below{.width = 30};

@@ -265,10 +265,11 @@ TEST_P(VoidUnderANeck, ClosesInTimeWithTheExactAreaAndStaysToTheLastBit) {
   const Layers before = layers.copy();
   for (int step = 0; step < 20; ++step) {
     grow_open_surface(layers, gas, dt);
-    gas = open_gas(layers);
+    gas = open_gas(layers, gas.voids);
   }
-  // Facets in the notch under the neck look at nodes beyond, which do change.
-  EXPECT_NEAR(largest_void(gas)->volume, closed->volume, 1e-5 * closed->volume);
+  EXPECT_EQ(largest_void(gas)->volume, closed->volume);
+  // Measured anew facets in the notch under the neck look at nodes beyond, which do change.
+  EXPECT_NEAR(largest_void(open_gas(layers))->volume, closed->volume, 1e-5 * closed->volume);
   const auto bottom = static_cast<int>(std::lround(-(height + 1) / h));
   // Below the notch under the neck, where the covering film ends.
   const auto top = static_cast<int>(std::floor(-neck / h)) - 8;
