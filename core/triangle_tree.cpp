@@ -144,11 +144,10 @@ struct TriangleTree::Builder {
   };
 
   const TriMesh& mesh;
-  std::vector<Node, HugePages<Node>>& nodes;
-  std::vector<Item, HugePages<Item>> items;
+  std::vector<Node>& nodes;
+  std::vector<Item> items;
 
-  Builder(const TriMesh& mesh_in, std::vector<Node, HugePages<Node>>& nodes_out)
-      : mesh(mesh_in), nodes(nodes_out) {
+  Builder(const TriMesh& mesh_in, std::vector<Node>& nodes_out) : mesh(mesh_in), nodes(nodes_out) {
     items.resize(mesh.triangles.size());
     FloatBox all;
     for (std::uint32_t f = 0; f < items.size(); ++f) {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "core/huge_pages.h"
 #include "core/tri_mesh.h"
 #include "core/vec3.h"
 
@@ -82,8 +81,8 @@ class TriangleTree {
   template <class Accept>
   ClosestPoint search(Vec3d r, double max_distance, const Start& from, const Accept& accept) const;
 
-  std::vector<Node, HugePages<Node>> nodes_;
-  std::vector<LeafTriangle, HugePages<LeafTriangle>> triangles_;
+  std::vector<Node> nodes_;
+  std::vector<LeafTriangle> triangles_;
 };
 
 }  // namespace scarp

@@ -152,7 +152,7 @@ void move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme sch
 
 void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const Band& band = layers.top().band();
-  const NodeValues mobility = mobilities(band, field);
+  const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
   move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
     Block around;
@@ -161,7 +161,7 @@ void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme sc
   });
 }
 
-SCARP_VECTOR_KERNEL bool all_finite(const NodeValues& values) {
+SCARP_VECTOR_KERNEL bool all_finite(const std::vector<float>& values) {
   int bad = 0;
   for (const float value : values) {
     bad |= std::abs(value) <= std::numeric_limits<float>::max() ? 0 : 1;
@@ -169,7 +169,7 @@ SCARP_VECTOR_KERNEL bool all_finite(const NodeValues& values) {
   return bad == 0;
 }
 
-void require_finite(const Layers& layers, const NodeValues& speed) {
+void require_finite(const Layers& layers, const std::vector<float>& speed) {
   const auto& leaves = layers.top().band().leaves();
   SCARP_ASSERT(speed.size(), ==, leaves.size() * leaf_size);
   if (all_finite(speed)) {

@@ -19,7 +19,7 @@ inline constexpr float no_value = std::numeric_limits<float>::infinity();
 class KnownNodes {
  public:
   /// Shape: 512 values per leaf.
-  KnownNodes(const Band& band, const NodeValues& values);
+  KnownNodes(const Band& band, const std::vector<float>& values);
 
   /// Nodes of a leaf that lack a value and may get one from a neighbour along an axis that has one.
   LeafMask frontier(std::size_t leaf) const;
@@ -55,7 +55,7 @@ void for_each_node(const LeafMask& mask, const Visit& visit) {
 ///
 /// Shape: 512 values per leaf, no_value where there is none; what no value reaches stays so.
 template <class Rule>
-void carry_outward(const Band& band, NodeValues& values, const Rule& rule) {
+void carry_outward(const Band& band, std::vector<float>& values, const Rule& rule) {
   // From the surface to the edge of the band; a pass reaches 1 / sqrt(3) further at least.
   constexpr int pass_count = 8;
   constexpr std::size_t grain = 8;

@@ -91,7 +91,7 @@ std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
   if (layers.stack.size() == 1) {
     return std::vector<std::uint16_t>(count, 0);
   }
-  NodeValues seen(count, no_value);
+  std::vector<float> seen(count, no_value);
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {

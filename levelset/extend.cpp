@@ -54,11 +54,11 @@ class Extension {
 
   /// Shape: 512 per leaf, of each of the given number of values; stands_still one per layer, or
   /// empty.
-  std::vector<NodeValues> run(std::size_t value_count,
-                              const std::vector<bool>& stands_still = {}) const;
+  std::vector<std::vector<float>> run(std::size_t value_count,
+                                      const std::vector<bool>& stands_still = {}) const;
 
  private:
-  void query_leaf(std::size_t n, Block& block, std::vector<NodeValues>& fields) const;
+  void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
   TriangleTree::Start search_start(const Leaf& leaf, const LeafMask& nodes) const;
   double limit(float phi) const { return (std::abs(phi) + own_surface) * frame_.spacing; }
   ClosestPoint query(const NearNode& at, const TriangleTree::Start& start,
@@ -142,7 +142,8 @@ double Extension::bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const
   return 1.000001 * closest_on_triangle(r, corners(facets_, last.triangle)).distance;
 }
 
-void Extension::query_leaf(std::size_t n, Block& block, std::vector<NodeValues>& fields) const {
+void Extension::query_leaf(std::size_t n, Block& block,
+                           std::vector<std::vector<float>>& fields) const {
   const Leaf& leaf = band_.leaves()[n];
   gather<1>(
       band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
@@ -229,13 +230,13 @@ class SolidNodes {
 
   bool any_standing() const { return !nodes_.empty(); }
 
-  void set_standing(NodeValues& field, float value) const {
+  void set_standing(std::vector<float>& field, float value) const {
     for (std::size_t at = 0; at < nodes_.size(); ++at) {
       if (nodes_[at] == Kind::standing) field[at] = value;
     }
   }
 
-  void take_moving(const NodeValues& from, NodeValues& field) const {
+  void take_moving(const std::vector<float>& from, std::vector<float>& field) const {
     for (std::size_t at = 0; at < nodes_.size(); ++at) {
       if (nodes_[at] == Kind::moving) field[at] = from[at];
     }
@@ -273,10 +274,10 @@ float carried_speed(const float* phi, const float* speed) {
   return weights > 0 ? static_cast<float>(sum / weights) : as_near;
 }
 
-std::vector<NodeValues> Extension::run(std::size_t value_count,
-                                       const std::vector<bool>& stands_still) const {
-  std::vector<NodeValues> fields(value_count);
-  for (NodeValues& field : fields) {
+std::vector<std::vector<float>> Extension::run(std::size_t value_count,
+                                               const std::vector<bool>& stands_still) const {
+  std::vector<std::vector<float>> fields(value_count);
+  for (std::vector<float>& field : fields) {
     field.assign(band_.leaves().size() * leaf_size, no_value);
   }
   parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -286,8 +287,8 @@ std::vector<NodeValues> Extension::run(std::size_t value_count,
     }
   });
   const SolidNodes solid(layers_, stands_still);
-  for (NodeValues& field : fields) {
-    NodeValues past_standing;
+  for (std::vector<float>& field : fields) {
+    std::vector<float> past_standing;
     if (solid.any_standing()) {
       past_standing = field;
       solid.set_standing(past_standing, no_value);

@@ -170,8 +170,8 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
   }
 }
 
-NodeValues mobilities(const Band& band, const SpeedField& field) {
-  NodeValues mobility(field.speed.size());
+std::vector<float> mobilities(const Band& band, const SpeedField& field) {
+  std::vector<float> mobility(field.speed.size());
   for (std::size_t n = 0; n < mobility.size(); ++n) {
     mobility[n] = std::abs(field.speed[n]);
     for (const AngularSpeed& part : field.angular) {

@@ -27,6 +27,6 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
 /// Zero where V is zero whatever the normal, positive elsewhere, also outside the band.
 ///
 /// Shape: 512 values per leaf.
-NodeValues mobilities(const Band& band, const SpeedField& field);
+std::vector<float> mobilities(const Band& band, const SpeedField& field);
 
 }  // namespace scarp

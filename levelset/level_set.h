@@ -4,18 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <vector>
 
 #include "core/frame.h"
-#include "core/huge_pages.h"
 #include "core/vec3.h"
 
 namespace scarp {
 
 class Band;
-
-/// Values at the nodes of a band, 512 per leaf.
-using NodeValues = std::vector<float, HugePages<float>>;
 
 /// A surface as the zero of a signed distance phi, kept in a narrow band of grid nodes.
 ///

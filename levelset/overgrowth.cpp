@@ -54,7 +54,7 @@ float eikonal(std::array<Film, 3> axes) {
 class Overgrowth {
  public:
   Overgrowth(const Layers& layers, const std::vector<bool>& stands_still, float dt,
-             NodeValues& speed)
+             std::vector<float>& speed)
       : layers_(layers),
         band_(layers.top().band()),
         stands_still_(stands_still),
@@ -197,7 +197,7 @@ class Overgrowth {
   const Band& band_;
   const std::vector<bool>& stands_still_;
   float dt_;
-  NodeValues& speed_;
+  std::vector<float>& speed_;
   std::vector<Node> nodes_;
   std::vector<Film> film_;             ///< at each of them
   std::vector<std::uint32_t> number_;  ///< among them, of every node of the band
@@ -206,7 +206,7 @@ class Overgrowth {
 }  // namespace
 
 void overgrow(const Layers& layers, const std::vector<bool>& stands_still, double dt,
-              NodeValues& speed) {
+              std::vector<float>& speed) {
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
   Overgrowth(layers, stands_still, scaled_dt, speed).run();
 }

@@ -17,6 +17,6 @@ namespace scarp {
 /// Shape: stands_still one per layer; speed 512 per leaf of the top's band, is changed.
 /// Units: dt in s, speeds in nm/s.
 void overgrow(const Layers& layers, const std::vector<bool>& stands_still, double dt,
-              NodeValues& speed);
+              std::vector<float>& speed);
 
 }  // namespace scarp

@@ -16,14 +16,14 @@ namespace scarp {
 /// Shape: 512 amplitudes per leaf of the band. Units: nm/s.
 struct AngularSpeed {
   AngularFactor factor;
-  NodeValues amplitude;
+  std::vector<float> amplitude;
 };
 
 /// Speeds along the outward normal at the nodes of the top layer's band, > 0 grows.
 ///
 /// Valid until the layers change. Shape: 512 values per leaf of the band. Units: nm/s.
 struct SpeedField {
-  NodeValues speed;
+  std::vector<float> speed;
   std::vector<AngularSpeed> angular{};  ///< parts that depend on the normal, beside speed
   float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.

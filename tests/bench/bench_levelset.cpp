@@ -91,7 +91,7 @@ Layers plate(int cells) {
 }
 
 SpeedField uniform_speed(const Layers& layers) {
-  return {.speed = NodeValues(layers.top().band().leaves().size() * leaf_size, 1.0F),
+  return {.speed = std::vector<float>(layers.top().band().leaves().size() * leaf_size, 1.0F),
           .max_speed = 1};
 }
 
@@ -200,7 +200,7 @@ void compare_surfaces(const Layers& layers, int repeats, nlohmann::ordered_json&
 SpeedField ask_for_every_node(const Layers& layers, const TriMesh& facets,
                               const CornerSpeeds& speeds) {
   const Band& band = layers.top().band();
-  SpeedField field{.speed = NodeValues(band.leaves().size() * leaf_size)};
+  SpeedField field{.speed = std::vector<float>(band.leaves().size() * leaf_size)};
   const TriangleTree tree(facets);
   for (std::size_t n = 0; n < band.leaves().size(); ++n) {
     const Leaf& leaf = band.leaves()[n];
