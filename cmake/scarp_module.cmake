@@ -1,23 +1,20 @@
-# The headers of the standard library, parsed once for all folders: a quarter of the time to compile them.
+# The headers of the standard library, parsed once for all folders: a quarter of the time to compile them. Headers with much code
+# of their own (nlohmann/json) cost every file more than they save the few that include them.
+set(standard_header_names <algorithm> <array> <cmath> <filesystem> <functional> <map> <memory> <optional> <sstream> <string>
+  <unordered_map> <variant> <vector>)
 add_library(standard_headers OBJECT ${PROJECT_SOURCE_DIR}/cmake/standard_headers.cpp)
-target_precompile_headers(standard_headers PRIVATE <algorithm> <array> <cmath> <filesystem> <functional> <map> <memory>
-  <optional> <sstream> <string> <unordered_map> <variant> <vector>)
+target_precompile_headers(standard_headers PRIVATE ${standard_header_names})
 
-# scarp_module(NAME SOURCES ... NEEDS ... HIDES ... PRECOMPILED ...)
+# scarp_module(NAME SOURCES ... NEEDS ... HIDES ...)
 #
 # One folder, one static library scarp_NAME. NEEDS are folders below it; HIDES are libraries that only its sources may see.
-# PRECOMPILED are headers that many of its sources include, instead of those of the standard library.
 function(scarp_module name)
-  cmake_parse_arguments(PARSE_ARGV 1 module "" "" "SOURCES;NEEDS;HIDES;PRECOMPILED")
+  cmake_parse_arguments(PARSE_ARGV 1 module "" "" "SOURCES;NEEDS;HIDES")
   add_library(scarp_${name} STATIC ${module_SOURCES})
   target_include_directories(scarp_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   list(TRANSFORM module_NEEDS PREPEND scarp_)
   target_link_libraries(scarp_${name} PUBLIC ${module_NEEDS} PRIVATE ${module_HIDES})
-  if(module_PRECOMPILED)
-    target_precompile_headers(scarp_${name} PRIVATE ${module_PRECOMPILED})
-  else()
-    target_precompile_headers(scarp_${name} REUSE_FROM standard_headers)
-  endif()
+  target_precompile_headers(scarp_${name} REUSE_FROM standard_headers)
 endfunction()
 
 # scarp_tests(NAME NEEDS ...)
@@ -39,7 +36,7 @@ function(scarp_tests name)
   if(TARGET core_tests AND NOT name STREQUAL core)
     target_precompile_headers(${name}_tests REUSE_FROM core_tests)
   else()
-    target_precompile_headers(${name}_tests PRIVATE <gmock/gmock.h> <gtest/gtest.h> <nlohmann/json.hpp>)
+    target_precompile_headers(${name}_tests PRIVATE ${standard_header_names} <gmock/gmock.h> <gtest/gtest.h>)
   endif()
   gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
   gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" PROPERTIES LABELS slow DISCOVERY_TIMEOUT 60)

@@ -21,16 +21,7 @@ std::array<float, leaf_size> filled(float value) {
   return values;
 }
 
-Leaf leaf_of(PhiTree::LeafNodeType& leaf) {
-  const openvdb::Coord origin = leaf.origin();
-  return {.origin = {origin.x(), origin.y(), origin.z()},
-          .phi = leaf.buffer().data(),
-          .active = &leaf.getValueMask().getWord<std::uint64_t>(0)};
-}
-
 bool comes_before(const Leaf& a, const Leaf& b) { return a.origin < b.origin; }
-
-openvdb::Coord coord(const std::array<int, 3>& node) { return {node[0], node[1], node[2]}; }
 
 }  // namespace
 
@@ -40,33 +31,24 @@ const float* missing_values(int index) {
   return index == Band::missing_solid ? solid.data() : gas.data();
 }
 
-Band::Band(const Frame& frame) : Band(frame, std::make_unique<Storage>()) {}
+Band::Band(const Frame& frame) : Band(frame, std::make_shared<VdbGrid>()) {}
 
-Band::Band(const Frame& frame, std::unique_ptr<Storage> storage)
-    : frame_(frame), storage_(std::move(storage)) {
+Band::Band(const Frame& frame, std::shared_ptr<VdbGrid> grid)
+    : frame_(frame), grid_(std::move(grid)) {
   for (int axis = 0; axis < 2; ++axis) {
     SCARP_ASSERT(frame.cells[axis], >, 0);
     const bool periodic = frame.boundary[axis] == Boundary::periodic;
     node_count_[axis] = frame.cells[axis] + (periodic ? 0 : 1);
     column_count_[axis] = (node_count_[axis] + leaf_edge - 1) / leaf_edge;
   }
-  read_leaves();
+  leaves_ = grid_->leaves();
+  std::sort(leaves_.begin(), leaves_.end(), comes_before);
   link_leaves();
 }
 
 Band::~Band() = default;
 
-std::unique_ptr<Band> Band::copy() const {
-  return std::make_unique<Band>(frame_, std::make_unique<Storage>(storage_->grid->deepCopy()));
-}
-
-void Band::read_leaves() {
-  leaves_.clear();
-  for (auto leaf = storage_->grid->tree().beginLeaf(); leaf; ++leaf) {
-    leaves_.push_back(leaf_of(*leaf));
-  }
-  std::sort(leaves_.begin(), leaves_.end(), comes_before);
-}
+std::unique_ptr<Band> Band::copy() const { return std::make_unique<Band>(frame_, grid_->copy()); }
 
 /// What find gives in the column c. From the top down: a missing leaf has the sign of the lowest
 /// nodes of the next leaf above it.
@@ -127,17 +109,14 @@ void Band::change_leaves(std::span<const NewLeaf> added, std::span<const std::si
   if (added.empty() && dropped.empty()) {
     return;
   }
-  PhiTree& tree = storage_->grid->tree();
   for (const std::size_t leaf : dropped) {
-    tree.addTile(1, coord(leaves_[leaf].origin), half_width, false);
+    grid_->drop_leaf(leaves_[leaf].origin);
     leaves_[leaf].phi = nullptr;
   }
   std::erase_if(leaves_, [](const Leaf& leaf) { return leaf.phi == nullptr; });
   const auto kept = static_cast<std::ptrdiff_t>(leaves_.size());
   for (const NewLeaf& leaf : added) {
-    auto* made = tree.touchLeaf(coord(leaf.origin));
-    made->fill(leaf.solid ? -half_width : half_width, false);
-    leaves_.push_back(leaf_of(*made));
+    leaves_.push_back(grid_->add_leaf(leaf));
   }
   std::sort(leaves_.begin() + kept, leaves_.end(), comes_before);
   std::inplace_merge(leaves_.begin(), leaves_.begin() + kept, leaves_.end(), comes_before);
@@ -213,7 +192,7 @@ LeafValues& Band::scratch(int which) {
 }
 
 std::size_t Band::memory_bytes() const {
-  return storage_->grid->memUsage() + leaves_.size() * (sizeof(Leaf) + sizeof(neighbours_[0])) +
+  return grid_->memory_bytes() + leaves_.size() * (sizeof(Leaf) + sizeof(neighbours_[0])) +
          columns_.size() * (sizeof(columns_[0]) + sizeof(below_[0])) +
          slots_.size() * sizeof(slots_[0]);
 }

@@ -14,6 +14,8 @@
 
 namespace scarp {
 
+class VdbGrid;
+
 inline constexpr int leaf_edge = 8;
 inline constexpr int leaf_size = leaf_edge * leaf_edge * leaf_edge;
 
@@ -93,10 +95,8 @@ class Band {
   static constexpr int missing_gas = -1;
   static constexpr int missing_solid = -2;
 
-  struct Storage;
-
   explicit Band(const Frame& frame);
-  Band(const Frame& frame, std::unique_ptr<Storage> storage);
+  Band(const Frame& frame, std::shared_ptr<VdbGrid> grid);
   ~Band();
   Band(const Band&) = delete;
   Band& operator=(const Band&) = delete;
@@ -184,8 +184,8 @@ class Band {
   /// Of the state: without scratch.
   std::size_t memory_bytes() const;
 
-  Storage& storage() { return *storage_; }
-  const Storage& storage() const { return *storage_; }
+  /// Where the leaves live.
+  const std::shared_ptr<VdbGrid>& grid() const { return grid_; }
 
  private:
   /// Where the leaves of a column, and its places, begin. A place for every leaf between the lowest
@@ -201,14 +201,13 @@ class Band {
   }
   template <class Values>
   void trim_leaves(const Values& values);
-  void read_leaves();
   void link_leaves();
   void fill_column(std::size_t c);
 
   Frame frame_;
   std::array<int, 2> node_count_{};
   std::array<int, 2> column_count_{};
-  std::unique_ptr<Storage> storage_;
+  std::shared_ptr<VdbGrid> grid_;
   std::vector<Leaf> leaves_;
   std::vector<Column> columns_;  ///< one more than there are columns
   std::vector<int> slots_;       ///< what find gives within a column

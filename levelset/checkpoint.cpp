@@ -17,7 +17,7 @@ namespace scarp {
 namespace {
 
 /// Raised when the meaning of a file changes.
-constexpr int format = 1;
+constexpr std::int32_t format = 1;
 
 constexpr std::string_view note_prefix = "note:";
 
@@ -52,87 +52,90 @@ std::string checked_content(std::string file) {
 }
 
 /// Notes may hold any bytes, OpenVDB's strings as well: no escaping is needed.
-openvdb::MetaMap notes_meta(const Layers& layers, const CheckpointNotes& notes) {
+VdbMetadata file_metadata(const Layers& layers, const CheckpointNotes& notes) {
   const Frame& frame = layers.frame;
-  openvdb::MetaMap meta;
-  meta.insertMeta("scarp_format", openvdb::Int32Metadata(format));
-  meta.insertMeta("spacing", openvdb::DoubleMetadata(frame.spacing));
+  VdbMetadata values{{"scarp_format", format},
+                     {"spacing", frame.spacing},
+                     {"two_dimensional", frame.two_dimensional},
+                     {"hash", static_cast<std::int64_t>(hash(layers))}};
   for (int axis = 0; axis < 2; ++axis) {
     const std::string name(1, axis == 0 ? 'x' : 'y');
-    meta.insertMeta("cells_" + name, openvdb::Int32Metadata(frame.cells[axis]));
-    meta.insertMeta("periodic_" + name,
-                    openvdb::BoolMetadata(frame.boundary[axis] == Boundary::periodic));
+    values["cells_" + name] = frame.cells[axis];
+    values["periodic_" + name] = frame.boundary[axis] == Boundary::periodic;
   }
-  meta.insertMeta("two_dimensional", openvdb::BoolMetadata(frame.two_dimensional));
-  meta.insertMeta("hash", openvdb::Int64Metadata(static_cast<std::int64_t>(hash(layers))));
   for (const auto& [key, value] : notes) {
-    meta.insertMeta(std::string(note_prefix) + key, openvdb::StringMetadata(value));
+    values[std::string(note_prefix) + key] = value;
   }
-  return meta;
+  return values;
 }
 
-Frame read_frame(const openvdb::MetaMap& meta) {
+/// Throws a std::exception if there is no such value of that type.
+template <class Value>
+Value value_of(const VdbMetadata& values, const std::string& name) {
+  return std::get<Value>(values.at(name));
+}
+
+Frame read_frame(const VdbMetadata& values) {
   Frame frame;
-  frame.spacing = meta.metaValue<double>("spacing");
+  frame.spacing = value_of<double>(values, "spacing");
   for (int axis = 0; axis < 2; ++axis) {
     const std::string name(1, axis == 0 ? 'x' : 'y');
-    frame.cells[axis] = meta.metaValue<openvdb::Int32>("cells_" + name);
+    frame.cells[axis] = value_of<std::int32_t>(values, "cells_" + name);
     frame.boundary[axis] =
-        meta.metaValue<bool>("periodic_" + name) ? Boundary::periodic : Boundary::reflective;
+        value_of<bool>(values, "periodic_" + name) ? Boundary::periodic : Boundary::reflective;
   }
-  frame.two_dimensional = meta.metaValue<bool>("two_dimensional");
+  frame.two_dimensional = value_of<bool>(values, "two_dimensional");
   if (!(frame.spacing > 0) || frame.cells[0] < 1 || frame.cells[1] < 1) {
     throw InputError("its domain is empty");
   }
   return frame;
 }
 
-CheckpointNotes read_notes(const openvdb::MetaMap& meta) {
+CheckpointNotes read_notes(const VdbMetadata& values) {
   CheckpointNotes notes;
-  for (auto entry = meta.beginMeta(); entry != meta.endMeta(); ++entry) {
-    if (entry->first.starts_with(note_prefix)) {
-      notes[entry->first.substr(note_prefix.size())] =
-          static_cast<const openvdb::StringMetadata&>(*entry->second).value();
+  for (const auto& [name, value] : values) {
+    if (name.starts_with(note_prefix)) {
+      notes[name.substr(note_prefix.size())] = std::get<std::string>(value);
     }
   }
   return notes;
 }
 
-/// A shallow copy of a layer's grid, named by its place in the stack and placed in space.
-PhiGrid::Ptr named_grid(const Layers& layers, std::size_t n) {
+std::string layer_name(std::size_t n) { return "layer_" + std::to_string(n); }
+
+/// A layer's grid, named by its place in the stack and placed in space.
+VdbEntry entry_of(const Layers& layers, std::size_t n) {
   const Frame& frame = layers.frame;
-  const PhiGrid::Ptr grid = layers.stack[n].phi.band().storage().grid->copy();
-  const auto transform = openvdb::math::Transform::createLinearTransform(frame.spacing);
-  transform->postTranslate({frame.node_position(0, 0), frame.node_position(1, 0), 0});
-  grid->setTransform(transform);
-  grid->setName("layer_" + std::to_string(n));
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  grid->insertMeta("material", openvdb::Int32Metadata(layers.stack[n].material));
-  return grid;
+  const Layer& layer = layers.stack[n];
+  return {.name = layer_name(n),
+          .spacing = frame.spacing,
+          .origin = {frame.node_position(0, 0), frame.node_position(1, 0), 0},
+          .metadata = {{"material", std::int32_t{layer.material}}},
+          .grid = layer.phi.band().grid()};
 }
 
 Checkpoint read_vdb(std::istream& in) {
-  openvdb::io::Stream stream(in, /*delayLoad=*/false);
-  const auto meta = stream.getMetadata();
-  if (!meta || meta->metaValue<openvdb::Int32>("scarp_format") != format) {
+  const VdbFile file = VdbFile::read(in);
+  const auto written = file.metadata.find("scarp_format");
+  if (written == file.metadata.end() || std::get<std::int32_t>(written->second) != format) {
     throw InputError("it was not written by this version of scarp");
   }
-  Checkpoint checkpoint{.layers = {.frame = read_frame(*meta), .stack = {}},
-                        .notes = read_notes(*meta)};
-  for (const auto& base : *stream.getGrids()) {
-    const auto grid = openvdb::gridPtrCast<PhiGrid>(base);
-    if (!grid || grid->getName() != "layer_" + std::to_string(checkpoint.layers.stack.size())) {
+  Checkpoint checkpoint{.layers = {.frame = read_frame(file.metadata), .stack = {}},
+                        .notes = read_notes(file.metadata)};
+  for (const VdbEntry& entry : file.grids) {
+    if (entry.name != layer_name(checkpoint.layers.stack.size())) {
       throw InputError("it does not hold the layers of a wafer");
     }
-    auto band =
-        std::make_unique<Band>(checkpoint.layers.frame, std::make_unique<Band::Storage>(grid));
-    const auto material = static_cast<MaterialId>(grid->metaValue<openvdb::Int32>("material"));
+    const auto material =
+        static_cast<MaterialId>(value_of<std::int32_t>(entry.metadata, "material"));
+    auto band = std::make_unique<Band>(checkpoint.layers.frame, entry.grid);
     checkpoint.layers.stack.push_back({material, LevelSet(std::move(band))});
   }
   if (checkpoint.layers.stack.empty()) {
     throw InputError("it holds no layers");
   }
-  if (static_cast<std::int64_t>(hash(checkpoint.layers)) != meta->metaValue<std::int64_t>("hash")) {
+  if (static_cast<std::int64_t>(hash(checkpoint.layers)) !=
+      value_of<std::int64_t>(file.metadata, "hash")) {
     throw InputError("its content was changed or damaged");
   }
   return checkpoint;
@@ -142,14 +145,12 @@ Checkpoint read_vdb(std::istream& in) {
 
 void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
                       const CheckpointNotes& notes) {
-  openvdb::GridPtrVec grids;
+  VdbFile vdb{.metadata = file_metadata(layers, notes), .grids = {}};
   for (std::size_t n = 0; n < layers.stack.size(); ++n) {
-    grids.push_back(named_grid(layers, n));
+    vdb.grids.push_back(entry_of(layers, n));
   }
   std::ostringstream content(std::ios::binary);
-  openvdb::io::Stream stream(content);
-  stream.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK);
-  stream.write(grids, notes_meta(layers, notes));
+  vdb.write(content);
   AtomicFile file(path);
   file.write(content.view());
   file.write(Trailer(content.view()).bytes());
@@ -157,7 +158,6 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
-  initialize_openvdb();
   const std::string file = read_file(path);
   // The only place where exceptions of OpenVDB are expected: they tell of damaged files.
   try {

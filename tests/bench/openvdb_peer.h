@@ -2,23 +2,42 @@
 
 // OpenVDB's own tools on the band of a level set, for comparison.
 
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetMorph.h>
 #include <openvdb/tools/LevelSetTracker.h>
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
+#include <algorithm>
 #include <vector>
 
+#include "levelset/band.h"
 #include "levelset/scheme.h"
-#include "levelset/vdb.h"
 
 namespace scarp::bench {
+
+using PhiGrid = openvdb::FloatGrid;
+
+/// The same leaves, masks and phi.
+inline PhiGrid::Ptr grid_of(const Band& band) {
+  openvdb::initialize();
+  const PhiGrid::Ptr grid = PhiGrid::create(LevelSet::half_width);
+  for (const Leaf& leaf : band.leaves()) {
+    const auto [i, j, k] = leaf.origin;
+    auto* copy = grid->tree().touchLeaf({i, j, k});
+    std::copy(leaf.phi, leaf.phi + leaf_size, copy->buffer().data());
+    PhiGrid::TreeType::LeafNodeType::NodeMaskType mask;
+    for (int n = 0; n < leaf_edge; ++n) mask.getWord<std::uint64_t>(n) = leaf.active[n];
+    copy->setValueMask(mask);
+  }
+  return grid;
+}
 
 /// A copy of the same leaves, masks and phi, as OpenVDB's tools want it; the surface must be
 /// closed.
 class OpenVdbPeer {
  public:
-  explicit OpenVdbPeer(const LevelSet& phi) : grid_(phi.band().storage().grid->deepCopy()) {
+  explicit OpenVdbPeer(const LevelSet& phi) : grid_(grid_of(phi.band())) {
     // Missing leaves in the solid have no value of their own in the tree.
     openvdb::tools::signedFloodFill(grid_->tree());
     grid_->setGridClass(openvdb::GRID_LEVEL_SET);
