@@ -13,6 +13,7 @@ struct Tally {
   enum class Quantity {
     arrivals,
     visibility,  ///< the part of a facet from which the source is in sight; of beams only
+    yield,       ///< arrivals times the yield of a law; of ions only
   };
   Quantity quantity = Quantity::arrivals;
   std::vector<float> mean{};

@@ -42,6 +42,8 @@ struct Particle {
   Ray ray;
   std::uint32_t weight = unit_weight;
   std::uint32_t batch = 0;
+  float energy = 0;       // of ions
+  float along_slice = 0;  // y of the direction before it was projected on a cross-section
   RandomStream random;
 };
 
@@ -56,6 +58,8 @@ struct Counts {
   std::int64_t segments = 0;
 };
 
+using Tallies = std::vector<std::int64_t, HugePages<std::int64_t>>;
+
 class Tracer {
  public:
   explicit Tracer(const FluxProblem& problem);
@@ -64,15 +68,21 @@ class Tracer {
   void trace(std::uint64_t first, std::uint64_t end);
 
   FluxEstimate estimate_flux() const;
+  std::vector<Tally> yields() const;
   const Counts& counts() const { return counts_; }
   std::uint64_t rays() const { return rays_; }
 
  private:
   Particle emit(std::uint64_t ray) const;
+  Vec3d source_direction(UnitSquare xi, RandomStream& random) const;
+  void turn(Particle& particle, Vec3d u) const;
   void trace_pool(std::vector<Particle> particles);
   void prefetch(const Flight& flight, const Particle& particle) const;
   bool arrive(Particle& particle, const Flight& flight, Counts& counts);
+  bool hit(Particle& particle, const Flight& flight, Counts& counts);
+  bool absorb(Particle& particle, std::uint32_t part, Counts& counts) const;
   Vec3d emission_normal(std::uint32_t facet) const;
+  FluxEstimate estimate_of(std::span<const std::int64_t> tallies, double unit) const;
   static bool play_roulette(Particle& particle, Counts& counts);
 
   // A pool meets few batches, and all facets.
@@ -83,7 +93,9 @@ class Tracer {
   const FluxProblem& problem_;
   std::vector<ScrambledSobol> starts_;          // one per batch
   std::vector<std::uint32_t> absorbed_weight_;  // of a particle of unit weight, per facet
-  std::vector<std::int64_t, HugePages<std::int64_t>> tallies_;
+  Tallies tallies_;
+  std::vector<Tallies> yield_tallies_;  // of yields over the largest of their law
+  std::vector<double> largest_yield_;
   Counts counts_;
   std::uint64_t rays_ = 0;
 };
@@ -113,6 +125,12 @@ Tracer::Tracer(const FluxProblem& problem)
     const double sticking = problem.sticking[f];
     absorbed_weight_[f] = static_cast<std::uint32_t>(sticking * unit_weight + 0.5);
   }
+  for (const YieldLaw& law : problem.species.yields) {
+    yield_tallies_.emplace_back(tallies_.size());
+    largest_yield_.push_back(law.amplitude * law.factor.largest() *
+                             std::max(0.0, std::sqrt(problem.species.ions->energy.largest()) -
+                                               std::sqrt(law.threshold)));
+  }
   for (std::uint32_t b = 0; b < batch_count; ++b) {
     // Ray numbers of the scramblings lie above those of all rays.
     RandomStream random(
@@ -128,11 +146,42 @@ Particle Tracer::emit(std::uint64_t ray) const {
   const auto xi = starts_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
   Particle particle{
       .ray = {.r = {xi[0] * scene.upper().x, xi[1] * scene.upper().y, scene.source_height()},
-              .u = sample_source({xi[2], xi[3]}, problem_.species.source.cosine_power)},
+              .u = {}},
       .batch = batch,
       .random = RandomStream({options.seed, options.time_step, problem_.species_index, ray})};
-  if (options.two_dimensional) particle.ray.u = project_to_cross_section(particle.ray.u);
+  turn(particle, source_direction({xi[2], xi[3]}, particle.random));
+  if (problem_.species.ions) {
+    const double u = particle.random.uniform_double();
+    particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(u));
+  }
   return particle;
+}
+
+Vec3d Tracer::source_direction(UnitSquare xi, RandomStream& random) const {
+  const SourceLobe& source = problem_.species.source;
+  Vec3d u = sample_source(xi, source.cosine_power);
+  Vec3d axis = source.direction;
+  if (source.rotating) {
+    const double tilt = std::sqrt(axis.x * axis.x + axis.y * axis.y);
+    const auto [sine, cosine] = sample_azimuth(random.uniform_double());
+    axis = {tilt * cosine, tilt * sine, axis.z};
+  }
+  if (axis.x == 0 && axis.y == 0) return u;
+  constexpr double horizon = -1e-6;
+  while ((u = about_axis(u.x, u.y, -u.z, axis)).z > horizon) {
+    const double xi1 = random.uniform_double();
+    u = sample_source({xi1, random.uniform_double()}, source.cosine_power);
+  }
+  return normalized(u);
+}
+
+// Sets the direction of a particle: of its flight, and, in two dimensions, its own.
+void Tracer::turn(Particle& particle, Vec3d u) const {
+  if (problem_.options.two_dimensional) {
+    particle.along_slice = static_cast<float>(u.y);
+    u = project_to_cross_section(u);
+  }
+  particle.ray.u = u;
 }
 
 // One batch after the other, so that a pool adds to few of the sums of a facet. These are whole
@@ -217,17 +266,54 @@ bool Tracer::arrive(Particle& particle, const Flight& flight, Counts& counts) {
   }
   const std::uint32_t f = flight.facet;
   add(tallies_[tally_index(particle.batch, f)], std::int64_t{particle.weight});
+  particle.ray.r = flight.r;
+  particle.ray.from = f;
+  if (problem_.species.ions) return hit(particle, flight, counts);
+  if (!absorb(particle, absorbed_weight_[f], counts)) return false;
+  const UnitSquare xi{particle.random.uniform_double(), particle.random.uniform_double()};
+  turn(particle, sample_cosine(xi, emission_normal(f)));
+  return true;
+}
+
+// An ion: counts what it does at a facet and reflects it; false if it stays there.
+bool Tracer::hit(Particle& particle, const Flight& flight, Counts& counts) {
+  const Ions& ions = *problem_.species.ions;
+  const std::uint32_t f = flight.facet;
+  const Vec3d n = emission_normal(f);
+  Vec3d d = flight.u;
+  if (problem_.options.two_dimensional) {
+    const double y = particle.along_slice;
+    d = std::sqrt(1 - y * y) * d;
+    d.y = y;
+  }
+  const double half_sine = AngleTable::half_sine(-dot(d, n));
+  for (std::size_t k = 0; k < yield_tallies_.size(); ++k) {
+    const double yield = problem_.species.yields[k].at(particle.energy, half_sine);
+    if (!(yield > 0)) continue;
+    const double part = std::min(1.0, yield / largest_yield_[k]);
+    add(yield_tallies_[k][tally_index(particle.batch, f)],
+        static_cast<std::int64_t>(particle.weight * part + 0.5));
+  }
+  const double sticking = std::clamp(ions.sticking.at(half_sine), 0.0, 1.0);
+  const auto part = static_cast<std::uint32_t>(sticking * absorbed_weight_[f] + 0.5);
+  if (!absorb(particle, part, counts)) return false;
+  particle.energy *= static_cast<float>(
+      sample_kept_energy(ions.energy_kept.at(half_sine), ions.energy_deviation, particle.random));
+  if (particle.energy < ions.least_energy) {
+    counts.absorbed += particle.weight;
+    return false;
+  }
+  turn(particle, sample_reflection(d, n, ions.cone.at(half_sine), particle.random));
+  return true;
+}
+
+// Leaves a part of the weight at a facet, out of unit_weight; false if nothing goes on.
+bool Tracer::absorb(Particle& particle, std::uint32_t part, Counts& counts) const {
   const auto absorbed = static_cast<std::uint32_t>(
-      (std::uint64_t{particle.weight} * absorbed_weight_[f] + unit_weight / 2) / unit_weight);
+      (std::uint64_t{particle.weight} * part + unit_weight / 2) / unit_weight);
   counts.absorbed += absorbed;
   particle.weight -= absorbed;
-  if (particle.weight < roulette_below && !play_roulette(particle, counts)) return false;
-
-  const UnitSquare xi{particle.random.uniform_double(), particle.random.uniform_double()};
-  Vec3d u = sample_cosine(xi, emission_normal(f));
-  if (problem_.options.two_dimensional) u = project_to_cross_section(u);
-  particle.ray = {.r = flight.r, .u = u, .from = f};
-  return true;
+  return particle.weight >= roulette_below || play_roulette(particle, counts);
 }
 
 // Goes on with probability weight / roulette_weight, so the weight is kept on average.
@@ -241,15 +327,27 @@ bool Tracer::play_roulette(Particle& particle, Counts& counts) {
   return goes_on;
 }
 
-FluxEstimate Tracer::estimate_flux() const {
+FluxEstimate Tracer::estimate_flux() const { return estimate_of(tallies_, 1); }
+
+std::vector<Tally> Tracer::yields() const {
+  std::vector<Tally> result;
+  for (std::size_t k = 0; k < yield_tallies_.size(); ++k) {
+    result.push_back(estimate_of(yield_tallies_[k], largest_yield_[k]).tally);
+    result.back().quantity = Tally::Quantity::yield;
+  }
+  return result;
+}
+
+// Of sums of weights times a quantity in the given unit.
+FluxEstimate Tracer::estimate_of(std::span<const std::int64_t> tallies, double unit) const {
   const RayScene& scene = problem_.scene;
-  const double scale = scene.source_area() / (static_cast<double>(rays_) * unit_weight);
+  const double scale = unit * scene.source_area() / (static_cast<double>(rays_) * unit_weight);
   std::vector<double> sums(scene.facet_count());
-  for (std::size_t k = 0; k < tallies_.size(); ++k)
-    sums[k % sums.size()] += static_cast<double>(tallies_[k]);
+  for (std::size_t k = 0; k < tallies.size(); ++k)
+    sums[k % sums.size()] += static_cast<double>(tallies[k]);
   // Of a batch: its own estimate less that of all.
   const auto deviation = [&](std::size_t f, std::size_t b) {
-    const auto own = static_cast<double>(tallies_[tally_index(b, f)]);
+    const auto own = static_cast<double>(tallies[tally_index(b, f)]);
     return (own * batch_count - sums[f]) * scale / scene.area(f);
   };
   return estimate(scene, problem_.patches,
@@ -257,7 +355,7 @@ FluxEstimate Tracer::estimate_flux() const {
                    .deviation = deviation,
                    .deviations = batch_count,
                    .divisor = batch_count * (batch_count - 1),
-                   .unseen = scene.source_area() / static_cast<double>(rays_)});
+                   .unseen = unit * scene.source_area() / static_cast<double>(rays_)});
 }
 
 std::uint64_t whole_batches(std::uint64_t rays) {
@@ -300,7 +398,9 @@ FluxField trace_forward(const FluxProblem& problem) {
     if (estimate.error <= options.target_error || rays == cap) break;
     rays = std::min(cap, whole_batches(predicted_rays(rays, estimate.error, options.target_error)));
   }
-  return {.tallies = {std::move(estimate.tally)},
+  std::vector<Tally> tallies = tracer.yields();
+  tallies.insert(tallies.begin(), std::move(estimate.tally));
+  return {.tallies = std::move(tallies),
           .audit = audit_of(tracer.counts()),
           .rays = tracer.rays(),
           .segments = static_cast<std::uint64_t>(tracer.counts().segments),

@@ -22,13 +22,15 @@ struct FluxProblem {
 
 /// Follows particles from the source plane until they stick or leave.
 ///
-/// The estimate on a facet is the weight that arrives there, times source area over number of rays
-/// and facet area. Rays form 32 independent batches; the spread between batches gives the standard
-/// errors, on facets and on patches, which are right although one particle arrives many times. In a
-/// batch the start and first direction follow a scrambled Sobol sequence, later directions are
-/// plain random numbers.
+/// Neutral particles are re-emitted by the cosine law, ions as their species says. The estimate on
+/// a facet is the weight that arrives there, times source area over number of rays and facet area.
+/// Rays form 32 independent batches; the spread between batches gives the standard errors, on
+/// facets and on patches, which are right although one particle arrives many times. In a batch the
+/// start and first direction follow a scrambled Sobol sequence, later directions are plain random
+/// numbers.
 ///
-/// Cost: 256 bytes per facet, up to 60 MB per thread, and 1/4 to 1 us per flight on one core.
+/// Cost: 256 bytes per facet and tally, up to 60 MB per thread, and 1/4 to 1 us per flight on one
+/// core.
 FluxField trace_forward(const FluxProblem& problem);
 
 }  // namespace scarp

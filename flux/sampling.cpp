@@ -28,26 +28,41 @@ DiskPoint sample_disk(UnitSquare xi) {
   return {b * sine, b * cosine, b * b};
 }
 
-// The point of the hemisphere about n whose projection along n is (x, y).
-// Source: Duff et al. 2017, "Building an orthonormal basis, revisited".
-Vec3d lift(double x, double y, double height, Vec3d n) {
-  const double sign = n.z < 0 ? -1.0 : 1.0;
-  const double a = -1.0 / (sign + n.z);
-  const double b = n.x * n.y * a;
-  const Vec3d tangent{1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
-  const Vec3d bitangent{b, sign + n.y * n.y * a, -n.y};
-  return x * tangent + y * bitangent + height * n;
-}
-
 // Keeps flights off the horizon, where they would never end.
 constexpr double smallest_cosine = 1e-6;
 
 }  // namespace
 
+Vec3d about_axis(double x, double y, double height, Vec3d axis) {
+  const double sign = axis.z < 0 ? -1.0 : 1.0;
+  const double a = -1.0 / (sign + axis.z);
+  const double b = axis.x * axis.y * a;
+  const Vec3d tangent{1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};
+  const Vec3d bitangent{b, sign + axis.y * axis.y * a, -axis.y};
+  return x * tangent + y * bitangent + height * axis;
+}
+
+// By eighths of a turn, from the nearest quarter.
+SineCosine sample_azimuth(double xi) {
+  const double quarters = 4 * xi;
+  const double nearest = std::floor(quarters + 0.5);
+  const auto [s, c] = portable_sine_cosine(std::numbers::pi / 2 * (quarters - nearest));
+  switch (static_cast<int>(nearest) & 3) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
 Vec3d sample_cosine(UnitSquare xi, Vec3d n) {
   const auto [x, y, radius_squared] = sample_disk(xi);
   const double height = std::sqrt(std::max(1 - radius_squared, smallest_cosine * smallest_cosine));
-  return normalized(lift(x, y, height, n));
+  return normalized(about_axis(x, y, height, n));
 }
 
 // The radius of the concentric map squared is a uniform number, so the map of the lobe keeps the

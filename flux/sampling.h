@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/vec3.h"
+#include "flux/portable_math.h"
 
 namespace scarp {
 
@@ -18,6 +19,14 @@ Vec3d sample_cosine(UnitSquare xi, Vec3d n);
 
 /// A unit direction with density (power + 1) / (2 pi) cos^power(theta) about -z.
 Vec3d sample_source(UnitSquare xi, double power);
+
+/// The vector with components x and y across a unit vector and `height` along it. Which way x
+/// points depends on the axis. Source: Duff et al. 2017, "Building an orthonormal basis,
+/// revisited".
+Vec3d about_axis(double x, double y, double height, Vec3d axis);
+
+/// Sine and cosine of the angle 2 pi xi.
+SineCosine sample_azimuth(double xi);
 
 /// The direction of a flight in an infinitely long structure, seen along y. Exact for diffuse
 /// emission and for cosine sources; (0, 0, 0) if u points along y.

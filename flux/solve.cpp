@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "core/error.h"
@@ -51,6 +52,28 @@ void check_beam(const Species& species, const FluxOptions& options) {
     check(s == 1, where + "a beam is not followed after it arrives, so its sticking has to be 1");
 }
 
+// Gathering knows diffuse re-emission under a source that is the same all around.
+bool needs_forward(const Species& species) {
+  const Vec3d axis = species.source.direction;
+  return species.ions || axis.x != 0 || axis.y != 0;
+}
+
+void check_ions(const Species& species, const std::string& where) {
+  const Ions& ions = *species.ions;
+  check(ions.sticking.least() >= 0 && ions.sticking.largest() <= 1,
+        where + "the sticking of ions leaves [0, 1] at some angle");
+  check(ions.energy_kept.least() >= 0 && ions.energy_kept.largest() <= 1,
+        where + "the part of the energy that is kept leaves [0, 1] at some angle");
+  check(ions.cone.least() >= 0 && ions.cone.largest() <= std::numbers::pi / 2 + 1e-6,
+        where + "the cone of reflection is wider than a half space");
+  check(ions.energy_deviation >= 0 && ions.energy_deviation <= 1,
+        where + "the deviation of the energy that is kept is outside [0, 1]");
+  for (const YieldLaw& law : species.yields) {
+    check(law.amplitude >= 0 && law.threshold >= 0 && law.factor.least() >= 0,
+          where + "yield " + law.name + " is negative somewhere");
+  }
+}
+
 void check_species(const Species& species, const FluxOptions& options) {
   check(!species.name.empty(), "species: a name is missing");
   const std::string where = "species " + species.name + ": ";
@@ -58,6 +81,13 @@ void check_species(const Species& species, const FluxOptions& options) {
   for (const float s : species.sticking)
     check(s >= 0 && s <= 1, where + "sticking " + std::to_string(s) + " is outside [0, 1]");
   if (species.source.kind == SourceLobe::Kind::beam) return check_beam(species, options);
+  const Vec3d axis = species.source.direction;
+  check(std::abs(length(axis) - 1) < 1e-9 && axis.z < 0,
+        where + "the source has to point down to the wafer");
+  check(species.ions || species.yields.empty(), where + "only ions have yields");
+  check(!needs_forward(species) || options.engine != FluxOptions::Engine::gather,
+        where + "ions and tilted sources need the forward engine");
+  if (species.ions) check_ions(species, where);
   const double power = species.source.cosine_power;
   check(power >= 0 && power <= 1e6,
         where + "cosine power " + std::to_string(power) + " is outside [0, 1e6]");
@@ -141,7 +171,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     if (species[index].source.kind == SourceLobe::Kind::beam) {
       fields[index] = trace_beam(problem(index));
       fields[index].engine = FluxEngine::beam;
-    } else if (options.engine == FluxOptions::Engine::forward) {
+    } else if (options.engine == FluxOptions::Engine::forward || needs_forward(species[index])) {
       fields[index] = trace_forward(problem(index));
     } else {
       gathered.push_back(index);

@@ -1,0 +1,109 @@
+#include "flux/ions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "flux/portable_math.h"
+#include "flux/sampling.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double right_angle = std::numbers::pi / 2;
+
+// Half the width of a cone of opening 1 whose density is x cos(pi / 2 x), by quantiles.
+double narrow_cone_angle(double u) {
+  constexpr std::size_t interval_count = 1024;
+  static const std::vector<float> table = [] {
+    // The part below x: x sin(pi / 2 x) + 2 / pi (cos(pi / 2 x) - 1), over its value at 1.
+    const auto part_below = [](double x) {
+      return (x * std::sin(right_angle * x) + (std::cos(right_angle * x) - 1) / right_angle) /
+             (1 - 1 / right_angle);
+    };
+    std::vector<float> quantiles;
+    for (std::size_t n = 0; n <= interval_count; ++n) {
+      double low = 0;
+      double high = 1;
+      for (int i = 0; i < 60; ++i) {
+        const double middle = (low + high) / 2;
+        (part_below(middle) * interval_count < static_cast<double>(n) ? low : high) = middle;
+      }
+      quantiles.push_back(static_cast<float>(high));
+    }
+    return quantiles;
+  }();
+  const double place = u * interval_count;
+  const auto n = std::min(static_cast<std::size_t>(place), interval_count - 1);
+  return table[n] + (place - static_cast<double>(n)) * (table[n + 1] - table[n]);
+}
+
+// A polar angle in [0, cone) with density cos(pi / 2 phi / cone) sin(phi), from one that has phi
+// for sin(phi): more than three of five draws are taken.
+SineCosine sample_cone(double cone, RandomStream& random) {
+  for (;;) {
+    const double phi = cone * narrow_cone_angle(random.uniform_double());
+    // By halves, which are in the range of the series.
+    const auto [s, c] = portable_sine_cosine(phi / 2);
+    const SineCosine whole{2 * s * c, 1 - 2 * s * s};
+    if (random.uniform_double() * phi <= whole.sine) return whole;
+  }
+}
+
+// Keeps flights off the plane they start from.
+Vec3d off_the_plane(Vec3d u, Vec3d n) {
+  constexpr double smallest_cosine = 1e-6;
+  const double up = dot(u, n);
+  return up < smallest_cosine ? normalized(u + (smallest_cosine - up) * n) : normalized(u);
+}
+
+}  // namespace
+
+double YieldLaw::at(double energy, double half_sine) const {
+  const double above = std::sqrt(energy) - std::sqrt(threshold);
+  return above > 0 ? amplitude * above * factor.at(half_sine) : 0;
+}
+
+AngleTable sticking_between(double first, double second) {
+  return AngleTable([=](double theta) {
+    if (theta <= first) return 1.0;
+    return std::max(0.0, (second - theta) / (second - first));
+  });
+}
+
+AngleTable reflection_cone(double largest) {
+  return AngleTable([=](double theta) { return right_angle - std::min(theta, largest); });
+}
+
+AngleTable kept_energy(double inflection, double power) {
+  const double at_inflection = 1 / (1 + power * (right_angle / inflection - 1));
+  return AngleTable([=](double theta) {
+    if (theta < inflection) return at_inflection * std::pow(theta / inflection, power);
+    return 1 - (1 - at_inflection) * (right_angle - theta) / (right_angle - inflection);
+  });
+}
+
+Vec3d sample_reflection(Vec3d d, Vec3d n, double cone, RandomStream& random) {
+  const Vec3d specular = d - 2 * dot(d, n) * n;
+  Vec3d u = specular;
+  if (cone > 0) {
+    const auto [sine, cosine] = sample_cone(cone, random);
+    const auto [y, x] = sample_azimuth(random.uniform_double());
+    u = about_axis(sine * x, sine * y, cosine, specular);
+  }
+  // What would go into the solid leaves as in a mirror.
+  const double up = dot(u, n);
+  if (up < 0) u = u - 2 * up * n;
+  return off_the_plane(u, n);
+}
+
+double sample_kept_energy(double mean, double deviation, RandomStream& random) {
+  if (!(deviation > 0)) return mean;
+  for (;;) {
+    const double part = mean + deviation * standard_normal(random.uniform_double());
+    if (part >= 0 && part <= 1) return part;
+  }
+}
+
+}  // namespace scarp
