@@ -12,8 +12,15 @@ constexpr double lowest_cosine = 0.5;
 /// The same for all the moves of vertices together.
 constexpr double lowest_cosine_of_move = 0.87;
 
+/// The same for all collapses together, against where it and its neighbours faced in the input:
+/// many small turns make a large one.
+constexpr double lowest_cosine_in_all = 0.5;
+
 /// The same for needles, against the mean normal around.
 constexpr double lowest_cosine_of_needle = 0.2;
+
+/// The same for what becomes a sliver.
+constexpr double lowest_cosine_of_sliver = 0.5;
 
 // Measures of shape: twice the area over the square of the longest edge, .87 for equal sides.
 
@@ -22,6 +29,9 @@ constexpr double too_thin = 1e-3;
 
 /// The normal of a facet thinner than this may lie anywhere; it has to agree with its neighbours.
 constexpr double needle = 0.05;
+
+/// A facet thinner than this may stand up from the surface and still lie within the bound.
+constexpr double sliver = 0.2;
 
 /// What float coordinates cannot tell from no area at all.
 constexpr double without_area = 1e-5;
@@ -38,6 +48,12 @@ bool folds(Vec3d a, Vec3d b, Vec3d old_a, Vec3d old_b) {
   const double old_d = dot(old_a, old_b);
   // Both negative, so the greater square is the sharper fold.
   return !(old_d < 0 && old_d * old_d * squares >= d * d * dot(old_a, old_a) * dot(old_b, old_b));
+}
+
+/// Whether the cosine between two vectors is at least the lowest one, which is positive.
+bool agree(Vec3d a, Vec3d b, double lowest) {
+  const double d = dot(a, b);
+  return d > 0 && d * d >= lowest * lowest * dot(a, a) * dot(b, b);
 }
 
 double squared_longest_edge(Vec3d a, Vec3d b, Vec3d c) {
@@ -104,25 +120,19 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
       return false;
     }
     const bool was_needle = !(old_square > needle * needle * old_scale);
-    const Vec3d reference = was_needle ? around : old_n;
-    const double cosine = dot(n, reference);
-    const double lowest = was_needle ? lowest_cosine_of_needle : lowest_cosine;
-    if (cosine <= 0 || cosine * cosine < lowest * lowest * square * dot(reference, reference)) {
+    if (was_needle ? !agree(n, around, lowest_cosine_of_needle) : !agree(n, old_n, lowest_cosine)) {
       return false;
     }
-    // Many small turns make a large one.
-    if (dot(n, Vec3d(mesh.input_normals[star_.facet[i]])) <= 0) return false;
+    const bool is_sliver = square < sliver * sliver * scale;
+    if (is_sliver && !agree(n, around, lowest_cosine_of_sliver)) return false;
+    if (!agree(n, Vec3d(mesh.input_normals[star_.facet[i]]), lowest_cosine_in_all)) return false;
   }
   return true;
 }
 
 bool CollapseChecks::turns_little(std::span<const Vec3d> reference) const {
   for (int i = 0; i < star_.count; ++i) {
-    const Vec3d old_n = reference[star_.facet[i]];
-    const double squares = dot(old_n, old_n) * dot(normals_[i], normals_[i]);
-    const double cosine = dot(old_n, normals_[i]);
-    if (cosine < 0 || cosine * cosine < lowest_cosine_of_move * lowest_cosine_of_move * squares)
-      return false;
+    if (!agree(normals_[i], reference[star_.facet[i]], lowest_cosine_of_move)) return false;
   }
   return true;
 }

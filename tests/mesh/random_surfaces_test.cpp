@@ -228,7 +228,7 @@ TEST_P(RandomSurfaces, StaySoundWhenANumberOfVerticesStopsIt) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   EXPECT_EQ(run_campaign_by_count(seed, seed).turned, 0);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Values(0, 1, 2, 3, 4, 459));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Values(0, 1, 2, 3, 4, 62, 459));
 
 struct Seeds {
   std::uint64_t first = 5;
@@ -251,7 +251,7 @@ TEST(SlowRandomSurfaces, KeepTheirBoundAndStaySound) {
 TEST(SlowRandomSurfaces, StaySoundWhenANumberOfVerticesStopsIt) {
   const Seeds seeds = asked_seeds();
   const Counts counts = run_campaign_by_count(seeds.first, seeds.last);
-  EXPECT_LE(counts.turned, 1) << "a sliver of seed 62 stands at 93 degrees to the surface";
+  EXPECT_EQ(counts.turned, 0);
   EXPECT_LT(counts.beyond, 0.3 * static_cast<double>(seeds.last - seeds.first + 1))
       << "hardly a guard";
 }
