@@ -1,6 +1,7 @@
 #include "mesh/blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "mesh/cube_lattice.h"
@@ -15,14 +16,53 @@ constexpr double vertices_per_block = 4000;
 /// Where the cuts lie, in cubes: each pass is far from the cuts of those before it.
 constexpr double shifts[]{0, 0.5, 0.25, 0.75};
 
+/// Where a periodic mesh is cut open, in cubes before its upper side: so that the sides are then in
+/// the middle of cubes.
+constexpr double openings[]{0.5, 0.95, 0.3, 0.7};
+
 constexpr std::uint32_t no_block = 0xffffffffU;
 
-/// A lattice of cubes over the live vertices, cut where the pass says.
-CubeLattice cubes_of(const CollapseMesh& mesh, int pass) {
-  Box box;
-  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
-    if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
+/// Cubes over the live vertices, cut where the pass says. A periodic mesh is cut open before its
+/// upper side; what lies behind goes one period down.
+class Cubes {
+ public:
+  Cubes(const CollapseMesh& mesh, int pass) {
+    Box box;
+    for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+      if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
+    }
+    const double size = size_of(mesh);
+    for (int axis = 0; axis < 2; ++axis) {
+      const double width = box.upper[axis] - box.lower[axis];
+      if (!mesh.periodic[axis] || !(width > 0)) continue;
+      const double opening = std::min(openings[pass % 4] * size, 0.5 * width);
+      box.lower[axis] -= opening;
+      box.upper[axis] -= opening;
+      period_[axis] = width;
+    }
+    end_ = box.upper;
+    lattice_ = {box, size, shifts[pass % 4]};
   }
+
+  std::uint32_t count() const { return lattice_.count(); }
+
+  std::uint32_t of(Vec3d r) const {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (r[axis] > end_[axis]) r[axis] -= period_[axis];
+    }
+    return lattice_.of(r);
+  }
+
+ private:
+  /// So that a cube has its share of the area.
+  static double size_of(const CollapseMesh& mesh);
+
+  CubeLattice lattice_;
+  std::array<double, 2> period_{};
+  Vec3d end_;
+};
+
+double Cubes::size_of(const CollapseMesh& mesh) {
   // Every 16th facet stands for all.
   constexpr std::uint32_t stride = 16;
   double twice_area = 0;
@@ -31,13 +71,13 @@ CubeLattice cubes_of(const CollapseMesh& mesh, int pass) {
   }
   const double area = 0.5 * stride * twice_area;
   const double vertices = std::max<double>(mesh.live_vertices, 1);
-  return {box, std::sqrt(area * vertices_per_block / vertices), shifts[pass % 4]};
+  return std::sqrt(area * vertices_per_block / vertices);
 }
 
 }  // namespace
 
 Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_block) {
-  const CubeLattice cubes = cubes_of(mesh, pass);
+  const Cubes cubes(mesh, pass);
   std::vector<std::uint32_t> vertices_in(cubes.count(), 0);
   for (std::uint32_t v = 0; v < block_.size(); ++v) {
     if (mesh.topology.outgoing(v) == HalfEdges::none) continue;

@@ -15,7 +15,9 @@ namespace scarp {
 /// A star is local if all its vertices lie in one block. A facet that touches two blocks is in no
 /// local star, so local stars of different blocks have no facet and no vertex in common; and what
 /// surrounds a local star has a vertex in its block, so nothing that another block changes. The
-/// seam between the blocks stays as it is; the next pass cuts elsewhere.
+/// seam between the blocks stays as it is; the next pass cuts elsewhere. Opposite periodic sides
+/// lie inside the same blocks, and what a block may change on one of them it may change on the
+/// other.
 class Blocks {
  public:
   /// Cuts shift with the pass. Does not depend on the number of threads.
@@ -34,6 +36,19 @@ class Blocks {
     return holds(block, star.u) && holds(block, star.v) &&
            std::all_of(star.ring.begin(), star.ring.begin() + star.count + 1,
                        [&](std::uint32_t v) { return holds(block, v); });
+  }
+
+  /// Whether the ends of an edge lie in the block, and those of its twin edge, if it has one.
+  bool holds_edge(std::uint32_t block, const CollapseMesh& mesh, std::uint32_t h) const {
+    const std::uint32_t u = mesh.topology.origin(h);
+    const std::uint32_t v = mesh.topology.target(h);
+    if (!holds(block, u) || !holds(block, v)) return false;
+    // What the twins of other blocks' vertices are is not to be looked at.
+    const auto holds_twin = [&](std::uint32_t w) {
+      return mesh.twin[w] == HalfEdges::none || holds(block, mesh.twin[w]);
+    };
+    return !mesh.has_twins() || mesh.topology.opposite(h) != HalfEdges::none ||
+           (holds_twin(u) && holds_twin(v));
   }
 
  private:

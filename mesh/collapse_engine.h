@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,9 @@ namespace scarp {
 /// While there is much to do, the cheaper half of it is done block by block (blocks.h), each with
 /// its own queue, and again with other cuts; the rest goes through one queue. An order may keep
 /// numbers per vertex and per facet: a block touches only its own.
+///
+/// An edge of a periodic side and its twin edge (collapse_mesh.h) are one: the lower half edge
+/// stands for both, they are checked, ranked and collapsed together.
 ///
 /// Keys are kept with a count of the changes around the edge. Edges at the merged vertex get a new
 /// key at once, all others when their turn comes by the old one. What the checks refused is asked
@@ -115,7 +119,11 @@ class CollapseEngine {
 
   /// Grows whenever one of the two ends changes, also over a merger of vertices.
   std::uint32_t changes_around(std::uint32_t h) const {
-    return changes_[mesh_.topology.origin(h)] + changes_[mesh_.topology.target(h)];
+    const auto ends = [this](std::uint32_t g) {
+      return changes_[mesh_.topology.origin(g)] + changes_[mesh_.topology.target(g)];
+    };
+    const std::uint32_t t = mesh_.twin_edge(h);
+    return t == HalfEdges::none ? ends(h) : ends(h) + ends(t);
   }
 
   /// The key of an edge as it is now.
@@ -123,6 +131,8 @@ class CollapseEngine {
   Key key_of(const Order& order, std::uint32_t h) {
     const double squared_length = mesh_.squared_length(h);
     if (!order.wanted(mesh_, h, squared_length)) return {};
+    const std::uint32_t t = mesh_.twin_edge(h);
+    if (t != HalfEdges::none && !order.wanted(mesh_, t, squared_length)) return {};
     const std::uint32_t changes = changes_around(h);
     Key& key = keys_[h];
     if (!key.is_of(changes)) key = {new_key(order, h, squared_length), changes};
@@ -148,8 +158,7 @@ class CollapseEngine {
     parallel_for(sample.keys.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto h = static_cast<std::uint32_t>(i * sample.stride);
-        const HalfEdges& topology = mesh_.topology;
-        const bool is_edge = topology.alive(HalfEdges::facet(h)) && topology.is_edge(h);
+        const bool is_edge = mesh_.topology.alive(HalfEdges::facet(h)) && mesh_.edge(h) == h;
         if (is_edge) sample.keys[i] = key_of(order, h).value;
       }
     });
@@ -204,21 +213,22 @@ class CollapseEngine {
   class Worker {
    public:
     Worker(CollapseEngine& engine, Order& order, CollapseChecks& checks)
-        : engine_(engine), mesh_(engine.mesh_), order_(order), checks_(checks) {}
+        : engine_(engine), mesh_(engine.mesh_), order_(order), checks_(checks) {
+      if (mesh_.has_twins()) twin_checks_.emplace(checks_.sharing());
+    }
     Worker(CollapseEngine& engine, Order& order, CollapseChecks& checks, const Blocks& blocks,
            std::uint32_t block)
-        : engine_(engine),
-          mesh_(engine.mesh_),
-          order_(order),
-          checks_(checks),
-          blocks_(&blocks),
-          block_(block) {}
+        : Worker(engine, order, checks) {
+      blocks_ = &blocks;
+      block_ = block;
+    }
 
     /// Collapses up to `most` edges with keys up to the limit.
     void run(float limit, std::uint32_t most) {
       limit_ = limit;
+      most_ = most;
       fill_queue();
-      while (!queue_.empty() && removed_ < most) {
+      while (!queue_.empty() && removed_ < most_) {
         const Entry entry = pop();
         const Key key = engine_.keys_[entry.h];
         if (key.stamp != entry.stamp || key.value != entry.key) continue;
@@ -237,12 +247,12 @@ class CollapseEngine {
       const HalfEdges& topology = mesh_.topology;
       if (blocks_ == nullptr) {
         for (std::uint32_t h = 0; h < topology.half_edge_count(); ++h) {
-          if (topology.alive(HalfEdges::facet(h)) && topology.is_edge(h)) enqueue_known(h);
+          if (topology.alive(HalfEdges::facet(h)) && mesh_.edge(h) == h) enqueue_known(h);
         }
       } else {
         for (const std::uint32_t v : blocks_->vertices(block_)) {
           topology.for_each_outgoing(v, [&](std::uint32_t h) {
-            if (topology.is_edge(h) && blocks_->holds(block_, topology.target(h))) enqueue_known(h);
+            if (blocks_->holds_edge(block_, mesh_, h) && mesh_.edge(h) == h) enqueue_known(h);
           });
         }
       }
@@ -276,27 +286,55 @@ class CollapseEngine {
       return entry;
     }
 
-    bool is_mine(const Star& star) const {
-      return blocks_ == nullptr || blocks_->holds(block_, star);
+    /// An edge, and its twin edge if it has one.
+    struct Edges {
+      std::uint32_t h;
+      std::uint32_t twin;
+
+      bool is_pair() const { return twin != HalfEdges::none; }
+    };
+
+    bool is_mine(const Edges& edges) const {
+      return blocks_ == nullptr ||
+             (blocks_->holds(block_, checks_.star()) &&
+              (!edges.is_pair() || blocks_->holds(block_, twin_checks_->star())));
     }
 
-    bool is_allowed() const {
+    bool keeps_surface(const Edges& edges, Vec3d r) {
+      if (!checks_.keeps_surface(mesh_, edges.h, r)) return false;
+      return !edges.is_pair() ||
+             (twin_checks_->keeps_surface(mesh_, edges.twin, mesh_.twin_place(edges.h, r)) &&
+              checks_.star().is_apart_from(twin_checks_->star()));
+    }
+
+    bool keeps_bound(const Edges& edges) {
+      if (!checks_.keeps_bound(mesh_)) return false;
+      if (!edges.is_pair() || twin_checks_->keeps_bound(mesh_)) return true;
+      checks_.note_bound_was_met();
+      return false;
+    }
+
+    bool is_allowed(const Edges& edges) const {
       if constexpr (requires { order_.allows(mesh_, checks_); }) {
-        return order_.allows(mesh_, checks_);
+        return order_.allows(mesh_, checks_) &&
+               (!edges.is_pair() || order_.allows(mesh_, *twin_checks_));
       }
       return true;
     }
 
     void try_to_collapse(const Entry& entry) {
-      const Merge rule = merge_rule(mesh_, entry.h);
-      const Vec3d r = engine_.placement_.place(mesh_, entry.h, rule).r;
-      const bool keeps_surface = checks_.keeps_surface(mesh_, entry.h, r);
-      if (keeps_surface && !is_mine(checks_.star())) return;
-      if (!keeps_surface || !is_allowed()) {
+      const Edges edges{mesh_.from_twin(entry.h), mesh_.twin_edge(entry.h)};
+      // Two vertices go; one of them may be too many.
+      if (edges.is_pair() && removed_ + 2 > most_) return;
+      const Merge rule = merge_rule(mesh_, edges.h);
+      const Vec3d r = engine_.placement_.place(mesh_, edges.h, rule).r;
+      const bool sound = keeps_surface(edges, r);
+      if (sound && !is_mine(edges)) return;
+      if (!sound || !is_allowed(edges)) {
         engine_.keys_[entry.h].value = never;
-      } else if (!comes_later(entry.h)) {
-        if (checks_.keeps_bound(mesh_)) {
-          collapse(entry.h, r);
+      } else if (!comes_later(entry.h, edges)) {
+        if (keeps_bound(edges)) {
+          collapse(edges, r);
         } else {
           engine_.keys_[entry.h].value = never;
         }
@@ -304,11 +342,13 @@ class CollapseEngine {
     }
 
     /// Puts an estimated entry back if its exact key is not the lowest any more.
-    bool comes_later(std::uint32_t h) {
+    bool comes_later(std::uint32_t h, const Edges& edges) {
       if constexpr (has_exact_key<Order>) {
         Key& key = engine_.keys_[h];
         if (key.is_exact() || !order_.ranks_exactly()) return false;
-        const auto exact = static_cast<float>(order_.exact_key(mesh_, checks_));
+        double sum = order_.exact_key(mesh_, checks_);
+        if (edges.is_pair()) sum += order_.exact_key(mesh_, *twin_checks_);
+        const auto exact = static_cast<float>(sum);
         const float next = queue_.empty() ? limit_ : std::min(limit_, queue_.front().key);
         if (exact <= next) return false;
         key = {exact, key.stamp | Key::exact};
@@ -319,30 +359,40 @@ class CollapseEngine {
       }
     }
 
-    void collapse(std::uint32_t h, Vec3d r) {
-      const Star& star = checks_.star();
-      const std::uint32_t u = star.u;
-      const std::uint32_t v = star.v;
-      checks_.accept(mesh_, h);
-      if constexpr (requires { order_.accept(mesh_, checks_); }) order_.accept(mesh_, checks_);
-      for (const std::uint32_t f : star.dying) {
+    void collapse(const Edges& edges, Vec3d r) {
+      give_up(checks_, edges.h);
+      if (edges.is_pair()) give_up(*twin_checks_, edges.twin);
+      mesh_.collapse(edges.h, r);
+      note_merger(checks_);
+      if (edges.is_pair()) note_merger(*twin_checks_);
+      push_edges_of(checks_.star().u);
+      if (edges.is_pair()) push_edges_of(twin_checks_->star().u);
+    }
+
+    /// What is known of the facets of a star, right before its edge is collapsed.
+    void give_up(CollapseChecks& checks, std::uint32_t h) {
+      checks.accept(mesh_, h);
+      if constexpr (requires { order_.accept(mesh_, checks); }) order_.accept(mesh_, checks);
+      for (const std::uint32_t f : checks.star().dying) {
         if (f == HalfEdges::none) continue;
         for (std::uint32_t side = 3 * f; side < 3 * f + 3; ++side) engine_.keys_[side] = {};
       }
-      mesh_.topology.collapse(h);
-      ++removed_;
-      mesh_.r[u] = r;
-      mesh_.sides[u] |= mesh_.sides[v];
-      mesh_.kind[u] = std::max(mesh_.kind[u], mesh_.kind[v]);
-      for (int i = 0; i < star.count; ++i) mesh_.normals[star.facet[i]] = checks_.normals()[i];
-      engine_.placement_.collapsed(mesh_, u, v);
-      order_.merged(u, v);
+    }
 
+    void note_merger(const CollapseChecks& checks) {
+      const Star& star = checks.star();
+      ++removed_;
+      for (int i = 0; i < star.count; ++i) mesh_.normals[star.facet[i]] = checks.normals()[i];
+      engine_.placement_.collapsed(mesh_, star.u, star.v);
+      order_.merged(star.u, star.v);
       std::vector<std::uint32_t>& changes = engine_.changes_;
-      changes[u] = std::max(changes[u], changes[v]) + 1;
+      changes[star.u] = std::max(changes[star.u], changes[star.v]) + 1;
       if (Order::by_cost) {
-        mesh_.topology.for_each_neighbour(u, [&](std::uint32_t w) { ++changes[w]; });
+        mesh_.topology.for_each_neighbour(star.u, [&](std::uint32_t w) { ++changes[w]; });
       }
+    }
+
+    void push_edges_of(std::uint32_t u) {
       mesh_.topology.for_each_outgoing(u, [&](std::uint32_t g) {
         push_one_of_two(g);
         const std::uint32_t last = HalfEdges::previous(g);
@@ -352,18 +402,24 @@ class CollapseEngine {
 
     /// Whichever half edge stood for the edge before, from now on it is the lower one.
     void push_one_of_two(std::uint32_t g) {
-      const std::uint32_t o = mesh_.topology.opposite(g);
+      // The twin edge may be another block's, which then has to ask for the key itself.
+      const bool is_shared = mesh_.has_twins() && blocks_ != nullptr;
+      if (is_shared && !blocks_->holds_edge(block_, mesh_, g)) return;
+      const std::uint32_t twin = mesh_.twin_edge(g);
+      const std::uint32_t o = twin != HalfEdges::none ? twin : mesh_.topology.opposite(g);
       if (o != HalfEdges::none) engine_.keys_[std::max(g, o)] = {};
-      push(mesh_.topology.edge(g));
+      push(mesh_.edge(g));
     }
 
     CollapseEngine& engine_;
     CollapseMesh& mesh_;
     Order& order_;
     CollapseChecks& checks_;
+    std::optional<CollapseChecks> twin_checks_;  ///< only where there are twins
     const Blocks* blocks_ = nullptr;
     std::uint32_t block_ = 0;
     float limit_ = never;
+    std::uint32_t most_ = 0;
     std::uint32_t removed_ = 0;
     std::vector<Entry> queue_;
   };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -14,8 +16,9 @@ namespace scarp {
 /// What a vertex may do.
 enum class VertexKind : std::uint8_t {
   free,    ///< anything its sides allow
+  paired,  ///< on a periodic side: may go along it, together with its copy on the opposite one
   border,  ///< inside a border between two materials: may slide along it
-  fixed    ///< stays: corners of the domain, periodic sides, ends and forks of borders
+  fixed    ///< stays: corners of the domain, ends and forks of borders
 };
 
 /// A direction to within a degree, in three bytes.
@@ -36,18 +39,40 @@ class CoarseDirection {
 struct CollapseMesh {
   HalfEdges topology;
   Vec3d centre;
-  std::vector<Vec3d> r;                        ///< per vertex
-  std::vector<SideMask> sides;                 ///< per vertex
-  std::vector<VertexKind> kind;                ///< per vertex
-  std::vector<Vec3d> normals;                  ///< per facet: twice the area vector
+  std::vector<Vec3d> r;             ///< per vertex
+  std::vector<SideMask> sides;      ///< per vertex
+  std::vector<VertexKind> kind;     ///< per vertex
+  std::vector<std::uint32_t> twin;  ///< per vertex: the other one of a pair; empty if there is none
+  std::vector<Vec3d> normals;       ///< per facet: twice the area vector
   std::vector<CoarseDirection> input_normals;  ///< per facet: where it and its neighbours faced
   std::vector<MaterialId> materials;           ///< per facet, or empty
+  std::array<bool, 2> periodic{};              ///< per axis
   std::uint32_t live_vertices = 0;
 
   CollapseMesh(const TriMesh& mesh, const Sides& side_positions);
 
   Vec3d normal_of(std::uint32_t f) const;
   bool is_border(std::uint32_t h) const;
+
+  /// The same edge on the opposite periodic side, which is collapsed with it; it runs the other way
+  /// round. none if there is none.
+  std::uint32_t twin_edge(std::uint32_t h) const {
+    return has_twins() ? found_twin_edge(h) : HalfEdges::none;
+  }
+  /// Where a place on the side of h lies on that of its twin edge.
+  Vec3d twin_place(std::uint32_t h, Vec3d place) const;
+  /// The half edge that stands for an edge and for its twin.
+  std::uint32_t edge(std::uint32_t h) const {
+    const std::uint32_t t = twin_edge(h);
+    return t != HalfEdges::none ? std::min(h, t) : topology.edge(h);
+  }
+  /// Merges target(h) into origin(h), which goes to the place, and likewise the ends of its twin
+  /// edge. A target with a twin needs an origin with one: see from_twin(). The normals are left to
+  /// the caller.
+  void collapse(std::uint32_t h, Vec3d place);
+  /// h or its opposite, whose origin has a twin if only one of the two ends has one.
+  std::uint32_t from_twin(std::uint32_t h) const;
+
   /// Rounds to the nearest place that a float mesh can hold.
   Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
   double squared_length(std::uint32_t h) const {
@@ -55,9 +80,16 @@ struct CollapseMesh {
     return dot(e, e);
   }
 
+  bool has_twins() const { return !twin.empty(); }
+
   /// The mesh that is left: vertices and facets in their old order, or in that of a mesh that this
   /// one was made from by reordering.
   TriMesh extract(const SpatialOrder& order = {}) const;
+
+ private:
+  std::uint32_t found_twin_edge(std::uint32_t h) const;
+  bool are_copies(std::uint32_t v, std::uint32_t w, int axis) const;
+  void merge(std::uint32_t h, Vec3d place);
 };
 
 /// How the two ends of an edge may be merged.

@@ -11,6 +11,9 @@ namespace scarp {
 /// Cubes of one size that cover a box, numbered with x fastest.
 class CubeLattice {
  public:
+  /// Of no box.
+  CubeLattice() = default;
+
   /// Cubes of the given size, larger ones if that needs more than 128 along an axis; shifted
   /// against the box by a part of their size in [0, 1). The box must not be empty.
   CubeLattice(const Box& box, double size, double shift) {

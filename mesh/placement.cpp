@@ -111,27 +111,38 @@ void LindstromTurkPlacement::refresh(const CollapseMesh& mesh, std::uint32_t v) 
   terms_[v] = terms;
 }
 
-Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const {
-  const std::uint32_t u = mesh.topology.origin(h);
-  const std::uint32_t v = mesh.topology.target(h);
+LindstromTurkPlacement::Volume LindstromTurkPlacement::volume_around(const CollapseMesh& mesh,
+                                                                     std::uint32_t h,
+                                                                     std::uint32_t u,
+                                                                     std::uint32_t v) const {
   const Vec3d edge = mesh.r[v] - mesh.r[u];
-  const double squared_length = dot(edge, edge);
-
-  // The facets of either end, in the frame of u.
-  Quadric q{.H = terms_[v].H, .g = terms_[v].H * edge, .k = 0};
-  q.k = dot(edge, q.g);
-  q.H.add(1, terms_[u].H);
-  Vec3d n = terms_[u].n + terms_[v].n;
-  const double d = dot(terms_[v].n, edge);
+  Volume volume{.q = {.H = terms_[v].H, .g = terms_[v].H * edge, .k = 0},
+                .n = terms_[u].n + terms_[v].n,
+                .d = dot(terms_[v].n, edge)};
+  volume.q.k = dot(edge, volume.q.g);
+  volume.q.H.add(1, terms_[u].H);
   // Those of the edge were counted twice; both ends lie in them, so g, k and d have no part of
   // them.
   for (const std::uint32_t side : {h, mesh.topology.opposite(h)}) {
     if (side == HalfEdges::none) continue;
     const Vec3d shared = mesh.normals[HalfEdges::facet(side)];
-    q.H.add_outer(-weight(shared), shared);
-    n = n - shared;
+    volume.q.H.add_outer(-weight(shared), shared);
+    volume.n = volume.n - shared;
   }
-  if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) {
+  return volume;
+}
+
+Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const {
+  const std::uint32_t u = mesh.topology.origin(h);
+  const std::uint32_t v = mesh.topology.target(h);
+  const double squared_length = mesh.squared_length(h);
+  auto [q, n, d] = volume_around(mesh, h, u, v);
+  if (const std::uint32_t t = mesh.twin_edge(h); t != HalfEdges::none) {
+    const Volume there = volume_around(mesh, t, mesh.topology.target(t), mesh.topology.origin(t));
+    q.add(1, there.q);
+    n += there.n;
+    d += there.d;
+  } else if (mesh.topology.on_boundary(u) || mesh.topology.on_boundary(v)) {
     const double length = std::sqrt(squared_length);
     const BoundaryHeights heights = measure_ == Measure::volume
                                         ? BoundaryHeights{length, side_height * length}
@@ -173,9 +184,15 @@ GarlandHeckbertPlacement::GarlandHeckbertPlacement(const CollapseMesh& mesh)
 
 Placed GarlandHeckbertPlacement::place(const CollapseMesh& mesh, std::uint32_t h,
                                        Merge rule) const {
-  Quadric q = planes_[mesh.topology.origin(h)];
-  q.add(1, planes_[mesh.topology.target(h)]);
-  q = q.moved(mesh.r[mesh.topology.origin(h)]);
+  const auto planes_around = [&](std::uint32_t u, std::uint32_t v) {
+    Quadric q = planes_[u];
+    q.add(1, planes_[v]);
+    return q.moved(mesh.r[u]);
+  };
+  Quadric q = planes_around(mesh.topology.origin(h), mesh.topology.target(h));
+  if (const std::uint32_t t = mesh.twin_edge(h); t != HalfEdges::none) {
+    q.add(1, planes_around(mesh.topology.target(t), mesh.topology.origin(t)));
+  }
   const double squared_length = mesh.squared_length(h);
   Placed placed =
       rule == Merge::free ? best_place(mesh, h, q, {}, 0, faint) : best_end(mesh, h, rule, q);

@@ -22,7 +22,8 @@ struct Placed {
 /// Keeps the volume under the surface and, with that given, changes it least.
 ///
 /// Deviations: on a side of the domain, where the surface is mirrored, the terms for boundaries
-/// weigh a quarter, by area nothing. Where the surface is flat the volume leaves the place open;
+/// weigh a quarter, by area nothing; on a periodic side the facets of the opposite one stand for
+/// what goes on behind it. Where the surface is flat the volume leaves the place open;
 /// instead of a shape term behind angle tests, a faint pull to the middle of the edge decides.
 ///
 /// By area, the squared volume under each facet is divided by twice the facet's area: what is least
@@ -44,6 +45,16 @@ class LindstromTurkPlacement {
     Vec3d n;            ///< n r is the sum of the volumes
   };
   void refresh(const CollapseMesh& mesh, std::uint32_t v);
+
+  /// The volume under the facets of the edge h from u to v, or from v to u: n r = d keeps it. All
+  /// in the frame of u.
+  struct Volume {
+    Quadric q;
+    Vec3d n;
+    double d = 0;
+  };
+  Volume volume_around(const CollapseMesh& mesh, std::uint32_t h, std::uint32_t u,
+                       std::uint32_t v) const;
 
   /// What a facet with the normal n (twice the area vector) weighs.
   double weight(Vec3d n) const;

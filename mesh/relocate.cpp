@@ -1,7 +1,9 @@
 #include "mesh/relocate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "core/parallel.h"
 #include "mesh/blocks.h"
@@ -22,8 +24,10 @@ constexpr double pull_of_shape = 120;
 constexpr double worth_a_move = 0.97;
 
 bool may_move(const CollapseMesh& mesh, std::uint32_t v) {
-  return mesh.topology.outgoing(v) != HalfEdges::none && mesh.kind[v] == VertexKind::free &&
-         (!mesh.topology.on_boundary(v) || mesh.sides[v] != 0);
+  if (mesh.topology.outgoing(v) == HalfEdges::none) return false;
+  // A pair is moved by the lower of the two.
+  if (mesh.kind[v] == VertexKind::paired) return v < mesh.twin[v];
+  return mesh.kind[v] == VertexKind::free && (!mesh.topology.on_boundary(v) || mesh.sides[v] != 0);
 }
 
 /// Sum of the squared distances of the points when the centre of a star moves by r, in the frame of
@@ -47,32 +51,39 @@ Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
   return q;
 }
 
-Vec3d best_place(const CollapseMesh& mesh, const Star& star, const TrackedPoints& points,
-                 double shape_weight) {
-  const Quadric q = distances_of_points(mesh, star, points);
+/// How a vertex should be moved; `around` has its star, and that of its twin if it has one.
+Vec3d best_shift(const CollapseMesh& mesh, std::span<const CollapseChecks> around,
+                 const TrackedPoints& points, double shape_weight) {
   Subspace places;
   for (int axis = 0; axis < 2; ++axis) {
-    if (fixes(mesh.sides[star.u], axis)) places.fix(axis, 0);
+    if (fixes(mesh.sides[around.front().star().u], axis)) places.fix(axis, 0);
   }
+  Quadric q;
   // The centre of area, in the frame of the centre of the star.
   Vec3d middle;
   double twice_area = 0;
-  for (int i = 0; i < star.count; ++i) {
-    const double weight = length(mesh.normals[star.facet[i]]);
-    middle += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
-    twice_area += weight;
+  double pull = 0;
+  for (const CollapseChecks& checks : around) {
+    const Star& star = checks.star();
+    q.add(1, distances_of_points(mesh, star, points));
+    double twice_area_here = 0;
+    for (int i = 0; i < star.count; ++i) {
+      const double weight = length(mesh.normals[star.facet[i]]);
+      middle += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
+      twice_area_here += weight;
+    }
+    if (!(twice_area_here > 0)) return {};
+    twice_area += twice_area_here;
+    // Shapes grow with the square of the shift over that of an edge, about twice an area.
+    pull += pull_of_shape * shape_weight * points.per_facet(star) * star.count / twice_area_here;
   }
-  if (!(twice_area > 0)) return mesh.r[star.u];
   middle = middle / (3 * twice_area);
-  // Shapes grow with the square of the shift over that of an edge, which is about twice an area.
-  const double pull =
-      pull_of_shape * shape_weight * points.per_facet(star) * star.count / twice_area;
+  pull /= static_cast<double>(around.size());
   const double weight = faint * q.H.trace() + pull;
-  if (!(weight > 0)) return mesh.r[star.u];
+  if (!(weight > 0)) return {};
   const Vec3d shift = minimum(q, weight, (pull / weight) * middle, places);
   const auto sum = [&](Vec3d r) { return q.value(r) + pull * dot(r - middle, r - middle); };
-  return sum(shift) < worth_a_move * sum({}) ? mesh.rounded(mesh.r[star.u] + shift)
-                                             : mesh.r[star.u];
+  return sum(shift) < worth_a_move * sum({}) ? shift : Vec3d{};
 }
 
 /// What a sweep needs besides the mesh.
@@ -82,27 +93,44 @@ struct Sweep {
   const std::vector<Vec3d>& reference;  ///< normals before the first move
 
   /// Moves the vertices of a block whose stars lie in it.
-  void run(CollapseMesh& mesh, CollapseChecks checks, const Blocks& blocks,
+  void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks,
            std::uint32_t block) const {
+    std::array<CollapseChecks, 2> checks{shared.sharing(), shared.sharing()};
     for (const std::uint32_t v : blocks.vertices(block)) {
-      if (!may_move(mesh, v) || !checks.gather_vertex(mesh, v)) continue;
-      if (blocks.holds(block, checks.star())) move(mesh, checks);
+      if (!may_move(mesh, v) || !checks[0].gather_vertex(mesh, v)) continue;
+      if (!blocks.holds(block, checks[0].star())) continue;
+      if (mesh.kind[v] != VertexKind::paired) {
+        move(mesh, std::span(checks).first(1));
+      } else if (checks[1].gather_vertex(mesh, mesh.twin[v]) &&
+                 blocks.holds(block, checks[1].star()) &&
+                 checks[0].star().is_apart_from(checks[1].star())) {
+        move(mesh, checks);
+      }
     }
   }
 
-  void move(CollapseMesh& mesh, CollapseChecks& checks) const {
-    const Star& star = checks.star();
-    const Vec3d r = best_place(mesh, star, points, shape_weight);
-    if (r == mesh.r[star.u] || !checks.may_move(mesh, r, reference)) return;
-    const Fan& fan = checks.fan(mesh);
-    const double growth =
-        points.growth(star, fan) +
-        shape_weight * points.per_facet(star) * shape_growth(mesh, star, r, checks.normals());
-    if (!(growth < 0) || !checks.keeps_bound(mesh)) return;
-    points.move(star, fan);
-    checks.accept_move();
-    mesh.r[star.u] = r;
-    for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = checks.normals()[i];
+  void move(CollapseMesh& mesh, std::span<CollapseChecks> around) const {
+    const Vec3d shift = best_shift(mesh, around, points, shape_weight);
+    double growth = 0;
+    for (CollapseChecks& checks : around) {
+      const Star& star = checks.star();
+      const Vec3d r = mesh.rounded(mesh.r[star.u] + shift);
+      if (r == mesh.r[star.u] || !checks.may_move(mesh, r, reference)) return;
+      growth +=
+          points.growth(star, checks.fan(mesh)) +
+          shape_weight * points.per_facet(star) * shape_growth(mesh, star, r, checks.normals());
+    }
+    if (!(growth < 0)) return;
+    for (CollapseChecks& checks : around) {
+      if (!checks.keeps_bound(mesh)) return;
+    }
+    for (CollapseChecks& checks : around) {
+      const Star& star = checks.star();
+      points.move(star, checks.fan(mesh));
+      checks.accept_move();
+      mesh.r[star.u] = checks.place();
+      for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = checks.normals()[i];
+    }
   }
 };
 
@@ -116,7 +144,7 @@ void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
     const Blocks blocks(mesh, pass);
     parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
       for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-        sweep.run(mesh, checks.sharing(), blocks, block);
+        sweep.run(mesh, checks, blocks, block);
       }
     });
   }

@@ -27,7 +27,7 @@ enum class PlacementMethod { lindstrom_turk, garland_heckbert };
 struct SimplifyOptions {
   SimplifyMethod method = SimplifyMethod::curvature;
   PlacementMethod placement = PlacementMethod::lindstrom_turk;
-  Sides sides{};  ///< vertices on these planes stay on them; those on periodic sides stay
+  Sides sides{};  ///< vertices on these planes stay on them, in pairs on periodic ones
 
   /// Of the grid that the mesh came from; 0: .97 of it are the mean edge length of the features.
   double spacing = 0;
@@ -72,9 +72,11 @@ struct SimplifyResult {
 /// Reduces a surface mesh by edge collapse.
 ///
 /// Never makes an edge with more than two facets, a flipped or a zero-area facet. Vertices on a
-/// side of the domain stay on its plane, corners of the domain stay; vertices on periodic sides do
-/// not move, so that opposite sides stay congruent. Borders between materials keep their course
-/// within max_error (.1 spacings without it). Zero-area triangles of the input are removed first.
+/// side of the domain stay on its plane, corners of the domain stay. Opposite periodic sides stay
+/// congruent bit for bit: an edge of one is collapsed together with its copy on the other, to the
+/// same place; vertices there that have no copy stay where they are. Borders between materials keep
+/// their course within max_error (.1 spacings without it). Zero-area triangles of the input are
+/// removed first.
 ///
 /// Without max_error a number of vertices is reached within .5 spacings if it can be: so much keeps
 /// walls that are a cell apart from passing through each other. If not, the bound is doubled until

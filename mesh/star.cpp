@@ -1,5 +1,7 @@
 #include "mesh/star.h"
 
+#include <algorithm>
+
 namespace scarp {
 
 namespace {
@@ -41,6 +43,14 @@ class Turn {
 };
 
 }  // namespace
+
+bool Star::is_apart_from(const Star& other) const {
+  const auto has = [&other](std::uint32_t w) {
+    const auto end = other.ring.begin() + other.count + 1;
+    return w == other.u || w == other.v || std::find(other.ring.begin(), end, w) != end;
+  };
+  return !has(u) && !has(v) && std::none_of(ring.begin(), ring.begin() + count + 1, has);
+}
 
 bool Star::gather(const HalfEdges& topology, std::uint32_t h) {
   u = topology.origin(h);

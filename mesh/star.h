@@ -28,6 +28,9 @@ struct Star {
     return (dying[0] == HalfEdges::none ? 0 : 1) + (dying[1] == HalfEdges::none ? 0 : 1);
   }
 
+  /// Whether no vertex of the one is a vertex of the other.
+  bool is_apart_from(const Star& other) const;
+
   /// The star of half edge h. False if it has more facets than the capacity.
   bool gather(const HalfEdges& topology, std::uint32_t h);
 

@@ -55,7 +55,13 @@ bool keeps_directions(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   return true;
 }
 
-bool collapse_needle(CollapseMesh& mesh, std::uint32_t h) {
+void renew_normals(CollapseMesh& mesh, const Star& star) {
+  for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = mesh.normal_of(star.facet[i]);
+}
+
+bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge) {
+  const std::uint32_t h = mesh.from_twin(edge);
+  const std::uint32_t t = mesh.twin_edge(h);
   const Merge rule = merge_rule(mesh, h);
   Star star;
   if (rule == Merge::forbidden || !mesh.topology.can_collapse(h) ||
@@ -66,12 +72,16 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t h) {
   const bool to_target = rule == Merge::onto_target || mesh.sides[star.v] > mesh.sides[star.u];
   const Vec3d r = mesh.r[to_target ? star.v : star.u];
   if (!keeps_directions(mesh, star, r)) return false;
-  mesh.topology.collapse(h);
-  --mesh.live_vertices;
-  mesh.r[star.u] = r;
-  mesh.sides[star.u] |= mesh.sides[star.v];
-  mesh.kind[star.u] = std::max(mesh.kind[star.u], mesh.kind[star.v]);
-  for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = mesh.normal_of(star.facet[i]);
+  Star twin;
+  if (t != HalfEdges::none &&
+      (!mesh.topology.can_collapse(t) || !twin.gather(mesh.topology, t) ||
+       !star.is_apart_from(twin) || !keeps_directions(mesh, twin, mesh.twin_place(h, r)))) {
+    return false;
+  }
+  mesh.collapse(h, r);
+  mesh.live_vertices -= t != HalfEdges::none ? 2 : 1;
+  renew_normals(mesh, star);
+  if (t != HalfEdges::none) renew_normals(mesh, twin);
   return true;
 }
 

@@ -48,6 +48,30 @@ TEST_P(BlocksOfAPass, LocalStarsOfDifferentBlocksShareNoFacetAndMostAreLocal) {
 }
 INSTANTIATE_TEST_SUITE_P(Passes, BlocksOfAPass, testing::Range(0, 5));
 
+TEST(Blocks, OppositePeriodicSidesLieInTheSameBlocks) {
+  const Grid grid{.cells = {150, 150, 4}, .noise = 0.05, .periodic = true};
+  const CollapseMesh mesh(polygonised(grid, [](Vec3d r) { return r.z - 1.77; }), grid.sides());
+  for (int pass = 0; pass < 5; ++pass) {
+    const Blocks blocks(mesh, pass);
+    int pairs = 0;
+    int together = 0;
+    for (std::uint32_t block = 0; block < blocks.count(); ++block) {
+      for (const std::uint32_t v : blocks.vertices(block)) {
+        Star here;
+        Star there;
+        if (mesh.twin[v] == HalfEdges::none) continue;
+        ASSERT_TRUE(here.gather_vertex(mesh.topology, v));
+        ASSERT_TRUE(there.gather_vertex(mesh.topology, mesh.twin[v]));
+        ++pairs;
+        together += blocks.holds(block, here) && blocks.holds(block, there) ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(pairs, 4 * 149);
+    EXPECT_GT(together, 0.9 * pairs) << "pass " << pass;
+    EXPECT_GE(blocks.count(), 4U);
+  }
+}
+
 TEST(Blocks, CutElsewhereInTheNextPass) {
   const CollapseMesh mesh(noisy_plane(150, 0.05), {});
   std::vector<bool> is_local(mesh.r.size(), false);

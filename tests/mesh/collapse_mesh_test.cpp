@@ -42,6 +42,52 @@ TEST(CollapseMesh, ExtractGivesTheInputBack) {
   EXPECT_EQ(output.triangles, input.triangles);
 }
 
+TEST(CollapseMesh, TwinEdgesRunTheOtherWayOnTheOppositeSide) {
+  const Grid grid{.cells = {30, 24, 24}, .noise = 0.05, .periodic = true};
+  const CollapseMesh mesh(polygonised(grid, periodic_landscape(30, 24, 8)), grid.sides());
+  int pairs = 0;
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    const std::uint32_t t = mesh.twin_edge(h);
+    EXPECT_EQ(t != HalfEdges::none, mesh.topology.opposite(h) == HalfEdges::none);
+    if (t == HalfEdges::none) continue;
+    ++pairs;
+    EXPECT_EQ(mesh.twin_edge(t), h);
+    EXPECT_EQ(mesh.edge(h), mesh.edge(t));
+    const Vec3d here = mesh.r[mesh.topology.origin(h)];
+    const Vec3d there = mesh.r[mesh.topology.target(t)];
+    const int axis = here.x != there.x ? 0 : 1;
+    EXPECT_EQ(std::abs(here[axis] - there[axis]), grid.cells[axis]);
+    EXPECT_EQ(here[1 - axis], there[1 - axis]);
+    EXPECT_EQ(here.z, there.z);
+    EXPECT_EQ(mesh.twin_place(h, here), there);
+  }
+  EXPECT_GT(pairs, 150);
+}
+
+TEST(CollapseMesh, TwinEdgesAreCollapsedTogether) {
+  const Grid grid{.cells = {30, 24, 24}, .noise = 0.05, .periodic = true};
+  CollapseMesh mesh(polygonised(grid, periodic_landscape(30, 24, 8)), grid.sides());
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); h += 7) {
+    if (!mesh.topology.alive(HalfEdges::facet(h))) continue;
+    const std::uint32_t t = mesh.twin_edge(h);
+    if (t == HalfEdges::none || merge_rule(mesh, h) != Merge::free) continue;
+    if (!mesh.topology.can_collapse(h) || !mesh.topology.can_collapse(t)) continue;
+    const std::uint32_t u = mesh.topology.origin(h);
+    const std::uint32_t w = mesh.topology.origin(t);
+    const Vec3d middle = mesh.rounded(0.5 * (mesh.r[u] + mesh.r[mesh.topology.target(h)]));
+    mesh.collapse(h, middle);
+    EXPECT_EQ(mesh.r[u], middle);
+    EXPECT_EQ(mesh.twin[u], w);
+    EXPECT_EQ(mesh.twin[w], u);
+    EXPECT_EQ(mesh.r[w].z, middle.z);
+  }
+  // Every edge of a side still has its copy.
+  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
+    if (!mesh.topology.alive(HalfEdges::facet(h))) continue;
+    EXPECT_EQ(mesh.twin_edge(h) != HalfEdges::none, mesh.topology.opposite(h) == HalfEdges::none);
+  }
+}
+
 class MergeRule : public testing::Test {
  protected:
   /// A flat square of 6 x 6 cells; material 1 for x < 3 and 2 beyond.
@@ -94,13 +140,27 @@ TEST_F(MergeRule, SidesHoldTheirVertices) {
   EXPECT_EQ(rule(narrow, {0, 2}, {1, 2}), Merge::forbidden) << "between opposite sides";
 }
 
-TEST_F(MergeRule, PeriodicSidesStay) {
+TEST_F(MergeRule, PeriodicSidesGoWithTheirCopies) {
+  Sides periodic = sides_;
+  periodic.boundary[0] = Boundary::periodic;
+  const CollapseMesh mesh(input_, periodic);
+  EXPECT_EQ(rule(mesh, {0, 1}, {0, 2}), Merge::free);
+  EXPECT_EQ(rule(mesh, {6, 1}, {6, 2}), Merge::free);
+  EXPECT_EQ(rule(mesh, {0, 0}, {0, 1}), Merge::onto_origin) << "a corner stays";
+  EXPECT_EQ(rule(mesh, {0, 2}, {1, 2}), Merge::onto_origin) << "its copy would stay behind";
+  EXPECT_EQ(rule(mesh, {2, 0}, {1, 0}), Merge::free) << "the other axis is reflective";
+}
+
+TEST_F(MergeRule, VerticesOfPeriodicSidesWithoutACopyStay) {
+  for (Vec3f& r : input_.vertices) {
+    if (r.x == 6 && r.y == 2) r.y += 0.25F;
+  }
   Sides periodic = sides_;
   periodic.boundary[0] = Boundary::periodic;
   const CollapseMesh mesh(input_, periodic);
   EXPECT_EQ(rule(mesh, {0, 1}, {0, 2}), Merge::forbidden);
-  EXPECT_EQ(rule(mesh, {0, 2}, {1, 2}), Merge::onto_origin);
-  EXPECT_EQ(rule(mesh, {2, 0}, {1, 0}), Merge::free) << "the other axis is reflective";
+  EXPECT_EQ(rule(mesh, {0, 2}, {0, 3}), Merge::forbidden);
+  EXPECT_EQ(rule(mesh, {0, 3}, {0, 4}), Merge::free);
 }
 
 TEST_F(MergeRule, BordersBetweenMaterialsHoldTheirVertices) {

@@ -25,10 +25,13 @@ struct Grid {
   std::array<int, 3> cells{};
   double noise = 0;  ///< standard deviation of what is added to the shape at each node
   std::uint64_t seed = 1;
+  bool periodic = false;  ///< along x and y: the upper sides are copies of the lower ones
 
   Sides sides() const {
+    const Boundary boundary = periodic ? Boundary::periodic : Boundary::reflective;
     return {.lower = {0, 0},
-            .upper = {static_cast<double>(cells[0]), static_cast<double>(cells[1])}};
+            .upper = {static_cast<double>(cells[0]), static_cast<double>(cells[1])},
+            .boundary = {boundary, boundary}};
   }
 };
 
@@ -63,6 +66,10 @@ class Polygoniser {
   }
 
   double value(const Shape& shape, int i, int j, int k) const {
+    if (grid_.periodic) {
+      i %= grid_.cells[0];
+      j %= grid_.cells[1];
+    }
     double phi = shape({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
     if (grid_.noise > 0 && std::abs(phi) < 3) {
       // The sum of twelve uniform numbers is close to normal.
@@ -211,6 +218,22 @@ inline Shape deep_trenches(int nx, double depth) {
     double phi = r.z - top;
     for (const Shape& trench : trenches) phi = std::max(phi, -trench(r));
     return phi;
+  };
+}
+
+/// A tapered hole around the corners of a periodic domain, and a ball across the sides of y.
+inline Shape periodic_landscape(int nx, int ny, double depth) {
+  const auto wrapped = [](double x, int period) {
+    return x - period * std::floor(x / period + 0.5);
+  };
+  const double top = depth + 6.27;
+  const double radius = 0.2 * std::min(nx, ny);
+  const Shape hole = tapered_hole(0, 0, radius, top, 6.31, 0.05);
+  return [=](Vec3d r) {
+    const Vec3d near_ball{wrapped(r.x - 0.5 * nx, nx), wrapped(r.y, ny), r.z - top};
+    const double ball = length(near_ball) - 0.8 * radius;
+    const double solid = std::min(r.z - top, ball);
+    return std::max(solid, -hole({wrapped(r.x, nx), wrapped(r.y, ny), r.z}));
   };
 }
 

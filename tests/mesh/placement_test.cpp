@@ -150,6 +150,67 @@ TEST(LindstromTurk, CostsTheAreaUnderTheOutlineOnASideToo) {
   EXPECT_GT(on_side, 20);
 }
 
+/// The same periodic surface, its origin elsewhere: what lies on a side of the one is inside the
+/// other.
+struct PeriodicSurface {
+  static constexpr int shift = 7;
+  Grid grid{.cells = {24, 24, 24}, .periodic = true};
+  Shape shape = periodic_landscape(24, 24, 8);
+  CollapseMesh cut{polygonised(grid, shape), grid.sides()};
+  CollapseMesh whole{polygonised(grid,
+                                 [this](Vec3d r) {
+                                   return shape({r.x - shift, r.y, r.z});
+                                 }),
+                     grid.sides()};
+
+  /// The vertex of the whole surface for one of the cut one.
+  std::uint32_t inside(std::uint32_t v) const {
+    const Vec3d place = cut.r[v] + cut.centre + Vec3d{shift, 0, 0};
+    for (std::uint32_t w = 0; w < whole.r.size(); ++w) {
+      if (length(whole.r[w] + whole.centre - place) < 1e-3) return w;
+    }
+    return HalfEdges::none;
+  }
+};
+
+template <class PlacementOf>
+void expect_twin_edges_to_be_placed_as_inside(const PeriodicSurface& surface,
+                                              const PlacementOf& placement_of) {
+  const auto at_sides = placement_of(surface.cut);
+  const auto inside = placement_of(surface.whole);
+  int compared = 0;
+  for (std::uint32_t h = 0; h < surface.cut.topology.half_edge_count(); ++h) {
+    const std::uint32_t u = surface.cut.topology.origin(h);
+    const std::uint32_t v = surface.cut.topology.target(h);
+    if (merge_rule(surface.cut, h) != Merge::free || surface.cut.sides[u] != 1 ||
+        surface.cut.twin_edge(h) == HalfEdges::none) {
+      continue;
+    }
+    const std::uint32_t g = half_edge(surface.whole, surface.inside(u), surface.inside(v));
+    ASSERT_NE(g, HalfEdges::none);
+    ++compared;
+    // Only the ends are places that both may take.
+    const Placed a = at_sides.place(surface.cut, h, Merge::onto_target);
+    const Placed b = inside.place(surface.whole, g, Merge::onto_target);
+    EXPECT_NEAR(a.cost, b.cost, 1e-4 * b.cost + 1e-6);
+    const Placed free = at_sides.place(surface.cut, h, Merge::free);
+    EXPECT_LE(free.cost, a.cost + 1e-6);
+    EXPECT_EQ(free.r.x, surface.cut.r[u].x);
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST(Placement, OfTwinEdgesCostsWhatTheSameEdgeCostsInside) {
+  const PeriodicSurface surface;
+  expect_twin_edges_to_be_placed_as_inside(
+      surface, [](const CollapseMesh& mesh) { return LindstromTurkPlacement(mesh); });
+  expect_twin_edges_to_be_placed_as_inside(surface, [](const CollapseMesh& mesh) {
+    return LindstromTurkPlacement(mesh, LindstromTurkPlacement::Measure::distance);
+  });
+  expect_twin_edges_to_be_placed_as_inside(
+      surface, [](const CollapseMesh& mesh) { return GarlandHeckbertPlacement(mesh); });
+}
+
 TEST(Placement, StaysOnTheSideOfTheDomain) {
   const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
   const TriMesh input = polygonised(grid, random_landscape(grid.cells, 5));

@@ -70,5 +70,22 @@ TEST(Relocate, KeepsSidesAndCornersAndTheBound) {
   EXPECT_LE(points.largest(mesh), 0.02);
 }
 
+TEST(Relocate, MovesPairsOfPeriodicSidesTogether) {
+  const Grid grid{.cells = {24, 24, 24}, .noise = 0.05, .periodic = true};
+  CollapseMesh mesh(polygonised(grid, periodic_landscape(24, 24, 8)), grid.sides());
+  const CollapseMesh before = mesh;
+  TrackedPoints points(mesh);
+  CollapseChecks checks(mesh, {0.1}, 1);
+  relocate(mesh, checks, points, 1e-3, 5);
+  int moved = 0;
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    if (mesh.twin[v] == HalfEdges::none) continue;
+    const Vec3d shift = mesh.r[mesh.twin[v]] - mesh.r[v];
+    EXPECT_EQ(shift, before.r[mesh.twin[v]] - before.r[v]);
+    moved += mesh.r[v] == before.r[v] ? 0 : 1;
+  }
+  EXPECT_GT(moved, 10);
+}
+
 }  // namespace
 }  // namespace scarp

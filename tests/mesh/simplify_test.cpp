@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -119,6 +121,83 @@ TEST_P(EveryMethod, IsTheSameOnAnyNumberOfThreadsAndTheSecondTime) {
     EXPECT_EQ(one.mesh.triangles, more.mesh.triangles);
     EXPECT_EQ(one.max_distance, more.max_distance);
     EXPECT_EQ(one.reverse_max_distance, more.reverse_max_distance);
+  }
+}
+
+/// The outline on one side of the domain: its edges as their two places on the side.
+using Outline = std::set<std::array<float, 4>>;
+
+Outline outline(const TriMesh& mesh, int axis, double position) {
+  std::map<std::array<std::uint32_t, 2>, int> facets;
+  for (const Triangle& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = t[i];
+      const std::uint32_t b = t[(i + 1) % 3];
+      const bool on_side = mesh.vertices[a][axis] == position && mesh.vertices[b][axis] == position;
+      if (on_side) ++facets[{std::min(a, b), std::max(a, b)}];
+    }
+  }
+  Outline edges;
+  for (const auto& [edge, count] : facets) {
+    if (count > 1) continue;
+    const Vec3f& a = mesh.vertices[edge[0]];
+    const Vec3f& b = mesh.vertices[edge[1]];
+    const std::array<float, 2> first{a[1 - axis], a.z};
+    const std::array<float, 2> last{b[1 - axis], b.z};
+    const auto& [low, high] = std::minmax(first, last);
+    edges.insert({low[0], low[1], high[0], high[1]});
+  }
+  return edges;
+}
+
+/// The sides are copies of each other bit for bit, and coarser than before.
+void expect_congruent_sides(const TriMesh& result, const TriMesh& input, const Grid& grid,
+                            double most_left) {
+  for (int axis = 0; axis < 2; ++axis) {
+    const Outline before = outline(input, axis, 0);
+    const Outline lower = outline(result, axis, 0);
+    EXPECT_EQ(lower, outline(result, axis, grid.cells[axis]));
+    EXPECT_LT(lower.size(), most_left * before.size());
+    EXPECT_GT(lower.size(), 2U);
+  }
+}
+
+TEST_P(EveryMethod, KeepsPeriodicSidesCongruentAndMakesThemCoarser) {
+  const Grid grid{.cells = {60, 50, 30}, .noise = 0.006, .seed = 6, .periodic = true};
+  const TriMesh mesh = polygonised(grid, periodic_landscape(60, 50, 14));
+  SimplifyOptions wanted = options(grid.sides());
+  wanted.spacing = 1;
+  wanted.remove = 0.7;
+  const SimplifyResult by_count = simplify(mesh, wanted);
+  EXPECT_EQ(by_count.stopped_by, "vertices");
+  expect_congruent_sides(by_count.mesh, mesh, grid, 0.7);
+  expect_sound(by_count.mesh, mesh, grid.sides());
+
+  wanted.remove.reset();
+  wanted.max_error = 0.1;
+  const SimplifyResult bounded = simplify(mesh, wanted);
+  expect_congruent_sides(bounded.mesh, mesh, grid, 0.7);
+  expect_sound(bounded.mesh, mesh, grid.sides());
+  EXPECT_LE(surface_distance(mesh, bounded.mesh, 0.2).symmetric_max, 0.1);
+}
+
+TEST_P(EveryMethod, HasTheSamePeriodicSidesOnAnyNumberOfThreads) {
+  const Grid grid{.cells = {150, 120, 40}, .noise = 0.006, .seed = 7, .periodic = true};
+  const TriMesh mesh = polygonised(grid, periodic_landscape(150, 120, 22));
+  const auto on_threads = [&](int threads) {
+    const ThreadLimit limit(threads);
+    SimplifyOptions wanted = options(grid.sides());
+    wanted.spacing = 1;
+    wanted.remove = 0.7;
+    wanted.measure = false;
+    return simplify(mesh, wanted).mesh;
+  };
+  const TriMesh one = on_threads(1);
+  expect_congruent_sides(one, mesh, grid, 0.6);
+  for (const int threads : {2, 3, 8}) {
+    const TriMesh more = on_threads(threads);
+    EXPECT_EQ(one.vertices, more.vertices);
+    EXPECT_EQ(one.triangles, more.triangles);
   }
 }
 
@@ -292,25 +371,6 @@ TEST(Simplify, KeepsBordersBetweenMaterials) {
     };
     EXPECT_LE(surface_distance(part(mesh), part(result.mesh), 0.2).symmetric_max, 0.15);
   }
-}
-
-TEST(Simplify, PeriodicSidesStayCongruent) {
-  const Grid grid{.cells = {24, 24, 20}, .noise = 0};
-  const TriMesh mesh = polygonised(grid, [](Vec3d r) {
-    return r.z - 10.3 - 2 * std::sin(r.x * 0.261799387799) * std::cos(r.y * 0.261799387799);
-  });
-  Sides sides = grid.sides();
-  sides.boundary = {Boundary::periodic, Boundary::reflective};
-  const SimplifyResult result = simplify(mesh, {.sides = sides, .spacing = 1, .max_error = 0.1});
-  std::map<std::pair<float, float>, int> count;
-  for (const Vec3f& r : result.mesh.vertices) {
-    if (r.x == 0) count[{r.y, r.z}] += 1;
-    if (r.x == 24) count[{r.y, r.z}] -= 1;
-  }
-  EXPECT_EQ(count.size(), 25U);
-  for (const auto& [place, difference] : count) EXPECT_EQ(difference, 0) << place.first;
-  expect_sound(result.mesh, mesh, sides);
-  EXPECT_LT(result.mesh.vertices.size(), 0.6 * mesh.vertices.size());
 }
 
 TEST(Simplify, SizesAloneStopIt) {

@@ -58,6 +58,28 @@ TEST(Star, OfAVertexHoldsItsFacetsInTheOrderOfTheirRing) {
   }
 }
 
+TEST(Star, IsApartFromThoseItSharesNoVertexWith) {
+  const HalfEdges mesh(noisy_plane(8, 0.02));
+  Star first;
+  ASSERT_TRUE(first.gather_vertex(mesh, 0));
+  const std::set<std::uint32_t> vertices = [&] {
+    std::set<std::uint32_t> found(first.ring.begin(), first.ring.begin() + first.count + 1);
+    found.insert(0);
+    return found;
+  }();
+  int apart = 0;
+  for (std::uint32_t h = 0; h < mesh.half_edge_count(); ++h) {
+    Star second;
+    ASSERT_TRUE(second.gather(mesh, h));
+    bool shares = vertices.count(second.u) + vertices.count(second.v) > 0;
+    for (int i = 0; i <= second.count; ++i) shares = shares || vertices.count(second.ring[i]) > 0;
+    ASSERT_EQ(first.is_apart_from(second), !shares);
+    ASSERT_EQ(second.is_apart_from(first), !shares);
+    apart += shares ? 0 : 1;
+  }
+  EXPECT_GT(apart, 50);
+}
+
 TEST(Star, TooManyFacetsAreRefused) {
   TriMesh wheel{{{0, 0, 0}}, {}, {}};
   const std::uint32_t n = Star::capacity + 8;

@@ -47,6 +47,40 @@ TEST(ZeroArea, NeedlesAreCollapsedAndCapsTurned) {
   }
 }
 
+TEST(ZeroArea, NeedlesOnPeriodicSidesGoInPairs) {
+  // An edge of hardly any length in the outline, on both sides.
+  TriMesh mesh = noisy_plane(8, 0);
+  const std::size_t facet_count = mesh.triangles.size();
+  for (const float side : {0.0F, 8.0F}) {
+    for (std::size_t f = 0; f < facet_count; ++f) {
+      for (int i = 0; i < 3; ++i) {
+        const Triangle t = mesh.triangles[f];
+        const Vec3f a = mesh.vertices[t[i]];
+        const Vec3f b = mesh.vertices[t[(i + 1) % 3]];
+        if (a.x != side || b.x != side || std::min(a.y, b.y) != 3) continue;
+        const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.push_back((a.y < b.y ? a : b) + Vec3f{0, 1e-6F, 0});
+        const std::uint32_t low = a.y < b.y ? t[i] : t[(i + 1) % 3];
+        const std::uint32_t tip = t[(i + 2) % 3];
+        Triangle needle{low, v, tip};
+        if (a.y > b.y) needle = {v, low, tip};
+        for (std::uint32_t& w : mesh.triangles[f]) w = w == low ? v : w;
+        mesh.triangles.push_back(needle);
+      }
+    }
+  }
+  ASSERT_EQ(mesh.triangles.size(), facet_count + 2);
+  CollapseMesh work(
+      mesh,
+      {.lower = {0, 0}, .upper = {8, 8}, .boundary = {Boundary::periodic, Boundary::reflective}});
+  remove_zero_area(work);
+  const TriMesh result = work.extract();
+  EXPECT_EQ(result.triangles.size(), facet_count);
+  EXPECT_EQ(work.live_vertices, result.vertices.size());
+  EXPECT_EQ(without_area(result), 0U);
+  EXPECT_NEAR(total_area(result), 64, 1e-4);
+}
+
 TEST(ZeroArea, GoodMeshesStayAsTheyAre) {
   const TriMesh plane = noisy_plane(8, 0.05);
   CollapseMesh work(plane, {});
