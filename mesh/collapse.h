@@ -64,6 +64,8 @@ class CollapseChecks {
   /// Whether the bound has refused anything so far.
   bool bound_was_met() const { return bound_was_met_; }
   void note_bound_was_met() { bound_was_met_ = true; }
+  /// No facet around a change may be one of these.
+  void keep(std::span<const std::uint32_t> facets) { bound_.keep(facets); }
   /// Raises a soft bound that has refused something. False if there is none.
   bool raise_bound();
   double proven_error(const HalfEdges& topology) const;

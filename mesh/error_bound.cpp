@@ -270,6 +270,7 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   double largest_old = 0;
   const int old_count = star.count + star.dying_count();
   for (int i = 0; i < old_count; ++i) largest_old = std::max(largest_old, old_error(i));
+  if (largest_old == kept) return false;
   const double simple = largest_old + shift;
 
   const Vec3d n = direction_of(mesh, star);
@@ -305,6 +306,10 @@ void ErrorBound::accept(const Star& star) {
   for (int i = 0; i < star.count; ++i) error_[star.facet[i]] = proposed_[i];
 }
 
+void ErrorBound::keep(std::span<const std::uint32_t> facets) {
+  for (const std::uint32_t f : facets) error_[f] = kept;
+}
+
 bool ErrorBound::raise() {
   if (!limit_.soft) return false;
   limit_.limit *= 2;
@@ -315,7 +320,7 @@ bool ErrorBound::raise() {
 double ErrorBound::largest(const HalfEdges& topology) const {
   double largest = 0;
   for (std::uint32_t f = 0; f < error_.size(); ++f) {
-    if (topology.alive(f)) largest = std::max(largest, error_[f]);
+    if (topology.alive(f) && error_[f] != kept) largest = std::max(largest, error_[f]);
   }
   return largest;
 }

@@ -46,6 +46,9 @@ class ErrorBound {
   /// Takes over the numbers that allows() found.
   void accept(const Star& star);
 
+  /// From now on the facets stay as they are.
+  void keep(std::span<const std::uint32_t> facets);
+
   /// Doubles a soft limit. False if it is hard.
   bool raise();
 
@@ -54,6 +57,9 @@ class ErrorBound {
 
  private:
   ErrorBound(std::span<double> error, ErrorLimit limit) : error_(error), limit_(limit) {}
+
+  /// The number of a facet that has to stay as it is.
+  static constexpr double kept = std::numeric_limits<double>::infinity();
 
   std::vector<double> own_error_;
   std::span<double> error_;  ///< per facet

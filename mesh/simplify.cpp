@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "core/triangle_tree.h"
 #include "mesh/collapse_engine.h"
+#include "mesh/crossings.h"
 #include "mesh/curvature.h"
 #include "mesh/curvature_order.h"
 #include "mesh/distance.h"
@@ -37,6 +39,9 @@ constexpr double edge_per_spacing = 0.97;
 
 /// How much a target that is out of reach raises l0 at a time.
 constexpr double raise_factor = 1.25;
+
+/// So often it is done again, from the input, where facets pass through each other.
+constexpr int most_attempts = 8;
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
@@ -260,6 +265,67 @@ std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
   return target == 0 && sized ? "sizes" : "nothing_left";
 }
 
+/// The surface as it comes out of the collapses.
+struct Attempt {
+  SimplifyResult result;
+  double limit = 0;             ///< on the distance, before it was raised
+  double tracked_distance = 0;  ///< `curvature` only
+  std::vector<Box> crossings;   ///< of its facets, if it keeps the limit
+};
+
+/// Simplifies once; facets of the input near the given boxes stay as they are.
+Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const SimplifyOptions& wanted,
+                      std::span<const Box> kept) {
+  CollapseMesh work(reordered(mesh, order), wanted.sides);
+  const std::uint32_t target = target_of(wanted, work.live_vertices);
+  remove_zero_area(work);
+
+  std::vector<bool> is_feature(work.r.size(), false);
+  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
+  if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
+  const SimplifyOptions options = resolved(wanted, work, is_feature);
+
+  const ErrorLimit limit = error_limit(options);
+  CollapseChecks checks(work, limit,
+                        options.max_error.value_or(default_max_error * options.spacing));
+  if (!kept.empty()) checks.keep(facets_near(work, kept));
+  Attempt attempt;
+  attempt.limit = limit.limit;
+  if (options.method == SimplifyMethod::curvature) {
+    attempt.tracked_distance = run_curvature(options, is_feature, work, checks, target);
+  } else if (options.placement == PlacementMethod::garland_heckbert) {
+    run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
+  } else {
+    run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
+  }
+  attempt.result.mesh = work.extract(order);
+  attempt.result.proven_distance = checks.proven_error(work.topology);
+  attempt.result.stopped_by = reason(options, work, checks, target);
+  // Beyond the bound that was asked for, sheets may lie on either side of each other.
+  if (attempt.result.proven_distance <= limit.limit) attempt.crossings = crossings(work);
+  return attempt;
+}
+
+/// Simplifies, and again as long as facets pass through each other that did not in the input: where
+/// they do the next attempt keeps the input, in growing boxes. That is rare, and looking for it at
+/// the end costs less than keeping sheets apart all the way.
+Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& order,
+                                   const SimplifyOptions& wanted) {
+  Attempt attempt = simplify_once(mesh, order, wanted, {});
+  if (attempt.crossings.empty()) return attempt;
+  const std::size_t allowed = crossings(CollapseMesh(reordered(mesh, order), wanted.sides)).size();
+  std::vector<Box> kept;
+  double reach = attempt.limit;
+  for (int i = 1; i < most_attempts && attempt.crossings.size() > allowed; ++i, reach *= 2) {
+    const Vec3d around{reach, reach, reach};
+    for (const Box& box : attempt.crossings) {
+      kept.push_back({box.lower - around, box.upper + around});
+    }
+    attempt = simplify_once(mesh, order, wanted, kept);
+  }
+  return attempt;
+}
+
 }  // namespace
 
 SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& asked) {
@@ -270,36 +336,15 @@ SimplifyResult simplify(const TriMesh& mesh, const SimplifyOptions& asked) {
   SimplifyOptions wanted = asked;
   wanted.curvature = curvature;
   wanted.size_limit = size_limit;
-  CollapseMesh work(reordered(mesh, order), wanted.sides);
-  const std::uint32_t target = target_of(wanted, work.live_vertices);
-  remove_zero_area(work);
 
-  std::vector<bool> is_feature(work.r.size(), false);
-  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
-  if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
-  const SimplifyOptions options = resolved(wanted, work, is_feature);
-
-  CollapseChecks checks(work, error_limit(options),
-                        options.max_error.value_or(default_max_error * options.spacing));
-  double tracked_distance = 0;
-  if (options.method == SimplifyMethod::curvature) {
-    tracked_distance = run_curvature(options, is_feature, work, checks, target);
-  } else if (options.placement == PlacementMethod::garland_heckbert) {
-    run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
-  } else {
-    run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
-  }
-
-  SimplifyResult result;
-  result.mesh = work.extract(order);
-  result.proven_distance = checks.proven_error(work.topology);
-  result.stopped_by = reason(options, work, checks, target);
-  if (options.measure) {
+  Attempt attempt = simplify_without_crossings(mesh, order, wanted);
+  SimplifyResult result = std::move(attempt.result);
+  if (asked.measure) {
     measure(mesh, result);
   } else {
     result.max_distance = result.reverse_max_distance = result.proven_distance;
-    if (options.method == SimplifyMethod::curvature) {
-      result.max_distance = std::min(tracked_distance, result.proven_distance);
+    if (asked.method == SimplifyMethod::curvature) {
+      result.max_distance = std::min(attempt.tracked_distance, result.proven_distance);
     }
   }
   return result;

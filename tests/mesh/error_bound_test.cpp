@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "core/random.h"
@@ -56,6 +57,16 @@ TEST(ErrorBound, OfATipThatIsCutOffIsItsHeight) {
   ErrorBound strict(mesh.normals.size(), {0.2499});
   const CollapseMesh again(tent(0.25F), {});
   EXPECT_FALSE(strict.allows(again, TipEdge(again).star, again.r[1]));
+}
+
+TEST(ErrorBound, LetsNoKeptFacetChange) {
+  const CollapseMesh mesh(tent(0.25F), {});
+  const TipEdge tip(mesh);
+  ErrorBound bound(mesh.normals.size(), {1, 0.5});
+  ASSERT_TRUE(bound.allows(mesh, tip.star, mesh.r[1]));
+  bound.keep(std::array{tip.star.dying[0]});
+  EXPECT_FALSE(bound.allows(mesh, tip.star, mesh.r[1]));
+  EXPECT_EQ(bound.largest(mesh.topology), 0);
 }
 
 TEST(ErrorBound, OfAPlaneIsZeroWhereverTheVertexGoes) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <iostream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -228,7 +229,8 @@ TEST_P(RandomSurfaces, StaySoundWhenANumberOfVerticesStopsIt) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   EXPECT_EQ(run_campaign_by_count(seed, seed).turned, 0);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces, testing::Values(0, 1, 2, 3, 4, 62, 459));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomSurfaces,
+                         testing::Values(0, 1, 2, 3, 4, 62, 151, 303, 459, 464));
 
 struct Seeds {
   std::uint64_t first = 5;
@@ -252,8 +254,12 @@ TEST(SlowRandomSurfaces, StaySoundWhenANumberOfVerticesStopsIt) {
   const Seeds seeds = asked_seeds();
   const Counts counts = run_campaign_by_count(seeds.first, seeds.last);
   EXPECT_EQ(counts.turned, 0);
-  EXPECT_LT(counts.beyond, 0.3 * static_cast<double>(seeds.last - seeds.first + 1))
-      << "hardly a guard";
+  const std::uint64_t surfaces = seeds.last - seeds.first + 1;
+  std::cout << counts.beyond << " of " << surfaces << " surfaces beyond half a spacing\n";
+  // A fraction of all of them, of which a few say little.
+  if (surfaces >= 95) {
+    EXPECT_LT(counts.beyond, 0.3 * static_cast<double>(surfaces)) << "hardly a guard";
+  }
 }
 
 }  // namespace
