@@ -31,11 +31,12 @@ struct RoundedBox {
   }
 
   bool meets(const RoundedBox& other) const {
-    bool apart = false;
+    int apart = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      apart |= (upper[axis] < other.lower[axis]) | (other.upper[axis] < lower[axis]);
+      apart |= static_cast<int>(upper[axis] < other.lower[axis]) |
+               static_cast<int>(other.upper[axis] < lower[axis]);
     }
-    return !apart;
+    return apart == 0;
   }
 
   /// Where on a Z curve through this box the lower corner of another one lies.
@@ -252,7 +253,7 @@ struct Facet {
         normal(mesh.normals[facet]) {}
 
   bool has(std::uint32_t v) const {
-    return (v == vertices[0]) | (v == vertices[1]) | (v == vertices[2]);
+    return v == vertices[0] || v == vertices[1] || v == vertices[2];
   }
 
   /// Whether corners of another facet lie on both sides of the plane of this one; what they share
