@@ -18,8 +18,14 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
   std::vector<MaterialId> material(material_count);
   for (std::size_t m = 0; m < material_count; ++m) material[m] = static_cast<MaterialId>(m);
   const std::vector<Vec3f> up(material_count, Vec3f{0, 0, 1});
-  const std::vector<float> full(material_count, 1.0F);
-  const std::vector<std::span<const float>> flux(model.species().size(), full);
+  std::vector<std::vector<float>> full;
+  for (const Species& species : model.species()) {
+    full.emplace_back(material_count, 1.0F);
+    for (const YieldLaw& law : species.yields)
+      full.emplace_back(material_count,
+                        static_cast<float>(law.largest(species.ions->energy.largest())));
+  }
+  const std::vector<std::span<const float>> flux(full.begin(), full.end());
   double top = 0;
   for (const float speed : model.speeds({.material = material, .normal = up}, flux)) {
     top = std::max(top, std::abs(static_cast<double>(speed)));

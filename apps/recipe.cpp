@@ -192,7 +192,7 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     if (periodic || model.is_mirror_symmetric(axis)) continue;
     const char name = axis == 0 ? 'x' : 'y';
     table.error(table.has("beam") ? "beam" : "",
-                fmt::format("the beams are not symmetric along {0}, where the sides of the domain "
+                fmt::format("beams or ions are not symmetric along {0}, where the sides of the domain "
                             "are reflective and mirror them; make the sides periodic, or add the "
                             "mirror image of each beam tilted along {0}, with the same share",
                             name));

@@ -24,7 +24,10 @@ std::string recipe_hash(const Recipe& recipe) {
 
 std::string joined(std::span<const double> numbers) {
   std::string text;
-  for (const double number : numbers) text += (text.empty() ? "" : " ") + format_number(number);
+  for (const double number : numbers) {
+    if (!text.empty()) text += ' ';
+    text += format_number(number);
+  }
   return text;
 }
 

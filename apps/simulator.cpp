@@ -135,17 +135,24 @@ std::size_t layer_of(const State& state, MaterialId material) {
   return k;
 }
 
-void require_finite(const Survey& survey, const State& state, const Recipe& recipe) {
+// A step that deposits nothing must not let anything grow: what grew would be of which material?
+void require_sound_speeds(const Survey& survey, const State& state, const Recipe& recipe) {
+  const ProcessStep& step = current_step(state, recipe);
   for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
     const MaterialId material = survey.facets.materials[f];
     for (const float speed : survey.speeds_of_layers[layer_of(state, material)].speed[f]) {
-      if (std::isfinite(speed)) continue;
+      const bool finite = std::isfinite(speed);
+      if (finite && (speed <= 0 || step.deposits)) continue;
       const Vec3f r = survey.facets.vertices[survey.facets.triangles[f][0]];
       throw NumericalError(fmt::format(
-          "time step {} of step \"{}\", t = {:g} s: speed is not finite on facet {} at ({:g}, "
-          "{:g}, {:g}) nm, material {}",
-          state.time_step, current_step(state, recipe).name, state.time, f, r.x, r.y, r.z,
-          recipe.materials[material].name));
+          "time step {} of step \"{}\", t = {:g} s: {} on facet {} at ({:g}, {:g}, {:g}) nm, "
+          "material {}",
+          state.time_step, step.name, state.time,
+          finite ? fmt::format("the surface grows, by {:g} nm/s, and the step names no material "
+                               "that is deposited,",
+                               speed)
+                 : "speed is not finite",
+          f, r.x, r.y, r.z, recipe.materials[material].name));
     }
   }
 }
@@ -237,7 +244,7 @@ Survey survey(const State& state, const Recipe& recipe) {
   result.factors = step.model->angular_factors();
   result.speeds_of_layers =
       speeds_at_corners(result.facets, state, result.flux, *step.model, !result.factors.empty());
-  require_finite(result, state, recipe);
+  require_sound_speeds(result, state, recipe);
   return result;
 }
 

@@ -14,6 +14,9 @@ add_compile_options(-Wall -Wextra -Wpedantic -ffp-contract=off -fno-math-errno -
 # The straight-line vectoriser of g++ 12 drops double -> float -> double where two values are rounded side by side.
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
 
+# With precompiled headers its heap is full from the start: no collection before it is three times as large. 7 % quicker.
+add_compile_options("$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=300000>")
+
 # False alarm of g++ 12 on string literal + string (GCC bug 105651).
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 

@@ -495,15 +495,14 @@ std::vector<MaterialId> RecipeTable::material_list(std::string_view key, const M
   return ids;
 }
 
-std::vector<double> RecipeTable::per_material(std::string_view key, Dimension dimension,
-                                              const MaterialScope& scope,
-                                              const Limits& limits) const {
+template <class Value, class Read>
+std::optional<std::vector<Value>> RecipeTable::by_material(std::string_view key,
+                                                           const MaterialScope& scope,
+                                                           const Read& read) const {
   const auto item = find(*node_, key);
-  if (!item || !item->value.is_table()) {
-    return std::vector<double>(scope.materials.size(), quantity(key, dimension, limits));
-  }
-  std::vector<std::optional<double>> values(scope.materials.size());
-  std::optional<double> rest;
+  if (!item || !item->value.is_table()) return std::nullopt;
+  std::vector<std::optional<Value>> values(scope.materials.size());
+  std::optional<Value> rest;
   std::vector<std::string> names = scope.materials.names();
   names.emplace_back("default");
   for (const TomlValue& row : item->value.entries) {
@@ -514,9 +513,8 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
           {entry.path, row.key_place, "is not a material" + suggestion(row.key, names)});
       continue;
     }
-    const double value =
-        read_quantity(entry, dimension, limits).value_or(stand_in(limits, dimension));
-    (row.key == "default" ? rest : values[static_cast<std::size_t>(known - names.begin())]) = value;
+    (row.key == "default" ? rest : values[static_cast<std::size_t>(known - names.begin())]) =
+        read(entry);
   }
   node_->record->set(key, format_toml(item->value));
 
@@ -528,10 +526,28 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
     note(*item, "no value for " + joined(without) +
                     ", which this step can reach; add it, or default = ...");
   }
-  std::vector<double> result;
+  std::vector<Value> result;
   result.reserve(values.size());
-  for (const auto& value : values) result.push_back(value.value_or(rest.value_or(0)));
+  for (const auto& value : values) result.push_back(value.value_or(rest.value_or(Value{})));
   return result;
+}
+
+std::vector<double> RecipeTable::per_material(std::string_view key, Dimension dimension,
+                                              const MaterialScope& scope,
+                                              const Limits& limits) const {
+  const auto values = by_material<double>(key, scope, [&](const Item& entry) {
+    return read_quantity(entry, dimension, limits).value_or(stand_in(limits, dimension));
+  });
+  if (values) return *values;
+  return std::vector<double>(scope.materials.size(), quantity(key, dimension, limits));
+}
+
+std::vector<std::string> RecipeTable::per_material_text(std::string_view key,
+                                                        const MaterialScope& scope) const {
+  const auto values = by_material<std::string>(
+      key, scope, [](const Item& entry) { return read_text(entry).value_or(""); });
+  if (values) return *values;
+  return std::vector<std::string>(scope.materials.size(), text(key));
 }
 
 RecipeTable RecipeTable::table(std::string_view key) const {

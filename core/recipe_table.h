@@ -114,6 +114,12 @@ class RecipeTable {
   std::vector<double> per_material(std::string_view key, Dimension dimension,
                                    const MaterialScope& scope, const Limits& limits = {}) const;
 
+  /// One text for all materials, or a table of texts, with the same rules.
+  ///
+  /// Shape: one per material; empty for those that are not listed and cannot be reached.
+  std::vector<std::string> per_material_text(std::string_view key,
+                                             const MaterialScope& scope) const;
+
   RecipeTable table(std::string_view key) const;
   /// The entries of an array of tables, [[key]]; none if there is no such key.
   std::vector<RecipeTable> tables(std::string_view key) const;
@@ -141,6 +147,10 @@ class RecipeTable {
   friend class RecipeFile;
   explicit RecipeTable(detail::RecipeNode& node) : node_(&node) {}
 
+  /// The rows of a table by material, each read by read(entry); nothing if the key has no table.
+  template <class Value, class Read>
+  std::optional<std::vector<Value>> by_material(std::string_view key, const MaterialScope& scope,
+                                                const Read& read) const;
   /// The key has the word, or is not there: then the word is recorded.
   bool is_word(std::string_view key, std::string_view word) const;
   std::size_t choice_index(std::string_view key, std::span<const std::string_view> names,

@@ -127,9 +127,7 @@ Tracer::Tracer(const FluxProblem& problem)
   }
   for (const YieldLaw& law : problem.species.yields) {
     yield_tallies_.emplace_back(tallies_.size());
-    largest_yield_.push_back(law.amplitude * law.factor.largest() *
-                             std::max(0.0, std::sqrt(problem.species.ions->energy.largest()) -
-                                               std::sqrt(law.threshold)));
+    largest_yield_.push_back(law.largest(problem.species.ions->energy.largest()));
   }
   for (std::uint32_t b = 0; b < batch_count; ++b) {
     // Ray numbers of the scramblings lie above those of all rays.

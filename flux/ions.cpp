@@ -65,6 +65,10 @@ double YieldLaw::at(double energy, double half_sine) const {
   return above > 0 ? amplitude * above * factor.at(half_sine) : 0;
 }
 
+double YieldLaw::largest(double energy) const {
+  return amplitude * factor.largest() * std::max(0.0, std::sqrt(energy) - std::sqrt(threshold));
+}
+
 AngleTable sticking_between(double first, double second) {
   return AngleTable([=](double theta) {
     if (theta <= first) return 1.0;

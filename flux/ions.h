@@ -21,6 +21,8 @@ struct YieldLaw {
   AngleTable factor{};
 
   double at(double energy, double half_sine) const;
+  /// A bound of it for ions of up to some energy.
+  double largest(double energy) const;
 };
 
 /// What ions bring from the source, and how they go on after an impact.

@@ -1,5 +1,6 @@
 #include "flux/portable_math.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -24,15 +25,17 @@ double portable_log(double x) {
   return exponent * std::numbers::ln2 + 2 * s * sum;
 }
 
+}  // namespace
+
 double portable_exp(double x) {
+  // Beyond 800 it is zero or infinite.
+  x = std::clamp(x, -800.0, 800.0);
   const double exponent = std::floor(x / std::numbers::ln2 + 0.5);
   const double rest = x - exponent * std::numbers::ln2;  // |rest| <= ln(2) / 2
   double sum = 1;
   for (int k = 15; k >= 1; --k) sum = 1 + sum * rest / k;
   return std::ldexp(sum, static_cast<int>(exponent));  // exact
 }
-
-}  // namespace
 
 double portable_power(double x, double y) {
   if (x <= 0) return 0;

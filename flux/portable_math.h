@@ -7,8 +7,12 @@ namespace scarp {
 /// The ones of the C library pick fused instructions at run time where there are any, so their last
 /// bit differs between machines. These use plain additions, products and quotients.
 
-/// x to the power y for 0 <= x <= 1, with zero for x = 0; relative error below 1e-13 for |y| <= 10.
+/// x to the power y for x > 0, and zero for other x; relative error below 1e-13 for |y| <= 10 and x
+/// within a factor of 1e4 of 1.
 double portable_power(double x, double y);
+
+/// e to the power x; relative error below 1e-13 for |x| <= 100.
+double portable_exp(double x);
 
 struct SineCosine {
   double sine;

@@ -13,7 +13,7 @@ namespace scarp {
 
 /// One parameter of a process model: its row in `scarp models`, and how it is read from a recipe.
 struct Parameter {
-  enum class Kind { value, per_material, material, flag };
+  enum class Kind { value, per_material, material, flag, text, formula };
 
   std::string_view name;
   Kind kind = Kind::value;

@@ -9,6 +9,7 @@
 #include "models/conformal.h"
 #include "models/directional.h"
 #include "models/isotropic.h"
+#include "models/multi_particle.h"
 #include "models/planarise.h"
 #include "models/single_particle.h"
 
@@ -64,7 +65,7 @@ std::string inner_tables(const ModelDescription& model) {
   std::string text;
   std::string_view last;
   for (const Parameter& parameter : model.parameters) {
-    const std::size_t dot = parameter.name.find('.');
+    const std::size_t dot = parameter.name.rfind('.');
     const std::string_view table = parameter.name.substr(0, dot);
     if (dot == std::string_view::npos || table == last) continue;
     last = table;
@@ -80,8 +81,8 @@ std::string inner_tables(const ModelDescription& model) {
 
 std::span<const ModelDescription> models() {
   static const std::array table{
-      isotropic_description(), directional_description(), single_particle_description(),
-      conformal_description(), planarise_description(),
+      isotropic_description(),      directional_description(), single_particle_description(),
+      multi_particle_description(), conformal_description(),   planarise_description(),
   };
   return table;
 }
@@ -115,6 +116,10 @@ std::string unit_text(const Parameter& parameter) {
       return "material";
     case Parameter::Kind::flag:
       return "true or false";
+    case Parameter::Kind::text:
+      return "text";
+    case Parameter::Kind::formula:
+      return "formula";
     default:
       break;
   }
@@ -129,9 +134,8 @@ std::string default_text(const Parameter& parameter) {
 }
 
 std::string range_text(const Parameter& parameter) {
-  if (parameter.kind == Parameter::Kind::material || parameter.kind == Parameter::Kind::flag) {
+  if (parameter.kind != Parameter::Kind::value && parameter.kind != Parameter::Kind::per_material)
     return "";
-  }
   const auto shown = [&](double limit) {
     return limit == 0 ? "0" : format_quantity(limit, parameter.dimension);
   };
@@ -147,13 +151,17 @@ std::string range_text(const Parameter& parameter) {
   return "any";
 }
 
+bool is_by_material(const Parameter& parameter) {
+  return parameter.kind == Parameter::Kind::per_material ||
+         parameter.kind == Parameter::Kind::formula;
+}
+
 std::string model_page(const ModelDescription& model) {
   std::vector<std::vector<std::string>> rows{
       {"parameter", "unit", "default", "range", "by material", "meaning", "source"}};
   for (const Parameter& parameter : model.parameters) {
     rows.push_back({std::string(parameter.name), unit_text(parameter), default_text(parameter),
-                    range_text(parameter),
-                    parameter.kind == Parameter::Kind::per_material ? "yes" : "",
+                    range_text(parameter), is_by_material(parameter) ? "yes" : "",
                     std::string(parameter.meaning), std::string(parameter.source)});
   }
   return std::string(model.name) + ": " + std::string(model.summary) + "\n\n    " +

@@ -16,8 +16,20 @@ TEST(PortablePower, AgreesWithTheLibrary) {
     }
     EXPECT_EQ(portable_power(1, y), 1);
   }
+  for (const double x : {1.7, 42.0, 1e4}) {
+    EXPECT_NEAR(portable_power(x, 0.5), std::sqrt(x), 1e-13 * std::sqrt(x));
+    EXPECT_NEAR(portable_power(x, -3), std::pow(x, -3), 1e-13 * std::pow(x, -3));
+  }
   EXPECT_EQ(portable_power(0, 0.5), 0);
+  EXPECT_EQ(portable_power(-1, 0.5), 0);
   EXPECT_EQ(portable_power(1e-6, 1000), 0);
+}
+
+TEST(PortableExp, AgreesWithTheLibrary) {
+  for (double x = -100; x <= 100; x += 0.37)
+    EXPECT_NEAR(portable_exp(x), std::exp(x), 1e-13 * std::exp(x)) << x;
+  EXPECT_EQ(portable_exp(-1e9), 0);
+  EXPECT_TRUE(std::isinf(portable_exp(1e9)));
 }
 
 TEST(PortableSineCosine, AgreesWithTheLibrary) {

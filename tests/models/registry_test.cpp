@@ -37,7 +37,10 @@ TEST(Registry, DescribesEveryParameterInFull) {
       EXPECT_FALSE(parameter.source.empty()) << parameter.name;
       EXPECT_FALSE(default_text(parameter).empty()) << parameter.name;
       const std::string_view fallback = parameter.limits.fallback;
-      if (fallback.empty() || parameter.kind == Parameter::Kind::flag) continue;
+      if (fallback.empty() || parameter.kind == Parameter::Kind::flag ||
+          parameter.kind == Parameter::Kind::text) {
+        continue;
+      }
       const double value = parse_quantity(fallback, parameter.dimension);
       EXPECT_GE(value, parameter.limits.minimum) << parameter.name;
       EXPECT_LE(value, parameter.limits.maximum) << parameter.name;
@@ -112,7 +115,7 @@ TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
 /// A step with every parameter of a model's page but those of growth, or of etching.
 std::string step_with_all(const ModelDescription& model, const std::string& leave_out) {
   std::string keys = "[[step]]\n";
-  std::string beam;
+  std::string table = "step";
   for (const Parameter& parameter : model.parameters) {
     const std::string name(parameter.name);
     const bool is_material = parameter.kind == Parameter::Kind::material;
@@ -120,13 +123,23 @@ std::string step_with_all(const ModelDescription& model, const std::string& leav
     if (is_material && leave_out == "growth") continue;
     std::string value = is_material ? "\"Si\"" : "1";
     if (parameter.kind == Parameter::Kind::flag) value = "false";
+    if (parameter.kind == Parameter::Kind::formula) value = "\"1 nm/s\"";
+    const std::size_t dot = name.rfind('.');
+    const std::string within = dot == std::string::npos ? "step" : "step." + name.substr(0, dot);
+    if (parameter.kind == Parameter::Kind::text) {
+      const std::string_view fallback = parameter.limits.fallback;
+      value = '"' +
+              (fallback.empty() ? within.substr(within.rfind('.') + 1) : std::string(fallback)) +
+              '"';
+    }
     if (parameter.dimension != Dimension::number) {
       value = '"' + quantity_example(parameter.dimension) + '"';
     }
-    const bool of_beam = name.starts_with("beam.");
-    (of_beam ? beam : keys) += (of_beam ? name.substr(5) : name) + " = " + value + '\n';
+    if (within != table) keys += "[[" + within + "]]\n";
+    table = within;
+    keys += name.substr(dot + 1) + " = " + value + '\n';
   }
-  return beam.empty() ? keys : keys + "[[step.beam]]\n" + beam;
+  return keys;
 }
 
 TEST(Registry, ReadsEveryParameterOfItsPage) {

@@ -1,0 +1,304 @@
+#include "models/formula.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.h"
+#include "core/quantity.h"
+#include "core/suggestion.h"
+#include "flux/portable_math.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t deepest = 64;         // of parentheses
+constexpr std::size_t largest_stack = 256;  // each holds at most three values back
+constexpr std::size_t longest_text = 4096;
+
+struct Function {
+  std::string_view name;
+  int arguments;
+};
+constexpr std::array functions{Function{"min", 2}, Function{"max", 2}, Function{"sqrt", 1},
+                               Function{"exp", 1}};
+
+bool starts_name(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+bool is_in_name(char c) { return starts_name(c) || (c >= '0' && c <= '9'); }
+
+}  // namespace
+
+bool is_formula_function(std::string_view name) {
+  return std::any_of(functions.begin(), functions.end(),
+                     [name](const Function& each) { return each.name == name; });
+}
+
+/// Recursive descent; every rule returns whether its value is a rate, and appends its program.
+class FormulaParser {
+ public:
+  FormulaParser(std::string_view text, std::span<const std::string> names)
+      : text_(text), names_(names) {}
+
+  RateFormula parse() {
+    if (text_.size() > longest_text) fail(0, "the formula is longer than 4096 characters");
+    const Kind kind = sum();
+    skip_spaces();
+    if (place_ < text_.size()) fail(place_, "expected an operator or the end");
+    if (kind == Kind::number && !is_zero()) {
+      fail(0,
+           "the formula is a number, not a rate; write its rates with a unit, for example "
+           "\"-20 nm/s * F\"");
+    }
+    return std::move(formula_);
+  }
+
+ private:
+  using Code = RateFormula::Code;
+  enum class Kind { number, rate };
+
+  [[noreturn]] void fail(std::size_t place, const std::string& what) const {
+    throw InputError("column " + std::to_string(place + 1) + ": " + what);
+  }
+
+  bool is_zero() const {
+    return formula_.program_.size() == 1 && formula_.program_[0].code == Code::number &&
+           formula_.program_[0].number == 0;
+  }
+
+  void skip_spaces() {
+    while (place_ < text_.size() && (text_[place_] == ' ' || text_[place_] == '\t')) ++place_;
+  }
+
+  bool take(char c) {
+    skip_spaces();
+    if (place_ >= text_.size() || text_[place_] != c) return false;
+    ++place_;
+    return true;
+  }
+
+  // How many values lie on the stack is known while the program is written.
+  void append(Code code, int pops, double number = 0, std::size_t name = 0) {
+    formula_.program_.push_back({code, number, name});
+    on_stack_ = on_stack_ - static_cast<std::size_t>(pops) + 1;
+    if (on_stack_ > largest_stack) fail(place_, "the formula is nested too deeply");
+  }
+
+  Kind sum() {
+    if (++nesting_ > deepest) fail(place_, "the formula is nested too deeply");
+    Kind kind = product();
+    for (;;) {
+      skip_spaces();
+      const std::size_t at = place_;
+      const bool plus = take('+');
+      if (!plus && !take('-')) break;
+      if (product() != kind) fail(at, "a rate and a number cannot be added");
+      append(plus ? Code::add : Code::subtract, 2);
+    }
+    --nesting_;
+    return kind;
+  }
+
+  Kind product() {
+    Kind kind = factor();
+    for (;;) {
+      skip_spaces();
+      const std::size_t at = place_;
+      const bool times = take('*');
+      if (!times && !take('/')) break;
+      const Kind right = factor();
+      if (times && kind == Kind::rate && right == Kind::rate)
+        fail(at, "a rate times a rate is no rate");
+      if (!times && kind == Kind::number && right == Kind::rate)
+        fail(at, "a number over a rate is no rate");
+      if (right == Kind::rate) kind = times ? Kind::rate : Kind::number;
+      append(times ? Code::multiply : Code::divide, 2);
+    }
+    return kind;
+  }
+
+  // A power with signs before it.
+  Kind factor() {
+    bool negative = false;
+    while (take('-')) negative = !negative;
+    const Kind kind = power();
+    if (negative) append(Code::negate, 1);
+    return kind;
+  }
+
+  Kind power() {
+    const Kind kind = primary();
+    skip_spaces();
+    const std::size_t at = place_;
+    if (!take('^')) return kind;
+    if (kind == Kind::rate) fail(at, "a power of a rate is no rate");
+    const bool negative = take('-');
+    skip_spaces();
+    const std::optional<double> exponent = number();
+    if (!exponent) fail(place_, "expected a number as the exponent");
+    if (*exponent > 10) fail(at, "an exponent is at most 10");
+    append(Code::power, 1, negative ? -*exponent : *exponent);
+    return Kind::number;
+  }
+
+  Kind primary() {
+    skip_spaces();
+    const std::size_t at = place_;
+    if (take('(')) {
+      const Kind kind = sum();
+      if (!take(')')) fail(place_, "expected ) for the ( in column " + std::to_string(at + 1));
+      return kind;
+    }
+    if (const std::optional<double> value = number()) return quantity(at, *value);
+    if (at < text_.size() && starts_name(text_[at])) return name();
+    fail(at, at < text_.size() ? "expected a number, a name or (" : "the formula ends too early");
+  }
+
+  std::optional<double> number() {
+    double value = 0;
+    if (place_ >= text_.size() || text_[place_] == '-') return std::nullopt;
+    const char* const begin = text_.data() + place_;
+    const char* const end = text_.data() + text_.size();
+    if (std::isdigit(static_cast<unsigned char>(*begin)) == 0 && *begin != '.') return std::nullopt;
+    const auto [rest, problem] = std::from_chars(begin, end, value);
+    if (problem != std::errc{} || !std::isfinite(value)) return std::nullopt;
+    place_ += static_cast<std::size_t>(rest - begin);
+    return value;
+  }
+
+  // A number alone, or with the unit of a rate: letters, a slash, letters.
+  Kind quantity(std::size_t at, double value) {
+    const std::size_t after_number = place_;
+    skip_spaces();
+    if (place_ >= text_.size() || !starts_unit()) {
+      place_ = after_number;
+      append(Code::number, 0, value);
+      return Kind::number;
+    }
+    while (place_ < text_.size() && (starts_unit() || text_[place_] == '/')) ++place_;
+    const std::string written(text_.substr(at, place_ - at));
+    try {
+      append(Code::number, 0, parse_quantity(written, Dimension::rate));
+    } catch (const InputError& error) {
+      fail(at, error.what());
+    }
+    return Kind::rate;
+  }
+
+  // Also the first byte of the micro sign.
+  bool starts_unit() const {
+    const auto c = static_cast<unsigned char>(text_[place_]);
+    return std::isalpha(c) != 0 || c >= 0x80;
+  }
+
+  Kind name() {
+    const std::size_t at = place_;
+    while (place_ < text_.size() && is_in_name(text_[place_])) ++place_;
+    const std::string written(text_.substr(at, place_ - at));
+    for (std::size_t f = 0; f < functions.size(); ++f)
+      if (functions[f].name == written) return call(f);
+    const auto found = std::find(names_.begin(), names_.end(), written);
+    if (found == names_.end()) {
+      fail(at, "there is no " + written + suggestion(written, names_) + known_names());
+    }
+    append(Code::name, 0, 0, static_cast<std::size_t>(found - names_.begin()));
+    return Kind::number;
+  }
+
+  std::string known_names() const {
+    std::string all;
+    for (const std::string& name : names_) all += (all.empty() ? "; there are " : ", ") + name;
+    return all.empty() ? "; there are no names here" : all;
+  }
+
+  Kind call(std::size_t function) {
+    const std::string name(functions[function].name);
+    const std::size_t at = place_;
+    if (!take('(')) fail(at, "expected ( after " + name);
+    const Kind kind = sum();
+    if (functions[function].arguments == 2) {
+      if (!take(',')) fail(place_, name + " takes two values, with a comma between");
+      if (sum() != kind) fail(at, name + " of a rate and a number");
+      append(function == 0 ? Code::minimum : Code::maximum, 2);
+    } else {
+      if (kind == Kind::rate) fail(at, name + " of a rate is no rate");
+      append(name == "sqrt" ? Code::square_root : Code::exponential, 1);
+    }
+    if (!take(')')) fail(place_, "expected ) after the values of " + name);
+    return kind;
+  }
+
+  std::string_view text_;
+  std::span<const std::string> names_;
+  std::size_t place_ = 0;
+  std::size_t nesting_ = 0;
+  std::size_t on_stack_ = 0;
+  RateFormula formula_;
+};
+
+RateFormula::RateFormula(std::string_view text, std::span<const std::string> names)
+    : RateFormula(FormulaParser(text, names).parse()) {}
+
+double RateFormula::of_one(Code code, double a, double exponent) {
+  switch (code) {
+    case Code::negate:
+      return -a;
+    case Code::power:
+      if (a < 0) return std::numeric_limits<double>::quiet_NaN();
+      if (a == 0) return exponent > 0 ? 0 : std::numeric_limits<double>::infinity();
+      return portable_power(a, exponent);
+    case Code::square_root:
+      return std::sqrt(a);
+    default:
+      return portable_exp(a);
+  }
+}
+
+double RateFormula::of_two(Code code, double a, double b) {
+  switch (code) {
+    case Code::add:
+      return a + b;
+    case Code::subtract:
+      return a - b;
+    case Code::multiply:
+      return a * b;
+    case Code::divide:
+      return a / b;
+    case Code::minimum:
+      return std::min(a, b);
+    default:
+      return std::max(a, b);
+  }
+}
+
+float RateFormula::at(std::span<const float> values) const {
+  std::array<double, largest_stack> stack;
+  std::size_t size = 0;
+  for (const Instruction& instruction : program_) {
+    switch (instruction.code) {
+      case Code::number:
+        stack[size++] = instruction.number;
+        break;
+      case Code::name:
+        stack[size++] = values[instruction.name];
+        break;
+      case Code::negate:
+      case Code::power:
+      case Code::square_root:
+      case Code::exponential:
+        stack[size - 1] = of_one(instruction.code, stack[size - 1], instruction.number);
+        break;
+      default:
+        stack[size - 2] = of_two(instruction.code, stack[size - 2], stack[size - 1]);
+        --size;
+        break;
+    }
+  }
+  return static_cast<float>(stack[0]);
+}
+
+}  // namespace scarp

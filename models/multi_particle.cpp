@@ -1,0 +1,324 @@
+#include "models/multi_particle.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/error.h"
+#include "models/directional.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double right_angle = std::numbers::pi / 2;
+constexpr Limits angles(std::string_view fallback) {
+  return {.fallback = fallback, .minimum = 0, .maximum = right_angle};
+}
+
+const Parameter rate{.name = "rate",
+                     .kind = Parameter::Kind::formula,
+                     .meaning = "speed as a formula of the names below; growth is positive",
+                     .source = "blanket wafers"};
+const Parameter deposited{.name = "material",
+                          .kind = Parameter::Kind::material,
+                          .needed = "when a rate can be positive",
+                          .meaning = "what is deposited"};
+const Parameter neutral_name{
+    .name = "neutral.name", .kind = Parameter::Kind::text, .meaning = "of its flux in formulas"};
+const Parameter neutral_sticking{.name = "neutral.sticking",
+                                 .kind = Parameter::Kind::per_material,
+                                 .limits = {.fallback = "1", .minimum = 0, .maximum = 1},
+                                 .meaning = "probability that it stays where it arrives"};
+const Parameter neutral_power{.name = "neutral.source_power",
+                              .limits = {.fallback = "1", .minimum = 0, .maximum = 1e6},
+                              .meaning = "n of the source's cos^n(theta)",
+                              .source = "kinetic theory: 1 for a gas in equilibrium"};
+const Parameter ion_name{
+    .name = "ion.name", .kind = Parameter::Kind::text, .meaning = "of its flux in formulas"};
+const Parameter ion_power{.name = "ion.source_power",
+                          .limits = {.fallback = "500", .minimum = 0, .maximum = 1e6},
+                          .meaning = "n of the source's cos^n(theta); 1 / sqrt(n) is its spread",
+                          .source = "sheath: n = 2 E / (k T) of the ions"};
+const Parameter ion_tilt{
+    .name = "ion.tilt",
+    .dimension = Dimension::angle,
+    .limits = {.fallback = "0 deg", .minimum = 0, .maximum = 89 * (std::numbers::pi / 180)},
+    .meaning = "angle of the source's axis to the vertical"};
+const Parameter ion_azimuth{.name = "ion.azimuth",
+                            .dimension = Dimension::angle,
+                            .limits = {.fallback = "0 deg"},
+                            .meaning = "where the axis leans, from x towards y"};
+const Parameter ion_rotating{.name = "ion.rotating",
+                             .kind = Parameter::Kind::flag,
+                             .limits = {.fallback = "false"},
+                             .meaning = "the wafer turns: ions come from all azimuths"};
+const Parameter ion_energy{.name = "ion.energy",
+                           .dimension = Dimension::energy,
+                           .limits = {.fallback = "100 eV", .minimum = 0, .maximum = 1e6},
+                           .meaning = "mean at the source"};
+const Parameter ion_energy_deviation{.name = "ion.energy_deviation",
+                                     .dimension = Dimension::energy,
+                                     .limits = {.fallback = "10 eV", .minimum = 0, .maximum = 1e6},
+                                     .meaning = "standard deviation of the energy"};
+const Parameter ion_sticks_to{.name = "ion.sticks_to",
+                              .dimension = Dimension::angle,
+                              .limits = angles("70 deg"),
+                              .meaning = "all stick up to this angle of incidence ...",
+                              .source = "Belen et al. 2005"};
+const Parameter ion_reflects_from{.name = "ion.reflects_from",
+                                  .dimension = Dimension::angle,
+                                  .limits = angles("90 deg"),
+                                  .meaning = "... and none from this one on, linear in between",
+                                  .source = "Belen et al. 2005"};
+const Parameter ion_cone{.name = "ion.narrowest_at",
+                         .dimension = Dimension::angle,
+                         .limits = angles("80 deg"),
+                         .meaning = "angle from which on the cone of reflection is narrowest",
+                         .source = "Belen et al. 2005"};
+const Parameter ion_inflection{
+    .name = "ion.inflection",
+    .dimension = Dimension::angle,
+    .limits = {.fallback = "89 deg", .minimum = 0, .maximum = right_angle, .exclusive = true},
+    .meaning = "angle where the kept energy goes from power to line",
+    .source = "Belen et al. 2005"};
+const Parameter ion_energy_power{.name = "ion.energy_power",
+                                 .limits = {.fallback = "10", .minimum = 0, .maximum = 100},
+                                 .meaning = "power of the kept energy below that angle",
+                                 .source = "Belen et al. 2005"};
+const Parameter yield_name{.name = "ion.yield.name",
+                           .kind = Parameter::Kind::text,
+                           .meaning = "of the arrivals times the yield in formulas"};
+const Parameter yield_amplitude{.name = "ion.yield.amplitude",
+                                .limits = {.minimum = 0, .maximum = 1e6},
+                                .meaning = "A of the yield, per square root of an eV",
+                                .source = "SF6/O2: Si 0.0337 sputtered, 7 with F"};
+const Parameter yield_threshold{.name = "ion.yield.threshold",
+                                .dimension = Dimension::energy,
+                                .limits = {.fallback = "0 eV", .minimum = 0, .maximum = 1e6},
+                                .meaning = "energy below which there is no yield",
+                                .source = "SF6/O2: Si 20 eV sputtered, 15 eV with F"};
+const Parameter yield_angular{.name = "ion.yield.angular",
+                              .kind = Parameter::Kind::text,
+                              .limits = {.fallback = "cosine"},
+                              .meaning = "cosine, sputter or enhanced: f(theta) below",
+                              .source = "Chang, Sawin 1997; Belen et al. 2005"};
+const Parameter yield_sputter{.name = "ion.yield.sputter_factor",
+                              .limits = {.fallback = "9.3", .minimum = -1, .maximum = 1000},
+                              .meaning = "B of sputter",
+                              .source = "9.3 for oxide and Si, 8.5 for polymer"};
+
+std::span<const Parameter> parameters() {
+  static const std::array rows{rate,
+                               deposited,
+                               neutral_name,
+                               neutral_sticking,
+                               neutral_power,
+                               ion_name,
+                               ion_power,
+                               ion_tilt,
+                               ion_azimuth,
+                               ion_rotating,
+                               ion_energy,
+                               ion_energy_deviation,
+                               ion_sticks_to,
+                               ion_reflects_from,
+                               ion_cone,
+                               ion_inflection,
+                               ion_energy_power,
+                               yield_name,
+                               yield_amplitude,
+                               yield_threshold,
+                               yield_angular,
+                               yield_sputter};
+  return rows;
+}
+
+// `ion.yield.name` is `name` in the table of its yield.
+Parameter inner(Parameter parameter) {
+  parameter.name.remove_prefix(parameter.name.rfind('.') + 1);
+  return parameter;
+}
+
+bool is_identifier(const std::string& name) {
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
+  return !name.empty() && is_letter(static_cast<unsigned char>(name.front())) &&
+         std::all_of(name.begin(), name.end(),
+                     [&](unsigned char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
+}
+
+class Reader {
+ public:
+  Reader(const RecipeTable& step, const StepScope& scope) : step_(step), scope_(scope) {}
+
+  StepModel read() {
+    if (step_.has("material")) deposited_ = step_.material("material", scope_.materials);
+    for (const RecipeTable& table : step_.tables("neutral")) read_neutral(table);
+    for (const RecipeTable& table : step_.tables("ion")) read_ion(table);
+    if (values_.species.empty() && step_.ok("neutral") && step_.ok("ion")) {
+      step_.error("", "nothing arrives; add a [[step.neutral]] or a [[step.ion]] table");
+    }
+    read_rates();
+    return {std::make_shared<MultiParticle>(std::move(values_)), deposited_};
+  }
+
+ private:
+  std::string read_name(const RecipeTable& table) {
+    std::string name = table.text("name");
+    if (!table.ok("name")) return name;
+    if (!is_identifier(name) || is_formula_function(name)) {
+      table.error("name",
+                  "has to be a word of letters, digits and _ that begins with a letter "
+                  "and is not the name of a function");
+    } else if (!names_.insert(name).second) {
+      table.error("name", "there is another " + name + " in this step");
+    }
+    value_names_.push_back(name);
+    return name;
+  }
+
+  void read_neutral(const RecipeTable& table) {
+    Species species{.name = read_name(table)};
+    species.sticking = read_per_material(table, inner(neutral_sticking), scope_, deposited_);
+    species.source.cosine_power = read_value(table, inner(neutral_power));
+    values_.species.push_back(std::move(species));
+  }
+
+  void read_ion(const RecipeTable& table) {
+    Species species{.name = read_name(table)};
+    species.sticking.assign(scope_.materials.size(), 1.0F);
+    species.source.cosine_power = read_value(table, inner(ion_power));
+    const double tilt = read_value(table, inner(ion_tilt));
+    species.source.direction = beam_direction(tilt, read_value(table, inner(ion_azimuth)));
+    species.source.rotating = read_flag(table, inner(ion_rotating));
+    const double energy = read_value(table, inner(ion_energy));
+    Ions ions{.energy = EnergyDistribution::gaussian(
+                  energy, read_value(table, inner(ion_energy_deviation))),
+              .energy_deviation = 0.1};
+    const double sticks_to = read_value(table, inner(ion_sticks_to));
+    const double reflects_from = read_value(table, inner(ion_reflects_from));
+    if (sticks_to > reflects_from)
+      table.error("reflects_from", "has to be at least sticks_to: between them sticking falls");
+    ions.sticking = sticking_between(sticks_to, std::max(sticks_to, reflects_from));
+    ions.cone = reflection_cone(read_value(table, inner(ion_cone)));
+    const double inflection = read_value(table, inner(ion_inflection));
+    ions.energy_kept = kept_energy(inflection, read_value(table, inner(ion_energy_power)));
+    for (const RecipeTable& inside : table.tables("yield")) {
+      species.yields.push_back(read_yield(inside));
+    }
+    // What no yield counts any more need not be followed.
+    ions.least_energy = ions.energy.largest();
+    for (const YieldLaw& law : species.yields)
+      ions.least_energy = std::min(ions.least_energy, law.threshold);
+    if (species.yields.empty()) ions.least_energy = 0;
+    species.ions = std::move(ions);
+    values_.species.push_back(std::move(species));
+  }
+
+  YieldLaw read_yield(const RecipeTable& table) {
+    enum class Angular { cosine, sputter, enhanced };
+    YieldLaw law{.name = read_name(table)};
+    law.amplitude = read_value(table, inner(yield_amplitude));
+    law.threshold = read_value(table, inner(yield_threshold));
+    const auto angular = table.choice<Angular>("angular",
+                                               {{"cosine", Angular::cosine},
+                                                {"sputter", Angular::sputter},
+                                                {"enhanced", Angular::enhanced}},
+                                               yield_angular.limits.fallback);
+    const double b = read_value(table, inner(yield_sputter));
+    law.factor = AngleTable([=](double theta) {
+      const double c = std::max(0.0, std::cos(theta));
+      if (angular == Angular::cosine) return c;
+      if (angular == Angular::sputter) return c * (1 + b * (1 - c * c));
+      return std::clamp(3 - 3 * theta / right_angle, 0.0, 1.0);
+    });
+    return law;
+  }
+
+  void read_rates() {
+    std::vector<MaterialId> reachable = scope_.reachable;
+    if (deposited_ && std::find(reachable.begin(), reachable.end(), *deposited_) == reachable.end())
+      reachable.push_back(*deposited_);
+    const auto texts = step_.per_material_text("rate", {scope_.materials, reachable});
+    values_.rate.resize(texts.size());
+    std::set<std::string> told;
+    for (std::size_t m = 0; m < texts.size(); ++m) {
+      if (texts[m].empty()) continue;
+      try {
+        values_.rate[m] = RateFormula(texts[m], value_names_);
+      } catch (const InputError& error) {
+        const std::string text = "in \"" + texts[m] + "\", " + error.what();
+        if (step_.ok("rate") || told.insert(text).second) step_.error("rate", text);
+        told.insert(text);
+      }
+    }
+  }
+
+  const RecipeTable& step_;
+  const StepScope& scope_;
+  std::optional<MaterialId> deposited_;
+  std::set<std::string> names_;
+  std::vector<std::string> value_names_;  // in the order of the tallies
+  MultiParticle::Values values_;
+};
+
+StepModel read(const RecipeTable& step, const StepScope& scope) {
+  return Reader(step, scope).read();
+}
+
+}  // namespace
+
+std::vector<float> MultiParticle::speeds(const SurfacePoints& points,
+                                         std::span<const std::span<const float>> flux) const {
+  std::vector<float> speeds(points.material.size());
+  std::vector<float> values(flux.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    const auto& formula = values_.rate[points.material[p]];
+    if (!formula) continue;
+    for (std::size_t k = 0; k < flux.size(); ++k) values[k] = flux[k][p];
+    speeds[p] = formula->at(values);
+  }
+  return speeds;
+}
+
+bool MultiParticle::is_mirror_symmetric(int axis) const {
+  return std::all_of(values_.species.begin(), values_.species.end(), [axis](const Species& each) {
+    return each.source.rotating || std::abs(each.source.direction[axis]) < 1e-9;
+  });
+}
+
+ModelDescription multi_particle_description() {
+  return {
+      .name = "multi_particle",
+      .summary = "neutrals and ions, and a rate that is a formula of what arrives",
+      .equation = "v = rate(material; names of neutrals, ions and yields)",
+      .symbols =
+          "v is the speed along the outward normal. In a formula the name of a neutral or an ion "
+          "is "
+          "its arrivals, first and later ones together, relative to an open flat wafer; the name "
+          "of "
+          "a yield is the arrivals of its ion, each times Y(E, theta) = amplitude max(0, sqrt(E) - "
+          "sqrt(threshold)) f(theta) of its energy E and its angle theta to the normal. f is "
+          "cos(theta) for cosine, cos(theta) (1 + B sin^2(theta)) for sputter, and for enhanced 1 "
+          "up to 60 deg and from there linear to 0 at 90 deg. Formulas know + - * / ^ ( ), min, "
+          "max, sqrt, exp, numbers and rates with their unit: \"-200 nm/s * F^0.5 * etch - 1 "
+          "nm/s\". Neutrals that do not stick are re-emitted by the cosine law. Ions that do not "
+          "stick leave near the specular direction, in a cone of half opening 90 deg - min(theta, "
+          "narrowest_at), with the part e of their energy: normal with deviation 0.1 about A "
+          "(theta / inflection)^energy_power, above the inflection on the line from A to 1. One "
+          "with "
+          "less energy than any of its yields needs stays where it arrives.",
+      .limits =
+          "Rates depend on the fluxes at the same place and time: no coverages that need time. "
+          "Sticking does not depend on flux or energy.",
+      .source =
+          "R. J. Belen et al., J. Vac. Sci. Technol. A 23, 99 (2005), for ions; Ch. Steinbruechel, "
+          "Appl. Phys. Lett. 55, 1960 (1989), for yields",
+      .parameters = parameters(),
+      .read = read};
+}
+
+}  // namespace scarp

@@ -1,0 +1,133 @@
+#include "models/multi_particle.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "tests/models/model_fixture.h"
+
+namespace scarp {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr const char* plasma =
+    R"(rate = { Si = "-100 nm/s * F^0.5 * etch - 1 nm/s * ion", SiO2 = "-2 nm/s * ion" }
+[[step.neutral]]
+name = "F"
+sticking = { Si = 0.7, default = 0.01 }
+[[step.neutral]]
+name = "O"
+source_power = 2
+[[step.ion]]
+name = "ion"
+source_power = 1000
+energy = "64 eV"
+energy_deviation = "0 eV"
+[[step.ion.yield]]
+name = "etch"
+amplitude = 7
+threshold = "16 eV"
+angular = "enhanced"
+[[step.ion.yield]]
+name = "sputter"
+amplitude = 0.5
+threshold = "25 eV"
+angular = "sputter"
+)";
+
+double at_angle(const AngleTable& table, double degrees) {
+  return table.at(AngleTable::half_sine(std::cos(degrees * std::numbers::pi / 180)));
+}
+
+TEST(MultiParticle, HandsItsSpeciesToTheTracer) {
+  const StepModel step = read_step("multi_particle", plasma);
+  const Materials materials;
+  const std::vector<Species> species = step.model->species();
+  ASSERT_EQ(species.size(), 3U);
+  EXPECT_EQ(species[0].name, "F");
+  EXPECT_EQ(species[0].sticking[materials.id("Si")], 0.7F);
+  EXPECT_EQ(species[0].sticking[materials.id("SiO2")], 0.01F);
+  EXPECT_FALSE(species[0].ions.has_value());
+  EXPECT_EQ(species[1].source.cosine_power, 2);
+  ASSERT_TRUE(species[2].ions.has_value());
+  EXPECT_EQ(species[2].source.cosine_power, 1000);
+  EXPECT_EQ(species[2].ions->energy.quantile(0.3), 64);
+  EXPECT_EQ(species[2].ions->least_energy, 16);  // of the yield that needs least
+  ASSERT_EQ(species[2].yields.size(), 2U);
+  EXPECT_NEAR(species[2].yields[0].at(64, 0), 7 * 4, 1e-5);
+  EXPECT_NEAR(at_angle(species[2].yields[0].factor, 60), 1, 1e-3);
+  EXPECT_NEAR(at_angle(species[2].yields[0].factor, 75), 0.5, 1e-4);
+  EXPECT_NEAR(at_angle(species[2].yields[1].factor, 52.58), 4.172, 1e-3);
+  EXPECT_FALSE(step.deposits.has_value());
+}
+
+TEST(MultiParticle, MovesAsItsFormulasSay) {
+  const StepModel step = read_step("multi_particle", plasma);
+  // F, O, ion, etch, sputter
+  const std::vector<float> f{0.25F, 0.25F};
+  const std::vector<float> oxygen{1, 1};
+  const std::vector<float> ion{0.5F, 0.5F};
+  const std::vector<float> etch{2, 2};
+  const std::vector<float> sputter{0, 0};
+  const std::vector<std::span<const float>> flux{f, oxygen, ion, etch, sputter};
+  EXPECT_THAT(step.model->speeds(Points({"Si", "SiO2"}), flux), ElementsAre(-100.5F, -1));
+}
+
+TEST(MultiParticle, GrowsWhatItNames) {
+  const StepModel step = read_step("multi_particle", R"(rate = "6 um/min * TEOS"
+material = "SiO2"
+[[step.neutral]]
+name = "TEOS"
+sticking = 0.1
+)");
+  EXPECT_EQ(step.deposits, Materials().id("SiO2"));
+  const std::vector<float> flux{0.5F};
+  const std::vector<std::span<const float>> tallies{flux};
+  EXPECT_THAT(step.model->speeds(Points({"SiO2"}), tallies), ElementsAre(50));
+}
+
+TEST(MultiParticle, IsMirrorSymmetricUnlessItsIonsLean) {
+  const auto with_ion = [](const std::string& keys) {
+    return read_step("multi_particle",
+                     "rate = \"-1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n" + keys)
+        .model;
+  };
+  EXPECT_TRUE(with_ion("")->is_mirror_symmetric(0));
+  EXPECT_FALSE(with_ion("tilt = \"30 deg\"")->is_mirror_symmetric(0));
+  EXPECT_TRUE(with_ion("tilt = \"30 deg\"")->is_mirror_symmetric(1));
+  EXPECT_FALSE(with_ion("tilt = \"30 deg\"\nazimuth = \"90 deg\"")->is_mirror_symmetric(1));
+  EXPECT_TRUE(with_ion("tilt = \"30 deg\"\nrotating = true")->is_mirror_symmetric(0));
+}
+
+TEST(MultiParticle, SaysWhatIsWrong) {
+  const auto expect = [](const std::string& keys, const std::string& message) {
+    EXPECT_THAT([&] { read_step("multi_particle", keys); },
+                ThrowsMessage<InputError>(HasSubstr(message)))
+        << keys;
+  };
+  const std::string neutral = "[[step.neutral]]\nname = \"F\"\n";
+  expect("rate = \"1 nm/s\"\n", "nothing arrives; add a [[step.neutral]] or a [[step.ion]]");
+  expect(neutral, "step[0].rate: missing");
+  expect("rate = \"1 nm/s * G\"\n" + neutral,
+         "r.toml:2:8: step[0].rate: in \"1 nm/s * G\", column 10: there is no G");
+  expect("rate = { Si = \"1 nm/s * F\" }\n" + neutral, "no value for SiO2");
+  expect("rate = { Si = 5, default = \"0\" }\n" + neutral, "step[0].rate.Si: 5 is not a text");
+  expect("rate = \"1 nm/s * F\"\n" + neutral + neutral, "there is another F in this step");
+  expect("rate = \"1 nm/s\"\n[[step.neutral]]\nname = \"a b\"\n", "has to be a word");
+  expect("rate = \"1 nm/s\"\n[[step.neutral]]\nname = \"max\"\n", "name of a function");
+  expect(
+      "rate = \"1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\nsticks_to = \"80 deg\"\n"
+      "reflects_from = \"70 deg\"\n",
+      "step[0].ion[0].reflects_from: has to be at least sticks_to");
+  expect("rate = \"1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n[[step.ion.yield]]\nname = \"y\"\n",
+         "step[0].ion[0].yield[0].amplitude: missing");
+}
+
+}  // namespace
+}  // namespace scarp
