@@ -191,11 +191,17 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     const bool periodic = frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
     if (periodic || model.is_mirror_symmetric(axis)) continue;
     const char name = axis == 0 ? 'x' : 'y';
-    table.error(table.has("beam") ? "beam" : "",
-                fmt::format("beams or ions are not symmetric along {0}, where the sides of the domain "
-                            "are reflective and mirror them; make the sides periodic, or add the "
-                            "mirror image of each beam tilted along {0}, with the same share",
-                            name));
+    const bool ions = table.has("ion");
+    const std::string remedy =
+        ions ? "let the wafer turn (rotating = true)"
+             : fmt::format("add the mirror image of each beam tilted along {}, with the same share",
+                           name);
+    table.error(ions                ? "ion"
+                : table.has("beam") ? "beam"
+                                    : "",
+                fmt::format("the {} are not symmetric along {}, where the sides of the domain are "
+                            "reflective and mirror them; make the sides periodic, or {}",
+                            ions ? "ions" : "beams", name, remedy));
   }
 }
 

@@ -378,6 +378,21 @@ beam = [{ tilt = "10 deg" }]
               HasSubstr("same share"));
 }
 
+TEST_F(RecipeTest, TiltedIonsBetweenMirrorsAreRefused) {
+  std::string text = trench_recipe;
+  text.replace(text.find("[[step]]"), std::string::npos, R"([[step]]
+model = "multi_particle"
+duration = "1 s"
+rate = "-1 nm/s * ion"
+[[step.ion]]
+name = "ion"
+tilt = "10 deg"
+)");
+  EXPECT_THAT(message_of(text),
+              AllOf(HasSubstr("step[0].ion"), HasSubstr("along x"), HasSubstr("rotating = true")));
+  EXPECT_EQ(message_of(text + "rotating = true\n"), "no error");
+}
+
 TEST_F(RecipeTest, RepeatOnAPlainStepIsOneError) {
   const std::string message = message_of(trench_recipe, {"step[0].repeat=3"});
   EXPECT_THAT(message, HasSubstr("step[0].repeat: there is nothing to repeat"));
