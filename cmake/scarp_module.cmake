@@ -32,7 +32,7 @@ function(scarp_tests name)
   target_compile_definitions(${name}_tests PRIVATE
     SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCARP_BINARY="${PROJECT_BINARY_DIR}/apps/scarp")
   # A test runs once: what matters is how soon it is compiled.
-  target_compile_options(${name}_tests PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(${name}_tests PRIVATE $<$<CONFIG:Release>:-O0>)
   if(TARGET core_tests AND NOT name STREQUAL core)
     target_precompile_headers(${name}_tests REUSE_FROM core_tests)
   else()
