@@ -1,7 +1,9 @@
 #pragma once
 
 #include <span>
-#include <vector>
+#include <utility>
+
+#include "flux/quantiles.h"
 
 namespace scarp {
 
@@ -26,12 +28,14 @@ class EnergyDistribution {
                                       std::span<const double> density);
 
   /// The energy that a part u in [0, 1) of the ions does not reach.
-  double quantile(double u) const;
-  double largest() const { return quantiles_.back(); }
-  double mean() const;
+  double quantile(double u) const { return quantiles_.at(u); }
+  double largest() const { return quantiles_.largest(); }
+  double mean() const { return quantiles_.mean(); }
 
  private:
-  std::vector<float> quantiles_;
+  explicit EnergyDistribution(Quantiles quantiles) : quantiles_(std::move(quantiles)) {}
+
+  Quantiles quantiles_;
 };
 
 /// A number with mean 0 and variance 1, normally distributed for uniform u in [0, 1); its tails end

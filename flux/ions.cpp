@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "flux/portable_math.h"
+#include "flux/quantiles.h"
 #include "flux/sampling.h"
 
 namespace scarp {
@@ -13,30 +14,17 @@ namespace {
 
 constexpr double right_angle = std::numbers::pi / 2;
 
-// Half the width of a cone of opening 1 whose density is x cos(pi / 2 x), by quantiles.
+// The part below x of a density x cos(pi / 2 x) in [0, 1].
+double narrow_cone_part_below(double x) {
+  return (x * std::sin(right_angle * x) + (std::cos(right_angle * x) - 1) / right_angle) /
+         (1 - 1 / right_angle);
+}
+
+// An angle of a cone of opening 1 with that density.
 double narrow_cone_angle(double u) {
-  constexpr std::size_t interval_count = 1024;
-  static const std::vector<float> table = [] {
-    // The part below x: x sin(pi / 2 x) + 2 / pi (cos(pi / 2 x) - 1), over its value at 1.
-    const auto part_below = [](double x) {
-      return (x * std::sin(right_angle * x) + (std::cos(right_angle * x) - 1) / right_angle) /
-             (1 - 1 / right_angle);
-    };
-    std::vector<float> quantiles;
-    for (std::size_t n = 0; n <= interval_count; ++n) {
-      double low = 0;
-      double high = 1;
-      for (int i = 0; i < 60; ++i) {
-        const double middle = (low + high) / 2;
-        (part_below(middle) * interval_count < static_cast<double>(n) ? low : high) = middle;
-      }
-      quantiles.push_back(static_cast<float>(high));
-    }
-    return quantiles;
-  }();
-  const double place = u * interval_count;
-  const auto n = std::min(static_cast<std::size_t>(place), interval_count - 1);
-  return table[n] + (place - static_cast<double>(n)) * (table[n + 1] - table[n]);
+  static const Quantiles table(
+      1024, [](double part) { return inverse(narrow_cone_part_below, part, 0, 1); });
+  return table.at(u);
 }
 
 // A polar angle in [0, cone) with density cos(pi / 2 phi / cone) sin(phi), from one that has phi
