@@ -65,4 +65,18 @@ SineCosine portable_sine_cosine(double angle) {
   return {angle * sine, cosine};
 }
 
+SineCosine portable_sine_cosine(double angle, double quarters) {
+  const auto [s, c] = portable_sine_cosine(angle);
+  switch (static_cast<int>(quarters - 4 * std::floor(quarters / 4))) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
 }  // namespace scarp

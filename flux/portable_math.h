@@ -22,4 +22,8 @@ struct SineCosine {
 /// Sine and cosine for |angle| <= pi / 4; absolute error below 1e-15.
 SineCosine portable_sine_cosine(double angle);
 
+/// Sine and cosine of angle + quarters pi / 2, for |angle| <= pi / 4 and a whole number of quarter
+/// turns.
+SineCosine portable_sine_cosine(double angle, double quarters);
+
 }  // namespace scarp

@@ -42,21 +42,10 @@ Vec3d about_axis(double x, double y, double height, Vec3d axis) {
   return x * tangent + y * bitangent + height * axis;
 }
 
-// By eighths of a turn, from the nearest quarter.
 SineCosine sample_azimuth(double xi) {
   const double quarters = 4 * xi;
   const double nearest = std::floor(quarters + 0.5);
-  const auto [s, c] = portable_sine_cosine(std::numbers::pi / 2 * (quarters - nearest));
-  switch (static_cast<int>(nearest) & 3) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
+  return portable_sine_cosine(std::numbers::pi / 2 * (quarters - nearest), nearest);
 }
 
 Vec3d sample_cosine(UnitSquare xi, Vec3d n) {

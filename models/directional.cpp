@@ -57,32 +57,16 @@ SineCosine sine_cosine(double angle) {
   double rest = angle - turns * quarter;
   // What is left at a multiple of 90 degrees is the rounding of the multiple.
   if (std::abs(rest) < 1e-14 * std::max(1.0, std::abs(turns))) rest = 0;
-  const auto [s, c] = portable_sine_cosine(rest);
-  switch (static_cast<int>(turns - 4 * std::floor(turns / 4))) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
-}
-
-/// `beam.tilt` is `tilt` in the table of its beam.
-Parameter in_beam(Parameter parameter) {
-  parameter.name.remove_prefix(std::string_view("beam.").size());
-  return parameter;
+  return portable_sine_cosine(rest, turns);
 }
 
 std::vector<Directional::Beam> read_beams(const RecipeTable& step) {
   std::vector<Directional::Beam> beams;
   double sum = 0;
   for (const RecipeTable& table : step.tables_or_one("beam")) {
-    const double theta = read_value(table, in_beam(tilt));
-    const double towards = read_value(table, in_beam(azimuth));
-    const double strength = read_value(table, in_beam(share));
+    const double theta = read_value(table, inner(tilt));
+    const double towards = read_value(table, inner(azimuth));
+    const double strength = read_value(table, inner(share));
     beams.push_back({beam_direction(theta, towards), strength});
     sum += strength;
   }

@@ -6,6 +6,23 @@
 
 namespace scarp {
 
+namespace {
+
+std::vector<MaterialId> met_by(const StepScope& scope, std::optional<MaterialId> deposited) {
+  std::vector<MaterialId> materials = scope.reachable;
+  if (deposited && std::find(materials.begin(), materials.end(), *deposited) == materials.end()) {
+    materials.push_back(*deposited);
+  }
+  return materials;
+}
+
+}  // namespace
+
+Parameter inner(Parameter parameter) {
+  parameter.name.remove_prefix(parameter.name.rfind('.') + 1);
+  return parameter;
+}
+
 double read_value(const RecipeTable& table, const Parameter& parameter) {
   return table.quantity(parameter.name, parameter.dimension, parameter.limits);
 }
@@ -16,13 +33,16 @@ bool read_flag(const RecipeTable& table, const Parameter& parameter) {
 
 std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
                                      const StepScope& scope, std::optional<MaterialId> deposited) {
-  std::vector<MaterialId> reachable = scope.reachable;
-  if (deposited && std::find(reachable.begin(), reachable.end(), *deposited) == reachable.end()) {
-    reachable.push_back(*deposited);
-  }
-  const std::vector<double> values = table.per_material(
-      parameter.name, parameter.dimension, {scope.materials, reachable}, parameter.limits);
+  const std::vector<double> values =
+      table.per_material(parameter.name, parameter.dimension,
+                         {scope.materials, met_by(scope, deposited)}, parameter.limits);
   return {values.begin(), values.end()};
+}
+
+std::vector<std::string> read_per_material_text(const RecipeTable& table,
+                                                const Parameter& parameter, const StepScope& scope,
+                                                std::optional<MaterialId> deposited) {
+  return table.per_material_text(parameter.name, {scope.materials, met_by(scope, deposited)});
 }
 
 Parameter deposited_parameter(std::string_view growth_name) {

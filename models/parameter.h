@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct Parameter {
   std::string_view source = "the tool";  ///< where its value comes from
 };
 
+/// The same in the table that it belongs to: `ion.yield.name` is `name` in an [[step.ion.yield]].
+Parameter inner(Parameter parameter);
+
 /// A metre per second; whatever is faster is a mistake of units. Units: nm/s.
 constexpr double fastest_rate = 1e9;
 constexpr Limits rate_limits{.minimum = 0, .maximum = fastest_rate};
@@ -40,6 +44,10 @@ bool read_flag(const RecipeTable& table, const Parameter& parameter);
 /// Shape: one per material. Reachable are those of the scope and what the step deposits.
 std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
                                      const StepScope& scope, std::optional<MaterialId> deposited);
+/// Shape: the same; empty for materials that are not listed.
+std::vector<std::string> read_per_material_text(const RecipeTable& table,
+                                                const Parameter& parameter, const StepScope& scope,
+                                                std::optional<MaterialId> deposited);
 
 /// What a step does: it grows a material, or it etches.
 struct Action {

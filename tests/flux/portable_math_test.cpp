@@ -40,5 +40,16 @@ TEST(PortableSineCosine, AgreesWithTheLibrary) {
   }
 }
 
+TEST(PortableSineCosine, TurnsByQuarters) {
+  for (double quarters = -9; quarters <= 9; ++quarters) {
+    const double angle = 0.3 + quarters * (std::numbers::pi / 2);
+    const auto [sine, cosine] = portable_sine_cosine(0.3, quarters);
+    EXPECT_NEAR(sine, std::sin(angle), 1e-14) << quarters;
+    EXPECT_NEAR(cosine, std::cos(angle), 1e-14) << quarters;
+  }
+  EXPECT_EQ(portable_sine_cosine(0, 3).cosine, 0);
+  EXPECT_EQ(portable_sine_cosine(0, 4e15 + 1).sine, 1);
+}
+
 }  // namespace
 }  // namespace scarp
