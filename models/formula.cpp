@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -21,26 +20,33 @@ constexpr std::size_t deepest = 64;         // of parentheses
 constexpr std::size_t largest_stack = 256;  // each holds at most three values back
 constexpr std::size_t longest_text = 4096;
 
-struct Function {
-  std::string_view name;
-  int arguments;
-};
-constexpr std::array functions{Function{"min", 2}, Function{"max", 2}, Function{"sqrt", 1},
-                               Function{"exp", 1}};
-
-bool starts_name(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-bool is_in_name(char c) { return starts_name(c) || (c >= '0' && c <= '9'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool starts_name(char c) { return is_letter(c) || c == '_'; }
+bool is_in_name(char c) { return starts_name(c) || is_digit(c); }
 
 }  // namespace
 
-bool is_formula_function(std::string_view name) {
-  return std::any_of(functions.begin(), functions.end(),
-                     [name](const Function& each) { return each.name == name; });
-}
-
 /// Recursive descent; every rule returns whether its value is a rate, and appends its program.
 class FormulaParser {
+  using Code = RateFormula::Code;
+  enum class Kind { number, rate };
+
  public:
+  struct Function {
+    std::string_view name;
+    Code code;
+    int arguments;
+  };
+  static const Function* find_function(std::string_view name) {
+    static constexpr std::array functions{
+        Function{"min", Code::minimum, 2}, Function{"max", Code::maximum, 2},
+        Function{"sqrt", Code::square_root, 1}, Function{"exp", Code::exponential, 1}};
+    const auto* const found = std::find_if(functions.begin(), functions.end(),
+                                           [name](const Function& f) { return f.name == name; });
+    return found == functions.end() ? nullptr : found;
+  }
+
   FormulaParser(std::string_view text, std::span<const std::string> names)
       : text_(text), names_(names) {}
 
@@ -58,9 +64,6 @@ class FormulaParser {
   }
 
  private:
-  using Code = RateFormula::Code;
-  enum class Kind { number, rate };
-
   [[noreturn]] void fail(std::size_t place, const std::string& what) const {
     throw InputError("column " + std::to_string(place + 1) + ": " + what);
   }
@@ -163,7 +166,7 @@ class FormulaParser {
     if (place_ >= text_.size() || text_[place_] == '-') return std::nullopt;
     const char* const begin = text_.data() + place_;
     const char* const end = text_.data() + text_.size();
-    if (std::isdigit(static_cast<unsigned char>(*begin)) == 0 && *begin != '.') return std::nullopt;
+    if (!is_digit(*begin) && *begin != '.') return std::nullopt;
     const auto [rest, problem] = std::from_chars(begin, end, value);
     if (problem != std::errc{} || !std::isfinite(value)) return std::nullopt;
     place_ += static_cast<std::size_t>(rest - begin);
@@ -189,18 +192,17 @@ class FormulaParser {
     return Kind::rate;
   }
 
-  // Also the first byte of the micro sign.
+  // Also the bytes of the micro sign.
   bool starts_unit() const {
-    const auto c = static_cast<unsigned char>(text_[place_]);
-    return std::isalpha(c) != 0 || c >= 0x80;
+    const char c = text_[place_];
+    return is_letter(c) || static_cast<unsigned char>(c) >= 0x80;
   }
 
   Kind name() {
     const std::size_t at = place_;
     while (place_ < text_.size() && is_in_name(text_[place_])) ++place_;
     const std::string written(text_.substr(at, place_ - at));
-    for (std::size_t f = 0; f < functions.size(); ++f)
-      if (functions[f].name == written) return call(f);
+    if (const Function* const function = find_function(written)) return call(*function);
     const auto found = std::find(names_.begin(), names_.end(), written);
     if (found == names_.end()) {
       fail(at, "there is no " + written + suggestion(written, names_) + known_names());
@@ -215,19 +217,18 @@ class FormulaParser {
     return all.empty() ? "; there are no names here" : all;
   }
 
-  Kind call(std::size_t function) {
-    const std::string name(functions[function].name);
+  // What takes several values takes rates, too, if all are.
+  Kind call(const Function& function) {
+    const std::string name(function.name);
     const std::size_t at = place_;
     if (!take('(')) fail(at, "expected ( after " + name);
     const Kind kind = sum();
-    if (functions[function].arguments == 2) {
+    if (function.arguments == 1 && kind == Kind::rate) fail(at, name + " of a rate is no rate");
+    for (int n = 1; n < function.arguments; ++n) {
       if (!take(',')) fail(place_, name + " takes two values, with a comma between");
       if (sum() != kind) fail(at, name + " of a rate and a number");
-      append(function == 0 ? Code::minimum : Code::maximum, 2);
-    } else {
-      if (kind == Kind::rate) fail(at, name + " of a rate is no rate");
-      append(name == "sqrt" ? Code::square_root : Code::exponential, 1);
     }
+    append(function.code, function.arguments);
     if (!take(')')) fail(place_, "expected ) after the values of " + name);
     return kind;
   }
@@ -239,6 +240,12 @@ class FormulaParser {
   std::size_t on_stack_ = 0;
   RateFormula formula_;
 };
+
+bool is_formula_name(std::string_view word) {
+  return !word.empty() && starts_name(word.front()) &&
+         std::all_of(word.begin(), word.end(), is_in_name) &&
+         FormulaParser::find_function(word) == nullptr;
+}
 
 RateFormula::RateFormula(std::string_view text, std::span<const std::string> names)
     : RateFormula(FormulaParser(text, names).parse()) {}

@@ -8,8 +8,9 @@
 
 namespace scarp {
 
-/// Whether a name is that of a function of formulas.
-bool is_formula_function(std::string_view name);
+/// Whether a word can name a number in formulas: letters of ASCII, digits and _, a letter or _
+/// first, and not the name of a function.
+bool is_formula_name(std::string_view word);
 
 /// A rate as a formula of named numbers: "-20 nm/s * F * ion^0.5 - 3 nm/s".
 ///

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -137,19 +137,6 @@ std::span<const Parameter> parameters() {
   return rows;
 }
 
-// `ion.yield.name` is `name` in the table of its yield.
-Parameter inner(Parameter parameter) {
-  parameter.name.remove_prefix(parameter.name.rfind('.') + 1);
-  return parameter;
-}
-
-bool is_identifier(const std::string& name) {
-  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
-  return !name.empty() && is_letter(static_cast<unsigned char>(name.front())) &&
-         std::all_of(name.begin(), name.end(),
-                     [&](unsigned char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
-}
-
 class Reader {
  public:
   Reader(const RecipeTable& step, const StepScope& scope) : step_(step), scope_(scope) {}
@@ -169,7 +156,7 @@ class Reader {
   std::string read_name(const RecipeTable& table) {
     std::string name = table.text("name");
     if (!table.ok("name")) return name;
-    if (!is_identifier(name) || is_formula_function(name)) {
+    if (!is_formula_name(name)) {
       table.error("name",
                   "has to be a word of letters, digits and _ that begins with a letter "
                   "and is not the name of a function");
@@ -239,21 +226,20 @@ class Reader {
   }
 
   void read_rates() {
-    std::vector<MaterialId> reachable = scope_.reachable;
-    if (deposited_ && std::find(reachable.begin(), reachable.end(), *deposited_) == reachable.end())
-      reachable.push_back(*deposited_);
-    const auto texts = step_.per_material_text("rate", {scope_.materials, reachable});
-    values_.rate.resize(texts.size());
-    std::set<std::string> told;
-    for (std::size_t m = 0; m < texts.size(); ++m) {
-      if (texts[m].empty()) continue;
-      try {
-        values_.rate[m] = RateFormula(texts[m], value_names_);
-      } catch (const InputError& error) {
-        const std::string text = "in \"" + texts[m] + "\", " + error.what();
-        if (step_.ok("rate") || told.insert(text).second) step_.error("rate", text);
-        told.insert(text);
-      }
+    std::map<std::string, std::optional<RateFormula>> formulas;
+    for (const std::string& text : read_per_material_text(step_, rate, scope_, deposited_)) {
+      const auto [known, is_new] = formulas.try_emplace(text);
+      if (is_new && !text.empty()) known->second = compiled(text);
+      values_.rate.push_back(known->second);
+    }
+  }
+
+  std::optional<RateFormula> compiled(const std::string& text) const {
+    try {
+      return RateFormula(text, value_names_);
+    } catch (const InputError& error) {
+      step_.error(rate.name, "in \"" + text + "\", " + error.what());
+      return std::nullopt;
     }
   }
 
