@@ -93,7 +93,8 @@ bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Ve
 
 bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
   if (bound_.allows(mesh, star_, place_)) return true;
-  bound_was_met_ = true;
+  // A higher bound would not move what is kept.
+  if (!bound_.keeps(star_)) bound_was_met_ = true;
   return false;
 }
 

@@ -310,6 +310,12 @@ void ErrorBound::keep(std::span<const std::uint32_t> facets) {
   for (const std::uint32_t f : facets) error_[f] = kept;
 }
 
+bool ErrorBound::keeps(const Star& star) const {
+  const auto is_kept = [this](std::uint32_t f) { return error_[f] == kept; };
+  return std::any_of(star.facet.begin(), star.facet.begin() + star.count, is_kept) ||
+         std::any_of(star.dying.begin(), star.dying.begin() + star.dying_count(), is_kept);
+}
+
 bool ErrorBound::raise() {
   if (!limit_.soft) return false;
   limit_.limit *= 2;

@@ -48,6 +48,8 @@ class ErrorBound {
 
   /// From now on the facets stay as they are.
   void keep(std::span<const std::uint32_t> facets);
+  /// Whether one of the facets of a star, or that die with it, has to stay.
+  bool keeps(const Star& star) const;
 
   /// Doubles a soft limit. False if it is hard.
   bool raise();

@@ -307,16 +307,18 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
 }
 
 /// Simplifies, and again as long as facets pass through each other that did not in the input: where
-/// they do the next attempt keeps the input, in growing boxes. That is rare, and looking for it at
-/// the end costs less than keeping sheets apart all the way.
+/// they do the next attempt keeps the input, in growing boxes, and in the last attempt everywhere.
+/// That is rare, and looking for it at the end costs less than keeping sheets apart all the way.
 Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& order,
                                    const SimplifyOptions& wanted) {
   Attempt attempt = simplify_once(mesh, order, wanted, {});
   if (attempt.crossings.empty()) return attempt;
-  const std::size_t allowed = crossings(CollapseMesh(reordered(mesh, order), wanted.sides)).size();
+  const CollapseMesh input(reordered(mesh, order), wanted.sides);
+  const std::size_t allowed = crossings(input).size();
   std::vector<Box> kept;
   double reach = attempt.limit;
   for (int i = 1; i < most_attempts && attempt.crossings.size() > allowed; ++i, reach *= 2) {
+    if (i == most_attempts - 1) reach = diameter(input);
     const Vec3d around{reach, reach, reach};
     for (const Box& box : attempt.crossings) {
       kept.push_back({box.lower - around, box.upper + around});

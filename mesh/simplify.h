@@ -83,7 +83,7 @@ struct SimplifyResult {
 /// the number is reached; see proven_distance.
 ///
 /// Where facets have passed through each other in the end, which they can within the bound, all is
-/// done again and keeps the input there.
+/// done again and keeps the input there; after seven times in vain, everywhere.
 ///
 /// A number of vertices that the sizes of `paper` do not allow raises l0 until it is reached; at
 /// most half of them may be features, else the curvature threshold is raised.

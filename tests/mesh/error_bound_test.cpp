@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "core/random.h"
 #include "mesh/collapse.h"
@@ -67,6 +68,20 @@ TEST(ErrorBound, LetsNoKeptFacetChange) {
   bound.keep(std::array{tip.star.dying[0]});
   EXPECT_FALSE(bound.allows(mesh, tip.star, mesh.r[1]));
   EXPECT_EQ(bound.largest(mesh.topology), 0);
+}
+
+TEST(ErrorBound, IsRaisedForWhatItRefusesButNotForWhatIsKept) {
+  const CollapseMesh mesh(tent(0.25F), {});
+  const TipEdge tip(mesh);
+  const auto raises_after = [&](const std::vector<std::uint32_t>& kept) {
+    CollapseChecks checks(mesh, {.limit = 0.1, .soft = true}, 1);
+    checks.keep(kept);
+    EXPECT_FALSE(checks.allow(mesh, tip.h, mesh.r[1]));
+    return checks.raise_bound();
+  };
+  EXPECT_TRUE(raises_after({}));
+  EXPECT_FALSE(raises_after({tip.star.dying[0]}));
+  EXPECT_FALSE(raises_after({tip.star.facet[0]}));
 }
 
 TEST(ErrorBound, OfAPlaneIsZeroWhereverTheVertexGoes) {

@@ -181,6 +181,27 @@ TEST_P(EveryMethod, KeepsPeriodicSidesCongruentAndMakesThemCoarser) {
   EXPECT_LE(surface_distance(mesh, bounded.mesh, 0.2).symmetric_max, 0.1);
 }
 
+TEST_P(EveryMethod, KeepsSidesOfEachKindWhereOnlyOneAxisIsPeriodic) {
+  const Grid grid{.cells = {60, 50, 30}, .noise = 0.006, .seed = 6, .periodic = true};
+  const TriMesh mesh = polygonised(grid, periodic_landscape(60, 50, 14));
+  for (const int periodic : {0, 1}) {
+    SimplifyOptions wanted = options(grid.sides());
+    wanted.sides.boundary[1 - periodic] = Boundary::reflective;
+    wanted.spacing = 1;
+    wanted.max_error = 0.1;
+    const SimplifyResult result = simplify(mesh, wanted);
+    const Outline before = outline(mesh, periodic, 0);
+    const Outline lower = outline(result.mesh, periodic, 0);
+    EXPECT_EQ(lower, outline(result.mesh, periodic, grid.cells[periodic]));
+    EXPECT_LT(lower.size(), 0.7 * before.size());
+    // The other sides, which were copies too, are simplified each by itself.
+    EXPECT_NE(outline(result.mesh, 1 - periodic, 0),
+              outline(result.mesh, 1 - periodic, grid.cells[1 - periodic]));
+    expect_sound(result.mesh, mesh, wanted.sides);
+    EXPECT_LE(surface_distance(mesh, result.mesh, 0.2).symmetric_max, 0.1);
+  }
+}
+
 TEST_P(EveryMethod, HasTheSamePeriodicSidesOnAnyNumberOfThreads) {
   const Grid grid{.cells = {150, 120, 40}, .noise = 0.006, .seed = 7, .periodic = true};
   const TriMesh mesh = polygonised(grid, periodic_landscape(150, 120, 22));
