@@ -136,7 +136,9 @@ void move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme,
     before = after;
   }
   if (keeps_standing) {
-    keep_standing_layers(layers, field, dt, band.scratch((parts.size() - 1) % 2));
+    // What the stage before the last one left is not needed any more.
+    const int last = static_cast<int>(parts.size() - 1) % 2;
+    keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
   if (before != nullptr) {
     write_back(band, *before);

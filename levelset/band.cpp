@@ -186,7 +186,7 @@ void Band::trim(const LeafValues& phi) {
   trim_leaves([&](std::size_t n) { return phi[n]; });
 }
 
-LeafValues& Band::scratch(int which) {
+LeafValues& Band::scratch(int which) const {
   scratch_[static_cast<std::size_t>(which)].resize(leaves_.size());
   return scratch_[static_cast<std::size_t>(which)];
 }

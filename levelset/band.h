@@ -176,9 +176,10 @@ class Band {
   /// The same after taking over phi of all nodes in the domain.
   void trim(const LeafValues& phi);
 
-  /// Room for phi of all leaves beside that in the tree, kept from one time step to the next. Not
-  /// copied. There are two.
-  LeafValues& scratch(int which);
+  /// Room for values of all leaves beside phi in the tree, for one stage of a time step after the
+  /// other; memory is kept, what is in it is not part of the band, nor copied with it. There are
+  /// two.
+  LeafValues& scratch(int which) const;
   void release_scratch() { scratch_ = {}; }
 
   /// Of the state: without scratch.
@@ -213,7 +214,7 @@ class Band {
   std::vector<int> slots_;       ///< what find gives within a column
   std::vector<int> below_;       ///< and below its lowest leaf
   std::vector<std::array<int, 6>> neighbours_;
-  std::array<LeafValues, 2> scratch_;
+  mutable std::array<LeafValues, 2> scratch_;
 };
 
 }  // namespace scarp

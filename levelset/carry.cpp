@@ -25,7 +25,7 @@ SCARP_VECTOR_KERNEL void find_known(const float* values, LeafMask& known) {
 
 }  // namespace
 
-KnownNodes::KnownNodes(const Band& band, const std::vector<float>& values)
+KnownNodes::KnownNodes(const Band& band, std::span<const float> values)
     : band_(band), known_(band.leaves().size()), lacking_(band.leaves().size()) {
   parallel_for(known_.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <utility>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "core/parallel.h"
@@ -19,15 +20,17 @@ inline constexpr float no_value = std::numeric_limits<float>::infinity();
 class KnownNodes {
  public:
   /// Shape: 512 values per leaf.
-  KnownNodes(const Band& band, const std::vector<float>& values);
+  KnownNodes(const Band& band, std::span<const float> values);
 
   /// Nodes of a leaf that lack a value and may get one from a neighbour along an axis that has one.
   LeafMask frontier(std::size_t leaf) const;
 
-  void add(std::size_t leaf, int node) {
-    const std::uint64_t bit = std::uint64_t{1} << (node & 63);
-    known_[leaf][node >> 6] |= bit;
-    lacking_[leaf][node >> 6] &= ~bit;
+  /// Nodes that have got a value.
+  void add(std::size_t leaf, const LeafMask& nodes) {
+    for (int i = 0; i < leaf_edge; ++i) {
+      known_[leaf][i] |= nodes[i];
+      lacking_[leaf][i] &= ~nodes[i];
+    }
   }
 
  private:
@@ -35,6 +38,12 @@ class KnownNodes {
   std::vector<LeafMask> known_;
   std::vector<LeafMask> lacking_;
 };
+
+inline std::size_t node_count(const LeafMask& mask) {
+  std::size_t count = 0;
+  for (const std::uint64_t word : mask) count += static_cast<std::size_t>(std::popcount(word));
+  return count;
+}
 
 /// Calls visit(node) for every node of a mask, in the order of nodes.
 template <class Visit>
@@ -55,43 +64,49 @@ void for_each_node(const LeafMask& mask, const Visit& visit) {
 ///
 /// Shape: 512 values per leaf, no_value where there is none; what no value reaches stays so.
 template <class Rule>
-void carry_outward(const Band& band, std::vector<float>& values, const Rule& rule) {
+void carry_outward(const Band& band, std::span<float> values, const Rule& rule) {
   // From the surface to the edge of the band; a pass reaches 1 / sqrt(3) further at least.
   constexpr int pass_count = 8;
   constexpr std::size_t grain = 8;
   const std::size_t count = band.leaves().size();
   KnownNodes nodes(band, values);
-  std::vector<std::vector<std::pair<std::size_t, float>>> found((count + grain - 1) / grain);
+  std::vector<LeafMask> asked(count);
+  std::vector<std::size_t> first(count + 1, 0);  // of a leaf's answers
+  std::vector<float> answers;
+  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
+  const auto so_far = [&](std::size_t n) { return &values[n * leaf_size]; };
   for (int pass = 0; pass < pass_count; ++pass) {
     parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-      auto& list = found[begin / grain];
-      list.clear();
+      for (std::size_t n = begin; n < end; ++n) {
+        asked[n] = nodes.frontier(n);
+        first[n + 1] = node_count(asked[n]);
+      }
+    });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    answers.resize(first.back());
+    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
       Block phi;
       Block known;
       for (std::size_t n = begin; n < end; ++n) {
-        const LeafMask frontier = nodes.frontier(n);
-        if (frontier == LeafMask{}) {
-          continue;
-        }
-        gather<1>(
-            band, n, [&](std::size_t m) { return band.leaves()[m].phi; }, phi);
-        gather<1>(
-            band, n, [&](std::size_t m) { return &values[m * leaf_size]; }, known);
-        for_each_node(frontier, [&](int node) {
-          const float value = rule(phi.row(node >> 6, (node >> 3) & 7) + (node & 7),
-                                   known.row(node >> 6, (node >> 3) & 7) + (node & 7));
-          if (value != no_value) {
-            list.emplace_back(n * leaf_size + static_cast<std::size_t>(node), value);
-          }
+        if (asked[n] == LeafMask{}) continue;
+        gather<1>(band, n, in_tree, phi);
+        gather<1>(band, n, so_far, known);
+        float* answer = &answers[first[n]];
+        for_each_node(asked[n], [&](int node) {
+          *answer++ = rule(phi.row(node >> 6, (node >> 3) & 7) + (node & 7),
+                           known.row(node >> 6, (node >> 3) & 7) + (node & 7));
         });
       }
     });
-    parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t range = begin; range < end; ++range) {
-        for (const auto& [at, value] : found[range]) {
-          values[at] = value;
-          nodes.add(at / leaf_size, static_cast<int>(at % leaf_size));
-        }
+    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const float* answer = answers.data() + first[n];
+        LeafMask found{};
+        for_each_node(asked[n], [&](int node) {
+          values[n * leaf_size + static_cast<std::size_t>(node)] = *answer;
+          found[node >> 6] |= std::uint64_t{*answer++ != no_value} << (node & 63);
+        });
+        nodes.add(n, found);
       }
     });
   }

@@ -216,42 +216,49 @@ class SolidNodes {
         std::find(stands_still.begin(), stands_still.end(), false) != stands_still.end();
     if (!both) return;
     const std::vector<Leaf>& leaves = layers.top().band().leaves();
-    nodes_.resize(leaves.size() * leaf_size, Kind::gas);
+    standing_.resize(leaves.size());
+    moving_.resize(leaves.size());
     parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t at = begin * leaf_size; at < end * leaf_size; ++at) {
-        const Leaf& leaf = leaves[at / leaf_size];
-        const auto node = static_cast<int>(at % leaf_size);
-        if (!(leaf.phi[node] < 0)) continue;
-        const auto layer = layer_at(layers, node_at(leaf, node));
-        nodes_[at] = stands_still[layer] ? Kind::standing : Kind::moving;
+      for (std::size_t n = begin; n < end; ++n) {
+        for (int node = 0; node < leaf_size; ++node) {
+          if (!(leaves[n].phi[node] < 0)) continue;
+          const auto layer = layer_at(layers, node_at(leaves[n], node));
+          LeafMask& nodes = stands_still[layer] ? standing_[n] : moving_[n];
+          nodes[node >> 6] |= std::uint64_t{1} << (node & 63);
+        }
       }
     });
   }
 
-  bool any_standing() const { return !nodes_.empty(); }
+  bool any_standing() const { return !standing_.empty(); }
 
-  void set_standing(std::vector<float>& field, float value) const {
-    for (std::size_t at = 0; at < nodes_.size(); ++at) {
-      if (nodes_[at] == Kind::standing) field[at] = value;
-    }
+  void set_standing(std::span<float> field, float value) const {
+    for_each_of(standing_, [&](std::size_t at) { field[at] = value; });
   }
 
-  void take_moving(const std::vector<float>& from, std::vector<float>& field) const {
-    for (std::size_t at = 0; at < nodes_.size(); ++at) {
-      if (nodes_[at] == Kind::moving) field[at] = from[at];
-    }
+  void take_moving(std::span<const float> from, std::span<float> field) const {
+    for_each_of(moving_, [&](std::size_t at) { field[at] = from[at]; });
   }
 
  private:
-  enum class Kind : std::uint8_t { gas, standing, moving };
-
   static std::size_t layer_at(const Layers& layers, const Node& node) {
     std::size_t layer = 0;
     while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
     return layer;
   }
 
-  std::vector<Kind> nodes_;
+  template <class Visit>
+  static void for_each_of(const std::vector<LeafMask>& nodes, const Visit& visit) {
+    parallel_for(nodes.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        for_each_node(nodes[n],
+                      [&](int node) { visit(n * leaf_size + static_cast<std::size_t>(node)); });
+      }
+    });
+  }
+
+  std::vector<LeafMask> standing_;
+  std::vector<LeafMask> moving_;
 };
 
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
@@ -288,14 +295,16 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
   });
   const SolidNodes solid(layers_, stands_still);
   for (std::vector<float>& field : fields) {
-    std::vector<float> past_standing;
     if (solid.any_standing()) {
-      past_standing = field;
+      const std::span<float> past_standing(band_.scratch(0)[0], field.size());
+      std::copy(field.begin(), field.end(), past_standing.begin());
       solid.set_standing(past_standing, no_value);
       carry_outward(band_, past_standing, carried_speed);
+      carry_outward(band_, field, carried_speed);
+      solid.take_moving(past_standing, field);
+    } else {
+      carry_outward(band_, field, carried_speed);
     }
-    carry_outward(band_, field, carried_speed);
-    solid.take_moving(past_standing, field);
     // What no surface reaches does not move.
     std::replace(field.begin(), field.end(), no_value, 0.0F);
   }

@@ -1,6 +1,7 @@
 #include "levelset/overgrowth.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -51,6 +52,41 @@ float eikonal(std::array<Film, 3> axes) {
   return static_cast<float>(result);
 }
 
+/// Nodes of a band with numbers in the order in which they are added: by leaf, then by node.
+class NumberedNodes {
+ public:
+  explicit NumberedNodes(std::size_t leaf_count) : leaves_(leaf_count) {}
+
+  void add(std::size_t leaf, int node) {
+    if (leaves_[leaf].nodes == LeafMask{}) leaves_[leaf].first = count_;
+    leaves_[leaf].nodes[node >> 6] |= bit_of(node);
+    ++count_;
+  }
+
+  bool holds(std::size_t leaf, int node) const {
+    return (leaves_[leaf].nodes[node >> 6] & bit_of(node)) != 0;
+  }
+
+  std::size_t number(std::size_t leaf, int node) const {
+    const LeafMask& nodes = leaves_[leaf].nodes;
+    std::size_t number = leaves_[leaf].first;
+    for (int i = 0; i < node >> 6; ++i) number += static_cast<std::size_t>(std::popcount(nodes[i]));
+    const std::uint64_t before = nodes[node >> 6] & (bit_of(node) - 1);
+    return number + static_cast<std::size_t>(std::popcount(before));
+  }
+
+ private:
+  struct OfLeaf {
+    LeafMask nodes{};
+    std::size_t first = 0;
+  };
+
+  static std::uint64_t bit_of(int node) { return std::uint64_t{1} << (node & 63); }
+
+  std::vector<OfLeaf> leaves_;
+  std::size_t count_ = 0;
+};
+
 class Overgrowth {
  public:
   Overgrowth(const Layers& layers, const std::vector<bool>& stands_still, float dt,
@@ -59,12 +95,14 @@ class Overgrowth {
         band_(layers.top().band()),
         stands_still_(stands_still),
         dt_(dt),
-        speed_(speed) {}
+        speed_(speed),
+        numbers_(band_.leaves().size()) {}
 
   void run() {
     find_nodes();
+    std::vector<Film> before(nodes_.size());
     for (int pass = 0; pass < pass_count; ++pass) {
-      const std::vector<Film> before = film_;
+      film_.swap(before);
       for (std::size_t n = 0; n < nodes_.size(); ++n) film_[n] = film_at(nodes_[n], before);
     }
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
@@ -76,11 +114,8 @@ class Overgrowth {
   }
 
  private:
-  static constexpr std::uint32_t none = ~0U;
-
   /// Gas that only sees what stands still.
   void find_nodes() {
-    number_.assign(speed_.size(), none);
     const std::vector<bool> in_reach = leaves_in_reach();
     for (std::size_t at = 0; at < speed_.size(); ++at) {
       if (!in_reach[at / leaf_size]) continue;
@@ -90,7 +125,7 @@ class Overgrowth {
       if (here < 0 || here > next_to_surface || speed_[at] != 0) continue;
       const Node node = node_at(leaf, offset);
       if (!is_stored(node) || !touches_standing(node)) continue;
-      number_[at] = static_cast<std::uint32_t>(nodes_.size());
+      numbers_.add(at / leaf_size, offset);
       nodes_.push_back(node);
     }
     film_.resize(nodes_.size());
@@ -165,7 +200,9 @@ class Overgrowth {
   Film known(const Node& node, const std::vector<Film>& found) const {
     const std::size_t at = place(node);
     if (at == speed_.size()) return {};
-    if (number_[at] != none) return found[number_[at]];
+    const std::size_t leaf = at / leaf_size;
+    const auto offset = static_cast<int>(at % leaf_size);
+    if (numbers_.holds(leaf, offset)) return found[numbers_.number(leaf, offset)];
     const float here = phi(node);
     return speed_[at] > 0 && (here >= 0 || touches_gas(node)) ? Film{here, speed_[at]} : Film{};
   }
@@ -199,8 +236,8 @@ class Overgrowth {
   float dt_;
   std::vector<float>& speed_;
   std::vector<Node> nodes_;
-  std::vector<Film> film_;             ///< at each of them
-  std::vector<std::uint32_t> number_;  ///< among them, of every node of the band
+  std::vector<Film> film_;  ///< at each of them
+  NumberedNodes numbers_;   ///< of them
 };
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include "core/parallel.h"
@@ -27,25 +26,22 @@ class Keeper {
         dt_(dt),
         band_(layers.top().band()) {}
 
-  void run(LeafValues& moved) const {
-    for_each_near_node(moved, [&](std::array<int, 3> at, const float* old, float wanted) {
+  void run(LeafValues& moved, LeafValues& limited) const {
+    for_each_near_node(moved, limited, [&](std::array<int, 3> at, const float* old, float wanted) {
       return standing_layer_at(at) == none ? limit_outside(at, old, not_held_back(at, old, wanted))
                                            : wanted;
     });
-    LeafValues limited(band_.leaves().size());
-    parallel_for(band_.leaves().size(), 64, [&](std::size_t begin, std::size_t end) {
-      std::memcpy(limited[begin], moved[begin], (end - begin) * leaf_size * sizeof(float));
-    });
-    for_each_near_node(moved, [&](std::array<int, 3> at, const float* old, float wanted) {
+    for_each_near_node(limited, moved, [&](std::array<int, 3> at, const float* old, float wanted) {
       const int layer = standing_layer_at(at);
       return layer == none ? wanted : limit_inside(layer, at, old, wanted, limited);
     });
   }
 
  private:
-  /// Lets keep(node, old phi, new phi) change the new phi of nodes near the surface that shrink.
+  /// Takes new phi over from one array to another and lets keep(node, old phi, new phi) change it
+  /// at nodes near the surface.
   template <class Keep>
-  void for_each_near_node(LeafValues& moved, const Keep& keep) const {
+  void for_each_near_node(const LeafValues& from, LeafValues& to, const Keep& keep) const {
     parallel_for(band_.leaves().size(), 8, [&](std::size_t begin, std::size_t end) {
       Block block;
       for (std::size_t n = begin; n < end; ++n) {
@@ -56,10 +52,9 @@ class Keeper {
           const int i = node >> 6;
           const int j = (node >> 3) & 7;
           const int k = node & 7;
-          if (std::abs(leaf.phi[node]) < near_surface) {
-            const std::array<int, 3> at{leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k};
-            moved[n][node] = keep(at, block.row(i, j) + k, moved[n][node]);
-          }
+          const float wanted = from[n][node];
+          const bool is_near = std::abs(leaf.phi[node]) < near_surface;
+          to[n][node] = is_near ? keep(node_at(leaf, node), block.row(i, j) + k, wanted) : wanted;
         }
       }
     });
@@ -250,9 +245,9 @@ bool has_standing_layers(const SpeedField& field) {
 }
 
 void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
-                          LeafValues& moved) {
+                          LeafValues& moved, LeafValues& room) {
   if (has_standing_layers(field)) {
-    Keeper(layers, field, dt).run(moved);
+    Keeper(layers, field, dt).run(moved, room);
   }
 }
 

@@ -17,9 +17,10 @@ bool has_standing_layers(const SpeedField& field);
 /// bit. Where the surface arrives at the layer from below, it is put on the buried interface.
 /// Growth remains.
 ///
-/// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one.
+/// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one; room
+///        for as many values, what they are does not matter.
 /// Units: dt in spacings per (nm/s).
 void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
-                          LeafValues& moved);
+                          LeafValues& moved, LeafValues& room);
 
 }  // namespace scarp

@@ -65,12 +65,7 @@ class FormulaParser {
 
  private:
   [[noreturn]] void fail(std::size_t place, const std::string& what) const {
-    // Bytes that continue a character of UTF-8 do not count.
-    const auto before = text_.substr(0, place);
-    const auto column = 1 + std::count_if(before.begin(), before.end(), [](char c) {
-                          return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-                        });
-    throw InputError("column " + std::to_string(column) + ": " + what);
+    throw InputError("column " + std::to_string(place + 1) + ": " + what);
   }
 
   bool is_zero() const {
@@ -253,9 +248,7 @@ bool is_formula_name(std::string_view word) {
 }
 
 RateFormula::RateFormula(std::string_view text, std::span<const std::string> names)
-    : RateFormula(FormulaParser(text, names).parse()) {
-  text_ = text;
-}
+    : RateFormula(FormulaParser(text, names).parse()) {}
 
 double RateFormula::of_one(Code code, double a, double exponent) {
   switch (code) {
@@ -283,9 +276,9 @@ double RateFormula::of_two(Code code, double a, double b) {
     case Code::divide:
       return a / b;
     case Code::minimum:
-      return a < b || std::isnan(a) ? a : b;
+      return std::min(a, b);
     default:
-      return a > b || std::isnan(a) ? a : b;
+      return std::max(a, b);
   }
 }
 
