@@ -18,7 +18,7 @@ nlohmann::ordered_json as_json(const ModelDescription& model) {
                           {"unit", unit_text(parameter)},
                           {"default", default_text(parameter)},
                           {"range", range_text(parameter)},
-                          {"by_material", parameter.kind == Parameter::Kind::per_material},
+                          {"by_material", is_by_material(parameter)},
                           {"meaning", parameter.meaning},
                           {"source", parameter.source}});
   }

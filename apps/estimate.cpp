@@ -13,6 +13,14 @@ namespace {
 
 constexpr std::uint64_t trial_rays = 1 << 16;
 
+// What ions straight from the source bring to the slope on which their yield counts most.
+double largest_yield(const YieldLaw& law, double energy) {
+  double largest = 0;
+  for (double cosine = 0.01; cosine < 1.005; cosine += 0.01)
+    largest = std::max(largest, cosine * law.at(energy, AngleTable::half_sine(cosine)));
+  return largest;
+}
+
 // The fastest that a step moves a surface that sees the whole source.
 double top_speed(const SurfaceModel& model, std::size_t material_count) {
   std::vector<MaterialId> material(material_count);
@@ -23,7 +31,7 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
     full.emplace_back(material_count, 1.0F);
     for (const YieldLaw& law : species.yields)
       full.emplace_back(material_count,
-                        static_cast<float>(law.largest(species.ions->energy.largest())));
+                        static_cast<float>(largest_yield(law, species.ions->energy.mean())));
   }
   const std::vector<std::span<const float>> flux(full.begin(), full.end());
   double top = 0;

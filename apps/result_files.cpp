@@ -147,6 +147,12 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
     fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
     fields.facets.push_back(
         {"flux_std_error" + suffix, std::span(survey.flux[s].arrivals().std_error)});
+    for (std::size_t k = 0; k < species[s].yields.size(); ++k) {
+      const Tally& tally = survey.flux[s].tallies[1 + k];
+      fields.facets.push_back({"yield_" + species[s].yields[k].name, std::span(tally.mean)});
+      fields.facets.push_back(
+          {"yield_std_error_" + species[s].yields[k].name, std::span(tally.std_error)});
+    }
   }
   fields.facets.push_back({"speed_nm_s", std::span(speed)});
   write_vtp(file, survey.facets, fields);

@@ -135,24 +135,36 @@ std::size_t layer_of(const State& state, MaterialId material) {
   return k;
 }
 
-// A step that deposits nothing must not let anything grow: what grew would be of which material?
+[[noreturn]] void refuse_speed(const std::string& what, std::size_t facet, MaterialId material,
+                               const Survey& survey, const State& state, const Recipe& recipe) {
+  const ProcessStep& step = current_step(state, recipe);
+  const Vec3f r = survey.facets.vertices[survey.facets.triangles[facet][0]];
+  const std::string formula = step.model->formula(material);
+  throw NumericalError(
+      fmt::format("time step {} of step \"{}\", t = {:g} s: {} on facet {} at ({:g}, {:g}, {:g}) "
+                  "nm, material {}{}",
+                  state.time_step, step.name, state.time, what, facet, r.x, r.y, r.z,
+                  recipe.materials[material].name,
+                  formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
+}
+
+// Of all layers: one that is not seen may come to light within the time step. And a step that
+// deposits nothing must not let anything grow: what grew would be of which material?
 void require_sound_speeds(const Survey& survey, const State& state, const Recipe& recipe) {
   const ProcessStep& step = current_step(state, recipe);
   for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
-    const MaterialId material = survey.facets.materials[f];
-    for (const float speed : survey.speeds_of_layers[layer_of(state, material)].speed[f]) {
-      const bool finite = std::isfinite(speed);
-      if (finite && (speed <= 0 || step.deposits)) continue;
-      const Vec3f r = survey.facets.vertices[survey.facets.triangles[f][0]];
-      throw NumericalError(fmt::format(
-          "time step {} of step \"{}\", t = {:g} s: {} on facet {} at ({:g}, {:g}, {:g}) nm, "
-          "material {}",
-          state.time_step, step.name, state.time,
-          finite ? fmt::format("the surface grows, by {:g} nm/s, and the step names no material "
-                               "that is deposited,",
-                               speed)
-                 : "speed is not finite",
-          f, r.x, r.y, r.z, recipe.materials[material].name));
+    const std::size_t seen = layer_of(state, survey.facets.materials[f]);
+    for (std::size_t k = 0; k < survey.speeds_of_layers.size(); ++k) {
+      const MaterialId material = state.layers.stack[k].material;
+      for (const float speed : survey.speeds_of_layers[k].speed[f]) {
+        if (!std::isfinite(speed))
+          refuse_speed("speed is not finite", f, material, survey, state, recipe);
+        if (k != seen || speed <= 0 || step.deposits) continue;
+        refuse_speed(fmt::format("the surface grows, by {:g} nm/s, and the step names no material "
+                                 "that is deposited,",
+                                 speed),
+                     f, material, survey, state, recipe);
+      }
     }
   }
 }

@@ -544,10 +544,15 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
 
 std::vector<std::string> RecipeTable::per_material_text(std::string_view key,
                                                         const MaterialScope& scope) const {
-  const auto values = by_material<std::string>(
-      key, scope, [](const Item& entry) { return read_text(entry).value_or(""); });
+  const auto values = by_material<std::string>(key, scope, [](const Item& entry) {
+    const std::optional<std::string> row = read_text(entry);
+    if (row && row->empty()) note(entry, "is empty");
+    return row.value_or("");
+  });
   if (values) return *values;
-  return std::vector<std::string>(scope.materials.size(), text(key));
+  const std::string for_all = text(key);
+  if (for_all.empty() && ok(key)) error(key, "is empty");
+  return std::vector<std::string>(scope.materials.size(), for_all);
 }
 
 RecipeTable RecipeTable::table(std::string_view key) const {

@@ -114,7 +114,7 @@ class RecipeTable {
   std::vector<double> per_material(std::string_view key, Dimension dimension,
                                    const MaterialScope& scope, const Limits& limits = {}) const;
 
-  /// One text for all materials, or a table of texts, with the same rules.
+  /// One text for all materials, or a table of texts, with the same rules; none may be empty.
   ///
   /// Shape: one per material; empty for those that are not listed and cannot be reached.
   std::vector<std::string> per_material_text(std::string_view key,

@@ -85,8 +85,6 @@ void check_species(const Species& species, const FluxOptions& options) {
   check(std::abs(length(axis) - 1) < 1e-9 && axis.z < 0,
         where + "the source has to point down to the wafer");
   check(species.ions || species.yields.empty(), where + "only ions have yields");
-  check(!needs_forward(species) || options.engine != FluxOptions::Engine::gather,
-        where + "ions and tilted sources need the forward engine");
   if (species.ions) check_ions(species, where);
   const double power = species.source.cosine_power;
   check(power >= 0 && power <= 1e6,

@@ -18,6 +18,8 @@ struct FluxOptions {
     forward,    ///< particles from the source, one by one
     gather,     ///< rays from the facets and an exchange between them
   };
+  /// Of neutral species. Ions and tilted sources are traced forward whatever it says, beams by
+  /// shadow rays: there is no other way.
   Engine engine = Engine::automatic;
   Sides sides{};                 ///< where rays are mirrored or wrapped
   bool two_dimensional = false;  ///< rays travel in the x-z plane

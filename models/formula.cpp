@@ -65,7 +65,12 @@ class FormulaParser {
 
  private:
   [[noreturn]] void fail(std::size_t place, const std::string& what) const {
-    throw InputError("column " + std::to_string(place + 1) + ": " + what);
+    // Bytes that continue a character of UTF-8 do not count.
+    const auto before = text_.substr(0, place);
+    const auto column = 1 + std::count_if(before.begin(), before.end(), [](char c) {
+                          return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+                        });
+    throw InputError("column " + std::to_string(column) + ": " + what);
   }
 
   bool is_zero() const {
@@ -248,7 +253,9 @@ bool is_formula_name(std::string_view word) {
 }
 
 RateFormula::RateFormula(std::string_view text, std::span<const std::string> names)
-    : RateFormula(FormulaParser(text, names).parse()) {}
+    : RateFormula(FormulaParser(text, names).parse()) {
+  text_ = text;
+}
 
 double RateFormula::of_one(Code code, double a, double exponent) {
   switch (code) {
@@ -276,9 +283,9 @@ double RateFormula::of_two(Code code, double a, double b) {
     case Code::divide:
       return a / b;
     case Code::minimum:
-      return std::min(a, b);
+      return a < b || std::isnan(a) ? a : b;
     default:
-      return std::max(a, b);
+      return a > b || std::isnan(a) ? a : b;
   }
 }
 

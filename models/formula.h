@@ -22,8 +22,12 @@ class RateFormula {
   /// Throws: InputError that names the column, counted from 1, and what is wrong there.
   RateFormula(std::string_view text, std::span<const std::string> names);
 
-  /// The rate for one value per name. Not finite where the formula is not. Units: nm/s.
+  /// The rate for one value per name. Not finite where any part of the formula is not a number, as
+  /// 0 / 0. Units: nm/s.
   float at(std::span<const float> values) const;
+
+  /// As it was written.
+  const std::string& text() const { return text_; }
 
  private:
   friend class FormulaParser;
@@ -53,6 +57,7 @@ class RateFormula {
   static double of_one(Code code, double a, double exponent);
   static double of_two(Code code, double a, double b);
 
+  std::string text_;
   std::vector<Instruction> program_;
 };
 

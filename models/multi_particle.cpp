@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "core/error.h"
 #include "models/directional.h"
@@ -155,15 +154,19 @@ class Reader {
  private:
   std::string read_name(const RecipeTable& table) {
     std::string name = table.text("name");
-    if (!table.ok("name")) return name;
+    if (!table.ok("name")) {
+      names_are_right_ = false;
+      return name;
+    }
     if (!is_formula_name(name)) {
       table.error("name",
                   "has to be a word of letters, digits and _ that begins with a letter "
                   "and is not the name of a function");
-    } else if (!names_.insert(name).second) {
+    } else if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
       table.error("name", "there is another " + name + " in this step");
     }
-    value_names_.push_back(name);
+    names_are_right_ = names_are_right_ && table.ok("name");
+    names_.push_back(name);
     return name;
   }
 
@@ -227,7 +230,9 @@ class Reader {
 
   void read_rates() {
     std::map<std::string, std::optional<RateFormula>> formulas;
-    for (const std::string& text : read_per_material_text(step_, rate, scope_, deposited_)) {
+    const auto texts = read_per_material_text(step_, rate, scope_, deposited_);
+    if (!names_are_right_) return;  // formulas would seem wrong that use them
+    for (const std::string& text : texts) {
       const auto [known, is_new] = formulas.try_emplace(text);
       if (is_new && !text.empty()) known->second = compiled(text);
       values_.rate.push_back(known->second);
@@ -236,9 +241,11 @@ class Reader {
 
   std::optional<RateFormula> compiled(const std::string& text) const {
     try {
-      return RateFormula(text, value_names_);
+      return RateFormula(text, names_);
     } catch (const InputError& error) {
-      step_.error(rate.name, "in \"" + text + "\", " + error.what());
+      constexpr std::size_t longest_quote = 200;
+      const std::string place = text.size() <= longest_quote ? "in \"" + text + "\", " : "";
+      step_.error(rate.name, place + error.what());
       return std::nullopt;
     }
   }
@@ -246,8 +253,8 @@ class Reader {
   const RecipeTable& step_;
   const StepScope& scope_;
   std::optional<MaterialId> deposited_;
-  std::set<std::string> names_;
-  std::vector<std::string> value_names_;  // in the order of the tallies
+  std::vector<std::string> names_;  // in the order of the tallies
+  bool names_are_right_ = true;
   MultiParticle::Values values_;
 };
 
@@ -268,6 +275,10 @@ std::vector<float> MultiParticle::speeds(const SurfacePoints& points,
     speeds[p] = formula->at(values);
   }
   return speeds;
+}
+
+std::string MultiParticle::formula(MaterialId material) const {
+  return values_.rate[material] ? values_.rate[material]->text() : "";
 }
 
 bool MultiParticle::is_mirror_symmetric(int axis) const {

@@ -34,6 +34,7 @@ class MultiParticle final : public SurfaceModel {
   std::vector<Species> species() const override { return values_.species; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
+  std::string formula(MaterialId material) const override;
   bool is_mirror_symmetric(int axis) const override;
 
  private:

@@ -32,5 +32,6 @@ std::string model_pages();
 std::string unit_text(const Parameter& parameter);
 std::string default_text(const Parameter& parameter);
 std::string range_text(const Parameter& parameter);
+bool is_by_material(const Parameter& parameter);
 
 }  // namespace scarp

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/angular_factor.h"
@@ -36,6 +37,10 @@ class SurfaceModel {
   /// theirs, arrivals first. Units: nm/s; flux relative to the source.
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
+
+  /// The formula of a material's speed as the recipe has it, for messages; empty where there is
+  /// none.
+  virtual std::string formula([[maybe_unused]] MaterialId material) const { return {}; }
 
   /// Whether the process is its own mirror image along x (axis 0) or y, as reflective sides take
   /// for granted.

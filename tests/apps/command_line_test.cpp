@@ -85,6 +85,8 @@ TEST_F(CommandLine, ModelsWithoutANamePrintsAllParameters) {
     EXPECT_EQ(parameter["by_material"],
               parameter["name"] != "source_power" && parameter["name"] != "material");
   }
+  EXPECT_EQ(models["multi_particle"]["parameters"][0]["name"], "rate");
+  EXPECT_EQ(models["multi_particle"]["parameters"][0]["by_material"], true);
 }
 
 TEST_F(CommandLine, CheckPrintsTheRecipeThatIsRun) {

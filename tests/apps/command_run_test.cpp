@@ -112,7 +112,8 @@ TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {
       {"trench_forward_periodic",
        small_trench("--set flux.engine='\"forward\"' --set flux.rays=100000 "
                     "--set domain.boundary='[\"periodic\", \"periodic\"]' ")},
-      {"hole_beam", hole}};
+      {"hole_beam", hole},
+      {"ion_etch", small_ion_etch()}};
   const fs::path known = fs::path(SCARP_SOURCE_DIR) / "tests/reference/state_hash.json";
   nlohmann::json hashes;
   for (const auto& [name, arguments] : runs) {

@@ -59,5 +59,15 @@ TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
   EXPECT_LT(cost.memory_mb, peak_memory_mb() + 10);
 }
 
+// A law of 10 upright at the mean energy, and of 2.852 times as much on the fastest slope.
+TEST(Estimate, TakesIonsAtTheirMeanEnergyOnTheSlopeThatTheyEtchFastest) {
+  const std::string ions =
+      "[[step]]\nmodel = \"multi_particle\"\nduration = \"4 s\"\nrate = \"-1 nm/s * etch\"\n"
+      "[[step.ion]]\nname = \"ion\"\nenergy = \"100 eV\"\nenergy_deviation = \"5 eV\"\n"
+      "[[step.ion.yield]]\nname = \"etch\"\namplitude = 1\nangular = ";
+  EXPECT_EQ(estimate({(ions + "\"cosine\"\n").c_str()}).time_steps, 10);
+  EXPECT_EQ(estimate({(ions + "\"sputter\"\n").c_str()}).time_steps, 29);
+}
+
 }  // namespace
 }  // namespace scarp

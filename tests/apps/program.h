@@ -95,6 +95,14 @@ class Program : public ::testing::Test {
            more;
   }
 
+  /// Arguments of a run with neutrals and ions that takes about a second.
+  std::string small_ion_etch(const std::string& more = "") const {
+    return std::string(SCARP_SOURCE_DIR) +
+           "/configs/ion_etch.toml --set domain.spacing='\"20 nm\"' --set flux.rays=20000 "
+           "--set step[0].duration='\"30 s\"' --set output.every='\"10 s\"' --quiet " +
+           more;
+  }
+
   TemporaryFolder folder_;
 };
 

@@ -35,6 +35,59 @@ TEST_F(Restart, AResumedRunGivesTheSameBits) {
   expect_same_bits("whole", "cut");
 }
 
+// Two cycles, each of a film and an etch with ions; the process dies in the second one.
+TEST_F(Restart, IonsInCyclesGoOnWithTheSameBits) {
+  write("cycles.toml", R"(
+[domain]
+spacing = "20 nm"
+extent = ["400 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "100 nm"
+opening = { shape = "trench", width = "200 nm" }
+[flux]
+rays = 10000
+[[step]]
+repeat = 2
+[[step.step]]
+model = "multi_particle"
+duration = "2 s"
+material = "polymer"
+rate = "2 nm/s * C4F8 + 1 nm/s * Ar"
+[[step.step.neutral]]
+name = "C4F8"
+sticking = 0.1
+[[step.step.ion]]
+name = "Ar"
+[[step.step]]
+model = "multi_particle"
+duration = "4 s"
+rate = { polymer = "-3 nm/s * etch", Si = "-1 nm/s * F^0.5 * etch", resist = "0" }
+[[step.step.neutral]]
+name = "F"
+sticking = 0.3
+[[step.step.ion]]
+name = "Ar"
+[[step.step.ion.yield]]
+name = "etch"
+amplitude = 1
+threshold = "15 eV"
+angular = "enhanced"
+)");
+  ASSERT_EQ(scarp("run " + path("cycles.toml") + " --quiet -o " + path("whole")).exit_code, 0);
+  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+  for (const char* late : {"summary.json", "state_0003.vdb", "state_0004.vdb"})
+    fs::remove(folder_ / "cut" / late);
+  const std::string resume = "run " + path("cycles.toml") + " --quiet --resume -o " + path("cut");
+  ASSERT_EQ(scarp(resume).exit_code, 0);
+  expect_same_bits("whole", "cut");
+}
+
 TEST_F(Restart, ResumingAFinishedRunChangesNothing) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const auto before = fs::last_write_time(folder_ / "r" / "summary.json");

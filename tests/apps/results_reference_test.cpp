@@ -117,8 +117,8 @@ TEST_F(ResultsReference, HasTheKeysOfTheSummary) {
   EXPECT_EQ(described("summary.json"), keys);
 }
 
-TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
-  const std::string text = read_file(results() / "surface_0001.vtp");
+std::set<std::string> arrays_of(const fs::path& surface) {
+  const std::string text = read_file(surface);
   const std::string mark = " Name=\"";
   std::set<std::string> arrays;
   for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;) {
@@ -127,7 +127,42 @@ TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
   }
   // Those of the format itself.
   for (const char* name : {"points", "connectivity", "offsets"}) EXPECT_EQ(arrays.erase(name), 1U);
+  return arrays;
+}
+
+// What an ion adds, whose yield has the name NAME.
+constexpr const char* recipe_with_ion = R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "multi_particle"
+duration = "1 s"
+rate = "-1 nm/s * NAME"
+[[step.ion]]
+name = "ion"
+[[step.ion.yield]]
+name = "NAME"
+amplitude = 1
+[flux]
+rays = 1000
+)";
+
+TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
+  const fs::path file = results() / "ion.toml";
+  std::ofstream(file) << recipe_with_ion;
+  run(read_recipe(file, {}), results() / "ion", {});
+  const std::set<std::string> arrays = arrays_of(results() / "ion" / "surface_0001.vtp");
   EXPECT_EQ(described("surface_NNNN.vtp"), arrays);
+
+  std::set<std::string> without_ions = arrays;
+  EXPECT_EQ(without_ions.erase("yield_NAME"), 1U);
+  EXPECT_EQ(without_ions.erase("yield_std_error_NAME"), 1U);
+  EXPECT_EQ(arrays_of(results() / "surface_0001.vtp"), without_ions);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "apps/simulator.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/running_statistics.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -343,6 +345,121 @@ TEST(Mask, OfRateZeroLosesNotOneBitInAnHour) {
     EXPECT_GT(end.top().distance({0, 0, -150}), 0) << step;
     EXPECT_EQ(end.stack.size(), start.stack.size());
   }
+}
+
+// SF6/O2 on Si at steady coverages. Fluxes of ions 12, of O 100 (1e15 /cm2/s) and the density of
+// Si, 5.02 (1e22 /cm3), are those of Belen et al. 2005; their quotients are nm/s.
+constexpr const char* plasma_etch = R"toml(
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[flux]
+rays = 200000
+[[step]]
+model = "multi_particle"
+duration = "1 s"
+[[step.neutral]]
+name = "F"
+sticking = 0.3
+[[step.neutral]]
+name = "O"
+[[step.ion]]
+name = "ion"
+source_power = 1e5
+[[step.ion.yield]]
+name = "sputtered"
+amplitude = 0.0337
+threshold = "20 eV"
+angular = "sputter"
+[[step.ion.yield]]
+name = "etched"
+amplitude = 7
+threshold = "15 eV"
+angular = "enhanced"
+[[step.ion.yield]]
+name = "cleaned"
+amplitude = 3
+threshold = "10 eV"
+angular = "enhanced"
+)toml";
+
+struct OpenWafer {
+  double f_flux;
+  const char* energy_deviation;
+  double rate;  // nm/s
+};
+
+// With 1800 of F and the sticking of F in the balance of its coverage or not, which is as 1260.
+constexpr std::array open_wafers{OpenWafer{1800, "0 eV", 58.0683},
+                                 OpenWafer{1260, "10 eV", 47.6859}};
+
+TEST(MultiParticle, EtchesAnOpenWaferAtTheKnownRate) {
+  const TemporaryFolder folder;
+  for (const std::string domain :
+       {"extent = [\"200 nm\", \"200 nm\"]", "extent = [\"1 um\"]\nmode = \"2d\""}) {
+    std::ofstream(folder / "r.toml") << "[domain]\nspacing = \"10 nm\"\n" << domain << plasma_etch;
+    for (const OpenWafer& wafer : open_wafers) {
+      const std::string f = "F * " + std::to_string(wafer.f_flux);
+      const std::string rate = "-1 nm/s / 5.02 * (12 * sputtered + (75 + 12 * etched) * " + f +
+                               " / (" + f +
+                               " + (300 + 24 * etched) * (1 + 100 * O / (0.04 + 12 * cleaned))))";
+      const Recipe recipe = read_recipe(
+          folder / "r.toml",
+          {"step[0].rate=\"" + rate + '"',
+           std::string("step[0].ion[0].energy_deviation=\"") + wafer.energy_deviation + '"'});
+      const State state = start_state(recipe);
+      RunningStatistics etched;
+      for (const float speed : facet_speeds(state, survey(state, recipe))) etched.add(-speed);
+      EXPECT_NEAR(etched.mean(), wafer.rate, 4 * etched.std_error() + 1e-3 * wafer.rate) << domain;
+      EXPECT_LT(etched.std_error(), 2e-3 * wafer.rate);
+    }
+  }
+}
+
+constexpr const char* film_on_silicon = R"(
+[domain]
+spacing = "10 nm"
+extent = ["200 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "100 nm"
+[flux]
+rays = 1000
+[[step]]
+model = "multi_particle"
+duration = "1 s"
+[[step.neutral]]
+name = "F"
+)";
+
+std::string failure_of(const std::string& rates) {
+  const Recipe recipe = recipe_of(film_on_silicon + ("[step.rate]\n" + rates));
+  try {
+    survey(start_state(recipe), recipe);
+  } catch (const NumericalError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+// That of silicon counts, too, which is not seen yet.
+TEST(MultiParticle, ARateThatIsNotFiniteIsToldWithItsFormulaBeforeItMovesAnything) {
+  using ::testing::AllOf;
+  using ::testing::HasSubstr;
+  EXPECT_EQ(failure_of("Si = \"0\"\nSiO2 = \"-1 nm/s * F\"\n"), "none");
+  EXPECT_THAT(failure_of("Si = \"-1 nm/s * (F - F) / (F - F)\"\nSiO2 = \"0\"\n"),
+              AllOf(HasSubstr("speed is not finite on facet 0 at ("),
+                    HasSubstr("nm, material Si, rate \"-1 nm/s * (F - F) / (F - F)\"")));
+  EXPECT_THAT(failure_of("Si = \"0\"\nSiO2 = \"-1 nm/s / (F - F)\"\n"),
+              HasSubstr("material SiO2, rate \"-1 nm/s / (F - F)\""));
+  EXPECT_THAT(failure_of("Si = \"1 nm/s\"\nSiO2 = \"2 nm/s * F\"\n"),
+              AllOf(HasSubstr("the surface grows, by 2 nm/s"), HasSubstr("no material"),
+                    HasSubstr("material SiO2, rate \"2 nm/s * F\"")));
 }
 
 }  // namespace

@@ -436,5 +436,24 @@ bare = [["0 um", 7], ["1 um", "0 nm"], ["1 um", "2 um"]]
   }
 }
 
+TEST(RecipePerMaterial, TakesNoEmptyTexts) {
+  const Materials materials;
+  const std::vector<MaterialId> reachable{materials.id("Si")};
+  const auto message = [&](const std::string& text) {
+    const RecipeFile file(text, "r.toml");
+    file.root().per_material_text("rate", {materials, reachable});
+    try {
+      file.finish();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_EQ(message("rate = \"a\"\n"), "no error");
+  EXPECT_EQ(message("rate = \"\"\n"), "r.toml:1:8: rate: is empty");
+  EXPECT_EQ(message("rate = { Si = \"a\", default = \"\" }\n"),
+            "r.toml:1:30: rate.default: is empty");
+}
+
 }  // namespace
 }  // namespace scarp

@@ -285,6 +285,19 @@ TEST(IonFlux, OfATurningWaferFallsOnAllSidesAlike) {
   EXPECT_NEAR(right.value, left.value, 4 * std::hypot(right.error, left.error));
 }
 
+TEST(IonFlux, IsTracedForwardWhateverTheEngine) {
+  const Shape shape = testing::trench(2);
+  std::vector<FluxField> runs;
+  for (const auto engine : {FluxOptions::Engine::automatic, FluxOptions::Engine::forward,
+                            FluxOptions::Engine::gather}) {
+    runs.push_back(trace(shape, plasma_ions(), {.engine = engine, .rays = 1 << 12}));
+  }
+  for (const FluxField& run : runs) {
+    EXPECT_EQ(run.engine, FluxEngine::forward);
+    EXPECT_EQ(run.tallies[1].mean, runs[0].tallies[1].mean);
+  }
+}
+
 TEST(IonFlux, DoesNotDependOnTheNumberOfThreads) {
   const Shape shape = testing::hole(2);
   std::vector<FluxField> runs;

@@ -51,6 +51,8 @@ TEST(RateFormula, TakesPowersBeforeProductsAndSigns) {
   EXPECT_TRUE(std::isnan(value("1 nm/s * (F - 1)^0.5")));
   EXPECT_TRUE(std::isnan(value("sqrt(F - 1) * 1 nm/s")));
   EXPECT_TRUE(std::isinf(value("1 nm/s / (F - F)")));
+  EXPECT_TRUE(std::isnan(value("1 nm/s * min(1, (F - F) / (F - F))")));
+  EXPECT_TRUE(std::isnan(value("1 nm/s * max((F - F) / (F - F), 1)")));
 }
 
 TEST(RateFormula, HasToBeARate) {
@@ -81,6 +83,8 @@ TEST(RateFormula, PointsAtWhatIsWrong) {
   expect("1 nm/s * min(F)", "column 15: min takes two values");
   expect("1 nm/s * sqrt F", "column 14: expected ( after sqrt");
   expect("1 nm/s * sqrt(F", "column 16: expected ) after the values of sqrt");
+  expect("5 \xC2\xB5m/min * G", "column 12: there is no G");
+  expect("1 nm/s * F \xE2\x88\x92 1 nm/s", "column 12: expected an operator or the end");
   expect("1 nm/s * #", "column 10: expected a number, a name or (");
   expect("1 nm/s * 1e999", "column 10: ");
   expect(std::string(5000, '('), "longer than 4096");
@@ -93,6 +97,14 @@ TEST(RateFormula, HoldsTheDeepestFormulaThatItReads) {
   for (int k = 0; k < 60; ++k) text = "F + F * (" + text + ")";
   EXPECT_NEAR(value("1 nm/s * (" + text + ")", 0.5F), 1, 1e-6);
 }
+
+TEST(RateFormula, TakesWordsOfAsciiAsNames) {
+  for (const char* name : {"F", "_", "SF6_plus", "minimum"}) EXPECT_TRUE(is_formula_name(name));
+  for (const char* name : {"", "6F", "a b", "a-b", "\xC3\xA9", "min", "max", "sqrt", "exp"})
+    EXPECT_FALSE(is_formula_name(name)) << name;
+}
+
+TEST(RateFormula, KeepsItsText) { EXPECT_EQ(RateFormula(" 2 nm/s*F", names).text(), " 2 nm/s*F"); }
 
 }  // namespace
 }  // namespace scarp

@@ -77,6 +77,8 @@ TEST(MultiParticle, MovesAsItsFormulasSay) {
   const std::vector<float> sputter{0, 0};
   const std::vector<std::span<const float>> flux{f, oxygen, ion, etch, sputter};
   EXPECT_THAT(step.model->speeds(Points({"Si", "SiO2"}), flux), ElementsAre(-100.5F, -1));
+  EXPECT_EQ(step.model->formula(Materials().id("SiO2")), "-2 nm/s * ion");
+  EXPECT_EQ(step.model->formula(Materials().id("W")), "");
 }
 
 TEST(MultiParticle, GrowsWhatItNames) {
@@ -127,6 +129,32 @@ TEST(MultiParticle, SaysWhatIsWrong) {
       "step[0].ion[0].reflects_from: has to be at least sticks_to");
   expect("rate = \"1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n[[step.ion.yield]]\nname = \"y\"\n",
          "step[0].ion[0].yield[0].amplitude: missing");
+}
+
+TEST(MultiParticle, SaysWhatIsWrongOnce) {
+  const auto message = [](const std::string& keys) {
+    try {
+      read_step("multi_particle", keys);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  // The same text for two materials, and another one.
+  EXPECT_EQ(message("rate = { Si = \"1 nm/s * G\", SiO2 = \"1 nm/s * G\", W = \"F\" }\n"
+                    "[[step.neutral]]\nname = \"F\"\n"),
+            "r.toml:2:8: step[0].rate: in \"1 nm/s * G\", column 10: there is no G; there are F\n"
+            "r.toml:2:8: step[0].rate: in \"F\", column 1: the formula is a number, not a rate; "
+            "write its rates with a unit, for example \"-20 nm/s * F\"");
+  // Formulas do not know what is misnamed.
+  EXPECT_EQ(message("rate = \"1 nm/s * F\"\n[[step.neutral]]\nnam = \"F\"\n"),
+            "r.toml:4:1: step[0].neutral[0].nam: unknown key (did you mean name?)");
+  EXPECT_EQ(message("rate = \"1 nm/s * F2\"\n[[step.neutral]]\nname = \"2F\"\n"),
+            "r.toml:4:8: step[0].neutral[0].name: has to be a word of letters, digits and _ that "
+            "begins with a letter and is not the name of a function");
+  // What is long is not quoted.
+  EXPECT_EQ(message("rate = \"" + std::string(5000, '-') + "\"\n[[step.neutral]]\nname = \"F\"\n"),
+            "r.toml:2:8: step[0].rate: column 1: the formula is longer than 4096 characters");
 }
 
 }  // namespace
