@@ -15,30 +15,45 @@ namespace scarp {
 
 namespace {
 
+/// Parts that are made before they go to the mesh: few, so that what they hold stays in the caches.
+constexpr std::size_t parts_at_once = 256;
+
 /// Puts the parts together: vertices on the grid, then those in cells, then copies on the upper
 /// periodic sides.
 class Assembly {
  public:
-  Assembly(const Band& band, const SurfaceVertices& vertices,
-           const std::vector<PartTriangles>& parts)
-      : sides_(band.frame().sides()) {
-    std::size_t vertex_count = vertices.count();
-    std::size_t triangle_count = 0;
-    for (const PartTriangles& part : parts) {
-      vertex_count += part.cell_vertices.size();
-      triangle_count += part.triangles.size();
-    }
-    mesh_.vertices.reserve(vertex_count);
-    mesh_.triangles.reserve(triangle_count);
+  Assembly(const Band& band, const SurfaceVertices& vertices) : sides_(band.frame().sides()) {
+    // A little more for vertices in cells and copies; a closed surface has two triangles per
+    // vertex, less where it ends at sides.
+    mesh_.vertices.reserve(vertices.count() + vertices.count() / 32);
+    mesh_.triangles.reserve(2 * std::size_t{vertices.count()});
     vertices.append_positions(mesh_.vertices);
-    std::vector<std::uint32_t> first_in_cells;
-    for (const PartTriangles& part : parts) {
-      first_in_cells.push_back(static_cast<std::uint32_t>(mesh_.vertices.size()));
-      mesh_.vertices.insert(mesh_.vertices.end(), part.cell_vertices.begin(),
-                            part.cell_vertices.end());
+  }
+
+  /// The next part in their order.
+  void add(const PartTriangles& part) {
+    if (!part.plain) {
+      unnumbered_.push_back({mesh_.triangles.size(), mesh_.triangles.size() + part.triangles.size(),
+                             static_cast<std::uint32_t>(mesh_.vertices.size())});
     }
-    for (std::size_t n = 0; n < parts.size(); ++n) {
-      add_triangles(parts[n], first_in_cells[n]);
+    mesh_.triangles.insert(mesh_.triangles.end(), part.triangles.begin(), part.triangles.end());
+    mesh_.vertices.insert(mesh_.vertices.end(), part.cell_vertices.begin(),
+                          part.cell_vertices.end());
+  }
+
+  /// Once all parts are there: corners that are not vertices on the grid get their numbers.
+  void number_corners() {
+    for (const Unnumbered& part : unnumbered_) {
+      for (std::size_t f = part.begin; f < part.end; ++f) {
+        for (std::uint32_t& corner : mesh_.triangles[f]) {
+          const std::uint32_t kind = Corner::kind(corner);
+          if (kind == Corner::in_cell) {
+            corner = part.first_in_cells + Corner::number(corner);
+          } else if (kind != 0) {
+            corner = copied(corner);
+          }
+        }
+      }
     }
   }
 
@@ -64,23 +79,12 @@ class Assembly {
   }
 
  private:
-  void add_triangles(const PartTriangles& part, std::uint32_t first_in_cells) {
-    if (part.plain) {
-      mesh_.triangles.insert(mesh_.triangles.end(), part.triangles.begin(), part.triangles.end());
-      return;
-    }
-    for (Triangle triangle : part.triangles) {
-      for (std::uint32_t& corner : triangle) {
-        const std::uint32_t kind = Corner::kind(corner);
-        if (kind == Corner::in_cell) {
-          corner = first_in_cells + Corner::number(corner);
-        } else if (kind != 0) {
-          corner = copied(corner);
-        }
-      }
-      mesh_.triangles.push_back(triangle);
-    }
-  }
+  /// Triangles with corners of other kinds than vertices on the grid.
+  struct Unnumbered {
+    std::size_t begin;
+    std::size_t end;
+    std::uint32_t first_in_cells;
+  };
 
   std::uint32_t copied(std::uint32_t corner) {
     const auto [copy, is_new] =
@@ -100,6 +104,7 @@ class Assembly {
 
   Sides sides_;
   TriMesh mesh_;
+  std::vector<Unnumbered> unnumbered_;
   std::unordered_map<std::uint32_t, std::uint32_t> copies_;
   std::vector<std::uint32_t> originals_;  ///< of the copies
 };
@@ -108,14 +113,21 @@ TriMesh extract(const Band& band, const OpenGas* gas, const Layers* layers) {
   const std::size_t count = band.leaves().size();
   const SurfaceVertices vertices(band, gas, layers);
   SCARP_ASSERT(vertices.count(), <, Corner::most);
-  std::vector<PartTriangles> parts((count + leaves_per_part - 1) / leaves_per_part);
-  parallel_for(count, leaves_per_part, [&](std::size_t begin, std::size_t end) {
-    TriangleMaker maker(band, vertices);
-    for (std::size_t n = begin; n < end; ++n) {
-      maker.add_leaf(n, parts[begin / leaves_per_part]);
+  Assembly assembly(band, vertices);
+  std::vector<PartTriangles> parts(parts_at_once);
+  for (std::size_t first = 0; first < count; first += parts_at_once * leaves_per_part) {
+    const std::size_t leaf_count = std::min(count - first, parts_at_once * leaves_per_part);
+    parallel_for(leaf_count, leaves_per_part, [&](std::size_t begin, std::size_t end) {
+      PartTriangles& part = parts[begin / leaves_per_part];
+      part.clear();
+      TriangleMaker maker(band, vertices);
+      for (std::size_t n = begin; n < end; ++n) maker.add_leaf(first + n, part);
+    });
+    for (std::size_t n = 0; n < leaf_count; n += leaves_per_part) {
+      assembly.add(parts[n / leaves_per_part]);
     }
-  });
-  Assembly assembly(band, vertices, parts);
+  }
+  assembly.number_corners();
   if (layers != nullptr) {
     std::vector<std::uint16_t> exposed;
     vertices.append_exposed(exposed);

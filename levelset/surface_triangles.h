@@ -32,6 +32,13 @@ struct PartTriangles {
   std::vector<Triangle> triangles;  ///< of Corners
   std::vector<Vec3f> cell_vertices;
   bool plain = true;  ///< all corners are vertices on the grid
+
+  /// Memory is kept.
+  void clear() {
+    triangles.clear();
+    cell_vertices.clear();
+    plain = true;
+  }
 };
 
 /// Cuts the cells that start at the nodes of a leaf into triangles, one leaf after the other.

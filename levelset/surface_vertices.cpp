@@ -297,6 +297,7 @@ void SurfaceVertices::append_positions(std::vector<Vec3f>& positions) const {
 }
 
 void SurfaceVertices::append_exposed(std::vector<std::uint16_t>& exposed) const {
+  exposed.reserve(exposed.size() + count_);
   for (const Part& part : parts_) {
     exposed.insert(exposed.end(), part.exposed.begin(), part.exposed.end());
   }
