@@ -1,7 +1,8 @@
 // Simplification against its peers at equal numbers of vertices: distance to the original, shape of
 // the facets, defects, time on all threads. What is written is read side by side in one process.
 //
-//   ./dev bench simplify [MESH...] [--flux | --scaling] [--json] [--repeats N] [-o DIR]
+//   ./dev bench simplify [MESH...] [--removed FRACTION...] [--repeats N] [--flux | --scaling]
+//                        [--json] [-o DIR]
 //
 // Without files, surfaces that runs of scarp leave (tests/bench/surfaces). Sides are those of the
 // bounding box. --flux: instead, what 67 % fewer vertices save in the flux (sticking .1, to the
@@ -32,8 +33,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double reductions[]{0.2, 0.4, 0.52, 0.6, 0.7, 0.78, 0.9};
-
 /// Where the ratios are taken: the published reductions. Without a suffix, the one that was
 /// published for a surface of about this size.
 constexpr double ratio_reductions[]{0.52, 0.78};
@@ -49,6 +48,7 @@ struct Settings {
   std::vector<std::string> files;
   std::string folder = "results/bench_simplify";
   int repeats = 3;
+  std::vector<double> reductions{0.2, 0.4, 0.52, 0.6, 0.7, 0.78, 0.9};
   bool flux = false;
   bool scaling = false;
   bool json = false;
@@ -155,7 +155,7 @@ std::vector<Row> study(const Surface& surface, const std::vector<Method>& method
   const TriMesh& mesh = surface.mesh;
   const double published = ratio_reductions[mesh.vertices.size() > large_surface ? 0 : 1];
   std::vector<Row> rows;
-  for (const double removed : reductions) {
+  for (const double removed : settings.reductions) {
     const int repeats = has_ratios(removed) ? settings.repeats : 1;
     const std::vector<Row> compared = compare(mesh, methods, removed, repeats);
     rows.insert(rows.end(), compared.begin(), compared.end());
@@ -260,6 +260,8 @@ int main(int argc, char** argv) {
   app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
   app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
       ->check(CLI::PositiveNumber);
+  app.add_option("--removed", settings.reductions, "Fractions of the vertices that go, ascending")
+      ->check(CLI::Range(0.0, 0.99));
   app.add_option("-o,--output", settings.folder, "Folder for the plots and the .json file");
   app.add_flag("--flux", settings.flux, "Instead: the time of the flux with and without");
   app.add_flag("--scaling", settings.scaling, "Instead: cost and memory per vertex");
