@@ -106,7 +106,7 @@ class AngularFactor {
   };
 
   AngularFactor(BeamResponse kind) : kind_(std::move(kind)) { find_bounds(); }
-  AngularFactor(CrystalRates kind) : kind_(std::move(kind)) { find_bounds(); }
+  AngularFactor(CrystalRates kind) : kind_(kind) { find_bounds(); }
 
   /// Calls visitor with the kind of factor, whose rate() is then known to the compiler.
   template <class Visitor>
