@@ -396,7 +396,7 @@ std::vector<std::vector<std::array<double, 2>>> RecipeTable::polygons(std::strin
 
 std::string RecipeTable::file(std::string_view key, const std::filesystem::path& folder) const {
   const std::string name = text(key);
-  if (name.empty()) return name;
+  if (name.empty()) return {};
   const std::filesystem::path path = std::filesystem::absolute(folder / name).lexically_normal();
   node_->record->set(key, toml_string(path.string()));
   return path.string();

@@ -269,7 +269,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
                                  : first_rays_per_element * static_cast<double>(elements.count());
   plan.grow(rays / surface, cap);
   for (;;) {
-    view = look(problems, plan, std::move(view));
+    view = look(problems, plan, view);
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {

@@ -176,6 +176,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     }
   }
   std::vector<FluxProblem> problems;
+  problems.reserve(gathered.size());
   for (const std::size_t index : gathered) problems.push_back(problem(index));
   std::vector<FluxField> from_gather = gather(problems);
   for (std::size_t k = 0; k < gathered.size(); ++k) {

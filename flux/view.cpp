@@ -251,7 +251,7 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
 }
 
-View look(std::span<const FluxProblem> problems, const RayPlan& plan, View earlier) {
+View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier) {
   return Viewer(problems, plan, earlier).look();
 }
 

@@ -64,6 +64,6 @@ struct View {
 /// Sends the rays of a plan, except those that an earlier view with smaller sets already holds.
 ///
 /// Shape: all problems share scene and options. Cost: 1/4 to 1/2 us per new ray on one core.
-View look(std::span<const FluxProblem> problems, const RayPlan& plan, View earlier);
+View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier);
 
 }  // namespace scarp
