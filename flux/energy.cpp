@@ -55,17 +55,18 @@ EnergyDistribution EnergyDistribution::tabulated(std::span<const double> energy,
   }
   if (!(below.back() > 0)) throw InputError("an energy distribution is zero everywhere");
   std::size_t k = 1;
+  while (!(below[k] > 0)) ++k;
   const auto quantile = [&](double u) {
     const double wanted = below.back() * u;
     while (k + 1 < energy.size() && below[k] < wanted) ++k;
     // The part of an interval of linear density: a quadratic, in the form that bears slope 0.
     const double step = energy[k] - energy[k - 1];
     const double slope = (density[k] - density[k - 1]) / step;
-    const double rest = std::max(0.0, wanted - below[k - 1]);
+    const double rest = wanted - below[k - 1];
     const double root =
         std::sqrt(std::max(0.0, density[k - 1] * density[k - 1] + 2 * slope * rest));
     const double place = rest > 0 ? 2 * rest / (density[k - 1] + root) : 0;
-    return energy[k - 1] + std::min(place, step);
+    return energy[k - 1] + place;
   };
   return EnergyDistribution({interval_count, quantile});
 }

@@ -288,12 +288,12 @@ bool Tracer::hit(Particle& particle, const Flight& flight, Counts& counts) {
   for (std::size_t k = 0; k < yield_tallies_.size(); ++k) {
     const double yield = problem_.species.yields[k].at(particle.energy, half_sine);
     if (!(yield > 0)) continue;
-    const double part = std::min(1.0, yield / largest_yield_[k]);
+    const double part = yield / largest_yield_[k];
     add(yield_tallies_[k][tally_index(particle.batch, f)],
         static_cast<std::int64_t>(particle.weight * part + 0.5));
   }
-  const double sticking = std::clamp(ions.sticking.at(half_sine), 0.0, 1.0);
-  const auto part = static_cast<std::uint32_t>(sticking * absorbed_weight_[f] + 0.5);
+  const auto part =
+      static_cast<std::uint32_t>(ions.sticking.at(half_sine) * absorbed_weight_[f] + 0.5);
   if (!absorb(particle, part, counts)) return false;
   particle.energy *= static_cast<float>(
       sample_kept_energy(ions.energy_kept.at(half_sine), ions.energy_deviation, particle.random));

@@ -16,8 +16,9 @@ namespace scarp {
 
 namespace {
 
-constexpr std::size_t deepest = 64;         // of parentheses
-constexpr std::size_t largest_stack = 256;  // each holds at most three values back
+constexpr std::size_t deepest = 64;  // of parentheses
+// Each holds back a term, a factor, and the first value of a function.
+constexpr std::size_t largest_stack = 3 * deepest;
 constexpr std::size_t longest_text = 4096;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -89,11 +90,8 @@ class FormulaParser {
     return true;
   }
 
-  // How many values lie on the stack is known while the program is written.
-  void append(Code code, int pops, double number = 0, std::size_t name = 0) {
+  void append(Code code, double number = 0, std::size_t name = 0) {
     formula_.program_.push_back({code, number, name});
-    on_stack_ = on_stack_ - static_cast<std::size_t>(pops) + 1;
-    if (on_stack_ > largest_stack) fail(place_, "the formula is nested too deeply");
   }
 
   Kind sum() {
@@ -105,7 +103,7 @@ class FormulaParser {
       const bool plus = take('+');
       if (!plus && !take('-')) break;
       if (product() != kind) fail(at, "a rate and a number cannot be added");
-      append(plus ? Code::add : Code::subtract, 2);
+      append(plus ? Code::add : Code::subtract);
     }
     --nesting_;
     return kind;
@@ -124,7 +122,7 @@ class FormulaParser {
       if (!times && kind == Kind::number && right == Kind::rate)
         fail(at, "a number over a rate is no rate");
       if (right == Kind::rate) kind = times ? Kind::rate : Kind::number;
-      append(times ? Code::multiply : Code::divide, 2);
+      append(times ? Code::multiply : Code::divide);
     }
     return kind;
   }
@@ -134,7 +132,7 @@ class FormulaParser {
     bool negative = false;
     while (take('-')) negative = !negative;
     const Kind kind = power();
-    if (negative) append(Code::negate, 1);
+    if (negative) append(Code::negate);
     return kind;
   }
 
@@ -149,7 +147,7 @@ class FormulaParser {
     const std::optional<double> exponent = number();
     if (!exponent) fail(place_, "expected a number as the exponent");
     if (*exponent > 10) fail(at, "an exponent is at most 10");
-    append(Code::power, 1, negative ? -*exponent : *exponent);
+    append(Code::power, negative ? -*exponent : *exponent);
     return Kind::number;
   }
 
@@ -173,7 +171,7 @@ class FormulaParser {
     const char* const end = text_.data() + text_.size();
     if (!is_digit(*begin) && *begin != '.') return std::nullopt;
     const auto [rest, problem] = std::from_chars(begin, end, value);
-    if (problem != std::errc{} || !std::isfinite(value)) return std::nullopt;
+    if (problem != std::errc{}) return std::nullopt;
     place_ += static_cast<std::size_t>(rest - begin);
     return value;
   }
@@ -184,13 +182,13 @@ class FormulaParser {
     skip_spaces();
     if (place_ >= text_.size() || !starts_unit()) {
       place_ = after_number;
-      append(Code::number, 0, value);
+      append(Code::number, value);
       return Kind::number;
     }
     while (place_ < text_.size() && (starts_unit() || text_[place_] == '/')) ++place_;
     const std::string written(text_.substr(at, place_ - at));
     try {
-      append(Code::number, 0, parse_quantity(written, Dimension::rate));
+      append(Code::number, parse_quantity(written, Dimension::rate));
     } catch (const InputError& error) {
       fail(at, error.what());
     }
@@ -212,7 +210,7 @@ class FormulaParser {
     if (found == names_.end()) {
       fail(at, "there is no " + written + suggestion(written, names_) + known_names());
     }
-    append(Code::name, 0, 0, static_cast<std::size_t>(found - names_.begin()));
+    append(Code::name, 0, static_cast<std::size_t>(found - names_.begin()));
     return Kind::number;
   }
 
@@ -233,7 +231,7 @@ class FormulaParser {
       if (!take(',')) fail(place_, name + " takes two values, with a comma between");
       if (sum() != kind) fail(at, name + " of a rate and a number");
     }
-    append(function.code, function.arguments);
+    append(function.code);
     if (!take(')')) fail(place_, "expected ) after the values of " + name);
     return kind;
   }
@@ -242,7 +240,6 @@ class FormulaParser {
   std::span<const std::string> names_;
   std::size_t place_ = 0;
   std::size_t nesting_ = 0;
-  std::size_t on_stack_ = 0;
   RateFormula formula_;
 };
 

@@ -192,7 +192,7 @@ class Reader {
     const double reflects_from = read_value(table, inner(ion_reflects_from));
     if (sticks_to > reflects_from)
       table.error("reflects_from", "has to be at least sticks_to: between them sticking falls");
-    ions.sticking = sticking_between(sticks_to, std::max(sticks_to, reflects_from));
+    ions.sticking = sticking_between(sticks_to, reflects_from);
     ions.cone = reflection_cone(read_value(table, inner(ion_cone)));
     const double inflection = read_value(table, inner(ion_inflection));
     ions.energy_kept = kept_energy(inflection, read_value(table, inner(ion_energy_power)));

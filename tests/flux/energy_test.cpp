@@ -34,6 +34,7 @@ TEST(StandardNormal, HasTheMomentsOfTheNormalDistribution) {
   EXPECT_NEAR(moment(standard_normal, 0, 4), 3, 3e-2);
   EXPECT_NEAR(standard_normal(0.5), 0, 1e-6);
   EXPECT_NEAR(standard_normal(0.975), 1.959964, 1e-4);
+  EXPECT_NEAR(standard_normal(1), 4.2, 0.05);
 }
 
 TEST(Energy, IsGaussianAndNeverNegative) {
@@ -50,6 +51,7 @@ TEST(Energy, IsGaussianAndNeverNegative) {
   const EnergyDistribution sharp = EnergyDistribution::gaussian(50, 0);
   EXPECT_EQ(sharp.quantile(0), 50);
   EXPECT_EQ(sharp.quantile(0.999), 50);
+  EXPECT_EQ(EnergyDistribution::gaussian(-5, 0).quantile(0.5), 0);
 }
 
 TEST(Energy, OfASheathHasTwoPeaks) {
@@ -69,8 +71,19 @@ TEST(Energy, FollowsATable) {
   // Nothing between two boxes.
   const EnergyDistribution boxes = EnergyDistribution::tabulated(
       std::array{10.0, 20.0, 20.001, 79.999, 80.0, 90.0}, std::array{1., 1., 0., 0., 3., 3.});
+  EXPECT_EQ(boxes.quantile(0), 10);
+  EXPECT_EQ(boxes.largest(), 90);
   EXPECT_NEAR(boxes.quantile(0.125), 15, 0.01);
   EXPECT_NEAR(boxes.quantile(0.625), 85, 0.01);
+}
+
+TEST(Energy, OfATableEndsWhereItsDensityDoes) {
+  const EnergyDistribution one_peak = EnergyDistribution::tabulated(
+      std::array{0.0, 10.0, 40.0, 50.0, 60.0, 80.0, 90.0}, std::array{0., 0., 0., 1., 0., 0., 0.});
+  EXPECT_EQ(one_peak.quantile(0), 40);
+  EXPECT_EQ(one_peak.largest(), 60);
+  EXPECT_NEAR(one_peak.quantile(0.125), 45, 0.01);
+  EXPECT_NEAR(one_peak.quantile(0.875), 55, 0.01);
 }
 
 TEST(Energy, RefusesTablesThatMakeNoSense) {

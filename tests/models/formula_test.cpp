@@ -51,8 +51,10 @@ TEST(RateFormula, TakesPowersBeforeProductsAndSigns) {
   EXPECT_TRUE(std::isnan(value("1 nm/s * (F - 1)^0.5")));
   EXPECT_TRUE(std::isnan(value("sqrt(F - 1) * 1 nm/s")));
   EXPECT_TRUE(std::isinf(value("1 nm/s / (F - F)")));
-  EXPECT_TRUE(std::isnan(value("1 nm/s * min(1, (F - F) / (F - F))")));
-  EXPECT_TRUE(std::isnan(value("1 nm/s * max((F - F) / (F - F), 1)")));
+  for (const char* other : {"1, (F - F) / (F - F)", "(F - F) / (F - F), 1"}) {
+    EXPECT_TRUE(std::isnan(value("1 nm/s * min(" + std::string(other) + ")")));
+    EXPECT_TRUE(std::isnan(value("1 nm/s * max(" + std::string(other) + ")")));
+  }
 }
 
 TEST(RateFormula, HasToBeARate) {
@@ -93,9 +95,16 @@ TEST(RateFormula, PointsAtWhatIsWrong) {
 }
 
 TEST(RateFormula, HoldsTheDeepestFormulaThatItReads) {
-  std::string text = "F";
-  for (int k = 0; k < 60; ++k) text = "F + F * (" + text + ")";
-  EXPECT_NEAR(value("1 nm/s * (" + text + ")", 0.5F), 1, 1e-6);
+  std::string text = "1 nm/s * F + 0 nm/s * F";
+  for (int k = 0; k < 63; ++k) text = "1 nm/s * F + F * max(0 nm/s, " + text + ")";
+  EXPECT_NEAR(value(text, 0.5F), 1, 1e-6);
+  EXPECT_THROW(value("max(0 nm/s, " + text + ")"), InputError);
+}
+
+TEST(RateFormula, HoldsManyParenthesesSideBySide) {
+  std::string text = "0";
+  for (int k = 0; k < 200; ++k) text += " +\t(F)";
+  EXPECT_EQ(value("1 nm/s * (" + text + ")", 0.5F), 100);
 }
 
 TEST(RateFormula, TakesWordsOfAsciiAsNames) {

@@ -67,6 +67,51 @@ TEST(MultiParticle, HandsItsSpeciesToTheTracer) {
   EXPECT_FALSE(step.deposits.has_value());
 }
 
+TEST(MultiParticle, IonsAreReflectedAsTheirKeysSay) {
+  const StepModel step = read_step("multi_particle", R"(rate = "-1 nm/s * some * other * y"
+[[step.ion]]
+name = "some"
+[[step.ion]]
+name = "other"
+energy = "200 eV"
+energy_deviation = "20 eV"
+sticks_to = "40 deg"
+reflects_from = "60 deg"
+narrowest_at = "85 deg"
+inflection = "80 deg"
+energy_power = 5
+[[step.ion.yield]]
+name = "y"
+amplitude = 1
+threshold = "7 eV"
+angular = "sputter"
+sputter_factor = 2
+)");
+  const std::vector<Species> species = step.model->species();
+  ASSERT_EQ(species.size(), 2U);
+  for (const Species& each : species) {
+    EXPECT_THAT(each.sticking, testing::Each(1.0F));
+    EXPECT_EQ(each.ions->energy_deviation, 0.1);
+  }
+  const Ions& some = *species[0].ions;
+  EXPECT_EQ(species[0].source.cosine_power, 500);
+  EXPECT_NEAR(some.energy.mean(), 100, 1e-3);
+  EXPECT_NEAR(some.energy.quantile(0.975), 100 + 19.6, 0.01);
+  EXPECT_EQ(some.least_energy, 0);  // all count, there is no yield
+  EXPECT_NEAR(at_angle(some.sticking, 69), 1, 1e-6);
+  EXPECT_NEAR(at_angle(some.sticking, 80), 0.5, 1e-3);
+  EXPECT_NEAR(at_angle(some.cone, 89) * 180 / std::numbers::pi, 10, 1e-3);
+  EXPECT_NEAR(at_angle(some.energy_kept, 80), 0.3096, 1e-3);
+  const Ions& other = *species[1].ions;
+  EXPECT_NEAR(other.energy.quantile(0.975), 200 + 39.2, 0.02);
+  EXPECT_EQ(other.least_energy, 7);
+  EXPECT_NEAR(at_angle(other.sticking, 50), 0.5, 1e-3);
+  EXPECT_NEAR(at_angle(other.cone, 89) * 180 / std::numbers::pi, 5, 1e-3);
+  // A = 1 / (1 + 5 / 8), at half the inflection (1 / 2)^5 of it.
+  EXPECT_NEAR(at_angle(other.energy_kept, 40), 8.0 / 13 / 32, 1e-4);
+  EXPECT_NEAR(species[1].yields[0].factor.at(AngleTable::half_sine(0.5)), 0.5 * 2.5, 1e-4);
+}
+
 TEST(MultiParticle, MovesAsItsFormulasSay) {
   const StepModel step = read_step("multi_particle", plasma);
   // F, O, ion, etch, sputter
