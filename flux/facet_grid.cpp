@@ -152,7 +152,7 @@ void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
     const Vec3d steps = (1 / step_) * (Vec3d(facet.corners[corner]) - lower_);
     for (int axis = 0; axis < 3; ++axis) {
       block.corners[static_cast<std::size_t>(axis)][corner][lane] =
-          static_cast<std::uint16_t>(steps[axis] + 0.5);
+          static_cast<std::uint16_t>(std::floor(steps[axis] + 0.5));
     }
   }
 }

@@ -123,7 +123,7 @@ Tracer::Tracer(const FluxProblem& problem)
   const FluxOptions& options = problem.options;
   for (std::size_t f = 0; f < absorbed_weight_.size(); ++f) {
     const double sticking = problem.sticking[f];
-    absorbed_weight_[f] = static_cast<std::uint32_t>(sticking * unit_weight + 0.5);
+    absorbed_weight_[f] = static_cast<std::uint32_t>(std::floor(sticking * unit_weight + 0.5));
   }
   for (const YieldLaw& law : problem.species.yields) {
     yield_tallies_.emplace_back(tallies_.size());
@@ -290,10 +290,10 @@ bool Tracer::hit(Particle& particle, const Flight& flight, Counts& counts) {
     if (!(yield > 0)) continue;
     const double part = yield / largest_yield_[k];
     add(yield_tallies_[k][tally_index(particle.batch, f)],
-        static_cast<std::int64_t>(particle.weight * part + 0.5));
+        static_cast<std::int64_t>(std::floor(particle.weight * part + 0.5)));
   }
-  const auto part =
-      static_cast<std::uint32_t>(ions.sticking.at(half_sine) * absorbed_weight_[f] + 0.5);
+  const auto part = static_cast<std::uint32_t>(
+      std::floor(ions.sticking.at(half_sine) * absorbed_weight_[f] + 0.5));
   if (!absorb(particle, part, counts)) return false;
   particle.energy *= static_cast<float>(
       sample_kept_energy(ions.energy_kept.at(half_sine), ions.energy_deviation, particle.random));

@@ -49,7 +49,7 @@ class Line {
 
   float operator()(int step) const {
     if (local_ + step >= 0 && local_ + step < count_) {
-      return here_[step * (1 << (6 - 3 * axis_))];
+      return here_[std::ptrdiff_t{step} * (1 << (6 - 3 * axis_))];
     }
     std::array<int, 3> at = node_;
     at[axis_] += step;

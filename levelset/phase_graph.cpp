@@ -289,12 +289,13 @@ void PhaseGraph::join_edges(std::size_t leaf, Sets& sets) const {
       if (other < 0) {
         continue;
       }
+      const auto touch = [&](const LeafPiece& a, const LeafPiece& b) {
+        return (line_of(a.nodes, axes, {first->here, second->here}) &
+                line_of(b.nodes, axes, {first->there, second->there})) != 0;
+      };
       for (const LeafPiece& a : pieces(leaf)) {
-        const std::uint64_t line = line_of(a.nodes, axes, {first->here, second->here});
         for (const LeafPiece& b : pieces(static_cast<std::size_t>(other))) {
-          if ((line & line_of(b.nodes, axes, {first->there, second->there})) != 0) {
-            sets.unite(a.region, b.region);
-          }
+          if (touch(a, b)) sets.unite(a.region, b.region);
         }
       }
     }

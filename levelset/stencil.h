@@ -17,7 +17,7 @@ namespace scarp {
 struct Block {
   static constexpr int halo = 3;
   static constexpr int z_offset = 4;
-  static constexpr std::ptrdiff_t x_stride = (leaf_edge + 2 * halo) * 16;
+  static constexpr std::ptrdiff_t x_stride = std::ptrdiff_t{leaf_edge + 2 * halo} * 16;
   static constexpr std::ptrdiff_t y_stride = 16;
 
   alignas(64) float values[leaf_edge + 2 * halo][leaf_edge + 2 * halo][16];

@@ -60,10 +60,10 @@ struct TriangleMaker::Cell {
   int place;
 
   std::uint32_t on_edge(const TriangleMaker& maker, int edge) const {
-    return maker.corners_[static_cast<std::size_t>(place + edge_places[edge])];
+    return maker.corner(place + edge_places[edge]);
   }
   std::uint32_t on_face(const TriangleMaker& maker, int face) const {
-    return maker.corners_[static_cast<std::size_t>(place + face_places[face])];
+    return maker.corner(place + face_places[face]);
   }
 };
 
@@ -127,7 +127,7 @@ void TriangleMaker::number_upper(const CellLeaves& leaves, int upper) {
     if (!shared) continue;
     for (int i = 0; i < (x ? 1 : leaf_edge); ++i) {
       for_each_bit(vertices.at[kind][i] & nodes, [&](int bit) {
-        corners_[static_cast<std::size_t>(origin + place(i, bit >> 3, bit & 7) + kind)] =
+        corner(origin + place(i, bit >> 3, bit & 7) + kind) =
             Corner::of(copy, first + vertices.number(kind, i, bit));
       });
     }
@@ -140,8 +140,7 @@ void TriangleMaker::add_smooth(const CellLeaves& leaves, const CellWords& words,
   for (int i = 0; i < leaves.cells[0]; ++i) {
     for_each_bit(words.cut_cells(i), [&](int bit) {
       const CaseTriangles& how = cases[static_cast<std::size_t>(words.corners(i, bit))];
-      const std::uint32_t* corners =
-          &corners_[static_cast<std::size_t>(place(i, bit >> 3, bit & 7))];
+      const std::uint32_t* corners = &corner(place(i, bit >> 3, bit & 7));
       for (int t = 0; t < how.count; ++t) {
         const auto& [a, b, c] = how.edges[t];
         part.triangles.push_back(
@@ -160,16 +159,18 @@ void TriangleMaker::add_creased(const CellLeaves& leaves, const CellWords& words
       const CellCase& how = cell_cases()[static_cast<std::size_t>(words.corners(i, bit))];
       for (int n = 0; n < how.loop_count; ++n) {
         const CellLoop& loop = how.loops[n];
-        if (add_creased_loop(cell, loop, part)) continue;
-        for (int t = 0; t < loop.triangle_count(); ++t) {
-          Triangle triangle{};
-          for (int c = 0; c < 3; ++c) {
-            triangle[c] = cell.on_edge(*this, loop.edges[loop.triangles[t][c]]);
-          }
-          part.triangles.push_back(triangle);
-        }
+        if (!add_creased_loop(cell, loop, part)) add_plain_loop(cell, loop, part);
       }
     });
+  }
+}
+
+void TriangleMaker::add_plain_loop(const Cell& cell, const CellLoop& loop,
+                                   PartTriangles& part) const {
+  for (int t = 0; t < loop.triangle_count(); ++t) {
+    Triangle triangle{};
+    for (int c = 0; c < 3; ++c) triangle[c] = cell.on_edge(*this, loop.edges[loop.triangles[t][c]]);
+    part.triangles.push_back(triangle);
   }
 }
 

@@ -56,6 +56,7 @@ class TriangleMaker {
   void number_upper(const CellLeaves& leaves, int upper);
   void add_smooth(const CellLeaves& leaves, const CellWords& words, PartTriangles& part);
   void add_creased(const CellLeaves& leaves, const CellWords& words, PartTriangles& part);
+  void add_plain_loop(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
   bool add_creased_loop(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
   std::uint32_t corner_in_cell(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
 
@@ -66,9 +67,12 @@ class TriangleMaker {
   static const std::array<int, 12> edge_places;
   static const std::array<int, 6> face_places;
 
+  std::uint32_t& corner(int place) { return corners_[static_cast<std::size_t>(place)]; }
+  std::uint32_t corner(int place) const { return corners_[static_cast<std::size_t>(place)]; }
+
   const Band& band_;
   const SurfaceVertices& vertices_;
-  std::array<std::uint32_t, 9 * 9 * 9 * node_stride> corners_;  ///< by place
+  std::array<std::uint32_t, std::size_t{9} * 9 * 9 * node_stride> corners_;  ///< by place
 };
 
 }  // namespace scarp
