@@ -9,7 +9,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 FluxField solve(const Shape& shape, Vec3d direction, Boundary boundary = Boundary::periodic,
                 std::uint64_t seed = 1) {
@@ -21,7 +21,7 @@ FluxField solve(const Shape& shape, Vec3d direction, Boundary boundary = Boundar
 }
 
 TEST(Beam, GivesTheCosineOnAFlatWafer) {
-  const Shape wafer = testing::flat_wafer(20, 4);
+  const Shape wafer = exact::flat_wafer(20, 4);
   for (const Vec3d direction : {Vec3d{0, 0, -1}, Vec3d{0.6, 0, -0.8}}) {
     const FluxField flux = solve(wafer, direction);
     for (std::size_t f = 0; f < wafer.mesh.triangles.size(); ++f) {
@@ -35,7 +35,7 @@ TEST(Beam, GivesTheCosineOnAFlatWafer) {
 }
 
 TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {
-  const Shape shape = testing::trench(2);
+  const Shape shape = exact::trench(2);
   const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
   const auto normals = facet_normals(shape.mesh);
   for (std::size_t f = 0; f < normals.size(); ++f)
@@ -49,7 +49,7 @@ TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {
 // A trench of width 20, a beam with slope 1 in 2: the edge throws a shadow of half the depth, and
 // below 40 the far wall is lit down to a depth of 40.
 TEST(Beam, ThrowsTheShadowOfTheEdge) {
-  const Shape shape = testing::trench(1, 30, 8, 20);
+  const Shape shape = exact::trench(1, 30, 8, 20);
   const FluxField flux = solve(shape, {1, 0, -2});
   const auto normals = facet_normals(shape.mesh);
   const auto areas = facet_areas(shape.mesh);
@@ -75,7 +75,7 @@ TEST(Beam, StatesTheErrorOfShadowBorders) {
   double squares = 0;
   double stated = 0;
   for (int n = 0; n < 200; ++n) {
-    const Shape shape = testing::trench(1, 30, 4, 20);
+    const Shape shape = exact::trench(1, 30, 4, 20);
     const double slope = 0.31 + 0.0017 * n;
     const FluxField flux =
         solve(shape, {slope, 0.2 * slope, -1}, Boundary::periodic, static_cast<std::uint64_t>(n));
@@ -101,7 +101,7 @@ TEST(Beam, StatesTheErrorOfShadowBorders) {
 // A reflective side shows what lies behind it mirrored: the beam falls as it would on the whole
 // trench, of which the domain is a half.
 TEST(Beam, FallsOnMirrorImagesOfTheDomain) {
-  const Shape whole = testing::trench(1, 30, 8, 20);
+  const Shape whole = exact::trench(1, 30, 8, 20);
   Shape half = whole;
   std::erase_if(half.mesh.triangles, [&](const Triangle& t) {
     const auto x = [&](int k) { return half.mesh.vertices[t[static_cast<std::size_t>(k)]].x; };
@@ -129,7 +129,7 @@ TEST(Beam, FallsOnMirrorImagesOfTheDomain) {
 }
 
 TEST(Beam, HasToPointDown) {
-  EXPECT_THROW(solve(testing::flat_wafer(20, 2), {0, 0, 1}), InputError);
+  EXPECT_THROW(solve(exact::flat_wafer(20, 2), {0, 0, 1}), InputError);
 }
 
 }  // namespace

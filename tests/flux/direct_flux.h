@@ -6,7 +6,7 @@
 
 #include "core/vec3.h"
 
-namespace scarp::testing {
+namespace scarp::exact {
 
 /// The flux of a power cosine source on a trench of width 20 with its opening at z = 0, at a place
 /// with normal n, if all particles stick.
@@ -34,4 +34,4 @@ inline double direct_hole_bottom_flux(double aspect_ratio) {
   return (x - std::sqrt(x * x - 4)) / 2;
 }
 
-}  // namespace scarp::testing
+}  // namespace scarp::exact

@@ -9,10 +9,10 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const testing::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
+RayScene scene_of(const exact::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
 
 TEST(Elements, CoverTheirFacetsAndAreShort) {
-  const RayScene scene = scene_of(testing::hole(5));
+  const RayScene scene = scene_of(exact::hole(5));
   const Elements elements(scene, 3);
   EXPECT_GT(elements.count(), scene.facet_count());
   for (std::size_t f = 0; f < scene.facet_count(); ++f) {
@@ -31,14 +31,14 @@ TEST(Elements, CoverTheirFacetsAndAreShort) {
 }
 
 TEST(Elements, AreFacetsWhereTheseAreShort) {
-  const RayScene scene = scene_of(testing::flat_wafer(20, 10));
+  const RayScene scene = scene_of(exact::flat_wafer(20, 10));
   const Elements elements(scene, 3);
   EXPECT_EQ(elements.count(), scene.facet_count());
   EXPECT_EQ(elements.at(17, {0, 0, 0}), 17U);
 }
 
 TEST(Elements, AreFoundFromAPlaceOnTheFacet) {
-  const RayScene scene = scene_of(testing::flat_wafer(100, 2));
+  const RayScene scene = scene_of(exact::flat_wafer(100, 2));
   const Elements elements(scene, 3);
   RandomStream random({.seed = 1});
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {

@@ -11,7 +11,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 FluxField trace(const Shape& shape, const Species& species, std::uint64_t rays,
                 std::uint64_t seed = 1) {
@@ -24,7 +24,7 @@ FluxField trace(const Shape& shape, const Species& species, std::uint64_t rays,
 }
 
 TEST(Forward, AccountsForEveryParticleExactly) {
-  const Shape shape = testing::hole(3);
+  const Shape shape = exact::hole(3);
   for (const float sticking : {0.0F, 0.003F, 0.1F, 1.0F}) {
     const FluxField flux = trace(shape, {.name = "gas", .sticking = {sticking}}, 20'000);
     const FluxAudit& audit = flux.audit;
@@ -43,15 +43,15 @@ TEST(Forward, AccountsForEveryParticleExactly) {
 }
 
 TEST(Forward, RoundsTheNumberOfRaysUpToWholeBatches) {
-  EXPECT_EQ(trace(testing::flat_wafer(20, 2), {.name = "gas"}, 1).rays, 32U);
-  EXPECT_EQ(trace(testing::flat_wafer(20, 2), {.name = "gas"}, 33).rays, 64U);
+  EXPECT_EQ(trace(exact::flat_wafer(20, 2), {.name = "gas"}, 1).rays, 32U);
+  EXPECT_EQ(trace(exact::flat_wafer(20, 2), {.name = "gas"}, 33).rays, 64U);
 }
 
 class DirectFlux : public ::testing::TestWithParam<std::tuple<FluxOptions::Engine, double>> {};
 
 TEST_P(DirectFlux, OfAPowerCosineSourceIsTheClosedForm) {
   const auto [engine, power] = GetParam();
-  const Shape shape = testing::trench(1, 4, 8, 40);
+  const Shape shape = exact::trench(1, 4, 8, 40);
   const Species species{.name = "gas", .source = {.cosine_power = power}};
   const FluxOptions options{
       .engine = engine, .sides = shape.sides, .spacing = 1, .rays = 1 << 18, .seed = 3};
@@ -67,7 +67,7 @@ TEST_P(DirectFlux, OfAPowerCosineSourceIsTheClosedForm) {
       EXPECT_NEAR(flux.arrivals().mean[f], 1, 5 * error + 1e-6);
       continue;
     }
-    const double exact = testing::direct_trench_flux(r, Vec3d(normals[f]), power);
+    const double exact = exact::direct_trench_flux(r, Vec3d(normals[f]), power);
     EXPECT_NEAR(flux.arrivals().mean[f], exact, 6 * error + 0.003) << r.x << " " << r.z;
     squares += std::pow((flux.arrivals().mean[f] - exact) / (error + 0.001), 2);
     ++count;

@@ -11,7 +11,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 FluxOptions options_of(const Shape& shape, std::uint64_t rays) {
   return {.engine = FluxOptions::Engine::gather, .sides = shape.sides, .spacing = 1, .rays = rays};
@@ -31,17 +31,17 @@ double mean_on_bottom(const Shape& shape, const FluxField& flux, double depth) {
 }
 
 TEST(Gather, GivesTheDirectFluxAtTheBottomOfAHole) {
-  const Shape shape = testing::hole(2);
+  const Shape shape = exact::hole(2);
   const Species gas{.name = "gas"};
   const FluxField flux = solve_flux(shape.mesh, {&gas, 1}, options_of(shape, 1 << 20)).front();
-  const double exact = testing::direct_hole_bottom_flux(2);
+  const double exact = exact::direct_hole_bottom_flux(2);
   EXPECT_NEAR(mean_on_bottom(shape, flux, 40), exact, 0.02 * exact);
 }
 
 // Clausing: what enters a slot of depth W between walls that hold nothing reaches the absorbing
 // bottom with probability 0.68438.
 TEST(Gather, GivesTheTransmissionOfASlot) {
-  Shape shape = testing::trench(1);
+  Shape shape = exact::trench(1);
   const auto normals = facet_normals(shape.mesh);
   shape.mesh.materials.resize(normals.size());
   for (std::size_t f = 0; f < normals.size(); ++f)
@@ -53,7 +53,7 @@ TEST(Gather, GivesTheTransmissionOfASlot) {
 
 // Species share the rays, and each gets what it would get alone.
 TEST(Gather, SolvesManySpeciesFromTheSameRays) {
-  const Shape shape = testing::trench(2);
+  const Shape shape = exact::trench(2);
   const std::vector<Species> species{{.name = "a", .sticking = {0.1F}},
                                      {.name = "b", .sticking = {0.7F}}};
   const auto both = solve_flux(shape.mesh, species, options_of(shape, 1 << 16));
@@ -65,7 +65,7 @@ TEST(Gather, SolvesManySpeciesFromTheSameRays) {
 }
 
 TEST(Gather, BalancesWithinItsOwnError) {
-  const Shape shape = testing::hole(3);
+  const Shape shape = exact::hole(3);
   double squares = 0;
   constexpr int seeds = 20;
   for (int seed = 1; seed <= seeds; ++seed) {

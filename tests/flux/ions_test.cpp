@@ -15,7 +15,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr double right_angle = 90 * degree;
@@ -209,7 +209,7 @@ TEST(IonFlux, OnAFlatWaferHasTheMeanYieldOfTheLobe) {
                        .source = {.cosine_power = power},
                        .ions = Ions{.energy = EnergyDistribution::gaussian(100, 0)},
                        .yields = {sputter}};
-    const Shape shape = testing::flat_wafer(16, 4);
+    const Shape shape = exact::flat_wafer(16, 4);
     const FluxField flux = trace(shape, ions, {.rays = 1 << 16});
     ASSERT_EQ(flux.tallies.size(), 2U);
     EXPECT_EQ(flux.tallies[1].quantity, Tally::Quantity::yield);
@@ -238,7 +238,7 @@ TEST(IonFlux, OnAFlatWaferHasTheMeanYieldOfItsEnergies) {
   constexpr int steps = 10'000;
   for (int k = 0; k < steps; ++k)
     expected += ions.yields[0].at(ions.ions->energy.quantile((k + 0.5) / steps), 0) / steps;
-  const Shape shape = testing::flat_wafer(16, 4);
+  const Shape shape = exact::flat_wafer(16, 4);
   const Mean yield =
       mean_of(shape.mesh, trace(shape, ions, {.rays = 1 << 16}).tallies[1], everywhere);
   EXPECT_NEAR(yield.value, expected, 4 * yield.error);
@@ -250,7 +250,7 @@ TEST(IonFlux, OfALeaningWideLobeAllGoesDown) {
   const Species ions{.name = "ion",
                      .source = {.direction = {std::sin(80 * degree), 0, -std::cos(80 * degree)}},
                      .ions = Ions{}};
-  const FluxAudit audit = trace(testing::flat_wafer(16, 4), ions, {.rays = 1 << 12}).audit;
+  const FluxAudit audit = trace(exact::flat_wafer(16, 4), ions, {.rays = 1 << 12}).audit;
   EXPECT_EQ(audit.absorbed, audit.emitted);
 }
 
@@ -262,7 +262,7 @@ TEST(IonFlux, OfATiltedNarrowLobeHasTheYieldOfItsAngle) {
                                   .rotating = rotating},
                        .ions = Ions{.energy = EnergyDistribution::gaussian(100, 0)},
                        .yields = {sputter}};
-    const Shape shape = testing::flat_wafer(16, 4);
+    const Shape shape = exact::flat_wafer(16, 4);
     const FluxField flux = trace(shape, ions, {.rays = 1 << 16});
     const Mean arrivals = mean_of(shape.mesh, flux.tallies[0], everywhere);
     EXPECT_NEAR(arrivals.value, 1, 4 * arrivals.error + 1e-6);
@@ -274,7 +274,7 @@ TEST(IonFlux, OfATiltedNarrowLobeHasTheYieldOfItsAngle) {
 // Nothing is lost between mirrors: what enters arrives at the bottom with its whole energy, at the
 // angle at which it came, whose cosine has the mean (n + 1) / (n + 2).
 TEST(IonFlux, BetweenMirrorsReachesTheBottom) {
-  Shape shape = testing::trench(5);
+  Shape shape = exact::trench(5);
   const auto normals = facet_normals(shape.mesh);
   for (const Vec3f& n : normals) shape.mesh.materials.push_back(n.z > 0.5F ? 1 : 0);
   const YieldLaw square_root{.name = "any", .amplitude = 1};
@@ -303,7 +303,7 @@ TEST(IonFlux, BetweenMirrorsReachesTheBottom) {
 
 // Of a lobe so narrow that all come at 45 degrees.
 TEST(IonFlux, SticksByItsAngleAndItsMaterial) {
-  const Shape shape = testing::flat_wafer(16, 4);
+  const Shape shape = exact::flat_wafer(16, 4);
   const Species ions{
       .name = "ion",
       .source = {.cosine_power = 1e6, .direction = {std::sqrt(0.5), 0, -std::sqrt(0.5)}},
@@ -318,7 +318,7 @@ TEST(IonFlux, SticksByItsAngleAndItsMaterial) {
 
 // With a yield that is the same for all, the yields are the arrivals, later ones included.
 TEST(IonFlux, CountsYieldsByTheWeightThatArrives) {
-  const Shape shape = testing::trench(2);
+  const Shape shape = exact::trench(2);
   const Species ions{.name = "ion",
                      .source = {.cosine_power = 3},
                      .sticking = {0.5F},
@@ -332,7 +332,7 @@ TEST(IonFlux, CountsYieldsByTheWeightThatArrives) {
 // Upright ions meet the walls of a trench only after its bottom, which sends them all around with
 // half of their energy on average: a few have enough for the yield.
 TEST(IonFlux, IsReflectedInAConeWithTheSpreadOfItsEnergy) {
-  Shape shape = testing::trench(1);
+  Shape shape = exact::trench(1);
   for (const Vec3f& n : facet_normals(shape.mesh)) shape.mesh.materials.push_back(n.z > 0.5F);
   const YieldLaw law{.name = "any", .amplitude = 1, .threshold = 60};
   const Species ions{.name = "ion",
@@ -357,7 +357,7 @@ TEST(IonFlux, IsReflectedInAConeWithTheSpreadOfItsEnergy) {
 }
 
 TEST(IonFlux, StaysWhereItsEnergyEnds) {
-  const Shape shape = testing::trench(2);
+  const Shape shape = exact::trench(2);
   Species ions{.name = "ion",
                .source = {.cosine_power = 20},
                .sticking = {0.25F},
@@ -385,7 +385,7 @@ Species plasma_ions() {
 
 // The angle of incidence is that in space, not that in the cross-section.
 TEST(IonFlux, IsTheSameInTwoDimensions) {
-  const Shape shape = testing::trench(2, 4, 8, 10);
+  const Shape shape = exact::trench(2, 4, 8, 10);
   const FluxField space = trace(shape, plasma_ions(), {.rays = 1 << 19});
   const FluxField plane =
       trace(shape, plasma_ions(), {.two_dimensional = true, .rays = 1 << 19, .seed = 2});
@@ -401,7 +401,7 @@ TEST(IonFlux, IsTheSameInTwoDimensions) {
 }
 
 TEST(IonFlux, OfATurningWaferFallsOnAllSidesAlike) {
-  const Shape shape = testing::trench(1, 4, 8, 10);
+  const Shape shape = exact::trench(1, 4, 8, 10);
   Species ions = plasma_ions();
   ions.source.cosine_power = 2000;
   ions.source.direction = {std::sin(45 * degree), 0, -std::cos(45 * degree)};
@@ -422,7 +422,7 @@ TEST(IonFlux, OfATurningWaferFallsOnAllSidesAlike) {
 
 TEST(IonFlux, OfValuesThatMakeNoSenseIsRefused) {
   using ::testing::HasSubstr;
-  const Shape wafer = testing::flat_wafer(16, 4);
+  const Shape wafer = exact::flat_wafer(16, 4);
   const auto expect = [&](const Species& species, const std::string& message) {
     EXPECT_THAT([&] { trace(wafer, species, {.rays = 32}); },
                 ::testing::ThrowsMessage<InputError>(HasSubstr("species ion: " + message)));
@@ -446,7 +446,7 @@ TEST(IonFlux, OfValuesThatMakeNoSenseIsRefused) {
 }
 
 TEST(IonFlux, IsTracedForwardWhateverTheEngine) {
-  const Shape shape = testing::trench(2);
+  const Shape shape = exact::trench(2);
   std::vector<FluxField> runs;
   for (const auto engine : {FluxOptions::Engine::automatic, FluxOptions::Engine::forward,
                             FluxOptions::Engine::gather}) {
@@ -459,7 +459,7 @@ TEST(IonFlux, IsTracedForwardWhateverTheEngine) {
 }
 
 TEST(IonFlux, DoesNotDependOnTheNumberOfThreads) {
-  const Shape shape = testing::hole(2);
+  const Shape shape = exact::hole(2);
   std::vector<FluxField> runs;
   for (const int threads : {1, 2, 5}) {
     const ThreadLimit limit(threads);

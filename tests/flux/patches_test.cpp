@@ -9,10 +9,10 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const testing::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
+RayScene scene_of(const exact::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
 
 TEST(Patches, AreCellsOfFourSpacings) {
-  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const exact::Shape wafer = exact::flat_wafer(20, 20);
   const Patches patches(wafer.mesh, scene_of(wafer));
   EXPECT_EQ(patches.list().size(), 25U);
   EXPECT_EQ(patches.part_count(), 1U);
@@ -24,7 +24,7 @@ TEST(Patches, AreCellsOfFourSpacings) {
 }
 
 TEST(Patches, DoNotReachAroundEdges) {
-  const testing::Shape shape = testing::trench(1);
+  const exact::Shape shape = exact::trench(1);
   const auto normals = facet_normals(shape.mesh);
   const Patches patches(shape.mesh, scene_of(shape));
   for (const auto& patch : patches.list())
@@ -34,9 +34,9 @@ TEST(Patches, DoNotReachAroundEdges) {
 
 // A slice one spacing wide stands for an infinitely long structure.
 TEST(Patches, AreWholeInANarrowSlice) {
-  testing::Builder builder;
+  exact::Builder builder;
   builder.grid({0, 0, 0}, {20, 0, 0}, 20, {0, 1, 0}, 1);
-  const testing::Shape slice{builder.mesh, {.lower = {0, 0}, .upper = {20, 1}}};
+  const exact::Shape slice{builder.mesh, {.lower = {0, 0}, .upper = {20, 1}}};
   const Patches patches(slice.mesh, scene_of(slice));
   EXPECT_EQ(patches.list().size(), 5U);
   for (const auto& patch : patches.list()) {
@@ -47,7 +47,7 @@ TEST(Patches, AreWholeInANarrowSlice) {
 
 // Alternating deviations of one facet each: the error of a patch is that of their mean.
 TEST(Estimate, TakesDeviationsTogetherOnPatches) {
-  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const exact::Shape wafer = exact::flat_wafer(20, 20);
   const RayScene scene = scene_of(wafer);
   const Patches patches(wafer.mesh, scene);
   const auto deviation = [](std::size_t f, std::size_t b) { return f % 2 == b ? 0.2 : 0.0; };
@@ -64,7 +64,7 @@ TEST(Estimate, TakesDeviationsTogetherOnPatches) {
 // With one patch cut in 16 by position the error is the same as whole: equal noise, equal error.
 TEST(Estimate, DoesNotDependOnWhereTheCellsFall) {
   const auto error_of = [](double shift) {
-    testing::Shape wafer = testing::flat_wafer(20, 20);
+    exact::Shape wafer = exact::flat_wafer(20, 20);
     wafer.sides.lower = {-shift, -shift};
     wafer.sides.upper = {24, 24};
     const RayScene scene = scene_of(wafer);
@@ -82,7 +82,7 @@ TEST(Estimate, DoesNotDependOnWhereTheCellsFall) {
 }
 
 TEST(Estimate, GivesUnseenFacetsTheErrorOfOneParticle) {
-  const testing::Shape wafer = testing::flat_wafer(20, 20);
+  const exact::Shape wafer = exact::flat_wafer(20, 20);
   const RayScene scene = scene_of(wafer);
   const Patches patches(wafer.mesh, scene);
   const FluxEstimate result = estimate(scene, patches,

@@ -16,7 +16,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 // A rough surface over a square of side 20, the same on opposite sides, so that it may be mirrored
 // and wrapped. Slopes up to 3.
@@ -24,7 +24,7 @@ Shape rough_surface(std::uint64_t seed, int cells = 24) {
   RandomStream random({.seed = seed});
   std::vector<double> heights;
   for (int k = 0; k < cells * cells; ++k) heights.push_back(2.5 * random.uniform_double());
-  testing::Builder builder;
+  exact::Builder builder;
   const auto at = [&](int i, int j) {
     return Vec3d{20.0 * i / cells, 20.0 * j / cells,
                  heights[static_cast<std::size_t>((i % cells) * cells + j % cells)]};
@@ -161,7 +161,7 @@ TEST(RayScene, LosesNothingOverManyFlights) {
 }
 
 TEST(RayScene, MirrorsAndWrapsAtTheSides) {
-  const Shape wafer = testing::flat_wafer(20, 2);
+  const Shape wafer = exact::flat_wafer(20, 2);
   // Starts 1 above the wafer, 4 from the upper side of x, and comes down 8 further on.
   const Ray ray{.r = {16, 5, 1}, .u = normalized(Vec3d{8, 0, -1})};
   const Flight mirrored = scene_of(wafer).fly(ray);
@@ -175,7 +175,7 @@ TEST(RayScene, MirrorsAndWrapsAtTheSides) {
 }
 
 TEST(RayScene, SaysHowAFlightEnds) {
-  const RayScene scene = scene_of(testing::flat_wafer(20, 2));
+  const RayScene scene = scene_of(exact::flat_wafer(20, 2));
   EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {0, 0, 1}}).end, Flight::End::sky);
   EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {0, 0, -1}}).end, Flight::End::front);
   EXPECT_EQ(scene.fly({.r = {5, 5, -0.5}, .u = {0, 0, 1}}).end, Flight::End::back);
@@ -185,7 +185,7 @@ TEST(RayScene, SaysHowAFlightEnds) {
 
 // Of two facets at the same place the lower index is met.
 TEST(RayScene, BreaksTiesByIndex) {
-  Shape wafer = testing::flat_wafer(20, 1);
+  Shape wafer = exact::flat_wafer(20, 1);
   std::swap(wafer.mesh.triangles[0], wafer.mesh.triangles[1]);
   wafer.mesh.triangles.push_back(wafer.mesh.triangles[0]);
   const RayScene scene = scene_of(wafer);
@@ -196,7 +196,7 @@ TEST(RayScene, BreaksTiesByIndex) {
 }
 
 TEST(RayScene, PutsVerticesNearASideOnIt) {
-  Shape wafer = testing::flat_wafer(20, 2);
+  Shape wafer = exact::flat_wafer(20, 2);
   for (Vec3f& r : wafer.mesh.vertices)
     if (r.x == 20) r.x = 20.00001F;
   const RayScene scene = scene_of(wafer);

@@ -10,7 +10,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 double integral(const TriMesh& mesh, const std::vector<std::array<float, 3>>& values) {
   const std::vector<double> areas = facet_areas(mesh);
@@ -37,7 +37,7 @@ double integral(const TriMesh& mesh, const std::vector<float>& values) {
 }
 
 TEST(CornerValues, AreLinearInsideAFlatSurface) {
-  const Shape wafer = testing::flat_wafer(20, 10);
+  const Shape wafer = exact::flat_wafer(20, 10);
   const auto linear = [](Vec3d r) { return 1 + 0.1 * r.x - 0.05 * r.y; };
   const auto values = corner_values(wafer.mesh, facet_values(wafer.mesh, linear));
   for (std::size_t f = 0; f < values.size(); ++f) {
@@ -52,7 +52,7 @@ TEST(CornerValues, AreLinearInsideAFlatSurface) {
 }
 
 TEST(CornerValues, StepAtAnEdge) {
-  const Shape shape = testing::trench(1);
+  const Shape shape = exact::trench(1);
   const auto normals = facet_normals(shape.mesh);
   std::vector<float> values(normals.size());
   for (std::size_t f = 0; f < values.size(); ++f) values[f] = normals[f].z > 0.5F ? 1 : 0;
@@ -62,7 +62,7 @@ TEST(CornerValues, StepAtAnEdge) {
 }
 
 TEST(CornerValues, StepAtABorderOfMaterials) {
-  Shape wafer = testing::flat_wafer(20, 10);
+  Shape wafer = exact::flat_wafer(20, 10);
   std::vector<float> values(wafer.mesh.triangles.size());
   wafer.mesh.materials.resize(values.size());
   for (std::size_t f = 0; f < values.size(); ++f) {
@@ -76,7 +76,7 @@ TEST(CornerValues, StepAtABorderOfMaterials) {
 
 TEST(CornerValues, KeepTheIntegral) {
   const auto wave = [](Vec3d r) { return 1 + std::cos(0.3 * r.x) * std::cos(0.2 * r.z); };
-  for (const Shape& shape : {testing::trench(2), testing::hole(2), testing::spherical_pit(0.5)}) {
+  for (const Shape& shape : {exact::trench(2), exact::hole(2), exact::spherical_pit(0.5)}) {
     const auto values = facet_values(shape.mesh, wave);
     const auto result = corner_values(shape.mesh, values);
     const double exact = integral(shape.mesh, values);
@@ -85,7 +85,7 @@ TEST(CornerValues, KeepTheIntegral) {
 }
 
 TEST(CornerValues, DoNotDependOnTheNumberOfThreads) {
-  const Shape shape = testing::hole(2);
+  const Shape shape = exact::hole(2);
   const auto values = facet_values(shape.mesh, [](Vec3d r) { return r.x * r.z; });
   std::vector<std::vector<std::array<float, 3>>> results;
   for (const int threads : {1, 2}) {

@@ -8,7 +8,7 @@
 
 #include "core/tri_mesh.h"
 
-namespace scarp::testing {
+namespace scarp::exact {
 
 /// A row of tests/reference/flux_*_bins.csv: exact mean flux on a part of the wall or bottom.
 struct ReferenceBin {
@@ -59,4 +59,4 @@ inline std::vector<std::uint32_t> facets_in(const ReferenceBin& bin, const TriMe
   return facets;
 }
 
-}  // namespace scarp::testing
+}  // namespace scarp::exact

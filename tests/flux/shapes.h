@@ -10,7 +10,7 @@
 #include "core/frame.h"
 #include "core/tri_mesh.h"
 
-namespace scarp::testing {
+namespace scarp::exact {
 
 /// A mesh put together from flat pieces; corners at the same place become one vertex.
 class Builder {
@@ -149,4 +149,4 @@ inline Shape spherical_pit(double cut) {
   return {builder.mesh, {.lower = {-half_width, -half_width}, .upper = {half_width, half_width}}};
 }
 
-}  // namespace scarp::testing
+}  // namespace scarp::exact

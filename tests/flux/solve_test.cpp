@@ -15,7 +15,7 @@
 namespace scarp {
 namespace {
 
-using testing::Shape;
+using exact::Shape;
 
 FluxField solve(const Shape& shape, const Species& species, FluxOptions options) {
   options.sides.lower = shape.sides.lower;
@@ -39,7 +39,7 @@ struct FlatCase {
 class FlatWafer : public ::testing::TestWithParam<FlatCase> {};
 
 TEST_P(FlatWafer, ReceivesTheSourceFluxWhateverTheLobe) {
-  const Shape wafer = testing::flat_wafer(20, 5);
+  const Shape wafer = exact::flat_wafer(20, 5);
   const FluxField flux = solve(wafer, gas(GetParam().sticking, GetParam().power),
                                {.engine = GetParam().engine, .rays = 1 << 18, .seed = 7});
   const Tally& arrivals = flux.arrivals();
@@ -95,10 +95,10 @@ void expect_reference_flux(const std::string& name, const Shape& shape, double a
     EXPECT_NEAR(audit.balance_error(), 0, 5 * audit.balance_std_error);
   }
   const std::vector<double> areas = facet_areas(shape.mesh);
-  const auto bins = testing::reference_bins(name, aspect_ratio, sticking);
+  const auto bins = exact::reference_bins(name, aspect_ratio, sticking);
   ASSERT_EQ(bins.size(), 15U);
-  for (const testing::ReferenceBin& bin : bins) {
-    const auto facets = testing::facets_in(bin, shape.mesh, name);
+  for (const exact::ReferenceBin& bin : bins) {
+    const auto facets = exact::facets_in(bin, shape.mesh, name);
     ASSERT_FALSE(facets.empty());
     const Mean mean = mean_over(runs, facets, areas);
     EXPECT_NEAR(mean.value, bin.flux, 4 * mean.std_error + 0.01 * bin.flux)
@@ -111,19 +111,19 @@ class Reference : public ::testing::TestWithParam<std::tuple<Engine, double, dou
 
 TEST_P(Reference, TrenchGivesTheExactFlux) {
   const auto [engine, aspect_ratio, sticking] = GetParam();
-  expect_reference_flux("trench", testing::trench(aspect_ratio), aspect_ratio, sticking,
+  expect_reference_flux("trench", exact::trench(aspect_ratio), aspect_ratio, sticking,
                         {.engine = engine, .rays = 1 << 13});
 }
 
 TEST_P(Reference, TrenchInTwoDimensionsGivesTheSameFlux) {
   const auto [engine, aspect_ratio, sticking] = GetParam();
-  expect_reference_flux("trench", testing::trench(aspect_ratio, 4, 4), aspect_ratio, sticking,
+  expect_reference_flux("trench", exact::trench(aspect_ratio, 4, 4), aspect_ratio, sticking,
                         {.engine = engine, .two_dimensional = true, .rays = 1 << 13});
 }
 
 TEST_P(Reference, HoleGivesTheExactFlux) {
   const auto [engine, aspect_ratio, sticking] = GetParam();
-  expect_reference_flux("hole", testing::hole(aspect_ratio), aspect_ratio, sticking,
+  expect_reference_flux("hole", exact::hole(aspect_ratio), aspect_ratio, sticking,
                         {.engine = engine, .rays = 1 << 13});
 }
 
@@ -140,8 +140,8 @@ class SlowReference : public ::testing::TestWithParam<std::tuple<Engine, double,
 TEST_P(SlowReference, TrenchAndHoleGiveTheExactFlux) {
   const auto [engine, aspect_ratio, sticking] = GetParam();
   const FluxOptions options{.engine = engine, .rays = 1 << 17};
-  expect_reference_flux("trench", testing::trench(aspect_ratio), aspect_ratio, sticking, options);
-  expect_reference_flux("hole", testing::hole(aspect_ratio), aspect_ratio, sticking, options);
+  expect_reference_flux("trench", exact::trench(aspect_ratio), aspect_ratio, sticking, options);
+  expect_reference_flux("hole", exact::hole(aspect_ratio), aspect_ratio, sticking, options);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, SlowReference,
@@ -162,7 +162,7 @@ TEST(SphericalPit, HasTheSameFluxAllOver) {
     double flux;
   };
   for (const Case c : {Case{0, 0.5F, 0.66667}, Case{0.5, 0.2F, 0.625}, Case{0.8, 0.1F, 0.52632}}) {
-    const Shape pit = testing::spherical_pit(c.cut);
+    const Shape pit = exact::spherical_pit(c.cut);
     const std::vector<double> areas = facet_areas(pit.mesh);
     std::vector<std::uint32_t> rim;
     std::vector<std::uint32_t> bottom;
@@ -187,7 +187,7 @@ class StandardError : public ::testing::TestWithParam<std::tuple<Engine, double>
 
 TEST_P(StandardError, IsCalibrated) {
   const auto [engine, sticking] = GetParam();
-  Shape shape = testing::trench(2, 4, 8, 10);
+  Shape shape = exact::trench(2, 4, 8, 10);
   const Patches patches(shape.mesh, RayScene(shape.mesh, shape.sides, 1));
   const std::vector<double> areas = facet_areas(shape.mesh);
   constexpr int seeds = 96;
@@ -238,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, StandardError,
 class TargetError : public ::testing::TestWithParam<Engine> {};
 
 TEST_P(TargetError, IsReachedAndTrue) {
-  const Shape shape = testing::trench(2, 4, 8, 10);
+  const Shape shape = exact::trench(2, 4, 8, 10);
   const FluxField precise = solve(shape, gas(0.5F), {.engine = Engine::gather, .rays = 1 << 18});
   const FluxField flux =
       solve(shape, gas(0.5F), {.engine = GetParam(), .target_error = 0.02, .seed = 5});
@@ -259,7 +259,7 @@ TEST_P(TargetError, IsReachedAndTrue) {
 }
 
 TEST_P(TargetError, OutOfReachIsSaid) {
-  const FluxField flux = solve(testing::trench(2), gas(0.5F),
+  const FluxField flux = solve(exact::trench(2), gas(0.5F),
                                {.engine = GetParam(), .target_error = 1e-6, .max_rays = 100'000});
   EXPECT_FALSE(flux.target_reached);
   EXPECT_LE(flux.rays, 100'000U);
@@ -271,7 +271,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, TargetError, ::testing::Values(Engine::forward
 class Engines : public ::testing::TestWithParam<Engine> {};
 
 TEST_P(Engines, DoNotDependOnTheNumberOfThreads) {
-  const Shape shape = testing::hole(2);
+  const Shape shape = exact::hole(2);
   std::vector<FluxField> runs;
   for (const int threads : {1, 2, 5}) {
     const ThreadLimit limit(threads);
@@ -287,7 +287,7 @@ TEST_P(Engines, DoNotDependOnTheNumberOfThreads) {
 }
 
 TEST_P(Engines, GiveTheSameBetweenPeriodicAndReflectiveSidesOfASymmetricMesh) {
-  const Shape shape = testing::trench(2, 4, 8, 10);
+  const Shape shape = exact::trench(2, 4, 8, 10);
   const FluxField mirrored = solve(shape, gas(0.5F), {.engine = GetParam(), .rays = 1 << 17});
   FluxOptions options{.engine = GetParam(), .rays = 1 << 17, .seed = 2};
   options.sides.boundary = {Boundary::periodic, Boundary::periodic};
@@ -308,7 +308,7 @@ TEST_P(Engines, GiveTheSameBetweenPeriodicAndReflectiveSidesOfASymmetricMesh) {
 // A closed bubble under the surface is joined to the source by no path: no flux, no say in the
 // error.
 TEST_P(Engines, LeaveAVoidAlone) {
-  Shape shape = testing::trench(1);
+  Shape shape = exact::trench(1);
   const FluxField open = solve(shape, gas(0.5F), {.engine = GetParam(), .rays = 1 << 14});
   const auto void_begin = shape.mesh.triangles.size();
   const auto v = static_cast<std::uint32_t>(shape.mesh.vertices.size());
@@ -333,7 +333,7 @@ TEST_P(Engines, LeaveAVoidAlone) {
 INSTANTIATE_TEST_SUITE_P(Both, Engines, ::testing::Values(Engine::forward, Engine::gather));
 
 TEST(Materials, DecideTheSticking) {
-  Shape shape = testing::flat_wafer(20, 2);
+  Shape shape = exact::flat_wafer(20, 2);
   shape.mesh.materials.assign(shape.mesh.triangles.size(), 0);
   for (std::size_t f = 0; f < shape.mesh.materials.size(); f += 2) shape.mesh.materials[f] = 1;
   const Species species{.name = "gas", .sticking = {0.0F, 1.0F}};
@@ -342,7 +342,7 @@ TEST(Materials, DecideTheSticking) {
 }
 
 TEST(BadInput, IsRefusedWithAClearText) {
-  const Shape wafer = testing::flat_wafer(20, 2);
+  const Shape wafer = exact::flat_wafer(20, 2);
   const auto message = [&](const Shape& shape, const Species& species, FluxOptions options) {
     options.sides.lower = shape.sides.lower;
     options.sides.upper = shape.sides.upper;

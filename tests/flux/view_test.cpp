@@ -22,7 +22,7 @@ class Views : public ::testing::Test {
     return look({&one, 1}, plan, std::move(earlier));
   }
 
-  testing::Shape shape_ = testing::trench(2);
+  exact::Shape shape_ = exact::trench(2);
   RayScene scene_{shape_.mesh, shape_.sides, 1};
   Patches patches_{shape_.mesh, scene_};
   std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const Frame frame{.spacing = 1, .cells = {40, 40}};
+const Frame domain{.spacing = 1, .cells = {40, 40}};
 
 /// A box, twelve triangles that face outwards.
 TriMesh box_mesh(Vec3f lower, Vec3f upper) {
@@ -87,7 +87,7 @@ void expect_solid_where(const std::vector<TriMesh>& bodies, const std::function<
   do {
     TriMesh mesh;
     for (const std::size_t n : order) mesh = together(mesh, bodies[n]);
-    ASSERT_EQ(mesh_fault(frame, welded(mesh)), std::nullopt);
+    ASSERT_EQ(mesh_fault(domain, welded(mesh)), std::nullopt);
     const MeshSolid solid(welded(mesh));
     for (double x = -14.1; x <= 14; x += 1.5) {
       for (double y = -14.2; y <= 14; y += 1.9) {
@@ -128,7 +128,7 @@ TEST(MeshSolid, ABodyInsideOutIsACavityOfTheSmallestAroundIt) {
   });
   TriMesh beside = cube(2);
   for (Vec3f& r : beside.vertices) r.x += 9;
-  EXPECT_THAT(mesh_fault(frame, welded(together(hollow(4), beside))).value_or("none"),
+  EXPECT_THAT(mesh_fault(domain, welded(together(hollow(4), beside))).value_or("none"),
               HasSubstr("no other body is all around it"));
 }
 
@@ -148,7 +148,7 @@ TEST(MeshSolid, DistancesToSeveralBodiesAreThoseToTheirUnion) {
 }
 
 TEST(MeshSolid, FaultsNameThePlace) {
-  const auto fault = [](TriMesh mesh) { return mesh_fault(frame, welded(mesh)).value_or("none"); };
+  const auto fault = [](TriMesh mesh) { return mesh_fault(domain, welded(mesh)).value_or("none"); };
   const TriMesh closed = box_mesh({-6, -7, 2}, {6, 7, 12});
   EXPECT_EQ(fault(closed), "none");
   TriMesh over = closed;
@@ -181,7 +181,7 @@ TEST(MeshSolid, ThicknessIsThatOfAPlateHoweverItLies) {
 
 double volume_above_zero(const std::vector<Shape>& shapes) {
   double volume = 0;
-  for (const double v : material_volumes(build_layers(frame, shapes))) volume += v;
+  for (const double v : material_volumes(build_layers(domain, shapes))) volume += v;
   return volume;
 }
 

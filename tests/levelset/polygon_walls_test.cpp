@@ -7,9 +7,8 @@
 namespace scarp {
 namespace {
 
-const Frame frame{.spacing = 1, .cells = {60, 60}};
-
 PolygonWalls walls(const std::vector<Loop>& loops, const WallHeights& heights) {
+  const Frame frame{.spacing = 1, .cells = {60, 60}};
   const double growth = (heights.top - heights.foot) * std::tan(heights.slope);
   return {frame, domain_loops(frame, {loops}, growth), heights};
 }
