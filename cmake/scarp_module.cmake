@@ -5,6 +5,16 @@ set(standard_header_names <algorithm> <array> <cmath> <filesystem> <functional> 
 add_library(standard_headers OBJECT ${PROJECT_SOURCE_DIR}/cmake/standard_headers.cpp)
 target_precompile_headers(standard_headers PRIVATE ${standard_header_names})
 
+# compile_together(TARGET COUNT)
+#
+# Compiles COUNT files of the target as one: what they include is parsed once. Not where CMAKE_UNITY_BUILD is set to OFF: clang-tidy
+# needs the command of each file.
+function(compile_together target count)
+  if(NOT DEFINED CMAKE_UNITY_BUILD)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
+  endif()
+endfunction()
+
 # scarp_module(NAME SOURCES ... NEEDS ... HIDES ...)
 #
 # One folder, one static library scarp_NAME. NEEDS are folders below it; HIDES are libraries that only its sources may see.
@@ -33,7 +43,7 @@ function(scarp_tests name)
   target_compile_definitions(${name}_tests PRIVATE
     SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCARP_BINARY="${PROJECT_BINARY_DIR}/apps/scarp")
   # Four files at a time: what they take of the test library is compiled once, a third of the time to compile everything.
-  set_target_properties(${name}_tests PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
+  compile_together(${name}_tests 4)
   # A test runs once: what matters is how soon it is compiled.
   target_compile_options(${name}_tests PRIVATE $<$<CONFIG:Release>:-O0>)
   if(TARGET core_tests AND NOT name STREQUAL core)

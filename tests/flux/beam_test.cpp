@@ -128,9 +128,7 @@ TEST(Beam, FallsOnMirrorImagesOfTheDomain) {
   for (const FluxField& field : fields) EXPECT_NEAR(field.audit.balance_error(), 0, 1e-3);
 }
 
-TEST(Beam, HasToPointDown) {
-  EXPECT_THROW(solve(exact::flat_wafer(20, 2), {0, 0, 1}), InputError);
-}
+TEST(Beam, HasToPointDown) { EXPECT_THROW(solve(exact::flat_wafer(20, 2), {0, 0, 1}), InputError); }
 
 }  // namespace
 }  // namespace scarp
