@@ -159,7 +159,7 @@ class FacetGroups {
  public:
   explicit FacetGroups(const CollapseMesh& mesh) {
     std::vector<std::uint32_t> facets;
-    facets.reserve(2 * mesh.live_vertices);
+    facets.reserve(std::size_t{2} * mesh.live_vertices);
     for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
       if (mesh.topology.alive(f)) facets.push_back(f);
     }

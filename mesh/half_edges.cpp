@@ -70,7 +70,7 @@ bool HalfEdges::drop_repeated() {
   for (std::uint32_t f = 0; f < repeated.size(); ++f) {
     if (repeated[f]) continue;
     input_triangles_[kept] = input_triangles_[f];
-    std::copy_n(origin_.begin() + 3 * f, 3, origin_.begin() + 3 * kept);
+    std::copy_n(&origin_[std::size_t{3} * f], 3, &origin_[std::size_t{3} * kept]);
     ++kept;
   }
   input_triangles_.resize(kept);

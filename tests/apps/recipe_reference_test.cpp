@@ -75,8 +75,7 @@ std::string resolved(const std::string& text) {
   const TemporaryFolder folder;
   const fs::path file = folder / "recipe.toml";
   std::ofstream(file) << text;
-  const std::string result = read_recipe(file, {}).resolved;
-  return result;
+  return read_recipe(file, {}).resolved;
 }
 
 TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
@@ -104,6 +103,12 @@ struct ShapeKeys {
   std::vector<std::string> texts;
 };
 
+/// A mask whose inner table, opening or resist, is the shape.
+std::string mask(const std::string& table, const std::string& shape) {
+  return "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry." + table +
+         "]\n" + shape;
+}
+
 const std::vector<ShapeKeys> shapes{
     {"wafer", {"shape = \"wafer\"\nmaterial = \"Si\"\n"}},
     {"layer", {"shape = \"layer\"\nmaterial = \"Si\"\nthickness = \"1 um\"\n"}},
@@ -115,17 +120,13 @@ const std::vector<ShapeKeys> shapes{
      {"shape = \"fin\"\nmaterial = \"Si\"\nwidth = \"1 um\"\nheight = \"1 um\"\npitch = \"2 "
       "um\"\n"}},
     {"mask",
-     {"shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.opening]\n"
-      "shape = \"trench\"\nwidth = \"1 um\"\npitch = \"2 um\"\n",
-      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
-      "shape = \"hole\"\nradius = \"1 um\"\npitch = [\"2 um\", \"2 um\"]\n",
-      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
-      "shape = \"rectangle\"\nsize = [\"1 um\", \"1 um\"]\n",
-      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
-      "shape = \"polygon\"\npoints = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 "
-      "um\"]]\n",
-      "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"1 um\"\n[geometry.resist]\n"
-      "shape = \"gds\"\nfile = \"none.gds\"\nlayer = 1\ndatatype = 0\n"}},
+     {mask("opening", "shape = \"trench\"\nwidth = \"1 um\"\npitch = \"2 um\"\n"),
+      mask("resist", "shape = \"hole\"\nradius = \"1 um\"\npitch = [\"2 um\", \"2 um\"]\n"),
+      mask("resist", "shape = \"rectangle\"\nsize = [\"1 um\", \"1 um\"]\n"),
+      mask("resist",
+           "shape = \"polygon\"\n"
+           "points = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 um\"]]\n"),
+      mask("resist", "shape = \"gds\"\nfile = \"none.gds\"\nlayer = 1\ndatatype = 0\n")}},
     {"mesh", {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\n"}},
 };
 

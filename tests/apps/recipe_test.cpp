@@ -205,7 +205,7 @@ struct BadRecipe {
   std::vector<const char*> says;
 };
 
-void PrintTo(const BadRecipe& recipe, std::ostream* out) { *out << recipe.name; }
+std::ostream& operator<<(std::ostream& out, const BadRecipe& recipe) { return out << recipe.name; }
 
 class BadRecipeTest : public RecipeTest, public ::testing::WithParamInterface<BadRecipe> {};
 

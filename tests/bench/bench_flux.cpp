@@ -163,20 +163,20 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  scarp::bench::Settings settings;
-  CLI::App app{"flux: flights per second, threads, cost against facets"};
-  app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
-  app.add_option("--rays", settings.rays, "Particles per run (1048576)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--json", settings.json, "One object on standard output");
-  CLI11_PARSE(app, argc, argv);
   try {
+    scarp::bench::Settings settings;
+    CLI::App app{"flux: flights per second, threads, cost against facets"};
+    app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
+    app.add_option("--rays", settings.rays, "Particles per run (1048576)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--json", settings.json, "One object on standard output");
+    CLI11_PARSE(app, argc, argv);
     scarp::bench::run(settings);
+    return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_flux: {}\n", error.what());
     return 2;
   }
-  return 0;
 }

@@ -55,7 +55,7 @@ constexpr int steps = 4;
 /// The least domain is two pitches wide; the largest has 64 times its area.
 constexpr int width_factors[]{1, 2, 4, 8};
 
-double from_hole_axis(double x) { return x - pitch * std::floor(x / pitch) - pitch / 2; }
+double from_hole_axis(double x) { return x - pitch * std::floor(x / pitch) - 0.5 * pitch; }
 
 Distance distance_to_wafer(Vec3d r) {
   const double x = from_hole_axis(r.x);
@@ -323,19 +323,19 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  scarp::bench::Settings settings;
-  CLI::App app{"the level set against OpenVDB's tools"};
-  app.add_option("--cells", settings.cells, "Width of the domain in spacings (256)")
-      ->check(CLI::Range(64, 4096));
-  app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--json", settings.json, "One object on standard output");
-  CLI11_PARSE(app, argc, argv);
   try {
+    scarp::bench::Settings settings;
+    CLI::App app{"the level set against OpenVDB's tools"};
+    app.add_option("--cells", settings.cells, "Width of the domain in spacings (256)")
+        ->check(CLI::Range(64, 4096));
+    app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--json", settings.json, "One object on standard output");
+    CLI11_PARSE(app, argc, argv);
     scarp::bench::run(settings);
+    return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_levelset: {}\n", error.what());
     return 2;
   }
-  return 0;
 }

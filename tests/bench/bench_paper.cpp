@@ -283,20 +283,20 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  scarp::bench::Settings settings;
-  CLI::App app{"paper against length and lindstrom-turk: distance, simplification, tracing"};
-  app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
-  app.add_option("--rays", settings.rays, "Rays for the tracing time (1048576); 0: not measured");
-  app.add_option("--error", settings.error,
-                 "Error for the time to an error (.03); 0: not measured");
-  app.add_option("-o,--output", settings.folder, "Folder for tables and plots");
-  app.add_flag("--json", settings.json, "One object on standard output");
-  CLI11_PARSE(app, argc, argv);
   try {
+    scarp::bench::Settings settings;
+    CLI::App app{"paper against length and lindstrom-turk: distance, simplification, tracing"};
+    app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
+    app.add_option("--rays", settings.rays, "Rays for the tracing time (1048576); 0: not measured");
+    app.add_option("--error", settings.error,
+                   "Error for the time to an error (.03); 0: not measured");
+    app.add_option("-o,--output", settings.folder, "Folder for tables and plots");
+    app.add_flag("--json", settings.json, "One object on standard output");
+    CLI11_PARSE(app, argc, argv);
     scarp::bench::run(settings);
+    return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_paper: {}\n", error.what());
     return 2;
   }
-  return 0;
 }

@@ -255,23 +255,23 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  scarp::bench::Settings settings;
-  CLI::App app{"simplification against its peers: distance, shape, time"};
-  app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
-  app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--removed", settings.reductions, "Fractions of the vertices that go, ascending")
-      ->check(CLI::Range(0.0, 0.99));
-  app.add_option("-o,--output", settings.folder, "Folder for the plots and the .json file");
-  app.add_flag("--flux", settings.flux, "Instead: the time of the flux with and without");
-  app.add_flag("--scaling", settings.scaling, "Instead: cost and memory per vertex");
-  app.add_flag("--json", settings.json, "One object on standard output");
-  CLI11_PARSE(app, argc, argv);
   try {
+    scarp::bench::Settings settings;
+    CLI::App app{"simplification against its peers: distance, shape, time"};
+    app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
+    app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--removed", settings.reductions, "Fractions of the vertices that go, ascending")
+        ->check(CLI::Range(0.0, 0.99));
+    app.add_option("-o,--output", settings.folder, "Folder for the plots and the .json file");
+    app.add_flag("--flux", settings.flux, "Instead: the time of the flux with and without");
+    app.add_flag("--scaling", settings.scaling, "Instead: cost and memory per vertex");
+    app.add_flag("--json", settings.json, "One object on standard output");
+    CLI11_PARSE(app, argc, argv);
     scarp::bench::run(settings);
+    return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_simplify: {}\n", error.what());
     return 2;
   }
-  return 0;
 }

@@ -21,7 +21,7 @@ using PhiGrid = openvdb::FloatGrid;
 /// The same leaves, masks and phi.
 inline PhiGrid::Ptr grid_of(const Band& band) {
   openvdb::initialize();
-  const PhiGrid::Ptr grid = PhiGrid::create(LevelSet::half_width);
+  PhiGrid::Ptr grid = PhiGrid::create(LevelSet::half_width);
   for (const Leaf& leaf : band.leaves()) {
     const auto [i, j, k] = leaf.origin;
     auto* copy = grid->tree().touchLeaf({i, j, k});

@@ -116,33 +116,46 @@ inline std::string lines(const Plot& plot, const Axes& axes) {
   return out;
 }
 
-/// Five names in a row, below all plots.
+constexpr std::size_t plots_per_row = 2;
+constexpr std::size_t names_per_row = 5;
+
+constexpr std::size_t row_count(std::size_t count, std::size_t per_row) {
+  return (count + per_row - 1) / per_row;
+}
+
+/// The names of the series in rows, below all plots.
 inline std::string legend(const std::vector<Series>& series, double y) {
   std::string out;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const double x = left + static_cast<double>(i % 5) * (2 * width - left) / 5;
-    const double row = y + legend_row * static_cast<double>(i / 5);
+    const std::size_t row = i / names_per_row;
+    const double x =
+        left + static_cast<double>(i % names_per_row) * (2 * width - left) / names_per_row;
+    const double row_top = y + legend_row * static_cast<double>(row);
     out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"10\" height=\"10\" fill=\"{}\"/>\n",
-                       x, row, colours[i % std::size(colours)]);
-    out += text(x + 15, row + 9, "start", series[i].name);
+                       x, row_top, colours[i % std::size(colours)]);
+    out += text(x + 15, row_top + 9, "start", series[i].name);
   }
   return out;
 }
 
 }  // namespace svg
 
-/// The plots side by side, two in a row; all of the same series.
+/// The plots side by side; all of the same series.
 inline std::string svg_of(const std::vector<Plot>& plots) {
-  const double plots_height = svg::height * static_cast<double>((plots.size() + 1) / 2);
-  const auto legend_rows = static_cast<double>((plots.front().series.size() + 4) / 5);
+  const double plots_height =
+      svg::height * static_cast<double>(svg::row_count(plots.size(), svg::plots_per_row));
+  const std::size_t legend_rows = svg::row_count(plots.front().series.size(), svg::names_per_row);
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
       "font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      2 * svg::width, plots_height + svg::legend_row * (legend_rows + 1));
+      2 * svg::width, plots_height + svg::legend_row * static_cast<double>(legend_rows + 1));
   for (std::size_t i = 0; i < plots.size(); ++i) {
     const svg::Axes axes = svg::axes_of(plots[i]);
-    out += fmt::format("<g transform=\"translate({},{})\">\n", i % 2 == 0 ? 0 : svg::width,
-                       static_cast<double>(i / 2) * svg::height);
+    const std::size_t row = i / svg::plots_per_row;
+    const std::size_t column = i % svg::plots_per_row;
+    out += fmt::format("<g transform=\"translate({},{})\">\n",
+                       static_cast<double>(column) * svg::width,
+                       static_cast<double>(row) * svg::height);
     out += svg::frame(plots[i], axes) + svg::lines(plots[i], axes) + "</g>\n";
   }
   return out + svg::legend(plots.front().series, plots_height + 0.5 * svg::legend_row) + "</svg>\n";

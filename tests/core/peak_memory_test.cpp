@@ -8,7 +8,7 @@ namespace scarp {
 namespace {
 
 TEST(PeakMemory, RisesWithWhatIsHeldAndStays) {
-  constexpr std::size_t megabyte = 1024 * 1024;
+  constexpr std::size_t megabyte = std::size_t{1} << 20;
   const double before = peak_memory_mb();
   EXPECT_GT(before, 1);
   {

@@ -44,7 +44,7 @@ struct Case {
   ByScheme least_order;
   ByScheme largest_error;
 
-  friend void PrintTo(const Case& each, std::ostream* stream) { *stream << each.name; }
+  friend std::ostream& operator<<(std::ostream& out, const Case& each) { return out << each.name; }
 };
 
 /// Mean of |phi - distance| at nodes next to the surface, in spacings; the surface is moved on the
