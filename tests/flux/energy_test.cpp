@@ -87,7 +87,7 @@ TEST(Energy, OfATableEndsWhereItsDensityDoes) {
 }
 
 TEST(Energy, RefusesTablesThatMakeNoSense) {
-  const auto make = [](std::vector<double> energy, std::vector<double> density) {
+  const auto make = [](const std::vector<double>& energy, const std::vector<double>& density) {
     return [=] { EnergyDistribution::tabulated(energy, density); };
   };
   EXPECT_THAT(make({1}, {1}), ThrowsMessage<InputError>(HasSubstr("at least two")));

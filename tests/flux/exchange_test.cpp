@@ -89,9 +89,10 @@ TEST(Exchange, LeavesAClosedVoidWithoutStickingAtZero) {
 }
 
 TEST(Exchange, DoesNotDependOnTheNumberOfThreads) {
-  const ExchangeMatrix matrix = random_exchange(5000, 8);
-  const std::vector<float> reemitted(5000, 0.9F);
-  const std::vector<float> b(5000 * 3, 1.0F);
+  constexpr std::size_t size = 5000;
+  const ExchangeMatrix matrix = random_exchange(size, 8);
+  const std::vector<float> reemitted(size, 0.9F);
+  const std::vector<float> b(3 * size, 1.0F);
   std::vector<std::vector<float>> results;
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);

@@ -22,12 +22,13 @@ using exact::Shape;
 // and wrapped. Slopes up to 3.
 Shape rough_surface(std::uint64_t seed, int cells = 24) {
   RandomStream random({.seed = seed});
-  std::vector<double> heights;
-  for (int k = 0; k < cells * cells; ++k) heights.push_back(2.5 * random.uniform_double());
+  const int count = cells * cells;
+  std::vector<double> heights(count);
+  for (double& height : heights) height = 2.5 * random.uniform_double();
   exact::Builder builder;
   const auto at = [&](int i, int j) {
-    return Vec3d{20.0 * i / cells, 20.0 * j / cells,
-                 heights[static_cast<std::size_t>((i % cells) * cells + j % cells)]};
+    const int k = (i % cells) * cells + j % cells;
+    return Vec3d{20.0 * i / cells, 20.0 * j / cells, heights[k]};
   };
   for (int i = 0; i < cells; ++i)
     for (int j = 0; j < cells; ++j)

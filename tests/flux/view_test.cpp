@@ -17,9 +17,9 @@ class Views : public ::testing::Test {
             .species = species_,
             .options = options_};
   }
-  View look_with(const RayPlan& plan, View earlier) const {
+  View look_with(const RayPlan& plan, const View& earlier) const {
     const FluxProblem one = problem();
-    return look({&one, 1}, plan, std::move(earlier));
+    return look({&one, 1}, plan, earlier);
   }
 
   exact::Shape shape_ = exact::trench(2);

@@ -180,11 +180,11 @@ TEST(Creases, RoughSurfacesStayManifold) {
       Vec3d centre;
       double radius;
     };
-    std::vector<Ball> balls;
-    for (int b = 0; b < 12; ++b) {
-      balls.push_back({{24 * random.uniform_double() - 12, 18 * random.uniform_double() - 9,
-                        12 * random.uniform_double() - 6},
-                       1 + 5 * random.uniform_double()});
+    std::vector<Ball> balls(12);
+    for (Ball& ball : balls) {
+      ball.centre = {24 * random.uniform_double() - 12, 18 * random.uniform_double() - 9,
+                     12 * random.uniform_double() - 6};
+      ball.radius = 1 + 5 * random.uniform_double();
     }
     // Balls are cut out of the wafer and put on it in turn: edges, thin walls, islands, pinches.
     Layers layers = single_layer(

@@ -148,7 +148,9 @@ TEST(MeshSolid, DistancesToSeveralBodiesAreThoseToTheirUnion) {
 }
 
 TEST(MeshSolid, FaultsNameThePlace) {
-  const auto fault = [](TriMesh mesh) { return mesh_fault(domain, welded(mesh)).value_or("none"); };
+  const auto fault = [](const TriMesh& mesh) {
+    return mesh_fault(domain, welded(mesh)).value_or("none");
+  };
   const TriMesh closed = box_mesh({-6, -7, 2}, {6, 7, 12});
   EXPECT_EQ(fault(closed), "none");
   TriMesh over = closed;

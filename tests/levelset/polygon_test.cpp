@@ -85,11 +85,11 @@ TEST(Polygon, RandomUnionsHaveTheAreaThatIsCounted) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-14, 14);
   for (int trial = 0; trial < 20; ++trial) {
-    std::vector<Loop> triangles;
-    for (int t = 0; t < 12; ++t) {
-      triangles.push_back({{place(random), place(random)},
-                           {place(random), place(random)},
-                           {place(random), place(random)}});
+    std::vector<Loop> triangles(12);
+    for (Loop& triangle : triangles) {
+      triangle = {{place(random), place(random)},
+                  {place(random), place(random)},
+                  {place(random), place(random)}};
     }
     const auto surrounds = [](const Loop& loop, double x, double y) {
       bool odd = false;
@@ -104,13 +104,15 @@ TEST(Polygon, RandomUnionsHaveTheAreaThatIsCounted) {
     int any = 0;
     int odd = 0;
     constexpr int n = 280;
-    for (int i = 0; i < n * n; ++i) {
-      const double x = -14 + 28 * (i / n + 0.5) / n;
-      const double y = -14 + 28 * (i % n + 0.5) / n;
-      int count = 0;
-      for (const Loop& triangle : triangles) count += surrounds(triangle, x, y) ? 1 : 0;
-      any += count > 0 ? 1 : 0;
-      odd += count % 2;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        const double x = -14 + 28 * (i + 0.5) / n;
+        const double y = -14 + 28 * (j + 0.5) / n;
+        int count = 0;
+        for (const Loop& triangle : triangles) count += surrounds(triangle, x, y) ? 1 : 0;
+        any += count > 0 ? 1 : 0;
+        odd += count % 2;
+      }
     }
     const double cell = 28.0 * 28.0 / (n * n);
     EXPECT_NEAR(area_of({triangles, Rule::any}), any * cell, 1.0) << trial;

@@ -248,14 +248,14 @@ void run_campaign(std::uint64_t first, std::uint64_t last) {
   }
 }
 
-class RandomGeometry : public testing::TestWithParam<int> {};
+class RandomGeometry : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomGeometry, StaysSoundMirroredAndShifted) {
-  const auto first = static_cast<std::uint64_t>(10 * GetParam());
+  const std::uint64_t first = 10 * GetParam();
   run_campaign(first, first + 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tens, RandomGeometry, testing::Range(0, 5));
+INSTANTIATE_TEST_SUITE_P(Tens, RandomGeometry, testing::Range<std::uint64_t>(0, 5));
 
 TEST(SlowRandomGeometry, StaysSoundMirroredAndShifted) { run_campaign(50, 1000); }
 

@@ -41,28 +41,11 @@ TEST(Redistance, DoesNotMoveTheSurfaceByOneBit) {
   HoleShape hole{.radius = 9.3};
   hole.cut.depth = 11.7;
   Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, hole});
-  const auto next_to_surface = [&] {
-    std::vector<float> found;
-    for (int i = 0; i < 40; ++i) {
-      for (int j = 0; j < 40; ++j) {
-        for (int k = -20; k < 6; ++k) {
-          const float here = layers.top().node(i, j, k);
-          for (const float there : {layers.top().node(i + 1, j, k), layers.top().node(i, j + 1, k),
-                                    layers.top().node(i, j, k + 1)}) {
-            if ((here < 0) != (there < 0)) {
-              found.insert(found.end(), {here, there});
-            }
-          }
-        }
-      }
-    }
-    return found;
-  };
-  const auto before = next_to_surface();
+  const auto before = phi_next_to_surface(layers.top(), -20, 6);
   for (int n = 0; n < 100; ++n) {
     redistance(layers.top().band());
   }
-  EXPECT_EQ(next_to_surface(), before);
+  EXPECT_EQ(phi_next_to_surface(layers.top(), -20, 6), before);
 }
 
 TEST(Redistance, ForgetsASurfaceThatHasVanished) {

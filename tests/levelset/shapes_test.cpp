@@ -91,7 +91,7 @@ TEST(Shapes, ThroughAndDepthFromLimitACut) {
   const std::vector<Shape> films{WaferShape{.material = 0},
                                  LayerShape{.material = 1, .thickness = 5},
                                  LayerShape{.material = 2, .thickness = 4}};
-  const auto with = [&](Cut cut) {
+  const auto with = [&](const Cut& cut) {
     std::vector<Shape> shapes = films;
     shapes.push_back(TrenchShape{.width = 12.3, .centre = 0, .along = 1, .cut = cut});
     return build_layers(frame, shapes);

@@ -32,6 +32,24 @@ inline void move(Layers& layers, double time, double max_dt,
   }
 }
 
+/// phi at both ends of each edge of the grid that the surface cuts, between two heights.
+inline std::vector<float> phi_next_to_surface(const LevelSet& phi, int lower, int upper) {
+  std::vector<float> found;
+  const auto [cells_x, cells_y] = phi.frame().cells;
+  for (int i = 0; i < cells_x; ++i) {
+    for (int j = 0; j < cells_y; ++j) {
+      for (int k = lower; k < upper; ++k) {
+        const float here = phi.node(i, j, k);
+        for (const float there :
+             {phi.node(i + 1, j, k), phi.node(i, j + 1, k), phi.node(i, j, k + 1)}) {
+          if ((here < 0) != (there < 0)) found.insert(found.end(), {here, there});
+        }
+      }
+    }
+  }
+  return found;
+}
+
 /// What is wrong with a mesh that should be closed up to the sides of the domain.
 struct MeshFaults {
   int non_manifold_edges = 0;  ///< a directed edge used more than once

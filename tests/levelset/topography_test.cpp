@@ -302,23 +302,6 @@ Layers necked_cavity(double neck) {
       -50, 10);
 }
 
-/// phi of all nodes with a neighbour on the other side of the surface, between two heights.
-std::vector<float> phi_next_to_surface(const LevelSet& phi, int lower, int upper) {
-  std::vector<float> found;
-  const Frame& frame = phi.frame();
-  for (int i = 0; i < frame.cells[0]; ++i) {
-    for (int k = lower; k < upper; ++k) {
-      const float here = phi.node(i, 0, k);
-      for (const float there : {phi.node(i + 1, 0, k), phi.node(i, 0, k + 1)}) {
-        if ((here < 0) != (there < 0)) {
-          found.insert(found.end(), {here, there});
-        }
-      }
-    }
-  }
-  return found;
-}
-
 TEST(Void, FreezesBitForBitAndIsCounted) {
   Layers layers = necked_cavity(6.3);
   EXPECT_TRUE(open_gas(layers).voids.empty());

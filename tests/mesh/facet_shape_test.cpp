@@ -37,9 +37,9 @@ TEST(ShapeGrowth, IsThatOfAllFacetsTogether) {
     Star star;
     ASSERT_TRUE(star.gather(mesh.topology, h));
     const Vec3d r = 0.5 * (mesh.r[star.u] + mesh.r[star.v]);
-    std::vector<Vec3d> normals;
+    std::vector<Vec3d> normals(star.count);
     for (int i = 0; i < star.count; ++i) {
-      normals.push_back(cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r));
+      normals[i] = cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r);
     }
     const double growth = shape_growth(mesh, star, r, normals);
     mesh.topology.collapse(h);

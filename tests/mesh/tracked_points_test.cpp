@@ -19,9 +19,9 @@ const TriMesh& landscape() {
 }
 
 std::vector<Vec3d> normals_around(const CollapseMesh& mesh, const Star& star, Vec3d r) {
-  std::vector<Vec3d> normals;
+  std::vector<Vec3d> normals(star.count);
   for (int i = 0; i < star.count; ++i) {
-    normals.push_back(cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r));
+    normals[i] = cross(mesh.r[star.ring[i]] - r, mesh.r[star.ring[i + 1]] - r);
   }
   return normals;
 }

@@ -58,7 +58,7 @@ TEST(RateFormula, TakesPowersBeforeProductsAndSigns) {
 }
 
 TEST(RateFormula, HasToBeARate) {
-  const auto parsing = [](std::string text) { return [=] { RateFormula(text, names); }; };
+  const auto parsing = [](const std::string& text) { return [=] { RateFormula(text, names); }; };
   EXPECT_THAT(parsing("F"), ThrowsMessage<InputError>(HasSubstr("a number, not a rate")));
   EXPECT_THAT(parsing("5"), ThrowsMessage<InputError>(HasSubstr("a number, not a rate")));
   EXPECT_THAT(parsing("1 nm/s + F"), ThrowsMessage<InputError>(StartsWith("column 8: a rate and")));
