@@ -154,6 +154,42 @@ bool CollapseChecks::makes_no_fold(const CollapseMesh& mesh) const {
   return true;
 }
 
+void CollapseChecks::gather_flip(const CollapseMesh& mesh, std::uint32_t h) {
+  star_.gather_flip(mesh.topology, h);
+  place_ = mesh.r[star_.u];
+  fan_is_spread_ = false;
+  for (int i = 0; i < star_.count; ++i) {
+    normals_[i] = cross(mesh.r[star_.ring[i]] - place_, mesh.r[star_.ring[i + 1]] - place_);
+  }
+}
+
+bool CollapseChecks::may_flip(const CollapseMesh& mesh, std::uint32_t h,
+                              std::span<const Vec3d> reference) const {
+  const std::array<std::uint32_t, 2> facets{star_.facet[0], star_.facet[1]};
+  const std::array<Vec3d, 2> old_n{mesh.normals[facets[0]], mesh.normals[facets[1]]};
+  for (int i = 0; i < 2; ++i) {
+    const Vec3d x = mesh.r[star_.ring[i]];
+    const Vec3d y = mesh.r[star_.ring[i + 1]];
+    const Vec3d n = normals_[i];
+    const double longest = squared_longest_edge(place_, x, y);
+    if (!(dot(n, n) > too_thin * too_thin * longest * longest)) return false;
+    if (!agree(n, old_n[0] + old_n[1], lowest_cosine_of_move)) return false;
+    for (const std::uint32_t f : facets) {
+      if (!agree(n, reference[f], lowest_cosine_of_move)) return false;
+      if (!agree(n, Vec3d(mesh.input_normals[f]), lowest_cosine_in_all)) return false;
+    }
+  }
+  if (folds(normals_[0], normals_[1], old_n[0], old_n[1])) return false;
+  const auto folds_outwards = [&](std::uint32_t g, int now, int before) {
+    const std::uint32_t across = mesh.topology.opposite(g);
+    if (across == HalfEdges::none) return false;
+    const Vec3d outer = mesh.normals[HalfEdges::facet(across)];
+    return folds(normals_[now], outer, old_n[before], outer);
+  };
+  return !folds_outwards(star_.rim[0], 0, 1) && !folds_outwards(star_.rim[1], 1, 1) &&
+         !folds_outwards(HalfEdges::next(h), 1, 0) && !folds_outwards(HalfEdges::previous(h), 0, 0);
+}
+
 bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
   new_border_shift_ = 0;
   if (mesh.materials.empty() || !mesh.is_border(h)) return true;

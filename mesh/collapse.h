@@ -49,6 +49,12 @@ class CollapseChecks {
   bool may_move(const CollapseMesh& mesh, Vec3d r, std::span<const Vec3d> reference) {
     return keeps_facets(mesh, r) && turns_little(reference) && makes_no_fold(mesh);
   }
+
+  /// Makes the star that of the two facets of the inner edge h after its flip; then whether it may
+  /// be flipped, to be followed by keeps_bound_of_flip() and accept_move().
+  void gather_flip(const CollapseMesh& mesh, std::uint32_t h);
+  bool may_flip(const CollapseMesh& mesh, std::uint32_t h, std::span<const Vec3d> reference) const;
+  bool keeps_bound_of_flip(const CollapseMesh& mesh) { return bound_.allows_flip(mesh, star_); }
   void accept_move() { bound_.accept(star_); }
 
   // Of the change that was asked for last: the facets around, where their centre goes, twice their

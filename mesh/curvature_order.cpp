@@ -56,6 +56,13 @@ bool CurvatureOrder::allows(const CollapseMesh& mesh, const CollapseChecks& chec
   return true;
 }
 
+bool CurvatureOrder::allows_flip(const CollapseMesh& mesh, const Star& star) const {
+  const double longest = 2 * limit(star.u, star.ring[1]);
+  const Vec3d edge = mesh.r[star.ring[1]] - mesh.r[star.u];
+  const Vec3d old_edge = mesh.r[star.ring[2]] - mesh.r[star.ring[0]];
+  return dot(edge, edge) <= std::max(longest * longest, dot(old_edge, old_edge));
+}
+
 double CurvatureOrder::stretch(std::uint32_t u, std::uint32_t v, double squared_length) const {
   const double size = free_stretch * std::min(sizes_.field[u], sizes_.field[v]);
   return squared_length > size * size ? squared_length / (size * size) : 1;

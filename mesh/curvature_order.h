@@ -38,8 +38,11 @@ class CurvatureOrder {
 
   /// cost: of the placement weighted by area.
   double key(const CollapseMesh& mesh, std::uint32_t h, double cost, double squared_length) const;
-  /// Whether no edge gets longer than twice its limit.
+  /// Whether no edge gets longer than twice its limit, or than one that it replaces.
   bool allows(const CollapseMesh& mesh, const CollapseChecks& checks) const;
+  /// The same for the flip of an edge, whose two facets the star is then.
+  bool allows_flip(const CollapseMesh& mesh, const Star& star) const;
+  double shape_weight() const { return shape_weight_; }
   bool ranks_exactly() const { return rank_ == Rank::exact; }
   double exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const;
   void accept(const CollapseMesh& mesh, const CollapseChecks& checks);

@@ -302,6 +302,20 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   return largest <= limit_.limit;
 }
 
+bool ErrorBound::allows_flip(const CollapseMesh& mesh, const Star& star) {
+  const std::uint32_t f = star.facet[0];
+  const std::uint32_t g = star.facet[1];
+  const double largest_old = std::max(error_[f], error_[g]);
+  if (largest_old == kept) return false;
+  const Vec3d n = normalized(mesh.normals[f] + mesh.normals[g]);
+  const Vec3d edge = mesh.r[star.ring[2]] - mesh.r[star.ring[0]];
+  const Vec3d across = cross(edge, mesh.r[star.ring[1]] - mesh.r[star.u]);
+  const double height = std::abs(dot(mesh.r[star.ring[0]] - mesh.r[star.u], across));
+  const double error = largest_old + height / std::abs(dot(n, across));
+  proposed_[0] = proposed_[1] = error;
+  return error <= limit_.limit;
+}
+
 void ErrorBound::accept(const Star& star) {
   for (int i = 0; i < star.count; ++i) error_[star.facet[i]] = proposed_[i];
 }

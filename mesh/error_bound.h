@@ -43,6 +43,10 @@ class ErrorBound {
   /// to r. Remembers them for accept().
   bool allows(const CollapseMesh& mesh, const Star& star, Vec3d r);
 
+  /// The same for the flip of an edge: two facets with the same rim, whose height difference is
+  /// greatest where the edges cross.
+  bool allows_flip(const CollapseMesh& mesh, const Star& star);
+
   /// Takes over the numbers that allows() found.
   void accept(const Star& star);
 

@@ -90,7 +90,7 @@ Vec3d best_shift(const CollapseMesh& mesh, std::span<const CollapseChecks> aroun
 struct Sweep {
   TrackedPoints& points;
   double shape_weight;
-  const std::vector<Vec3d>& reference;  ///< normals before the first move
+  std::span<const Vec3d> reference;
 
   /// Moves the vertices of a block whose stars lie in it.
   void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks,
@@ -137,17 +137,14 @@ struct Sweep {
 }  // namespace
 
 void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
-              double shape_weight, int sweeps) {
-  const std::vector<Vec3d> reference = mesh.normals;
+              double shape_weight, std::span<const Vec3d> reference, int pass) {
   const Sweep sweep{points, shape_weight, reference};
-  for (int pass = 0; pass < sweeps; ++pass) {
-    const Blocks blocks(mesh, pass);
-    parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-      for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-        sweep.run(mesh, checks, blocks, block);
-      }
-    });
-  }
+  const Blocks blocks(mesh, pass);
+  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
+    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
+      sweep.run(mesh, checks, blocks, block);
+    }
+  });
 }
 
 }  // namespace scarp

@@ -12,6 +12,7 @@
 #include "mesh/curvature.h"
 #include "mesh/curvature_order.h"
 #include "mesh/distance.h"
+#include "mesh/flip_edges.h"
 #include "mesh/placement.h"
 #include "mesh/regions.h"
 #include "mesh/relocate.h"
@@ -30,9 +31,10 @@ constexpr double soft_max_error = 0.5;
 constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-constexpr double default_shape_weight = 2e-6;  ///< of the spacing's square
+constexpr double default_shape_weight = 5e-6;  ///< of the spacing's square
 
-constexpr int relocation_sweeps = 3;
+/// Of moves and flips, once the vertices are as few as wanted.
+constexpr int sweeps = 3;
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
@@ -198,12 +200,19 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
        .limit = with_copies<float>(options.size_limit, work.topology),
        .l_max = options.l_max > 0 ? options.l_max : unlimited},
       shape_weight, target > 0 ? CurvatureOrder::Rank::exact : CurvatureOrder::Rank::estimated);
+  const std::uint32_t before = work.live_vertices;
   do {
     // Its memory is gone before the sweeps need theirs.
     CollapseEngine<Placement>(work, checks, Placement(work, Placement::Measure::distance))
         .run(order, target);
   } while (work.live_vertices > target && checks.raise_bound());
-  relocate(work, checks, points, shape_weight, relocation_sweeps);
+  // Where nothing could be removed the surface stays as it is.
+  if (work.live_vertices == before) return points.largest(work);
+  const std::vector<Vec3d> reference = work.normals;
+  for (int pass = 0; pass < sweeps; ++pass) {
+    relocate(work, checks, points, shape_weight, reference, pass);
+    flip_edges(work, checks, points, order, reference, pass);
+  }
   return points.largest(work);
 }
 

@@ -95,4 +95,20 @@ bool Star::gather_vertex(const HalfEdges& topology, std::uint32_t vertex) {
   return fits;
 }
 
+void Star::gather_flip(const HalfEdges& topology, std::uint32_t h) {
+  const std::uint32_t o = topology.opposite(h);
+  u = v = topology.apex(h);
+  dying = {HalfEdges::none, HalfEdges::none};
+  count = 2;
+  closed = false;
+  facet[0] = HalfEdges::facet(h);
+  facet[1] = HalfEdges::facet(o);
+  rim[0] = HalfEdges::next(o);
+  rim[1] = HalfEdges::previous(o);
+  at_target[0] = at_target[1] = false;
+  ring[0] = topology.origin(h);
+  ring[1] = topology.apex(o);
+  ring[2] = topology.target(h);
+}
+
 }  // namespace scarp

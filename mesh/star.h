@@ -36,6 +36,10 @@ struct Star {
 
   /// The star of a single vertex: u and v are the same, no facet dies.
   bool gather_vertex(const HalfEdges& topology, std::uint32_t vertex);
+
+  /// The two facets of an inner edge as they are after its flip, around the apex of h; u and v are
+  /// that apex, no facet dies.
+  void gather_flip(const HalfEdges& topology, std::uint32_t h);
 };
 
 }  // namespace scarp

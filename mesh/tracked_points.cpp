@@ -98,6 +98,12 @@ double TrackedPoints::growth(const Star& star, const Fan& fan) const {
   return sum;
 }
 
+double TrackedPoints::sum_of_squares(const Star& star) const {
+  double sum = 0;
+  for_each_old_facet(star, [&](std::uint32_t f) { sum += squares_[f]; });
+  return sum;
+}
+
 double TrackedPoints::per_facet(const Star& star) const {
   int count = 0;
   for_each_old_facet(star, [&](std::uint32_t f) { for_each(f, [&](Vec3d) { ++count; }); });

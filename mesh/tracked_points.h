@@ -55,6 +55,9 @@ class TrackedPoints {
   /// belong to the star.
   double growth(const Star& star, const Fan& fan) const;
 
+  /// Of the distances of the points of the facets of a star.
+  double sum_of_squares(const Star& star) const;
+
   /// The mean number of points of the facets around a star.
   double per_facet(const Star& star) const;
 

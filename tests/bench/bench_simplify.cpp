@@ -41,6 +41,9 @@ constexpr std::size_t large_surface = 120000;
 /// For good angles at the distances of Lindstrom and Turk.
 constexpr double shaped_weight = 3e-5;
 
+/// From small distances to good shapes, for the front between the two.
+constexpr double front_weights[]{1e-7, 3e-7, 1e-6, 5e-6, 1e-5, 1.2e-5, 1.5e-5, 2e-5, 5e-5, 1e-4};
+
 constexpr double flux_reduction = 0.67;
 constexpr double flux_error = 0.01;
 
@@ -82,6 +85,16 @@ std::vector<Method> all_methods() {
   return methods;
 }
 
+/// `curvature` with the shapes weighed more and more.
+std::vector<Method> front() {
+  std::vector<Method> methods;
+  for (const double weight : front_weights) {
+    methods.push_back(
+        own(fmt::format("curvature {:.1e}", weight), SimplifyMethod::curvature, weight));
+  }
+  return methods;
+}
+
 std::size_t vertices_left(const TriMesh& mesh, double removed) {
   return static_cast<std::size_t>(
       std::ceil((1 - removed) * static_cast<double>(mesh.vertices.size())));
@@ -109,6 +122,35 @@ std::vector<Row> compare(const TriMesh& mesh, const std::vector<Method>& methods
   return rows;
 }
 
+/// The best of the front of `curvature` against another method: the least mean distance with angles
+/// no worse, and the best angles with a mean distance that is no greater.
+void add_front(const std::vector<Row>& rows, const Row& peer, const std::string& suffix,
+               Json& ratios) {
+  const Row* nearest = nullptr;
+  const Row* best_shaped = nullptr;
+  for (const Row& row : rows) {
+    if (row.method.rfind("curvature", 0) != 0) continue;
+    const bool near = row.distance.forward.mean <= peer.distance.forward.mean;
+    const bool shaped = row.angles.mean_minimum >= peer.angles.mean_minimum;
+    if (shaped && (!nearest || row.distance.forward.mean < nearest->distance.forward.mean)) {
+      nearest = &row;
+    }
+    if (near && (!best_shaped || row.angles.mean_minimum > best_shaped->angles.mean_minimum)) {
+      best_shaped = &row;
+    }
+  }
+  if (nearest) {
+    ratios["front_mean_vs_cgal" + suffix] =
+        nearest->distance.forward.mean / peer.distance.forward.mean;
+    ratios["front_max_vs_cgal" + suffix] =
+        nearest->distance.forward.max / peer.distance.forward.max;
+  }
+  if (best_shaped) {
+    ratios["front_angle_gain" + suffix] =
+        best_shaped->angles.mean_minimum - peer.angles.mean_minimum;
+  }
+}
+
 Json ratios_of(const std::vector<Row>& rows, const std::string& suffix) {
   std::map<std::string, const Row*> by_name;
   for (const Row& row : rows) by_name[row.method] = &row;
@@ -132,6 +174,7 @@ Json ratios_of(const std::vector<Row>& rows, const std::string& suffix) {
     ratios["curvature_angle_gain" + suffix] = by_name["curvature"]->angles.mean_minimum - cgal;
     ratios["curvature_shaped_angle_gain" + suffix] =
         by_name["curvature-shaped"]->angles.mean_minimum - cgal;
+    add_front(rows, *by_name["cgal-lt"], suffix, ratios);
   }
   add("curvature_mean_vs_lindstrom_turk", "curvature", "lindstrom-turk", mean);
   add("curvature_max_vs_lindstrom_turk", "curvature", "lindstrom-turk", max);
@@ -157,7 +200,11 @@ std::vector<Row> study(const Surface& surface, const std::vector<Method>& method
   std::vector<Row> rows;
   for (const double removed : settings.reductions) {
     const int repeats = has_ratios(removed) ? settings.repeats : 1;
-    const std::vector<Row> compared = compare(mesh, methods, removed, repeats);
+    std::vector<Row> compared = compare(mesh, methods, removed, repeats);
+    if (has_ratios(removed)) {
+      const std::vector<Row> more = compare(mesh, front(), removed, 1);
+      compared.insert(compared.end(), more.begin(), more.end());
+    }
     rows.insert(rows.end(), compared.begin(), compared.end());
     if (removed == published) ratios.update(ratios_of(compared, ""));
     if (has_ratios(removed)) {

@@ -28,6 +28,14 @@ void disturb(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points) 
   }
 }
 
+void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
+              double shape_weight, int sweeps) {
+  const std::vector<Vec3d> reference = mesh.normals;
+  for (int pass = 0; pass < sweeps; ++pass) {
+    relocate(mesh, checks, points, shape_weight, reference, pass);
+  }
+}
+
 TEST(Relocate, BringsDisturbedVerticesBackToTheSurface) {
   CollapseMesh mesh(octahedral_sphere(8, 8), {});
   TrackedPoints points(mesh);
