@@ -173,13 +173,12 @@ bool CollapseChecks::may_flip(const CollapseMesh& mesh, std::uint32_t h,
     const Vec3d n = normals_[i];
     const double longest = squared_longest_edge(place_, x, y);
     if (!(dot(n, n) > too_thin * too_thin * longest * longest)) return false;
-    if (!agree(n, old_n[0] + old_n[1], lowest_cosine_of_move)) return false;
     for (const std::uint32_t f : facets) {
       if (!agree(n, reference[f], lowest_cosine_of_move)) return false;
       if (!agree(n, Vec3d(mesh.input_normals[f]), lowest_cosine_in_all)) return false;
     }
   }
-  if (folds(normals_[0], normals_[1], old_n[0], old_n[1])) return false;
+  // The two of them turn too little for a fold between them.
   const auto folds_outwards = [&](std::uint32_t g, int now, int before) {
     const std::uint32_t across = mesh.topology.opposite(g);
     if (across == HalfEdges::none) return false;

@@ -46,6 +46,33 @@ struct TipEdge {
   Star star;
 };
 
+/// Two facets whose common edge, from vertex 0 to 1, lies .2 above that between the other two.
+TriMesh saddle() {
+  return {{{-1, 0, 0.1F}, {1, 0, 0.1F}, {0, 1, -0.1F}, {0, -1, -0.1F}}, {{0, 1, 2}, {1, 0, 3}}, {}};
+}
+
+TEST(ErrorBound, OfAFlipIsTheHeightBetweenTheEdges) {
+  const CollapseMesh mesh(saddle(), {});
+  Star star;
+  star.gather_flip(mesh.topology, 0);
+  ErrorBound strict(2, {0.199});
+  EXPECT_FALSE(strict.allows_flip(mesh, star));
+  ErrorBound bound(2, {1});
+  ASSERT_TRUE(bound.allows_flip(mesh, star));
+  bound.accept(star);
+  EXPECT_NEAR(bound.largest(mesh.topology), 0.2, 1e-6);
+  // What is there already adds to it.
+  ASSERT_TRUE(bound.allows_flip(mesh, star));
+  bound.accept(star);
+  EXPECT_NEAR(bound.largest(mesh.topology), 0.4, 1e-6);
+
+  ErrorBound free(2, {});
+  EXPECT_TRUE(free.allows_flip(mesh, star));
+  const std::array<std::uint32_t, 1> kept{1};
+  free.keep(kept);
+  EXPECT_FALSE(free.allows_flip(mesh, star));
+}
+
 TEST(ErrorBound, OfATipThatIsCutOffIsItsHeight) {
   CollapseMesh mesh(tent(0.25F), {});
   const TipEdge tip(mesh);

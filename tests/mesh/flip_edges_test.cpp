@@ -88,6 +88,12 @@ TEST(FlipEdges, GiveAShearedPlaneItsBestShapes) {
   }
 }
 
+TEST(FlipEdges, MayMakeLongEdgesShorterThoughNotShortEnough) {
+  Flips flips(sheared_plane());
+  flips.run(1e-3, 0.1);
+  EXPECT_NEAR(flips.lowest_shape(), 1 - std::sqrt(3.0) / 2, 1e-6);
+}
+
 TEST(FlipEdges, ChangeNothingThatIsGoodAlready) {
   Flips flips(noisy_plane(20, 0.05));
   const TriMesh before = flips.mesh.extract();
@@ -160,6 +166,66 @@ TEST_F(FlipEdgesOfARoof, KeepTheBound) {
   EXPECT_FALSE(has_ridge());
   EXPECT_NEAR(flips.run(0, Flips::infinite, 0.201), 0.2, 1e-6);
   EXPECT_TRUE(has_ridge());
+}
+
+/// A roof of two facets whose ridge, 4 long, runs from vertex 0 to 1.
+Flips two_facets(float height) {
+  return Flips(
+      {{{-2, 0, 0}, {2, 0, 0}, {0, 1, -height}, {0, -1, -height}}, {{0, 1, 2}, {1, 0, 3}}, {}});
+}
+
+/// Whether the edge of half edge 0 may be flipped, as far as the facets around it say.
+bool may_flip(Flips& flips) {
+  const std::vector<Vec3d> reference = flips.mesh.normals;
+  flips.checks.gather_flip(flips.mesh, 0);
+  return flips.checks.may_flip(flips.mesh, 0, reference);
+}
+bool may_flip(Flips&& flips) { return may_flip(flips); }
+
+TEST(FlipEdges, TurnFacetsByLessThan30Degrees) {
+  // From (0, 1, 1 / height) to (1, 0, 2 / height), in directions.
+  const auto cosine = [](double height) {
+    return 2 / (std::sqrt(1 + height * height) * std::sqrt(4 + height * height));
+  };
+  constexpr double lowest = 0.87;
+  EXPECT_GT(cosine(0.49), lowest);
+  EXPECT_TRUE(may_flip(two_facets(0.49F)));
+  EXPECT_LT(cosine(0.5), lowest);
+  EXPECT_FALSE(may_flip(two_facets(0.5F)));
+}
+
+TEST(FlipEdges, KeepFacetsFacingWhereTheInputDid) {
+  const auto tilted = [](double angle) {
+    Flips flips = two_facets(0);
+    CollapseMesh& mesh = flips.mesh;
+    for (Vec3d& r : mesh.r) r = {r.x, std::cos(angle) * r.y, std::sin(angle) * r.y};
+    for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) mesh.normals[f] = mesh.normal_of(f);
+    return flips;
+  };
+  EXPECT_TRUE(may_flip(tilted(0.6)));
+  EXPECT_FALSE(may_flip(tilted(0.75)));
+}
+
+TEST(FlipEdges, MakeNoFacetThatIsTooThin) {
+  const auto kite = [](float x) {
+    return Flips({{{-x, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, -1, 0}}, {{0, 1, 2}, {1, 0, 3}}, {}});
+  };
+  EXPECT_TRUE(may_flip(kite(0.01F)));
+  EXPECT_FALSE(may_flip(kite(0.001F)));
+}
+
+TEST(FlipEdges, MakeNoFoldWithTheFacetsAround) {
+  constexpr float height = 0.49F;
+  TriMesh mesh{
+      {{-2, 0, 0}, {2, 0, 0}, {0, 1, -height}, {0, -1, -height}}, {{0, 1, 2}, {1, 0, 3}}, {}};
+  EXPECT_TRUE(may_flip(Flips(mesh)));
+  // A third facet at the edge from 1 to 2, along n: at 96 degrees to facet 0, but at 111 to the
+  // facet that gets that edge.
+  const Vec3f n{0.9F, 1.8F - 0.9F * height, -0.9F};
+  const Vec3f e = mesh.vertices[1] - mesh.vertices[2];
+  mesh.vertices.push_back(mesh.vertices[1] + 0.3F * cross(n, e));
+  mesh.triangles.push_back({2, 1, 4});
+  EXPECT_FALSE(may_flip(Flips(mesh)));
 }
 
 TEST(FlipEdges, KeepBordersOfMaterialsAndTheBoundary) {
