@@ -151,6 +151,12 @@ void find_depths(const Layers& layers, Vec3d surface_point, std::vector<float>& 
     const double below = layers.stack[layer].phi.distance(surface_point) - top;
     depth[layer] = static_cast<float>(std::max(below, 0.0));
   }
+  const auto no_thickness = static_cast<float>(same_phi * layers.frame.spacing);
+  for (std::size_t layer = depth.size() - 1; layer > 0; --layer) {
+    if (depth[layer - 1] < depth[layer] + no_thickness) {
+      depth[layer - 1] = depth[layer];
+    }
+  }
 }
 
 float speed_through_layers(const std::vector<float>& speeds, const std::vector<float>& depth,
@@ -161,16 +167,18 @@ float speed_through_layers(const std::vector<float>& speeds, const std::vector<f
   float left = dt;
   float moved = 0;
   std::size_t layer = exposed;
-  while (layer > 0 && speeds[layer] < 0) {
-    // The highest of the lower layers is met first.
+  for (; layer > 0; --layer) {
+    // The highest of the lower layers is met first. One that is not there, like a mask where it is
+    // open, takes no time even if it stands still.
     const float to_next = std::max(depth[layer - 1] - moved, 0.0F);
-    const float needed = to_next / -speeds[layer];
-    if (needed >= left) {
+    if (to_next == 0) {
+      continue;
+    }
+    if (!(speeds[layer] < 0) || to_next >= left * -speeds[layer]) {
       break;
     }
-    left -= needed;
+    left -= to_next / -speeds[layer];
     moved += to_next;
-    --layer;
   }
   // A layer that would grow or stand still stops the surface.
   moved += left * std::max(-speeds[layer], 0.0F);

@@ -42,7 +42,8 @@ std::vector<bool> layers_within(const Layers& layers, float depth);
 /// The point of the surface that is nearest to a node of the top's band, by phi and its gradient.
 Vec3d surface_point(const Layers& layers, std::size_t leaf, int node);
 
-/// How far below the surface each layer begins at a point of the surface. Units: nm.
+/// How far below the surface each layer begins at a point of the surface; the same as the layer
+/// above it where that has no thickness (same_phi). Units: nm.
 void find_depths(const Layers& layers, Vec3d surface_point, std::vector<float>& depth);
 
 /// How a surface moves that starts in one layer and may cross into lower ones within a time step:

@@ -16,6 +16,9 @@ TEST(SpeedThroughLayers, SpendsTheTimeLayerByLayer) {
   EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 2), -0.1F);
   EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 3.05F), -0.4F / 3.05F);
   EXPECT_FLOAT_EQ(speed_through_layers(speeds, depth, 2, 4.1F), -1.5F / 4.1F);
+  // A layer that is not there takes no time, though it does not etch, or grows.
+  EXPECT_FLOAT_EQ(speed_through_layers({-1, 0, -0.1F}, {0.3F, 0.3F, 0}, 2, 4), -1.3F / 4);
+  EXPECT_FLOAT_EQ(speed_through_layers({-1, 2, -0.1F}, {0.3F, 0.3F, 0}, 2, 4), -1.3F / 4);
   // A layer that does not etch stops the surface.
   EXPECT_FLOAT_EQ(speed_through_layers({0, -2}, {0.5F, 0}, 1, 1), -0.5F);
   EXPECT_FLOAT_EQ(speed_through_layers({-1, 2}, {0.5F, 0}, 1, 1), 2);
@@ -67,6 +70,26 @@ TEST(ThinFilm, TenFilmsTakeTheSumOfTheirTimes) {
   for (const Vec3f& v : extract_surface(layers).vertices) {
     EXPECT_NEAR(v.z, -3, 0.02 * 11);
   }
+}
+
+/// Where the floor of an opening of a mask lies once a film over all of it is through, for 6 s.
+double floor_of_covered_opening(float rate_of_mask) {
+  const Frame frame{.spacing = 1, .cells = {48, 8}};
+  const SlotOutline slot{.width = 24};
+  Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{.material = 0},
+                                MaskShape{.material = 1, .thickness = 6, .outline = slot}});
+  add_layer(layers, 2);
+  const double thickness = 1.37;
+  move(layers, thickness, 0.5, [](Vec3d, MaterialId) { return 1.0; });
+  etch(layers, thickness / 0.1 + 6, {-1, rate_of_mask, -0.1F});
+  return -6 - layers.top().distance({0, 0, -6});
+}
+
+TEST(ThinFilm, OverAnOpeningDelaysTheEtchByTheExactTimeThoughTheMaskStandsStill) {
+  const double still = floor_of_covered_opening(0);
+  EXPECT_NEAR(still, -6, 0.02 * 13.7);
+  EXPECT_NEAR(still, floor_of_covered_opening(-1e-6F), 1e-4);
 }
 
 TEST(Etch, StopsOnALayerThatDoesNotEtchAndLeavesTheRest) {
