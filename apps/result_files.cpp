@@ -198,8 +198,8 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["outputs"] = output_times.size();
   summary["output_times_s"] = output_times;
   summary["state_hash"] = state_hash(state, recipe);
-  summary["metrology"] = {{"highest_nm", bounding_box(survey.facets).upper.z},
-                          {"lowest_nm", bounding_box(survey.facets).lower.z}};
+  summary["metrology"] = {{"highest_nm", survey.extent.upper.z},
+                          {"lowest_nm", survey.extent.lower.z}};
   summary["void_count"] = survey.gas.voids.size();
   summary["void_volume_nm3"] = volume_of(survey.gas.voids);
   summary["voids"] = void_list(state, survey.gas.voids);

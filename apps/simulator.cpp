@@ -34,6 +34,7 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   }
   result.vertices_full = surface.vertices.size();
   result.facets_full = surface.triangles.size();
+  result.extent = bounding_box(surface);
   return surface;
 }
 

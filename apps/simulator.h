@@ -51,6 +51,7 @@ struct Survey {
   OpenGas gas;
   std::size_t vertices_full = 0;
   std::size_t facets_full = 0;
+  Box extent;  ///< of the surface before it is simplified
   double simplify_max_distance = 0;
   TriMesh facets;
   std::vector<FluxField> flux;
