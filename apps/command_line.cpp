@@ -2,7 +2,10 @@
 
 // The only source file that includes the parser: it takes seconds to compile.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <map>
+
+#include "core/suggestion.h"
 
 namespace scarp {
 
@@ -32,6 +35,21 @@ CLI::Validator fraction_to_remove() {
   return number("a number in [0, 1)", [](double x) { return x >= 0 && x < 1; });
 }
 
+/// Of a whole number above 0, which may be written 1e6.
+CLI::Validator count() {
+  constexpr double greatest = 9007199254740992;  // whole numbers are exact up to here
+  return {[](std::string& text) -> std::string {
+            double value = 0;
+            const bool is_number = CLI::detail::lexical_cast(text, value);
+            if (!is_number || !(value >= 1) || value > greatest || value != std::floor(value)) {
+              return '"' + text + "\" is not a whole number above 0";
+            }
+            text = std::to_string(static_cast<long long>(value));
+            return "";
+          },
+          ""};
+}
+
 template <class T>
 void add_choice(CLI::App& command, const std::string& option, const std::string& meaning, T& value,
                 const std::map<std::string, T>& choices) {
@@ -50,7 +68,7 @@ void add_choice(CLI::App& command, const std::string& option, const std::string&
 
 void add_common_options(CLI::App& command, CommonOptions& common) {
   command.add_option("--threads", common.threads, "Number of threads (default: all cores)")
-      ->check(above_zero());
+      ->transform(count());
   command.add_flag("--quiet", common.quiet,
                    "No progress and no notes: results, warnings and errors");
   command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");
@@ -94,7 +112,7 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove")
                      ->check(fraction_to_remove());
   command.add_option("--vertices", options.vertices, "Number of vertices to keep")
-      ->check(above_zero())
+      ->transform(count())
       ->excludes(remove);
   command.add_option("--max-error", options.max_error, "Bound on the distance, both ways");
   command.add_option("--l0", options.l0, "Shortest edge wanted at features");
@@ -126,7 +144,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
                       "whole batches of 32; gather: of rays from all facets together, at "
                       "most this many, but 4 or more from each piece of a facet (facets "
                       "are cut until no edge is longer than 3 spacings)")
-          ->check(above_zero());
+          ->transform(count());
   command
       .add_option("--target-error", options.target_error,
                   "Rays are added until this error (default: 0.01)")
@@ -135,7 +153,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
       .add_option("--max-rays", options.max_rays,
                   "Cap on the rays for the target, with the same least numbers as --rays: 32 "
                   "(forward), 4 from each piece of a facet (gather)")
-      ->check(above_zero());
+      ->transform(count());
   command.add_option("--spacing", options.spacing,
                      "Grid spacing the mesh came from (default: from its facets)");
   command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
@@ -166,6 +184,21 @@ void add_command(CLI::App& app, const char* name, const char* summary, CommandLi
   command->callback([&line, arguments] { line.command = *arguments; });
 }
 
+/// The parser would only say that a command is missing.
+void check_command_name(const CLI::App& app, const std::string& name) {
+  if (name.empty() || name[0] == '-') return;
+  std::vector<std::string> commands;
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == name) return;
+    commands.push_back(command->get_name());
+    known += (known.empty() ? "" : ", ") + commands.back();
+  }
+  throw CLI::ExtrasError('"' + name + "\" is not a command" + suggestion(name, commands) +
+                             "; the commands are " + known,
+                         CLI::ExitCodes::ExtrasError);
+}
+
 }  // namespace
 
 std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
@@ -185,6 +218,7 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {
+    if (argc > 1) check_command_name(app, argv[1]);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? done : wrong_input;

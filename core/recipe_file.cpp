@@ -56,7 +56,8 @@ TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
   }
   std::string unquoted(text);
   std::erase(unquoted, '"');
-  throw InputError(place.source + ": " + std::string(text) + " is not a value of TOML" +
+  const std::string shown = text.empty() ? "nothing" : std::string(text);
+  throw InputError(place.source + ": " + shown + " is not a value of TOML" +
                    (lacks_quotes(text) ? "; a text keeps its quotes: --set " + std::string(path) +
                                              "='\"" + unquoted + "\"'"
                                        : ": " + fault));

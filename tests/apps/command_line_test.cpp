@@ -32,8 +32,9 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamedWithWhatIsAllowed) {
   const std::string simplify = "simplify " + path("a.obj") + " " + path("b.ply");
   const std::map<std::string, std::string> messages{
       {flux + "--sticking 2", "--sticking: \"2\" is not a number in [0, 1]\n"},
-      {flux + "--threads abc", "--threads: \"abc\" is not a number above 0\n"},
-      {flux + "--threads 0", "--threads: \"0\" is not a number above 0\n"},
+      {flux + "--threads abc", "--threads: \"abc\" is not a whole number above 0\n"},
+      {flux + "--threads 0", "--threads: \"0\" is not a whole number above 0\n"},
+      {flux + "--max-rays 1.5", "--max-rays: \"1.5\" is not a whole number above 0\n"},
       {flux + "--engine 1", "--engine: \"1\" is none of auto, forward, gather\n"},
       {flux + "--boundary open", "--boundary: \"open\" is none of periodic, reflective\n"},
       {simplify + " --remove 1.5", "--remove: \"1.5\" is not a number in [0, 1)\n"}};
@@ -42,7 +43,15 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamedWithWhatIsAllowed) {
     EXPECT_EQ(outcome.exit_code, 2) << line;
     EXPECT_THAT(outcome.messages, HasSubstr(message)) << line;
   }
-  EXPECT_EQ(scarp(flux + "--engine forward --boundary periodic").exit_code, 0);
+  EXPECT_EQ(scarp(flux + "--engine forward --boundary periodic --threads 1e0").exit_code, 0);
+}
+
+TEST_F(CommandLine, AnUnknownCommandIsNamedWithTheKnownOnes) {
+  const Outcome outcome = scarp("simplfy a.obj b.ply");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.messages,
+              AllOf(HasSubstr("\"simplfy\" is not a command (did you mean simplify?)"),
+                    HasSubstr("run, check, ")));
 }
 
 TEST_F(CommandLine, QuietKeepsResults) {
