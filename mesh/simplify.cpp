@@ -33,7 +33,7 @@ constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
 constexpr double default_shape_weight = 5e-6;  ///< of the spacing's square
 
-/// Of moves and flips, once the vertices are as few as wanted.
+/// Of moves, once the vertices are as few as wanted.
 constexpr int sweeps = 3;
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
@@ -211,7 +211,8 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   const std::vector<Vec3d> reference = work.normals;
   for (int pass = 0; pass < sweeps; ++pass) {
     relocate(work, checks, points, shape_weight, reference, pass);
-    flip_edges(work, checks, points, order, reference, pass);
+    // After each of them it would hardly be better.
+    if (pass == sweeps / 2) flip_edges(work, checks, points, order, reference, pass);
   }
   return points.largest(work);
 }

@@ -85,12 +85,15 @@ std::vector<Method> all_methods() {
   return methods;
 }
 
+/// What the names of the methods of the front begin with.
+constexpr std::string_view front_name = "curvature ";
+
 /// `curvature` with the shapes weighed more and more.
 std::vector<Method> front() {
   std::vector<Method> methods;
   for (const double weight : front_weights) {
     methods.push_back(
-        own(fmt::format("curvature {:.1e}", weight), SimplifyMethod::curvature, weight));
+        own(fmt::format("{}{:.1e}", front_name, weight), SimplifyMethod::curvature, weight));
   }
   return methods;
 }
@@ -129,7 +132,7 @@ void add_front(const std::vector<Row>& rows, const Row& peer, const std::string&
   const Row* nearest = nullptr;
   const Row* best_shaped = nullptr;
   for (const Row& row : rows) {
-    if (row.method.rfind("curvature", 0) != 0) continue;
+    if (!row.method.starts_with("curvature")) continue;
     const bool near = row.distance.forward.mean <= peer.distance.forward.mean;
     const bool shaped = row.angles.mean_minimum >= peer.angles.mean_minimum;
     if (shaped && (!nearest || row.distance.forward.mean < nearest->distance.forward.mean)) {
@@ -214,6 +217,12 @@ std::vector<Row> study(const Surface& surface, const std::vector<Method>& method
   return rows;
 }
 
+/// For the plots, which are over all reductions.
+std::vector<Row> without_front(std::vector<Row> rows) {
+  std::erase_if(rows, [](const Row& row) { return row.method.starts_with(front_name); });
+  return rows;
+}
+
 std::string table_of(const Surface& surface, const std::vector<Row>& rows) {
   std::string out = fmt::format("{}: {} vertices; {} threads\n", surface.name,
                                 surface.mesh.vertices.size(), thread_count());
@@ -232,7 +241,7 @@ Json compare_surfaces(const Settings& settings) {
     for (const Row& row : rows) result["surfaces"][surface.name].push_back(row.json());
     const std::string table = table_of(surface, rows);
     const fs::path base = fs::path(settings.folder) / surface.name;
-    write_file(base.string() + ".svg", plots_of(surface.name, rows));
+    write_file(base.string() + ".svg", plots_of(surface.name, without_front(rows)));
     write_file(base.string() + ".txt", table);
     if (settings.json) continue;
     fmt::print("{}  table and plots: {}.txt, .svg\n", table, base.string());
