@@ -170,15 +170,15 @@ float speed_through_layers(const std::vector<float>& speeds, const std::vector<f
   for (; layer > 0; --layer) {
     // The highest of the lower layers is met first. One that is not there, like a mask where it is
     // open, takes no time even if it stands still.
-    const float to_next = std::max(depth[layer - 1] - moved, 0.0F);
-    if (to_next == 0) {
+    const float to_next = depth[layer - 1] - moved;
+    if (!(to_next > 0)) {
       continue;
     }
     if (!(speeds[layer] < 0) || to_next >= left * -speeds[layer]) {
       break;
     }
     left -= to_next / -speeds[layer];
-    moved += to_next;
+    moved = depth[layer - 1];
   }
   // A layer that would grow or stand still stops the surface.
   moved += left * std::max(-speeds[layer], 0.0F);

@@ -82,6 +82,13 @@ bool ends_on_side(const CollapseMesh& mesh, const Star& star) {
          (sides & mesh.sides[star.ring[star.count]]) != 0;
 }
 
+/// Whether facet i of a star can be seen along n, as it is and with the centre of the star at r.
+bool faces_along(const CollapseMesh& mesh, const Star& star, int i, Vec3d r, Vec3d n) {
+  const Vec3d x = mesh.r[star.ring[i]] - r;
+  const Vec3d y = mesh.r[star.ring[i + 1]] - r;
+  return dot(cross(x, y), n) > 0 && dot(mesh.normals[star.facet[i]], n) > 0;
+}
+
 /// The range of the heights of both surfaces along n, which no height difference exceeds; nothing
 /// if one of them is no height field.
 std::optional<double> thickness(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n) {
@@ -97,11 +104,9 @@ std::optional<double> thickness(const CollapseMesh& mesh, const Star& star, Vec3
     highest = std::max(highest, height);
   };
   for (int i = 0; i < star.count; ++i) {
-    const Vec3d x = mesh.r[star.ring[i]] - r;
-    const Vec3d y = mesh.r[star.ring[i + 1]] - r;
-    if (!(dot(cross(x, y), n) > 0) || !(dot(mesh.normals[star.facet[i]], n) > 0)) return {};
-    add(x);
-    add(y);
+    if (!faces_along(mesh, star, i, r, n)) return {};
+    add(mesh.r[star.ring[i]] - r);
+    add(mesh.r[star.ring[i + 1]] - r);
   }
   add(mesh.r[star.u] - r);
   add(mesh.r[star.v] - r);
@@ -303,11 +308,12 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
 }
 
 bool ErrorBound::allows_flip(const CollapseMesh& mesh, const Star& star) {
-  const std::uint32_t f = star.facet[0];
-  const std::uint32_t g = star.facet[1];
-  const double largest_old = std::max(error_[f], error_[g]);
+  const double largest_old = std::max(error_[star.facet[0]], error_[star.facet[1]]);
   if (largest_old == kept) return false;
-  const Vec3d n = normalized(mesh.normals[f] + mesh.normals[g]);
+  const Vec3d n = normalized(mesh.normals[star.facet[0]] + mesh.normals[star.facet[1]]);
+  for (int i = 0; i < star.count; ++i) {
+    if (!faces_along(mesh, star, i, mesh.r[star.u], n)) return false;
+  }
   const Vec3d edge = mesh.r[star.ring[2]] - mesh.r[star.ring[0]];
   const Vec3d across = cross(edge, mesh.r[star.ring[1]] - mesh.r[star.u]);
   const double height = std::abs(dot(mesh.r[star.ring[0]] - mesh.r[star.u], across));

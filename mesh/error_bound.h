@@ -44,7 +44,7 @@ class ErrorBound {
   bool allows(const CollapseMesh& mesh, const Star& star, Vec3d r);
 
   /// The same for the flip of an edge: two facets with the same rim, whose height difference is
-  /// greatest where the edges cross.
+  /// greatest where the edges cross. False if they are not height fields, old and new.
   bool allows_flip(const CollapseMesh& mesh, const Star& star);
 
   /// Takes over the numbers that allows() found.

@@ -1,6 +1,7 @@
 #include "mesh/flip_edges.h"
 
-#include <array>
+#include <cstdint>
+#include <vector>
 
 #include "core/parallel.h"
 #include "mesh/blocks.h"

@@ -19,6 +19,13 @@ TEST(SpeedThroughLayers, SpendsTheTimeLayerByLayer) {
   // A layer that is not there takes no time, though it does not etch, or grows.
   EXPECT_FLOAT_EQ(speed_through_layers({-1, 0, -0.1F}, {0.3F, 0.3F, 0}, 2, 4), -1.3F / 4);
   EXPECT_FLOAT_EQ(speed_through_layers({-1, 2, -0.1F}, {0.3F, 0.3F, 0}, 2, 4), -1.3F / 4);
+  // Also below several films, whose depths need not add up to the last bit.
+  for (int n = 1; n < 100; ++n) {
+    const float first = 0.0137F * static_cast<float>(n);
+    const float second = first + 0.9F + 0.113F * static_cast<float>(n % 7);
+    const std::vector<float> depths{second, second, first, 0};
+    EXPECT_NEAR(speed_through_layers({-1, 0, -1, -1}, depths, 3, 8), -1, 1e-6) << n;
+  }
   // A layer that does not etch stops the surface.
   EXPECT_FLOAT_EQ(speed_through_layers({0, -2}, {0.5F, 0}, 1, 1), -0.5F);
   EXPECT_FLOAT_EQ(speed_through_layers({-1, 2}, {0.5F, 0}, 1, 1), 2);

@@ -66,6 +66,13 @@ TEST(ErrorBound, OfAFlipIsTheHeightBetweenTheEdges) {
   bound.accept(star);
   EXPECT_NEAR(bound.largest(mesh.topology), 0.4, 1e-6);
 
+  // A wedge: seen along the mean of its normals, its smaller facet looks away.
+  const CollapseMesh wedge(
+      {{{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0.3F, 0.25F}}, {{0, 1, 2}, {1, 0, 3}}, {}}, {});
+  Star folded;
+  folded.gather_flip(wedge.topology, 0);
+  EXPECT_FALSE(ErrorBound(2, {1}).allows_flip(wedge, folded));
+
   ErrorBound free(2, {});
   EXPECT_TRUE(free.allows_flip(mesh, star));
   const std::array<std::uint32_t, 1> kept{1};
