@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -19,6 +18,7 @@
 #include "core/parallel.h"
 #include "flux/solve.h"
 #include "mesh/quality.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/plain_tracer.h"
 #include "tests/bench/surfaces.h"
@@ -163,20 +163,16 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  try {
-    scarp::bench::Settings settings;
-    CLI::App app{"flux: flights per second, threads, cost against facets"};
+  scarp::bench::Settings settings;
+  const auto declare = [&](CLI::App& app) {
     app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
     app.add_option("--rays", settings.rays, "Particles per run (1048576)")
         ->check(CLI::PositiveNumber);
     app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
         ->check(CLI::PositiveNumber);
     app.add_flag("--json", settings.json, "One object on standard output");
-    CLI11_PARSE(app, argc, argv);
-    scarp::bench::run(settings);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "bench_flux: {}\n", error.what());
-    return 2;
-  }
+  };
+  return scarp::bench::bench_main(argc, argv,
+                                  "flux: flights per second, threads, cost against facets", declare,
+                                  [&] { scarp::bench::run(settings); });
 }

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -29,6 +28,7 @@
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "levelset/redistance.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/openvdb_peer.h"
 
@@ -323,19 +323,14 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  try {
-    scarp::bench::Settings settings;
-    CLI::App app{"the level set against OpenVDB's tools"};
+  scarp::bench::Settings settings;
+  const auto declare = [&](CLI::App& app) {
     app.add_option("--cells", settings.cells, "Width of the domain in spacings (256)")
         ->check(CLI::Range(64, 4096));
     app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
         ->check(CLI::PositiveNumber);
     app.add_flag("--json", settings.json, "One object on standard output");
-    CLI11_PARSE(app, argc, argv);
-    scarp::bench::run(settings);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "bench_levelset: {}\n", error.what());
-    return 2;
-  }
+  };
+  return scarp::bench::bench_main(argc, argv, "the level set against OpenVDB's tools", declare,
+                                  [&] { scarp::bench::run(settings); });
 }

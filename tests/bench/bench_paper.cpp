@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include "mesh/distance.h"
 #include "mesh/quality.h"
 #include "mesh/simplify.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/surfaces.h"
 #include "tests/bench/svg_plot.h"
 
@@ -283,20 +283,16 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  try {
-    scarp::bench::Settings settings;
-    CLI::App app{"paper against length and lindstrom-turk: distance, simplification, tracing"};
+  scarp::bench::Settings settings;
+  const auto declare = [&](CLI::App& app) {
     app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
     app.add_option("--rays", settings.rays, "Rays for the tracing time (1048576); 0: not measured");
     app.add_option("--error", settings.error,
                    "Error for the time to an error (.03); 0: not measured");
     app.add_option("-o,--output", settings.folder, "Folder for tables and plots");
     app.add_flag("--json", settings.json, "One object on standard output");
-    CLI11_PARSE(app, argc, argv);
-    scarp::bench::run(settings);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "bench_paper: {}\n", error.what());
-    return 2;
-  }
+  };
+  return scarp::bench::bench_main(
+      argc, argv, "paper against length and lindstrom-turk: distance, simplification, tracing",
+      declare, [&] { scarp::bench::run(settings); });
 }

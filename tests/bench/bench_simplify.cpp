@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include "core/atomic_file.h"
 #include "core/parallel.h"
 #include "mesh/simplify.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/simplify_flux.h"
 #include "tests/bench/simplify_row.h"
@@ -311,9 +311,8 @@ void run(const Settings& settings) {
 }  // namespace scarp::bench
 
 int main(int argc, char** argv) {
-  try {
-    scarp::bench::Settings settings;
-    CLI::App app{"simplification against its peers: distance, shape, time"};
+  scarp::bench::Settings settings;
+  const auto declare = [&](CLI::App& app) {
     app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
     app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
         ->check(CLI::PositiveNumber);
@@ -323,11 +322,8 @@ int main(int argc, char** argv) {
     app.add_flag("--flux", settings.flux, "Instead: the time of the flux with and without");
     app.add_flag("--scaling", settings.scaling, "Instead: cost and memory per vertex");
     app.add_flag("--json", settings.json, "One object on standard output");
-    CLI11_PARSE(app, argc, argv);
-    scarp::bench::run(settings);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "bench_simplify: {}\n", error.what());
-    return 2;
-  }
+  };
+  return scarp::bench::bench_main(argc, argv,
+                                  "simplification against its peers: distance, shape, time",
+                                  declare, [&] { scarp::bench::run(settings); });
 }

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <filesystem>
+#include <string>
+
+namespace scarp::bench {
+
+/// The main function of a benchmark: declare(app) adds its options, run() is called once they are
+/// read. What fails is told, with exit code 2.
+template <class Declare, class Run>
+int bench_main(int argc, char** argv, const std::string& title, const Declare& declare,
+               const Run& run) {
+  try {
+    CLI::App app{title};
+    declare(app);
+    CLI11_PARSE(app, argc, argv);
+    run();
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", std::filesystem::path(argv[0]).stem().string(), error.what());
+    return 2;
+  }
+}
+
+}  // namespace scarp::bench
