@@ -1,9 +1,12 @@
 #include "apps/command_line.h"
 
 // The only source file that includes the parser: it takes seconds to compile.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <map>
+#include <ranges>
 
 #include "core/suggestion.h"
 
@@ -59,9 +62,8 @@ void add_choice(CLI::App& command, const std::string& option, const std::string&
       value = found->second;
       return;
     }
-    std::string known;
-    for (const auto& choice : choices) known += (known.empty() ? "" : ", ") + choice.first;
-    throw CLI::ValidationError(option, '"' + name + "\" is none of " + known);
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is none of {}", name,
+                                                   fmt::join(std::views::keys(choices), ", ")));
   };
   command.add_option_function<std::string>(option, choose, meaning)->type_name("NAME");
 }
@@ -188,14 +190,12 @@ void add_command(CLI::App& app, const char* name, const char* summary, CommandLi
 void check_command_name(const CLI::App& app, const std::string& name) {
   if (name.empty() || name[0] == '-') return;
   std::vector<std::string> commands;
-  std::string known;
   for (const CLI::App* command : app.get_subcommands({})) {
     if (command->get_name() == name) return;
     commands.push_back(command->get_name());
-    known += (known.empty() ? "" : ", ") + commands.back();
   }
-  throw CLI::ExtrasError('"' + name + "\" is not a command" + suggestion(name, commands) +
-                             "; the commands are " + known,
+  throw CLI::ExtrasError(fmt::format("\"{}\" is not a command{}; the commands are {}", name,
+                                     suggestion(name, commands), fmt::join(commands, ", ")),
                          CLI::ExitCodes::ExtrasError);
 }
 

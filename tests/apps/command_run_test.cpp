@@ -101,6 +101,19 @@ every = "1 s"
   }
 }
 
+// A prescribed rate asks nothing of the mesh: the surface is the same, and what is measured on it.
+TEST_F(RunCommand, SimplificationChangesNothingThatIsMeasured) {
+  const std::string etch = std::string(SCARP_SOURCE_DIR) +
+                           "/configs/isotropic_etch.toml --set domain.spacing='\"50 nm\"' "
+                           "--set step[0].duration='\"33 s\"' --quiet ";
+  ASSERT_EQ(scarp("run " + etch + "-o " + path("simplified")).exit_code, 0);
+  ASSERT_EQ(scarp("run " + etch + "--set simplify.enabled=false -o " + path("full")).exit_code, 0);
+  EXPECT_EQ(summary("simplified")["state_hash"], summary("full")["state_hash"]);
+  EXPECT_EQ(summary("simplified")["metrology"], summary("full")["metrology"]);
+  EXPECT_LT(read_file(folder_ / "simplified" / "surface_0002.vtp").size(),
+            0.7 * static_cast<double>(read_file(folder_ / "full" / "surface_0002.vtp").size()));
+}
+
 // Release and native, g++ and clang, today and tomorrow: who changes the numbers on purpose writes
 // the new hashes to the file.
 TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {

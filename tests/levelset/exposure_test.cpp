@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "surfaces.h"
@@ -97,6 +101,25 @@ TEST(ThinFilm, OverAnOpeningDelaysTheEtchByTheExactTimeThoughTheMaskStandsStill)
   const double still = floor_of_covered_opening(0);
   EXPECT_NEAR(still, -6, 0.02 * 13.7);
   EXPECT_NEAR(still, floor_of_covered_opening(-1e-6F), 1e-4);
+}
+
+// Once what is below is gone the mask's lower edge is etched from two sides; where in its cell it
+// was is not known.
+TEST(Etch, LeavesTheLowerEdgeOfAnEtchedMaskToAboutASpacing) {
+  for (const double offset : {0.0, 0.3, 0.6, 0.9}) {
+    Layers layers = build_layers(
+        Frame{.spacing = 1, .cells = {48, 8}},
+        std::vector<Shape>{WaferShape{.material = 0},
+                           MaskShape{.material = 1,
+                                     .thickness = 6,
+                                     .outline = SlotOutline{.width = 2 * (12 + offset)}}});
+    etch(layers, 6, {-1, -1e-3F});
+    double nearest = std::numeric_limits<double>::max();
+    for (const Vec3f& v : extract_surface(layers).vertices) {
+      nearest = std::min(nearest, std::hypot(v.x - 12 - offset, static_cast<double>(v.z)));
+    }
+    EXPECT_LT(nearest, 1.1) << offset;
+  }
 }
 
 TEST(Etch, StopsOnALayerThatDoesNotEtchAndLeavesTheRest) {
