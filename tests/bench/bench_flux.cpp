@@ -1,8 +1,8 @@
 // Flux: flights per second of forward tracing against a plain tracer and against nothing but
-// rtcIntersect1 on the plain tracer's rays; all threads against one; cost against facets. CPU time,
-// side by side in one process.
+// rtcIntersect1 on the plain tracer's rays; all threads against one; cost against facets; flights
+// and time to an error. CPU time, side by side in one process.
 //
-//   ./dev bench flux [MESH...] [--json] [--rays N] [--repeats N]
+//   ./dev bench flux [MESH...] [--json] [--rays N] [--repeats N] [--table]
 //
 // Lengths are in spacings of the grid. Without files, the surfaces of tests/bench/surfaces, which
 // runs of scarp leave. Sides are those of the bounding box, and mirrors.
@@ -20,6 +20,7 @@
 #include "mesh/quality.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
+#include "tests/bench/flux_to_error.h"
 #include "tests/bench/plain_tracer.h"
 #include "tests/bench/surfaces.h"
 #include "tests/mesh/generated_surface.h"
@@ -31,6 +32,7 @@ struct Settings {
   std::vector<std::string> files;
   std::uint64_t rays = 1 << 20;
   int repeats = 3;
+  bool table = false;
   bool json = false;
 };
 
@@ -141,13 +143,64 @@ void compare_facets(int repeats, nlohmann::ordered_json& result) {
   result["ratios"]["facet_cost_spread"] = *most / *least;
 }
 
+/// How many times fewer flights and less time gathering takes than the plain tracer.
+void compare_to_error(const Settings& settings, nlohmann::ordered_json& result) {
+  const ThreadLimit one_thread(1);
+  constexpr double target = 0.01;
+  const Feature trench{.kind = Feature::Kind::trench, .aspect_ratio = 4, .sticking = 0.1F};
+  const Feature hole{.kind = Feature::Kind::hole, .aspect_ratio = 20, .sticking = 0.01F};
+  for (const Feature& feature : {trench, hole}) {
+    const TriMesh mesh = mesh_of(feature);
+    const CostToError forward = plain(mesh, feature, settings.rays, target);
+    const CostToError gather = gathered(mesh, feature, target);
+    const bool is_trench = feature.kind == Feature::Kind::trench;
+    nlohmann::ordered_json& ratios = result["ratios"];
+    if (is_trench) ratios["gather_segments_vs_forward_a4_s01"] = forward.segments / gather.segments;
+    ratios[is_trench ? "gather_time_vs_forward_a4_s01" : "gather_time_vs_forward_hole20_s001"] =
+        forward.cpu / gather.cpu;
+    result["absolute"]["to_error_" + feature.name()] = {
+        {"facets", mesh.triangles.size()},
+        {"gather", {{"segments", gather.segments}, {"cpu_s", gather.cpu}}},
+        {"plain", {{"segments", forward.segments}, {"cpu_s", forward.cpu}}}};
+  }
+}
+
+/// Flights and CPU time of both engines and the plain tracer on all features.
+void print_table(const Settings& settings) {
+  const ThreadLimit one_thread(1);
+  fmt::print("| feature | sticking | error | gather | | forward | | plain | |\n");
+  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const Feature::Kind kind : {Feature::Kind::trench, Feature::Kind::hole}) {
+    for (const int aspect_ratio : {1, 4, 10, 20}) {
+      for (const float each : {1.0F, 0.1F, 0.01F}) {
+        const Feature feature{kind, aspect_ratio, each};
+        const TriMesh mesh = mesh_of(feature);
+        const CostToError own = forward(mesh, feature, settings.rays, 1);
+        const CostToError other = plain(mesh, feature, settings.rays, 1);
+        for (const double target : {0.03, 0.01, 0.003}) {
+          const CostToError gather = gathered(mesh, feature, target);
+          const CostToError f = at_error(own, 1, target);
+          const CostToError p = at_error(other, 1, target);
+          fmt::print(
+              "| {} | {:g} | {:g} % | {:.3g} M | {:.3g} s | {:.3g} M | {:.3g} s | {:.3g} M | "
+              "{:.3g} s |\n",
+              feature.name(), each, 100 * target, 1e-6 * gather.segments, gather.cpu,
+              1e-6 * f.segments, f.cpu, 1e-6 * p.segments, p.cpu);
+        }
+      }
+    }
+  }
+}
+
 void run(const Settings& settings) {
+  if (settings.table) return print_table(settings);
   nlohmann::ordered_json result;
   const std::vector<Surface> surfaces = surfaces_of(settings.files);
   for (std::size_t n = 0; n < surfaces.size(); ++n)
     compare_with_plain(surfaces[n], fmt::format("surface{}", n + 1), settings, result);
   compare_threads(surfaces.front(), settings, result);
   compare_facets(settings.repeats, result);
+  compare_to_error(settings, result);
   if (settings.json) {
     std::cout << result.dump(2) << '\n';
     return;
@@ -170,6 +223,8 @@ int main(int argc, char** argv) {
         ->check(CLI::PositiveNumber);
     app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
         ->check(CLI::PositiveNumber);
+    app.add_flag("--table", settings.table,
+                 "Instead: flights and time to errors, on trenches and holes");
     app.add_flag("--json", settings.json, "One object on standard output");
   };
   return scarp::bench::bench_main(argc, argv,
