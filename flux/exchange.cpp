@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "flux/coarse_exchange.h"
 
 namespace scarp {
 
@@ -13,6 +14,11 @@ namespace {
 
 constexpr std::size_t grain = 512;  // rows
 constexpr int max_iterations = 2000;
+
+// The error of the iteration is estimated within a factor of two or so.
+constexpr double margin = 0.25;
+
+constexpr double square(double x) { return x * x; }
 
 template <class Number>
 using Block = std::vector<Number>;
@@ -31,7 +37,11 @@ class Solver {
  public:
   Solver(const ExchangeMatrix& matrix, std::span<const float> reemitted, std::span<const Number> b,
          std::size_t columns)
-      : matrix_(matrix), reemitted_(reemitted), b_(b), columns_(columns) {}
+      : matrix_(matrix),
+        reemitted_(reemitted),
+        b_(b),
+        columns_(columns),
+        coarse_(matrix, reemitted) {}
 
   Block<Number> solve(double tolerance);
 
@@ -52,12 +62,17 @@ class Solver {
 
   // x - K (c x)
   void apply(const Block<Number>& x, Block<Number>& y);
-  bool iterate(Block<Number>& x, const Scalars& goal);
+  Block<Number> corrected(Block<Number> x) const {
+    coarse_.correct(x, columns_);
+    return x;
+  }
+  bool iterate(Block<Number>& x, double tolerance);
 
   const ExchangeMatrix& matrix_;
   std::span<const float> reemitted_;
   std::span<const Number> b_;
   std::size_t columns_;
+  CoarseExchange coarse_;
   Block<Number> scaled_;
 };
 
@@ -102,23 +117,26 @@ void Solver<Number>::apply(const Block<Number>& x, Block<Number>& y) {
   });
 }
 
-// One run of the recurrence from x; true once every column's residual is below its goal. A column
-// that is there, or whose recurrence breaks down, stands still; the next run starts it anew.
+// One run of the recurrence from x; true once every column is known to its tolerance. A column that
+// is there, or whose recurrence breaks down, stands still; the next run starts it anew.
 template <class Number>
-bool Solver<Number>::iterate(Block<Number>& x, const Scalars& goal) {
+bool Solver<Number>::iterate(Block<Number>& x, double tolerance) {
   Block<Number> r = block();
   apply(x, r);
   for_each_entry([&](std::size_t k, std::size_t) { r[k] = b_[k] - r[k]; });
   std::vector<char> active(columns_, 1);
-  const auto all_done = [&](const Scalars& squares) {
+  // The corrected residual is about what x still lacks.
+  const auto all_done = [&](const Block<Number>& lacks) {
+    const Scalars squares = dot(lacks, lacks);
+    const Scalars goal = dot(x, x);
     bool done = true;
     for (std::size_t c = 0; c < columns_; ++c) {
-      if (squares[c] <= goal[c]) active[c] = 0;
+      if (squares[c] <= square(margin * tolerance) * goal[c]) active[c] = 0;
       done = done && active[c] == 0;
     }
     return done;
   };
-  if (all_done(dot(r, r))) return true;
+  if (all_done(corrected(r))) return true;
 
   const Block<Number> shadow = r;
   Block<Number> p = r;
@@ -129,21 +147,25 @@ bool Solver<Number>::iterate(Block<Number>& x, const Scalars& goal) {
   Scalars beta(columns_);
   Scalars omega(columns_);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    apply(p, v);
+    const Block<Number> along_p = corrected(p);
+    apply(along_p, v);
     const Scalars projection = dot(shadow, v);
     for (std::size_t c = 0; c < columns_; ++c)
       alpha[c] = active[c] == 0 ? 0 : ratio(rho[c], projection[c]);
-    for_each_entry(
-        [&](std::size_t k, std::size_t c) { r[k] -= static_cast<Number>(alpha[c]) * v[k]; });
-    apply(r, t);
+    for_each_entry([&](std::size_t k, std::size_t c) {
+      x[k] += static_cast<Number>(alpha[c]) * along_p[k];
+      r[k] -= static_cast<Number>(alpha[c]) * v[k];
+    });
+    const Block<Number> along_r = corrected(r);
+    if (all_done(along_r)) return false;  // by the recurrence; the caller asks the true residual
+    apply(along_r, t);
     const Scalars tr = dot(t, r);
     const Scalars tt = dot(t, t);
     for (std::size_t c = 0; c < columns_; ++c) omega[c] = active[c] == 0 ? 0 : ratio(tr[c], tt[c]);
     for_each_entry([&](std::size_t k, std::size_t c) {
-      x[k] += static_cast<Number>(alpha[c]) * p[k] + static_cast<Number>(omega[c]) * r[k];
+      x[k] += static_cast<Number>(omega[c]) * along_r[k];
       r[k] -= static_cast<Number>(omega[c]) * t[k];
     });
-    if (all_done(dot(r, r))) return false;  // by the recurrence; the caller asks the true residual
     const Scalars next = dot(shadow, r);
     bool stuck = true;
     for (std::size_t c = 0; c < columns_; ++c) {
@@ -163,10 +185,8 @@ template <class Number>
 Block<Number> Solver<Number>::solve(double tolerance) {
   constexpr int restarts = 8;
   Block<Number> x(b_.begin(), b_.end());
-  Scalars goal = dot(x, x);
-  for (double& square : goal) square *= tolerance * tolerance;
   for (int run = 0; run < restarts; ++run)
-    if (iterate(x, goal)) return x;
+    if (iterate(x, tolerance)) return x;
   throw NumericalError("flux: the exchange between facets did not converge to " +
                        std::to_string(tolerance) + " on " + std::to_string(matrix_.size()) +
                        " facets");

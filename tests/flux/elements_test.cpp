@@ -9,8 +9,6 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const exact::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
-
 TEST(Elements, CoverTheirFacetsAndAreShort) {
   const RayScene scene = scene_of(exact::hole(5));
   const Elements elements(scene, 3);

@@ -22,20 +22,6 @@ ExchangeMatrix random_exchange(std::uint32_t size, std::uint32_t rays) {
   return matrix;
 }
 
-std::vector<double> residual(const ExchangeMatrix& matrix, const std::vector<float>& reemitted,
-                             const std::vector<double>& b, const std::vector<double>& x) {
-  std::vector<double> r = b;
-  for (std::size_t i = 0; i < matrix.size(); ++i) {
-    r[i] -= x[i];
-    const auto rays = static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
-    for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-      const std::uint32_t j = matrix.hits[k];
-      if (j < matrix.size()) r[i] += reemitted[j] * x[j] / rays;
-    }
-  }
-  return r;
-}
-
 double norm(const std::vector<double>& x) {
   double sum = 0;
   for (const double value : x) sum += value * value;
@@ -53,29 +39,71 @@ TEST(Exchange, OfTwoPlatesHasTheGeometricSum) {
   }
 }
 
-TEST(Exchange, MeetsTheTrueResidualForAllColumns) {
+// Of x = b + K (c x) for a chosen x.
+std::vector<double> direct_part(const ExchangeMatrix& matrix, const std::vector<float>& reemitted,
+                                const std::vector<double>& x, std::size_t columns) {
+  std::vector<double> b = x;
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    const auto rays = static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
+    for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
+      const std::uint32_t j = matrix.hits[k];
+      for (std::size_t c = 0; j < matrix.size() && c < columns; ++c)
+        b[i * columns + c] -= static_cast<double>(reemitted[j]) * x[j * columns + c] / rays;
+    }
+  }
+  return b;
+}
+
+void expect_columns_near(const std::vector<double>& x, const std::vector<double>& wanted,
+                         std::size_t columns, double tolerance) {
+  for (std::size_t c = 0; c < columns; ++c) {
+    std::vector<double> column;
+    std::vector<double> difference;
+    for (std::size_t k = c; k < x.size(); k += columns) {
+      column.push_back(wanted[k]);
+      difference.push_back(x[k] - wanted[k]);
+    }
+    EXPECT_LE(norm(difference), tolerance * norm(column)) << "column " << c;
+  }
+}
+
+TEST(Exchange, MeetsTheToleranceInAllColumns) {
   const ExchangeMatrix matrix = random_exchange(3000, 8);
   std::vector<float> reemitted(3000, 0.99F);
   for (std::size_t i = 0; i < 1000; ++i) reemitted[i] = 1;
   constexpr std::size_t columns = 5;
-  std::vector<double> b(3000 * columns);
+  std::vector<double> x(3000 * columns);
   RandomStream random({.seed = 4});
-  for (double& value : b) value = random.uniform_double() - 0.5;
-  for (std::size_t i = 0; i < 3000; ++i) b[i * columns + 2] = 0;
+  for (double& value : x) value = random.uniform_double() - 0.5;
+  for (std::size_t i = 0; i < 3000; ++i) x[i * columns + 2] = 0;
 
-  const auto x = solve_exchange<double>(matrix, reemitted, b, columns, 1e-8);
-  for (std::size_t c = 0; c < columns; ++c) {
-    std::vector<double> column_b;
-    std::vector<double> column_x;
-    for (std::size_t i = 0; i < 3000; ++i) {
-      column_b.push_back(b[i * columns + c]);
-      column_x.push_back(x[i * columns + c]);
+  const std::vector<double> b = direct_part(matrix, reemitted, x, columns);
+  expect_columns_near(solve_exchange<double>(matrix, reemitted, b, columns, 1e-8), x, columns,
+                      1e-8);
+}
+
+// Rows along a pipe of 4000 that see their neighbours; a particle leaves at its mouth or, hardly
+// ever, sticks. The residual of a smooth error is 1e5 times smaller than the error.
+TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
+  constexpr std::uint32_t size = 4000;
+  RandomStream random({.seed = 5});
+  ExchangeMatrix matrix;
+  std::vector<double> x;
+  for (std::uint32_t i = 0; i < size; ++i) {
+    matrix.first.push_back(matrix.hits.size());
+    for (int k = 0; k < 8; ++k) {
+      const int j = static_cast<int>(i) + static_cast<int>(random.bits() % 201) - 100;
+      const bool is_out = j < 0;
+      matrix.hits.push_back(is_out ? size : std::min<std::uint32_t>(j, 2 * size - 1 - j));
     }
-    EXPECT_LE(norm(residual(matrix, reemitted, column_b, column_x)), 1.001e-8 * norm(column_b));
-    if (c == 2) {
-      EXPECT_EQ(norm(column_x), 0);
-    }
+    x.push_back(1 - 0.9 * i / size);
   }
+  matrix.first.push_back(matrix.hits.size());
+  const std::vector<float> reemitted(size, 0.9999F);
+  const std::vector<double> b = direct_part(matrix, reemitted, x, 1);
+  for (const double tolerance : {1e-2, 1e-5})
+    expect_columns_near(solve_exchange<double>(matrix, reemitted, b, 1, tolerance), x, 1,
+                        tolerance);
 }
 
 // Two rows that only see each other and keep everything have no source and stay at zero.

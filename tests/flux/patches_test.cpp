@@ -9,8 +9,6 @@
 namespace scarp {
 namespace {
 
-RayScene scene_of(const exact::Shape& shape) { return {shape.mesh, shape.sides, 1}; }
-
 TEST(Patches, AreCellsOfFourSpacings) {
   const exact::Shape wafer = exact::flat_wafer(20, 20);
   const Patches patches(wafer.mesh, scene_of(wafer));

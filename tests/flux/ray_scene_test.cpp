@@ -36,12 +36,6 @@ Shape rough_surface(std::uint64_t seed, int cells = 24) {
   return {builder.mesh, {.lower = {0, 0}, .upper = {20, 20}}};
 }
 
-RayScene scene_of(const Shape& shape, Boundary boundary = Boundary::reflective) {
-  Sides sides = shape.sides;
-  sides.boundary = {boundary, boundary};
-  return {shape.mesh, sides, 1};
-}
-
 Vec3d point_of(const RayScene& scene, std::uint32_t f, RandomStream& random) {
   const Vec3d w = sample_triangle({random.uniform_double(), random.uniform_double()});
   const auto& [a, b, c] = scene.corners(f);

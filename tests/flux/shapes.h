@@ -9,6 +9,7 @@
 
 #include "core/frame.h"
 #include "core/tri_mesh.h"
+#include "flux/ray_scene.h"
 
 namespace scarp::exact {
 
@@ -52,6 +53,12 @@ struct Shape {
   TriMesh mesh;
   Sides sides;
 };
+
+inline RayScene scene_of(const Shape& shape, Boundary boundary = Boundary::reflective) {
+  Sides sides = shape.sides;
+  sides.boundary = {boundary, boundary};
+  return {shape.mesh, sides, 1};
+}
 
 inline Shape flat_wafer(double side, int cells) {
   Builder builder;
