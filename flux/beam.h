@@ -1,6 +1,6 @@
 #pragma once
 
-#include "flux/forward.h"
+#include "flux/problem.h"
 
 namespace scarp {
 

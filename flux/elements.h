@@ -24,6 +24,7 @@ class Elements {
   std::uint32_t facet_of(std::size_t element) const { return facet_[element]; }
   const std::array<Vec3d, 3>& corners(std::size_t element) const { return corners_[element]; }
   double area(std::size_t element) const { return area_[element]; }
+  double facet_area(std::size_t facet) const { return scene_->area(facet); }
 
   /// The elements of facet f are first_of(f) to first_of(f + 1) - 1.
   std::uint32_t first_of(std::size_t facet) const { return first_[facet]; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <utility>
 
@@ -31,6 +32,10 @@ class EnergyDistribution {
   double quantile(double u) const { return quantiles_.at(u); }
   double largest() const { return quantiles_.largest(); }
   double mean() const { return quantiles_.mean(); }
+  /// Of a function of the energy.
+  double mean(const std::function<double(double energy)>& function) const {
+    return quantiles_.mean(function);
+  }
 
  private:
   explicit EnergyDistribution(Quantiles quantiles) : quantiles_(std::move(quantiles)) {}

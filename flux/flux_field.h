@@ -34,19 +34,25 @@ struct FluxAudit {
 
   double lost() const { return lost_back_face + lost_below + lost_side_limit; }
   /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero for forward tracing, zero on
-  /// average for gathering.
+  /// average where anything is gathered.
   double balance_error() const;
 };
 
 /// How a flux was found.
-enum class FluxEngine { forward, gather, beam };
+enum class FluxEngine {
+  forward,
+  gather,
+  gather_forward,  ///< first arrivals by rays from facets, what goes on by particles
+  beam
+};
 
 /// What arrives on a mesh, of one species.
 struct FluxField {
   FluxEngine engine = FluxEngine::forward;
   std::vector<Tally> tallies{};  ///< the first counts arrivals
   FluxAudit audit{};
-  std::uint64_t rays = 0;  ///< primary rays from the source (forward) or from facets (gather, beam)
+  std::uint64_t rays = 0;  ///< primary rays from the source (forward) or from facets (gather, beam,
+                           ///< with particles that go on)
   std::uint64_t segments = 0;  ///< straight flights, side crossings not counted
   double error = 0;            ///< root mean square patch error, see FluxOptions::target_error
   double max_facet_error = 0;  ///< largest standard error of a facet divided by max(flux, 0.05)

@@ -4,27 +4,16 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
 #include "core/parallel.h"
-#include "core/random.h"
+#include "flux/half_differences.h"
 #include "flux/view.h"
 
 namespace scarp {
 
 namespace {
 
-// Draws of the error of all elements together, and how many are solved at once: more would fall
-// out of the cache.
-constexpr std::size_t draw_count = 32;
+// Draws that are solved at once: more would fall out of the cache.
 constexpr std::size_t draws_at_once = 8;
-
-constexpr double first_rays_per_element = 8;
-
-// In spacings: flux is taken as constant on an element.
-constexpr double longest_element_edge = 3;
-
-// Elements in a row along the curve that share their error estimate.
-constexpr std::size_t error_window = 16;
 
 constexpr double mean_tolerance = 1e-7;
 constexpr double deviation_tolerance = 1e-2;
@@ -70,43 +59,14 @@ std::vector<HalfDifference> half_differences(const View& view, const std::vector
   return halves;
 }
 
-// A single difference says little about its element. Elements nearby have the same variance but for
-// their numbers of rays n, with which the variance of scrambled sets falls about as n^-1.5. What
-// re-emits and yet has no flux is in a void and has no error; without sticking, an error there
+// What re-emits and yet has no flux is in a void and has no error; without sticking, an error there
 // would have no end.
 std::vector<float> standard_errors(const RayPlan& plan, std::span<const float> reemitted,
-                                   const std::vector<double>& flux,
-                                   const std::vector<HalfDifference>& halves) {
-  const auto relative = [&](std::size_t rank) {
-    const double n = plan.rays(rank);
-    return n * std::sqrt(n);
-  };
-  const auto in_void = [&](std::size_t rank) { return reemitted[rank] > 0 && flux[rank] == 0; };
-  std::vector<float> sigma(halves.size());
-  for (std::size_t begin = 0; begin < sigma.size(); begin += error_window) {
-    const std::size_t end = std::min(begin + error_window, sigma.size());
-    double sum = 0;
-    int count = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (in_void(i)) continue;
-      sum += halves[i].flux * halves[i].flux * relative(i);
-      ++count;
-    }
-    for (std::size_t i = begin; i < end; ++i)
-      if (!in_void(i)) sigma[i] = static_cast<float>(std::sqrt(sum / count / relative(i)));
-  }
-  return sigma;
+                                   const Solution& solution) {
+  return standard_errors(
+      plan, [&](std::size_t rank) { return solution.halves[rank].flux; },
+      [&](std::size_t rank) { return reemitted[rank] > 0 && solution.flux[rank] == 0; });
 }
-
-// A draw flips an element's half difference or not.
-std::uint32_t draw_signs(const FluxOptions& options, std::uint32_t element) {
-  static_assert(draw_count == 32);
-  return RandomStream(
-             {options.seed, options.time_step, 0xFFFFFFFFU, (std::uint64_t{1} << 32) + element})
-      .bits();
-}
-
-double sign(std::uint32_t signs, std::size_t draw) { return (signs >> draw) & 1U ? 1 : -1; }
 
 // The error of the flux of all elements that belongs to each draw of the errors of their equations.
 std::vector<float> deviations(const FluxProblem& problem, const RayPlan& plan, const View& view,
@@ -139,7 +99,7 @@ Solution solve_exchange_of(const FluxProblem& problem, const RayPlan& plan, cons
   Solution solution;
   solution.flux = solve_exchange<double>(view.matrix, reemitted, mean_direct, 1, mean_tolerance);
   solution.halves = half_differences(view, direct, reemitted, solution.flux);
-  solution.sigma = standard_errors(plan, reemitted, solution.flux, solution.halves);
+  solution.sigma = standard_errors(plan, reemitted, solution);
   solution.deviation = deviations(problem, plan, view, reemitted, solution);
   return solution;
 }
@@ -187,19 +147,6 @@ FluxAudit audit_of(const FluxProblem& problem, const RayPlan& plan, const View& 
   return audit;
 }
 
-// The mean over the elements of a facet, by area, of a quantity given by rank.
-template <class Quantity>
-double mean_on_facet(const RayScene& scene, const RayPlan& plan, std::size_t facet,
-                     const Quantity& quantity) {
-  const std::uint32_t first = plan.elements().first_of(facet);
-  const std::uint32_t end = plan.elements().first_of(facet + 1);
-  if (end == first + 1) return quantity(plan.rank_of(first));
-  double sum = 0;
-  for (std::uint32_t e = first; e < end; ++e)
-    sum += plan.elements().area(e) * quantity(plan.rank_of(e));
-  return sum / scene.area(facet);
-}
-
 FluxField field_of(const FluxProblem& problem, const RayPlan& plan, const View& view,
                    const std::vector<float>& direct) {
   const RayScene& scene = problem.scene;
@@ -212,10 +159,10 @@ FluxField field_of(const FluxProblem& problem, const RayPlan& plan, const View& 
   }
   const Solution solution = solve_exchange_of(problem, plan, view, direct, reemitted);
   const auto flux = [&](std::size_t f) {
-    return mean_on_facet(scene, plan, f, [&](std::size_t rank) { return solution.flux[rank]; });
+    return mean_on_facet(plan, f, [&](std::size_t rank) { return solution.flux[rank]; });
   };
   const auto deviation = [&](std::size_t f, std::size_t draw) {
-    return mean_on_facet(scene, plan, f, [&](std::size_t rank) {
+    return mean_on_facet(plan, f, [&](std::size_t rank) {
       return static_cast<double>(solution.deviation[rank * draw_count + draw]);
     });
   };
@@ -240,34 +187,20 @@ double predicted_growth(double error, double target) {
   return std::clamp(1.1 * ratio * std::sqrt(std::sqrt(ratio)), 1.2, 8.0);
 }
 
-std::uint64_t most_rays(const FluxOptions& options, std::size_t element_count) {
-  const std::uint64_t least = element_count * set_count * RayPlan::least_set;
-  const std::uint64_t fit = options.memory_limit / sizeof(std::uint32_t);
-  if (fit < least) {
-    throw InputError("flux.memory_limit: " + std::to_string(options.memory_limit) +
-                     " bytes hold fewer than 4 rays for each of " + std::to_string(element_count) +
-                     " pieces of facets; allow at least " +
-                     std::to_string(least * sizeof(std::uint32_t)) + " bytes");
-  }
-  return std::min(fit, options.rays > 0 ? options.rays : options.max_rays);
-}
-
 }  // namespace
 
 std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
   if (problems.empty()) return {};
   const RayScene& scene = problems.front().scene;
   const FluxOptions& options = problems.front().options;
-  double surface = 0;
-  for (std::size_t f = 0; f < scene.facet_count(); ++f) surface += scene.area(f);
   const Elements elements(scene, longest_element_edge);
-  const std::uint64_t cap = most_rays(options, elements.count());
+  const std::uint64_t cap = ray_limit(options, elements.count(), sizeof(std::uint32_t));
 
   RayPlan plan(scene, elements);
   View view;
   double rays = options.rays > 0 ? static_cast<double>(cap)
                                  : first_rays_per_element * static_cast<double>(elements.count());
-  plan.grow(rays / surface, cap);
+  plan.grow(rays / plan.surface(), cap);
   for (;;) {
     view = look(problems, plan, view);
     std::vector<FluxField> fields;
@@ -283,7 +216,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
     while (plan.total() == total) {
       if (rays >= static_cast<double>(cap)) return fields;
       rays *= predicted_growth(error, options.target_error);
-      plan.grow(rays / surface, cap);
+      plan.grow(rays / plan.surface(), cap);
     }
   }
 }

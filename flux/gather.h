@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "flux/forward.h"
+#include "flux/problem.h"
 
 namespace scarp {
 

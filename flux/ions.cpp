@@ -48,14 +48,11 @@ Vec3d off_the_plane(Vec3d u, Vec3d n) {
 
 }  // namespace
 
-double YieldLaw::at(double energy, double half_sine) const {
-  const double above = std::sqrt(energy) - std::sqrt(threshold);
-  return above > 0 ? amplitude * above * factor.at(half_sine) : 0;
+double YieldLaw::strength(double energy) const {
+  return amplitude * std::max(0.0, std::sqrt(energy) - std::sqrt(threshold));
 }
 
-double YieldLaw::largest(double energy) const {
-  return amplitude * factor.largest() * std::max(0.0, std::sqrt(energy) - std::sqrt(threshold));
-}
+double YieldLaw::largest(double energy) const { return strength(energy) * factor.largest(); }
 
 AngleTable sticking_between(double first, double second) {
   return AngleTable([=](double theta) {

@@ -20,7 +20,11 @@ struct YieldLaw {
   double threshold = 0;
   AngleTable factor{};
 
-  double at(double energy, double half_sine) const;
+  double at(double energy, double half_sine) const {
+    return strength(energy) * factor.at(half_sine);
+  }
+  /// The part that the energy has in it.
+  double strength(double energy) const;
   /// A bound of it for ions of up to some energy.
   double largest(double energy) const;
 };

@@ -19,6 +19,8 @@ class Quantiles {
   double at(double u) const;
   double largest() const { return values_.back(); }
   double mean() const;
+  /// Of a function of the variable, taken at four places in each interval.
+  double mean(const std::function<double(double)>& function) const;
 
  private:
   std::vector<float> values_;

@@ -9,6 +9,7 @@
 #include "flux/beam.h"
 #include "flux/forward.h"
 #include "flux/gather.h"
+#include "flux/gather_forward.h"
 #include "flux/patches.h"
 #include "flux/ray_scene.h"
 
@@ -52,8 +53,8 @@ void check_beam(const Species& species, const FluxOptions& options) {
     check(s == 1, where + "a beam is not followed after it arrives, so its sticking has to be 1");
 }
 
-// Gathering knows diffuse re-emission under a source that is the same all around.
-bool needs_forward(const Species& species) {
+// The exchange knows diffuse re-emission under a source that is the same all around.
+bool needs_particles(const Species& species) {
   const Vec3d axis = species.source.direction;
   return species.ions || axis.x != 0 || axis.y != 0;
 }
@@ -169,8 +170,11 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     if (species[index].source.kind == SourceLobe::Kind::beam) {
       fields[index] = trace_beam(problem(index));
       fields[index].engine = FluxEngine::beam;
-    } else if (options.engine == FluxOptions::Engine::forward || needs_forward(species[index])) {
+    } else if (options.engine == FluxOptions::Engine::forward) {
       fields[index] = trace_forward(problem(index));
+    } else if (needs_particles(species[index])) {
+      fields[index] = gather_forward(problem(index));
+      fields[index].engine = FluxEngine::gather_forward;
     } else {
       gathered.push_back(index);
     }

@@ -14,12 +14,13 @@ namespace scarp {
 /// Units: lengths as in the mesh.
 struct FluxOptions {
   enum class Engine {
-    automatic,  ///< gather where it can
+    automatic,  ///< gather
     forward,    ///< particles from the source, one by one
-    gather,     ///< rays from the facets and an exchange between them
+    gather,     ///< rays from the facets, and for what is re-emitted an exchange between them
   };
-  /// Of neutral species. Ions and tilted sources are traced forward whatever it says, beams by
-  /// shadow rays: there is no other way.
+  /// What comes straight from the source is gathered for ions and tilted sources as well; there is
+  /// no exchange for what goes on, which is followed by particles that start where it arrived.
+  /// Beams are found by shadow rays whatever it says.
   Engine engine = Engine::automatic;
   Sides sides{};                 ///< where rays are mirrored or wrapped
   bool two_dimensional = false;  ///< rays travel in the x-z plane
@@ -32,6 +33,8 @@ struct FluxOptions {
   /// facets together, which serve all species, shared out by area; at most as many, but never fewer
   /// than 4 from each element (see Elements: a piece of a facet with edges up to 3 spacings), even
   /// if that makes more. Rays along the lobe of a source with cosine power != 1 are not counted.
+  /// Ions and tilted sources: half of it for rays from facets, those behind the facet included,
+  /// half for particles that go on; all for rays if nothing does.
   std::uint64_t rays = 0;
   /// The most rays for the target, counted as rays and with the same least numbers: 32 (forward), 4
   /// per element (gather).

@@ -1,6 +1,6 @@
 // Flux: flights per second of forward tracing against a plain tracer and against nothing but
 // rtcIntersect1 on the plain tracer's rays; all threads against one; cost against facets; flights
-// and time to an error. CPU time, side by side in one process.
+// and time to an error, of ions too. CPU time, side by side in one process.
 //
 //   ./dev bench flux [MESH...] [--json] [--rays N] [--repeats N] [--table]
 //
@@ -23,6 +23,7 @@
 #include "tests/bench/flux_to_error.h"
 #include "tests/bench/plain_tracer.h"
 #include "tests/bench/surfaces.h"
+#include "tests/flux/ion_traces.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp::bench {
@@ -192,6 +193,38 @@ void print_table(const Settings& settings) {
   }
 }
 
+/// Ions of n = 500 with coned reflection, to 1 %, in a trench and a hole four times as deep as
+/// wide.
+void compare_ions(int repeats, nlohmann::ordered_json& result) {
+  const ThreadLimit one_thread(1);
+  Species ions = exact::plasma_ions();
+  ions.source.cosine_power = 500;
+  for (const bool is_hole : {false, true}) {
+    const exact::Shape shape = is_hole ? exact::hole(4) : exact::trench(4, 4, 8, 40);
+    const auto to_target = [&](FluxOptions::Engine engine) {
+      Cost cost;
+      for (int repeat = 0; repeat < repeats; ++repeat) {
+        FluxField field;
+        const double cpu = cpu_seconds_of(
+            [&] { field = exact::trace(shape, ions, {.engine = engine, .target_error = 0.01}); });
+        cost.cpu = std::min(cost.cpu, cpu);
+        cost.segments = static_cast<double>(field.segments);
+      }
+      return cost;
+    };
+    const Cost forward = to_target(FluxOptions::Engine::forward);
+    const Cost gathered = to_target(FluxOptions::Engine::gather);
+    const std::string name = is_hole ? "hole4" : "trench4";
+    result["ratios"]["ion_rays_forward_vs_gather_" + name] = forward.segments / gathered.segments;
+    result["ratios"]["ion_time_forward_vs_gather_" + name] = forward.cpu / gathered.cpu;
+    result["absolute"]["ions_" + name] = {{"facets", shape.mesh.triangles.size()},
+                                          {"forward_segments", forward.segments},
+                                          {"gather_segments", gathered.segments},
+                                          {"forward_cpu_seconds", forward.cpu},
+                                          {"gather_cpu_seconds", gathered.cpu}};
+  }
+}
+
 void run(const Settings& settings) {
   if (settings.table) return print_table(settings);
   nlohmann::ordered_json result;
@@ -201,6 +234,7 @@ void run(const Settings& settings) {
   compare_threads(surfaces.front(), settings, result);
   compare_facets(settings.repeats, result);
   compare_to_error(settings, result);
+  compare_ions(settings.repeats, result);
   if (settings.json) {
     std::cout << result.dump(2) << '\n';
     return;

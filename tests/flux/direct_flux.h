@@ -13,8 +13,8 @@ namespace scarp::exact {
 ///
 /// Seen along the trench the source is c_n cos^n(angle).
 inline double direct_trench_flux(Vec3d r, Vec3d n, double power) {
-  const double c =
-      std::tgamma(power / 2 + 1) / (std::sqrt(std::numbers::pi) * std::tgamma((power + 1) / 2));
+  const double c = std::exp(std::lgamma(power / 2 + 1) - std::lgamma((power + 1) / 2)) /
+                   std::sqrt(std::numbers::pi);
   if (std::abs(n.x) > 0.5) {
     const double z = -r.z / 20;
     return c / power * (1 - std::pow(z / std::sqrt(z * z + 1), power));

@@ -16,6 +16,7 @@ TEST(Quantiles, AreLinearBetweenTheirEntries) {
   EXPECT_EQ(squares.at(1), 16);
   EXPECT_EQ(squares.largest(), 16);
   EXPECT_EQ(squares.mean(), (0.5 + 2.5 + 6.5 + 12.5) / 4);
+  EXPECT_EQ(squares.mean([](double x) { return 3 * x; }), 3 * squares.mean());
 }
 
 TEST(Quantiles, EndWhereTheirTableEnds) {

@@ -31,28 +31,6 @@ class Views : public ::testing::Test {
   Elements elements_{scene_, 3};
 };
 
-TEST_F(Views, GrowToTheWantedNumberOfRays) {
-  RayPlan plan(scene_, elements_);
-  double surface = 0;
-  for (std::size_t f = 0; f < scene_.facet_count(); ++f) surface += scene_.area(f);
-  for (const double rays : {20'000.0, 50'000.0, 120'000.0}) {
-    plan.grow(rays / surface, 1'000'000);
-    EXPECT_NEAR(static_cast<double>(plan.total()), rays, 0.1 * rays);
-  }
-  std::vector<std::uint32_t> before;
-  for (std::size_t rank = 0; rank < plan.size(); ++rank) before.push_back(plan.rays(rank));
-  plan.grow(1e6 / surface, 200'000);
-  EXPECT_LE(plan.total(), 200'000U);
-  EXPECT_GT(plan.total(), 180'000U);
-  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
-    EXPECT_GE(plan.rays(rank), before[rank]);
-    EXPECT_EQ(plan.rank_of(plan.element_at(rank)), rank);
-  }
-  const std::uint64_t full = plan.total();
-  plan.grow(1e6 / surface, full - 1);
-  EXPECT_EQ(plan.total(), full);
-}
-
 TEST_F(Views, AreTheSameInOneLookAndInTwo) {
   RayPlan plan(scene_, elements_);
   plan.grow(2, 1'000'000);

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "flux/patches.h"
+#include "flux/ray_scene.h"
+#include "flux/sampling.h"
+#include "flux/solve.h"
+
+namespace scarp {
+
+/// What all engines get: a surface, a species, and what is wanted.
+struct FluxProblem {
+  const RayScene& scene;
+  const Patches& patches;
+  std::span<const float> sticking;  ///< one per facet
+  const Species& species;
+  std::uint32_t species_index = 0;  ///< part of the random number's key
+  const FluxOptions& options;
+
+  /// Of a facet; in two dimensions that of the cross-section.
+  Vec3d normal(std::size_t facet) const {
+    const Vec3d n = scene.normal(facet);
+    return options.two_dimensional ? project_to_cross_section(n) : n;
+  }
+};
+
+}  // namespace scarp

@@ -1,0 +1,80 @@
+#include "flux/ray_plan.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "core/error.h"
+#include "flux/sobol.h"
+#include "flux/spatial_order.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint32_t most_in_set = 1U << 16;
+
+}  // namespace
+
+RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&elements) {
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  std::vector<std::uint64_t> keys(elements.count());
+  const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
+  const double largest = std::max({size.x, size.y, size.z});
+  for (std::size_t e = 0; e < keys.size(); ++e) {
+    const auto& [a, b, c] = elements.corners(e);
+    const Vec3d r = (a + b + c) / 3.0;
+    keys[e] = curve_key({r.x / largest, r.y / largest, (r.z - scene.lowest()) / largest},
+                        main_direction(scene.normal(elements.facet_of(e))));
+  }
+  element_at_.resize(keys.size());
+  std::iota(element_at_.begin(), element_at_.end(), 0U);
+  std::sort(element_at_.begin(), element_at_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
+  });
+  rank_of_.resize(keys.size());
+  for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
+  rays_.resize(keys.size());
+  first_.resize(keys.size() + 1);
+}
+
+// Of elements in a row a fraction takes the next power of two; the fractions are spread evenly by
+// the rank's bits in reverse.
+std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
+  std::vector<std::uint32_t> wanted(size());
+  for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
+    const double share = rays_per_area * elements_->area(element_at_[rank]) / set_count;
+    std::uint32_t rays = least_set;
+    while (rays < most_in_set && 2 * rays <= share) rays *= 2;
+    const double threshold = reverse_bits(rank) * 0x1.0p-32;
+    if (share / rays - 1 > threshold) rays *= 2;
+    wanted[rank] = std::max(rays, rays_[rank]);
+  }
+  return wanted;
+}
+
+void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
+  cap = std::max({cap, total(), std::uint64_t{size() * set_count * least_set}});
+  std::vector<std::uint32_t> rays = wanted(rays_per_area);
+  while (std::accumulate(rays.begin(), rays.end(), std::uint64_t{0}) * set_count > cap) {
+    rays_per_area *= 0.95;
+    rays = wanted(rays_per_area);
+  }
+  rays_ = std::move(rays);
+  for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
+}
+
+std::uint64_t ray_limit(const FluxOptions& options, std::size_t element_count,
+                        std::size_t bytes_per_ray) {
+  const std::uint64_t least = element_count * set_count * RayPlan::least_set;
+  const std::uint64_t fit = options.memory_limit / bytes_per_ray;
+  if (fit < least) {
+    throw InputError("flux.memory_limit: " + std::to_string(options.memory_limit) +
+                     " bytes hold fewer than 4 rays for each of " + std::to_string(element_count) +
+                     " pieces of facets; allow at least " + std::to_string(least * bytes_per_ray) +
+                     " bytes");
+  }
+  return std::min(fit, options.rays > 0 ? options.rays : options.max_rays);
+}
+
+}  // namespace scarp

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "flux/elements.h"
+#include "flux/ray_scene.h"
+#include "flux/solve.h"
+
+namespace scarp {
+
+/// Independent sets of rays from every element.
+inline constexpr std::size_t set_count = 2;
+
+/// In spacings: flux is taken as constant on an element.
+inline constexpr double longest_element_edge = 3;
+
+/// What the first round sends from an element, on average.
+inline constexpr double first_rays_per_element = 8;
+
+/// How many rays leave each element, in each of its sets.
+///
+/// Elements are taken along a space-filling curve, one main direction after the other, so that
+/// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
+class RayPlan {
+ public:
+  static constexpr std::uint32_t least_set = 2;
+
+  RayPlan(const RayScene& scene, const Elements& elements);
+
+  /// As many rays per area everywhere, since errors are judged on patches of the same area: powers
+  /// of two, which make the best sets, mixed for the right mean. Never fewer on any element than
+  /// before, and together at most cap unless the least sets of all elements are more.
+  void grow(double rays_per_area, std::uint64_t cap);
+
+  const Elements& elements() const { return *elements_; }
+  /// The area of all elements.
+  double surface() const { return surface_; }
+  std::size_t size() const { return rays_.size(); }
+  std::uint32_t element_at(std::size_t rank) const { return element_at_[rank]; }
+  std::uint32_t rank_of(std::size_t element) const { return rank_of_[element]; }
+  std::uint32_t rays(std::size_t rank) const { return rays_[rank]; }
+  /// Number of rays in one set of all ranks before this one.
+  std::uint64_t first(std::size_t rank) const { return first_[rank]; }
+  std::uint64_t total() const { return first_.back() * set_count; }
+
+ private:
+  std::vector<std::uint32_t> wanted(double rays_per_area) const;
+
+  const Elements* elements_;
+  double surface_ = 0;
+  std::vector<std::uint32_t> element_at_;
+  std::vector<std::uint32_t> rank_of_;
+  std::vector<std::uint32_t> rays_;
+  std::vector<std::uint64_t> first_;
+};
+
+/// The most rays that a memory limit and the options allow. Throws: InputError if they are fewer
+/// than the least sets.
+std::uint64_t ray_limit(const FluxOptions& options, std::size_t element_count,
+                        std::size_t bytes_per_ray);
+
+}  // namespace scarp

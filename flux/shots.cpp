@@ -1,0 +1,106 @@
+#include "flux/shots.h"
+
+#include "core/random.h"
+#include "flux/sampling.h"
+#include "flux/spatial_order.h"
+
+namespace scarp {
+
+namespace {
+
+// Reflective sides show images of the source. They look like it unless its lobe leans to the side;
+// that of a turning wafer leans to all.
+std::uint32_t leaning_sides(const SourceLobe& lobe, const FluxOptions& options) {
+  std::uint32_t sides = 0;
+  for (std::uint32_t axis = 0; axis < (options.two_dimensional ? 1U : 2U); ++axis) {
+    const bool leans = lobe.direction[static_cast<int>(axis)] != 0 && !lobe.rotating;
+    if (leans && options.sides.boundary[axis] == Boundary::reflective) sides |= 1U << axis;
+  }
+  return sides;
+}
+
+}  // namespace
+
+// Hemisphere rays serve all species, lobe rays their own.
+Shooter::Shooter(const FluxProblem& problem, const RayPlan& plan, Law law)
+    : problem_(problem),
+      plan_(plan),
+      law_(law),
+      user_(law == Law::lambert ? 0xFFFFFFFFU : ~problem.species_index - 1),
+      leans_(law == Law::lambert ? 0 : leaning_sides(problem.species.source, problem.options)) {}
+
+Shooter::Sets Shooter::sets_of(std::size_t rank) const {
+  static_assert(set_count == 2);
+  const FluxOptions& options = problem_.options;
+  RandomStream random({options.seed, options.time_step, user_, plan_.element_at(rank)});
+  const auto set = [&] {
+    std::array<std::uint32_t, 4> seeds{};
+    for (std::uint32_t& seed : seeds) seed = random.bits();
+    return ScrambledSobol(seeds);
+  };
+  return {set(), set()};
+}
+
+// All images are tried: a ray counts if it was mirrored at the sides of its own.
+void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const {
+  const Vec3d n = normal(rank);
+  const Sets sets = sets_of(rank);
+  for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
+    for (std::uint16_t set = 0; set < set_count; ++set) {
+      for (std::uint16_t image = 0; image <= leans_; ++image) {
+        if ((image & leans_) != image) continue;
+        shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, sets[set]));
+        if (law_ == Law::lobe && dot(shots.back().u, n) <= 0) shots.pop_back();
+      }
+    }
+  }
+}
+
+Shot Shooter::shot(const ShotName& name) const { return shot(name, sets_of(name.rank)[name.set]); }
+
+Shot Shooter::shot(const ShotName& name, const ScrambledSobol& set) const {
+  const std::uint32_t element = plan_.element_at(name.rank);
+  const auto& [a, b, c] = plan_.elements().corners(element);
+  const auto xi = set.point(name.index);
+  const Vec3d weights = sample_triangle({xi[2], xi[3]});
+  const Vec3d u = direction(name, {xi[0], xi[1]});
+  return {.name = name,
+          .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
+                  .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,
+                  .from = plan_.elements().facet_of(element)},
+          .u = u};
+}
+
+Vec3d Shooter::direction(const ShotName& name, UnitSquare xi) const {
+  if (law_ == Law::lambert) return sample_cosine(xi, normal(name.rank));
+  // The streams of an element's rays lie above that of its sets.
+  const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;
+  RandomStream random({problem_.options.seed, problem_.options.time_step, user_,
+                       number << 32 | plan_.element_at(name.rank)});
+  const Vec3d u = -sample_lobe(problem_.species.source, xi, random);
+  return {(name.image & 1U) != 0 ? -u.x : u.x, (name.image & 2U) != 0 ? -u.y : u.y, u.z};
+}
+
+std::vector<Flight> Shooter::fly(const std::vector<Shot>& shots) const {
+  const auto order = flight_order(problem_.scene, shots.size(),
+                                  [&](std::size_t i) -> const Ray& { return shots[i].ray; });
+  std::vector<Ray> rays(shots.size());
+  for (std::size_t k = 0; k < rays.size(); ++k) rays[k] = shots[order[k]].ray;
+  std::vector<Flight> sorted(shots.size());
+  problem_.scene.fly(rays, sorted);
+  std::vector<Flight> flights(shots.size());
+  for (std::size_t k = 0; k < rays.size(); ++k) flights[order[k]] = sorted[k];
+  return flights;
+}
+
+bool Shooter::meets_source(const Shot& shot, const Flight& flight) const {
+  if (flight.end != Flight::End::sky) return false;
+  std::uint32_t mirrored = 0;
+  for (std::uint32_t axis = 0; axis < 2; ++axis) {
+    const int a = static_cast<int>(axis);
+    if (flight.u[a] * shot.ray.u[a] < 0) mirrored |= 1U << axis;
+  }
+  return (mirrored & leans_) == shot.name.image;
+}
+
+}  // namespace scarp

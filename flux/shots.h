@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flux/problem.h"
+#include "flux/ray.h"
+#include "flux/ray_plan.h"
+#include "flux/sobol.h"
+
+namespace scarp {
+
+/// Which ray of a plan.
+struct ShotName {
+  std::uint32_t rank = 0;   ///< of its element
+  std::uint32_t index = 0;  ///< in its set
+  std::uint16_t set = 0;
+  std::uint16_t image = 0;  ///< sides at which it has to be mirrored to come from the lobe, as bits
+};
+
+/// A ray from an element.
+struct Shot {
+  ShotName name;
+  Ray ray;
+  Vec3d u;  ///< its direction in space, before projection to a cross-section
+};
+
+/// The rays of a plan, in scrambled Sobol sets of their own for each element.
+class Shooter {
+ public:
+  enum class Law {
+    lambert,  ///< by the cosine about the normal; the same for all species
+    lobe,     ///< against particles that leave the source; those behind the facet are left out
+  };
+  Shooter(const FluxProblem& problem, const RayPlan& plan, Law law);
+
+  /// Adds the rays of an element from number `first` of each set.
+  void shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const;
+  /// One of them again.
+  Shot shot(const ShotName& name) const;
+
+  std::vector<Flight> fly(const std::vector<Shot>& shots) const;
+
+  /// Whether a flight along the lobe ended where and as particles begin.
+  bool meets_source(const Shot& shot, const Flight& flight) const;
+
+  Vec3d normal(std::size_t rank) const {
+    return problem_.normal(plan_.elements().facet_of(plan_.element_at(rank)));
+  }
+
+ private:
+  using Sets = std::array<ScrambledSobol, set_count>;
+
+  Sets sets_of(std::size_t rank) const;
+  Shot shot(const ShotName& name, const ScrambledSobol& set) const;
+  Vec3d direction(const ShotName& name, UnitSquare xi) const;
+
+  const FluxProblem& problem_;
+  const RayPlan& plan_;
+  Law law_;
+  std::uint32_t user_ = 0;   // part of the random number's key
+  std::uint32_t leans_ = 0;  // bits of the sides between which the lobe has other images
+};
+
+}  // namespace scarp

@@ -1,0 +1,82 @@
+#include "flux/first_arrivals.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/flux/ion_traces.h"
+
+namespace scarp {
+namespace {
+
+using exact::degree;
+
+class FirstArrivalsTest : public ::testing::Test {
+ protected:
+  FirstArrivals look_with(const RayPlan& plan, const FirstArrivals& earlier) const {
+    return look_for_source(problem_, plan, earlier);
+  }
+
+  exact::Shape shape_ = exact::trench(2);
+  RayScene scene_{shape_.mesh, shape_.sides, 1};
+  Patches patches_{shape_.mesh, scene_};
+  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
+  Species species_ = exact::plasma_ions();
+  FluxOptions options_{.sides = shape_.sides};
+  FluxProblem problem_{.scene = scene_,
+                       .patches = patches_,
+                       .sticking = sticking_,
+                       .species = species_,
+                       .options = options_};
+  Elements elements_{scene_, longest_element_edge};
+};
+
+TEST_F(FirstArrivalsTest, AreTheSameInOneLookAndInTwo) {
+  RayPlan plan(scene_, elements_);
+  plan.grow(4, 1'000'000);
+  const FirstArrivals first = look_with(plan, {});
+  plan.grow(15, 1'000'000);
+  const FirstArrivals two = look_with(plan, first);
+  const FirstArrivals one = look_with(plan, {});
+  EXPECT_LT(first.flights, one.flights);
+  EXPECT_EQ(two.flights, one.flights);
+  EXPECT_EQ(two.lit.size(), one.lit.size());
+  for (std::size_t k = 1; k < two.lit.size(); ++k)
+    ASSERT_LE(two.lit[k - 1].name.rank, two.lit[k].name.rank);
+  for (std::size_t q = 0; q < one.sums.size(); ++q)
+    for (std::size_t k = 0; k < one.sums[q].size(); ++k)
+      EXPECT_NEAR(two.sums[q][k], one.sums[q][k], 1e-12 * one.sums[q][k]);
+}
+
+// The rays that started particles are found again.
+TEST_F(FirstArrivalsTest, NameTheRaysThatMetTheSource) {
+  species_.source.direction = {std::sin(20 * degree), 0, -std::cos(20 * degree)};
+  RayPlan plan(scene_, elements_);
+  plan.grow(4, 1'000'000);
+  const FirstArrivals found = look_with(plan, {});
+  const Shooter shooter(problem_, plan, Shooter::Law::lobe);
+  double goes_on = 0;
+  for (const FirstArrivals::Lit& lit : found.lit) {
+    const Shot shot = shooter.shot(lit.name);
+    EXPECT_TRUE(shooter.meets_source(shot, scene_.fly(shot.ray)));
+    const double cosine = dot(shot.u, shooter.normal(lit.name.rank));
+    const double sticks = species_.ions->sticking.at(AngleTable::half_sine(cosine));
+    EXPECT_NEAR(lit.goes_on, cosine / shot.u.z * (1 - 0.5 * sticks), 1e-6);
+    goes_on += lit.goes_on;
+  }
+  double sum = 0;
+  for (const double part : found.sums.back()) sum += part;
+  EXPECT_NEAR(goes_on, sum, 1e-9 * sum);
+  EXPECT_GT(sum, 0);
+}
+
+TEST_F(FirstArrivalsTest, KnowWhetherAllStick) {
+  EXPECT_FALSE(sticks_at_once(problem_));
+  std::fill(sticking_.begin(), sticking_.end(), 1.0F);
+  EXPECT_FALSE(sticks_at_once(problem_));  // not at glancing angles
+  species_.ions->sticking = AngleTable(1);
+  EXPECT_TRUE(sticks_at_once(problem_));
+  sticking_.back() = 0.9F;
+  EXPECT_FALSE(sticks_at_once(problem_));
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,359 @@
+#include "flux/gather_forward.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/parallel.h"
+#include "core/running_statistics.h"
+#include "flux/patches.h"
+#include "tests/flux/direct_flux.h"
+#include "tests/flux/ion_traces.h"
+
+namespace scarp {
+namespace {
+
+using exact::degree;
+using exact::plasma_ions;
+using exact::Shape;
+using Engine = FluxOptions::Engine;
+
+/// The mean of a quantity over a triangle.
+template <class Quantity>
+double mean_on(const std::array<Vec3d, 3>& triangle, const Quantity& quantity) {
+  constexpr int steps = 8;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    for (int j = 0; j < steps; ++j) {
+      const Vec3d weights = sample_triangle({(i + 0.5) / steps, (j + 0.5) / steps});
+      sum += quantity(weights.x * triangle[0] + weights.y * triangle[1] + weights.z * triangle[2]);
+    }
+  }
+  return sum / (steps * steps);
+}
+
+/// All stick where they arrive; yields of a constant angular factor and of a cosine.
+Species straight_ions(double power) {
+  return {.name = "ion",
+          .source = {.cosine_power = power},
+          .ions = Ions{.energy = EnergyDistribution::gaussian(100, 25)},
+          .yields = {{.name = "any", .amplitude = 1, .threshold = 60},
+                     {.name = "upright",
+                      .amplitude = 1,
+                      .threshold = 60,
+                      .factor = AngleTable([](double theta) { return std::cos(theta); })}}};
+}
+
+// Of a normal distribution.
+double mean_strength(double mean, double deviation, double threshold) {
+  constexpr int steps = 100'000;
+  double sum = 0;
+  double norm = 0;
+  for (int k = 0; k < steps; ++k) {
+    const double x = -6 + 12 * (k + 0.5) / steps;
+    const double E = mean + deviation * x;
+    if (E < 0) continue;
+    const double density = std::exp(-x * x / 2);
+    norm += density;
+    sum += density * std::max(0.0, std::sqrt(E) - std::sqrt(threshold));
+  }
+  return sum / norm;
+}
+
+class FirstArrivalsInATrench : public ::testing::TestWithParam<double> {};
+
+// On the bottom the cosine of a particle's angle turns a source of power n into one of n + 1 with
+// (n + 1) / (n + 2) of its strength.
+TEST_P(FirstArrivalsInATrench, AreTheClosedForm) {
+  const double power = GetParam();
+  const double strength = mean_strength(100, 25, 60);
+  const Shape shape = exact::trench(4, 4, 8, 40);
+  for (const bool two_dimensional : {false, true}) {
+    const FluxField flux =
+        exact::trace(shape, straight_ions(power),
+                     {.two_dimensional = two_dimensional, .rays = 1 << 17, .seed = 3});
+    EXPECT_EQ(flux.segments, flux.rays);  // nothing goes on
+    EXPECT_NEAR(flux.audit.balance_error(), 0, 5 * flux.audit.balance_std_error);
+    const auto normals = facet_normals(shape.mesh);
+    double squares = 0;
+    double sum = 0;
+    int count = 0;
+    for (std::size_t f = 0; f < normals.size(); ++f) {
+      const auto triangle = corners(shape.mesh, f);
+      const Vec3d n(normals[f]);
+      const bool field = triangle[0].z + triangle[1].z + triangle[2].z > -1e-6;
+      const auto exact = [&](double power_there) {
+        if (field) return 1.0;
+        return mean_on(triangle,
+                       [&](Vec3d r) { return exact::direct_trench_flux(r, n, power_there); });
+      };
+      const auto& [arrivals, any, upright] =
+          std::tie(flux.tallies[0], flux.tallies[1], flux.tallies[2]);
+      EXPECT_NEAR(any.mean[f], strength * arrivals.mean[f], 3e-5 * any.mean[f]);
+      if (n.z > 0.5) {
+        EXPECT_NEAR(upright.mean[f], strength * (power + 1) / (power + 2) * exact(power + 1),
+                    5 * upright.std_error[f] + 1e-5);
+      }
+      if (field) {
+        EXPECT_NEAR(arrivals.mean[f], 1, 1e-6);
+        continue;
+      }
+      ASSERT_GT(arrivals.std_error[f], 0);
+      const double z = (arrivals.mean[f] - exact(power)) / arrivals.std_error[f];
+      EXPECT_LT(std::abs(z), 6) << f;
+      sum += z;
+      squares += z * z;
+      ++count;
+    }
+    EXPECT_NEAR(std::sqrt(squares / count), 1, 4 / std::sqrt(2.0 * count));
+    EXPECT_NEAR(sum / count, 0, 4 / std::sqrt(count));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Powers, FirstArrivalsInATrench, ::testing::Values(20.0, 100.0, 500.0));
+
+/// What runs with several seeds find on a facet; the error is the larger of what they say and what
+/// their spread says, which misses what is too rare for them all.
+struct Found {
+  double mean = 0;
+  double error = 0;
+};
+
+Found over_seeds(const std::vector<FluxField>& runs, std::size_t tally, std::size_t facet) {
+  RunningStatistics found;
+  double squares = 0;
+  for (const FluxField& run : runs) {
+    found.add(run.tallies[tally].mean[facet]);
+    squares += std::pow(run.tallies[tally].std_error[facet], 2);
+  }
+  const double stated = std::sqrt(squares) / static_cast<double>(runs.size());
+  return {found.mean(), std::max(found.std_error(), stated)};
+}
+
+/// All together inside the feature.
+RunningStatistics inside(const TriMesh& mesh, const std::vector<FluxField>& runs,
+                         std::size_t tally) {
+  RunningStatistics result;
+  for (const FluxField& run : runs)
+    result.add(exact::mean_of(mesh, run.tallies[tally], [](Vec3d r) { return r.z < -1e-3; }).value);
+  return result;
+}
+
+struct Case {
+  const char* name;
+  double aspect_ratio = 2;
+  double power = 500;
+  double tilt = 0;  // degrees
+  bool rotating = false;
+  bool two_dimensional = false;
+  bool is_hole = false;
+  Boundary boundary = Boundary::reflective;
+  bool re_emits = false;  // a neutral instead
+};
+
+Shape shape_of(const Case& c) {
+  return c.is_hole ? exact::hole(c.aspect_ratio, 11, 2) : exact::trench(c.aspect_ratio);
+}
+
+Species ions_of(const Case& c) {
+  Species ions = plasma_ions();
+  ions.source = {.cosine_power = c.power,
+                 .direction = {std::sin(c.tilt * degree), 0, -std::cos(c.tilt * degree)},
+                 .rotating = c.rotating};
+  if (c.re_emits) return {.name = "gas", .source = ions.source, .sticking = {0.6F}};
+  return ions;
+}
+
+class BothEngines : public ::testing::TestWithParam<Case> {};
+
+TEST_P(BothEngines, AgreeOnAllFacetsWithinTheirErrors) {
+  const Case& c = GetParam();
+  const Shape shape = shape_of(c);
+  const Species ions = ions_of(c);
+  constexpr int seeds = 12;
+  std::vector<FluxField> forward;
+  std::vector<FluxField> gathered;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    FluxOptions options{.engine = Engine::forward,
+                        .two_dimensional = c.two_dimensional,
+                        .rays = 1 << 16,
+                        .seed = seed};
+    options.sides.boundary = {c.boundary, c.boundary};
+    forward.push_back(exact::trace(shape, ions, options));
+    options.engine = Engine::automatic;
+    options.rays = 1 << 15;
+    gathered.push_back(exact::trace(shape, ions, options));
+  }
+  ASSERT_EQ(gathered[0].tallies.size(), forward[0].tallies.size());
+  for (std::size_t tally = 0; tally < forward[0].tallies.size(); ++tally) {
+    double squares = 0;
+    int count = 0;
+    for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f) {
+      const Found a = over_seeds(forward, tally, f);
+      const Found b = over_seeds(gathered, tally, f);
+      const double error = std::hypot(a.error, b.error);
+      // Where fewer arrive the differences are not normally distributed.
+      if (error == 0 || error > 0.3 * std::max(a.mean, b.mean)) continue;
+      const double z = (a.mean - b.mean) / error;
+      EXPECT_LT(std::abs(z), 7) << tally << " " << f;
+      squares += z * z;
+      ++count;
+    }
+    ASSERT_GT(count, 50);
+    EXPECT_LT(squares / count, 1 + 5 * std::sqrt(2.0 / count)) << tally;
+    EXPECT_GT(squares / count, 0.5) << tally;
+    const RunningStatistics a = inside(shape.mesh, forward, tally);
+    const RunningStatistics b = inside(shape.mesh, gathered, tally);
+    EXPECT_NEAR(a.mean(), b.mean(), 5 * std::hypot(a.std_error(), b.std_error())) << tally;
+  }
+  RunningStatistics difference;
+  for (int k = 0; k < seeds; ++k) {
+    const FluxAudit& audit = gathered[k].audit;
+    EXPECT_EQ(audit.lost(), 0);
+    EXPECT_NEAR(audit.balance_error(), 0, 5 * audit.balance_std_error + 1e-7);
+    difference.add(audit.escaped / audit.emitted -
+                   forward[k].audit.escaped / forward[k].audit.emitted);
+  }
+  EXPECT_NEAR(difference.mean(), 0, 5 * difference.std_error());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cases, BothEngines,
+    ::testing::Values(
+        Case{.name = "trench"}, Case{.name = "deep_trench", .aspect_ratio = 6},
+        Case{.name = "hole", .is_hole = true}, Case{.name = "wide", .power = 3},
+        Case{.name = "cross_section", .two_dimensional = true},
+        Case{.name = "leaning_periodic", .power = 100, .tilt = 30, .boundary = Boundary::periodic},
+        Case{.name = "leaning_to_mirrors", .power = 100, .tilt = 30},
+        Case{.name = "leaning_cross_section", .power = 100, .tilt = 30, .two_dimensional = true},
+        Case{.name = "turning", .power = 100, .tilt = 40, .rotating = true},
+        Case{.name = "turning_cross_section",
+             .power = 100,
+             .tilt = 40,
+             .rotating = true,
+             .two_dimensional = true,
+             .boundary = Boundary::periodic},
+        Case{.name = "leaning_neutral",
+             .power = 10,
+             .tilt = 20,
+             .boundary = Boundary::periodic,
+             .re_emits = true}),
+    [](const auto& info) { return info.param.name; });
+
+TEST(GatherForward, FollowsIonsUnlessForwardIsWanted) {
+  const Shape shape = exact::trench(2);
+  const auto run = [&](Engine engine) {
+    return exact::trace(shape, plasma_ions(), {.engine = engine, .rays = 1 << 12});
+  };
+  EXPECT_EQ(run(Engine::forward).engine, FluxEngine::forward);
+  EXPECT_EQ(run(Engine::automatic).engine, FluxEngine::gather_forward);
+  EXPECT_EQ(run(Engine::gather).engine, FluxEngine::gather_forward);
+  EXPECT_EQ(run(Engine::gather).tallies[1].mean, run(Engine::automatic).tallies[1].mean);
+}
+
+// Pooled over seeds and facets, and of patches.
+class StatedErrors : public ::testing::TestWithParam<Case> {};
+
+TEST_P(StatedErrors, AreTrue) {
+  const Case& c = GetParam();
+  const Shape shape = shape_of(c);
+  const Species ions = ions_of(c);
+  const std::uint64_t rays = std::uint64_t{1} << (c.is_hole ? 14 : 13);
+  const Patches patches(shape.mesh, RayScene(shape.mesh, shape.sides, 1));
+  const std::vector<double> areas = facet_areas(shape.mesh);
+  constexpr int seeds = 64;
+  std::vector<FluxField> runs;
+  double stated = 0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    runs.push_back(exact::trace(
+        shape, ions, {.two_dimensional = c.two_dimensional, .rays = rays, .seed = seed}));
+    stated += runs.back().error * runs.back().error / seeds;
+  }
+  for (const std::size_t tally : {0U, 1U}) {
+    double squares = 0;
+    double patch_squares = 0;
+    double area = 0;
+    int count = 0;
+    for (const Patches::Patch& patch : patches.list()) {
+      std::vector<double> sums(seeds);
+      double patch_mean = 0;
+      for (const std::uint32_t f : patch.facets) {
+        double mean = 0;
+        for (const FluxField& run : runs) mean += run.tallies[tally].mean[f] / seeds;
+        for (int k = 0; k < seeds; ++k) {
+          const Tally& one = runs[k].tallies[tally];
+          sums[k] += (one.mean[f] - mean) * areas[f] / patch.area;
+          if (one.std_error[f] == 0) continue;
+          const double z = (one.mean[f] - mean) / one.std_error[f];
+          squares += z * z;
+          ++count;
+        }
+        patch_mean += mean * areas[f] / patch.area;
+      }
+      const double share = patch.area * std::min(1.0, patch.area / patch.whole);
+      for (const double sum : sums)
+        patch_squares += share * sum * sum / (seeds - 1) / std::pow(std::max(patch_mean, 0.05), 2);
+      area += patch.area;
+    }
+    const double deviation = std::sqrt(squares / (count * (1 - 1.0 / seeds)));
+    EXPECT_GT(deviation, 0.9) << tally;
+    EXPECT_LT(deviation, 1.15) << tally;
+    if (tally == 0) {
+      EXPECT_NEAR(std::sqrt(patch_squares / area / stated), 1, 0.06);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, StatedErrors,
+                         ::testing::Values(Case{.name = "trench", .aspect_ratio = 3},
+                                           Case{.name = "hole", .is_hole = true},
+                                           Case{.name = "turning_cross_section",
+                                                .power = 100,
+                                                .tilt = 40,
+                                                .rotating = true,
+                                                .two_dimensional = true}),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(GatherForward, ReachesTheTargetWithFewerFlights) {
+  Species ions = plasma_ions();
+  ions.source.cosine_power = 500;
+  for (const double aspect_ratio : {2.0, 6.0}) {
+    const Shape shape = exact::trench(aspect_ratio);
+    const FluxField flux = exact::trace(shape, ions, {.target_error = 0.02});
+    EXPECT_TRUE(flux.target_reached);
+    EXPECT_LE(flux.error, 0.02);
+    EXPECT_GT(flux.error, 0.01);
+    const FluxField forward =
+        exact::trace(shape, ions, {.engine = Engine::forward, .target_error = 0.02});
+    EXPECT_GT(forward.segments, 5 * flux.segments);
+  }
+}
+
+TEST(GatherForward, SaysThatATargetIsOutOfReach) {
+  const FluxField flux =
+      exact::trace(exact::trench(2), plasma_ions(), {.target_error = 1e-6, .max_rays = 100'000});
+  EXPECT_FALSE(flux.target_reached);
+  EXPECT_LE(flux.rays, 100'000U);
+  EXPECT_GT(flux.rays, 50'000U);
+}
+
+TEST(GatherForward, ToATargetDoesNotDependOnTheNumberOfThreads) {
+  const Shape shape = exact::hole(2, 11, 5);
+  std::vector<FluxField> runs;
+  for (const int threads : {1, 2, 5}) {
+    const ThreadLimit limit(threads);
+    runs.push_back(exact::trace(shape, plasma_ions(), {.target_error = 0.05}));
+  }
+  for (const FluxField& run : runs) {
+    for (const std::size_t tally : {0U, 1U}) {
+      EXPECT_EQ(run.tallies[tally].mean, runs[0].tallies[tally].mean);
+      EXPECT_EQ(run.tallies[tally].std_error, runs[0].tallies[tally].std_error);
+    }
+    EXPECT_EQ(run.segments, runs[0].segments);
+    EXPECT_EQ(run.audit.absorbed, runs[0].audit.absorbed);
+  }
+}
+
+}  // namespace
+}  // namespace scarp

@@ -1,0 +1,47 @@
+#include "flux/ray_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
+  const exact::Shape shape = exact::trench(2);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  const Elements elements(scene, longest_element_edge);
+  RayPlan plan(scene, elements);
+  double surface = 0;
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) surface += scene.area(f);
+  EXPECT_EQ(plan.surface(), surface);
+  for (const double rays : {20'000.0, 50'000.0, 120'000.0}) {
+    plan.grow(rays / surface, 1'000'000);
+    EXPECT_NEAR(static_cast<double>(plan.total()), rays, 0.1 * rays);
+  }
+  std::vector<std::uint32_t> before;
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) before.push_back(plan.rays(rank));
+  plan.grow(1e6 / surface, 200'000);
+  EXPECT_LE(plan.total(), 200'000U);
+  EXPECT_GT(plan.total(), 180'000U);
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+    EXPECT_GE(plan.rays(rank), before[rank]);
+    EXPECT_EQ(plan.rank_of(plan.element_at(rank)), rank);
+  }
+  const std::uint64_t full = plan.total();
+  plan.grow(1e6 / surface, full - 1);
+  EXPECT_EQ(plan.total(), full);
+}
+
+TEST(RayPlan, IsLimitedByOptionsAndMemory) {
+  EXPECT_EQ(ray_limit({.max_rays = 5000, .memory_limit = 80'000}, 100, 16), 5000U);
+  EXPECT_EQ(ray_limit({.rays = 3000, .max_rays = 100, .memory_limit = 80'000}, 100, 16), 3000U);
+  EXPECT_EQ(ray_limit({.memory_limit = 8000}, 100, 16), 500U);
+  EXPECT_THAT([] { ray_limit({.memory_limit = 6399}, 100, 16); },
+              ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least 6400 bytes")));
+}
+
+}  // namespace
+}  // namespace scarp
