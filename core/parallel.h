@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <functional>
+#include <utility>
+#include <vector>
 
 namespace scarp {
 
@@ -13,6 +15,18 @@ namespace scarp {
 /// throw: write a status and throw after the join.
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+/// Joins what body(begin, end) gives for each of the same ranges, in their order.
+template <class T, class Body, class Join>
+T parallel_reduce(std::size_t count, std::size_t grain, T start, const Body& body,
+                  const Join& join) {
+  std::vector<T> parts((count + grain - 1) / grain, start);
+  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    parts[begin / grain] = body(begin, end);
+  });
+  for (const T& part : parts) start = join(std::move(start), part);
+  return start;
+}
 
 /// Limits the number of threads while it lives; 0 means all cores.
 class ThreadLimit {

@@ -4,13 +4,6 @@
 
 namespace scarp {
 
-void Box::add(Vec3d r) {
-  for (int axis = 0; axis < 3; ++axis) {
-    lower[axis] = std::min(lower[axis], r[axis]);
-    upper[axis] = std::max(upper[axis], r[axis]);
-  }
-}
-
 Box bounding_box(const TriMesh& mesh) {
   Box box;
   for (const Vec3f& r : mesh.vertices) box.add(Vec3d(r));

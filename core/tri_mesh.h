@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -27,7 +28,12 @@ struct Box {
   Vec3d lower{1e300, 1e300, 1e300};
   Vec3d upper{-1e300, -1e300, -1e300};
 
-  void add(Vec3d r);
+  void add(Vec3d r) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], r[axis]);
+      upper[axis] = std::max(upper[axis], r[axis]);
+    }
+  }
 };
 
 Box bounding_box(const TriMesh& mesh);

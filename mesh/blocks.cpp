@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "mesh/cube_lattice.h"
 
 namespace scarp {
@@ -20,6 +21,8 @@ constexpr double shifts[]{0, 0.5, 0.25, 0.75};
 /// the middle of cubes.
 constexpr double openings[]{0.5, 0.95, 0.3, 0.7};
 
+constexpr std::size_t grain = 8192;
+
 constexpr std::uint32_t no_block = 0xffffffffU;
 
 /// Cubes over the live vertices, cut where the pass says. A periodic mesh is cut open before its
@@ -27,10 +30,7 @@ constexpr std::uint32_t no_block = 0xffffffffU;
 class Cubes {
  public:
   Cubes(const CollapseMesh& mesh, int pass) {
-    Box box;
-    for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
-      if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
-    }
+    Box box = box_of(mesh);
     const double size = size_of(mesh);
     for (int axis = 0; axis < 2; ++axis) {
       const double width = box.upper[axis] - box.lower[axis];
@@ -54,6 +54,7 @@ class Cubes {
   }
 
  private:
+  static Box box_of(const CollapseMesh& mesh);
   /// So that a cube has its share of the area.
   static double size_of(const CollapseMesh& mesh);
 
@@ -61,6 +62,21 @@ class Cubes {
   std::array<double, 2> period_{};
   Vec3d end_;
 };
+
+Box Cubes::box_of(const CollapseMesh& mesh) {
+  const auto box_of_range = [&mesh](std::size_t begin, std::size_t end) {
+    Box box;
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
+    }
+    return box;
+  };
+  return parallel_reduce(mesh.r.size(), grain, Box{}, box_of_range, [](Box all, const Box& part) {
+    all.add(part.lower);
+    all.add(part.upper);
+    return all;
+  });
+}
 
 double Cubes::size_of(const CollapseMesh& mesh) {
   // Every 16th facet stands for all.
@@ -78,11 +94,14 @@ double Cubes::size_of(const CollapseMesh& mesh) {
 
 Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_block) {
   const Cubes cubes(mesh, pass);
+  parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      if (mesh.topology.outgoing(v) != HalfEdges::none) block_[v] = cubes.of(mesh.r[v]);
+    }
+  });
   std::vector<std::uint32_t> vertices_in(cubes.count(), 0);
-  for (std::uint32_t v = 0; v < block_.size(); ++v) {
-    if (mesh.topology.outgoing(v) == HalfEdges::none) continue;
-    block_[v] = cubes.of(mesh.r[v]);
-    ++vertices_in[block_[v]];
+  for (const std::uint32_t cube : block_) {
+    if (cube != no_block) ++vertices_in[cube];
   }
   // Empty cubes are no blocks.
   std::vector<std::uint32_t> number(cubes.count(), no_block);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -15,8 +17,10 @@ std::string place(Vec3f r) {
   return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
 }
 
+}  // namespace
+
 /// Half edges by origin, in compressed rows.
-struct Rows {
+struct HalfEdges::Rows {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> half_edges;
 
@@ -33,8 +37,6 @@ struct Rows {
   }
 };
 
-}  // namespace
-
 HalfEdges::HalfEdges(const TriMesh& mesh) : outgoing_(mesh.vertices.size(), none) {
   input_triangles_.reserve(mesh.triangles.size());
   origin_.reserve(3 * mesh.triangles.size());
@@ -44,9 +46,13 @@ HalfEdges::HalfEdges(const TriMesh& mesh) : outgoing_(mesh.vertices.size(), none
     input_triangles_.push_back(f);
     origin_.insert(origin_.end(), t.begin(), t.end());
   }
-  std::uint32_t bad = match_opposites();
+  std::optional<Rows> rows(std::in_place, origin_, outgoing_.size());
+  std::uint32_t bad = match_opposites(*rows);
   // Repeated triangles share their edges.
-  if (bad != none && drop_repeated()) bad = match_opposites();
+  if (bad != none && drop_repeated(*rows)) {
+    rows.emplace(origin_, outgoing_.size());
+    bad = match_opposites(*rows);
+  }
   if (bad != none) {
     throw InputError("the mesh is not a 2-manifold: the edge from " +
                      place(mesh.vertices[origin(bad)]) + " to " +
@@ -54,11 +60,10 @@ HalfEdges::HalfEdges(const TriMesh& mesh) : outgoing_(mesh.vertices.size(), none
                      " belongs to more than two triangles, or to two that disagree about which "
                      "side is out");
   }
-  split_touching_sheets();
+  split_touching_sheets(*rows);
 }
 
-bool HalfEdges::drop_repeated() {
-  const Rows rows(origin_, outgoing_.size());
+bool HalfEdges::drop_repeated(const Rows& rows) {
   std::vector<bool> repeated(facet_count(), false);
   for (std::uint32_t f = 0; f < facet_count(); ++f) {
     const std::uint32_t h = 3 * f;
@@ -78,9 +83,8 @@ bool HalfEdges::drop_repeated() {
   return kept < repeated.size();
 }
 
-std::uint32_t HalfEdges::match_opposites() {
+std::uint32_t HalfEdges::match_opposites(const Rows& rows) {
   opposite_.assign(origin_.size(), none);
-  const Rows rows(origin_, outgoing_.size());
   constexpr std::size_t grain = 8192;
   std::vector<std::uint32_t> bad(origin_.size() / grain + 1, none);
   parallel_for(origin_.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -98,8 +102,7 @@ std::uint32_t HalfEdges::match_opposites() {
   return *std::min_element(bad.begin(), bad.end());
 }
 
-void HalfEdges::split_touching_sheets() {
-  const Rows rows(origin_, outgoing_.size());
+void HalfEdges::split_touching_sheets(const Rows& rows) {
   const auto vertex_count = static_cast<std::uint32_t>(outgoing_.size());
   std::vector<std::uint8_t> has_more(vertex_count, 0);
   constexpr std::size_t grain = 4096;

@@ -94,13 +94,14 @@ class HalfEdges {
   void flip(std::uint32_t h);
 
  private:
+  struct Rows;
   void link(std::uint32_t a, std::uint32_t b);
   void choose_outgoing(std::uint32_t v, std::uint32_t h);
   void close_facet(std::uint32_t h);
-  bool drop_repeated();
+  bool drop_repeated(const Rows& rows);
   /// Returns the first half edge that another one runs along the same way; none if there is none.
-  std::uint32_t match_opposites();
-  void split_touching_sheets();
+  std::uint32_t match_opposites(const Rows& rows);
+  void split_touching_sheets(const Rows& rows);
   void split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing);
 
   std::vector<std::uint32_t> origin_;

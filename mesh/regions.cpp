@@ -1,10 +1,13 @@
 #include "mesh/regions.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
+
+#include "core/parallel.h"
 
 namespace scarp {
 
@@ -80,19 +83,38 @@ std::vector<bool> find_features(std::span<const double> curvature, double thresh
 }
 
 double mean_feature_edge(const CollapseMesh& mesh, const std::vector<bool>& is_feature) {
-  double sum[2]{};
-  std::size_t count[2]{};
-  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
-    if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
-    const bool inside = is_feature[mesh.topology.origin(h)] && is_feature[mesh.topology.target(h)];
-    const double length = std::sqrt(mesh.squared_length(h));
-    for (int i = 0; i <= (inside ? 1 : 0); ++i) {
-      sum[i] += length;
-      ++count[i];
+  /// Of all edges, and of those between features.
+  struct Lengths {
+    std::array<double, 2> sum{};
+    std::array<std::size_t, 2> count{};
+  };
+  constexpr std::size_t grain = 8192;
+  const auto of_range = [&](std::size_t begin, std::size_t end) {
+    Lengths lengths;
+    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
+      if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
+      const bool inside =
+          is_feature[mesh.topology.origin(h)] && is_feature[mesh.topology.target(h)];
+      const double length = std::sqrt(mesh.squared_length(h));
+      for (std::size_t i = 0; i <= (inside ? 1 : 0); ++i) {
+        lengths.sum[i] += length;
+        ++lengths.count[i];
+      }
     }
-  }
-  const int chosen = count[1] > 0 ? 1 : 0;
-  return count[chosen] > 0 ? sum[chosen] / static_cast<double>(count[chosen]) : 0;
+    return lengths;
+  };
+  const Lengths lengths = parallel_reduce(mesh.topology.half_edge_count(), grain, Lengths{},
+                                          of_range, [](Lengths all, const Lengths& part) {
+                                            for (std::size_t i = 0; i < 2; ++i) {
+                                              all.sum[i] += part.sum[i];
+                                              all.count[i] += part.count[i];
+                                            }
+                                            return all;
+                                          });
+  const int chosen = lengths.count[1] > 0 ? 1 : 0;
+  return lengths.count[chosen] > 0
+             ? lengths.sum[chosen] / static_cast<double>(lengths.count[chosen])
+             : 0;
 }
 
 }  // namespace scarp

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
+#include "core/parallel.h"
 #include "mesh/star.h"
 
 namespace scarp {
@@ -103,13 +105,30 @@ bool flip_cap(CollapseMesh& mesh, std::uint32_t h) {
   return true;
 }
 
+std::vector<std::uint32_t> facets_without_area(const CollapseMesh& mesh) {
+  using Facets = std::vector<std::uint32_t>;
+  constexpr std::size_t grain = 4096;
+  const auto of_range = [&mesh](std::size_t begin, std::size_t end) {
+    Facets facets;
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
+      if (mesh.topology.alive(f) && !shape_of(mesh, f).has_area()) facets.push_back(f);
+    }
+    return facets;
+  };
+  return parallel_reduce(mesh.normals.size(), grain, Facets{}, of_range,
+                         [](Facets all, const Facets& part) {
+                           all.insert(all.end(), part.begin(), part.end());
+                           return all;
+                         });
+}
+
 }  // namespace
 
 void remove_zero_area(CollapseMesh& mesh) {
   // A facet may wait for its neighbour, so a few passes; each changed facet is better than before.
   for (int pass = 0; pass < 4; ++pass) {
     bool changed = false;
-    for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
+    for (const std::uint32_t f : facets_without_area(mesh)) {
       if (!mesh.topology.alive(f)) continue;
       const Shape shape = shape_of(mesh, f);
       if (shape.has_area()) continue;

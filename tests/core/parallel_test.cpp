@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <set>
@@ -28,6 +29,28 @@ std::set<std::pair<std::size_t, std::size_t>> ranges(std::size_t count, std::siz
     found.emplace(begin, end);
   });
   return found;
+}
+
+TEST(ParallelReduce, JoinsTheRangesInTheirOrder) {
+  // A sum of floats tells one order from another.
+  std::vector<double> values;
+  for (int i = 0; i < 1000; ++i) values.push_back((i % 2 == 0 ? 1e16 : -1e16) / (i + 1));
+  const auto sum_of = [&](std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) sum += values[i];
+    return sum;
+  };
+  double expected = 0;
+  for (std::size_t i = 0; i < values.size(); i += 7) {
+    expected += sum_of(i, std::min<std::size_t>(i + 7, values.size()));
+  }
+  EXPECT_NE(expected, sum_of(0, values.size()));
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    const auto add = [](double a, double b) { return a + b; };
+    EXPECT_EQ(parallel_reduce(values.size(), 7, 0.0, sum_of, add), expected);
+    EXPECT_EQ(parallel_reduce(0, 7, 5.0, sum_of, add), 5.0);
+  }
 }
 
 TEST(ParallelFor, RangesDoNotDependOnTheNumberOfThreads) {
