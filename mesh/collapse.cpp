@@ -85,10 +85,26 @@ CollapseChecks CollapseChecks::sharing() {
   return checks;
 }
 
-bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
-  if (!mesh.topology.can_collapse(h) || !star_.gather(mesh.topology, h)) return false;
-  if (!keeps_facets(mesh, r) || !makes_no_fold(mesh)) return false;
-  return keeps_border(mesh, h, r);
+bool CollapseChecks::gather(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+  if (!star_.gather(mesh.topology, h) || star_.count == 0) return false;
+  place_at(mesh, r);
+  return true;
+}
+
+void CollapseChecks::place_at(const CollapseMesh& mesh, Vec3d r) {
+  place_ = r;
+  fan_is_spread_ = false;
+  Vec3d x = mesh.r[star_.ring[0]] - r;
+  for (int i = 0; i < star_.count; ++i) {
+    const Vec3d y = mesh.r[star_.ring[i + 1]] - r;
+    normals_[i] = cross(x, y);
+    x = y;
+  }
+}
+
+bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h) {
+  return mesh.topology.can_collapse(h) && keeps_facets(mesh) && makes_no_fold(mesh) &&
+         keeps_border(mesh, h);
 }
 
 bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
@@ -98,9 +114,8 @@ bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
   return false;
 }
 
-bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
-  place_ = r;
-  fan_is_spread_ = false;
+bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
+  const Vec3d r = place_;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {
@@ -108,8 +123,7 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh, Vec3d r) {
     const Vec3d y = mesh.r[star_.ring[i + 1]];
     const Vec3d corner = mesh.r[star_.at_target[i] ? star_.v : star_.u];
     const Vec3d old_n = mesh.normals[star_.facet[i]];
-    const Vec3d n = cross(x - r, y - r);
-    normals_[i] = n;
+    const Vec3d n = normals_[i];
     const double square = dot(n, n);
     const double longest = squared_longest_edge(r, x, y);
     const double old_longest = squared_longest_edge(corner, x, y);
@@ -156,11 +170,7 @@ bool CollapseChecks::makes_no_fold(const CollapseMesh& mesh) const {
 
 void CollapseChecks::gather_flip(const CollapseMesh& mesh, std::uint32_t h) {
   star_.gather_flip(mesh.topology, h);
-  place_ = mesh.r[star_.u];
-  fan_is_spread_ = false;
-  for (int i = 0; i < star_.count; ++i) {
-    normals_[i] = cross(mesh.r[star_.ring[i]] - place_, mesh.r[star_.ring[i + 1]] - place_);
-  }
+  place_at(mesh, mesh.r[star_.u]);
 }
 
 bool CollapseChecks::may_flip(const CollapseMesh& mesh, std::uint32_t h,
@@ -189,11 +199,11 @@ bool CollapseChecks::may_flip(const CollapseMesh& mesh, std::uint32_t h,
          !folds_outwards(HalfEdges::next(h), 1, 0) && !folds_outwards(HalfEdges::previous(h), 0, 0);
 }
 
-bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
+bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h) {
   new_border_shift_ = 0;
   if (mesh.materials.empty() || !mesh.is_border(h)) return true;
   // The end that goes away, and the next vertex of the border beyond it.
-  const bool target_goes = r == mesh.r[star_.u];
+  const bool target_goes = place_ == mesh.r[star_.u];
   const std::uint32_t gone = target_goes ? star_.v : star_.u;
   const std::uint32_t stays = target_goes ? star_.u : star_.v;
   std::uint32_t beyond = stays;

@@ -30,11 +30,15 @@ class CollapseChecks {
   /// Whether h may be collapsed to r: no facet flips or loses its area, borders stay, and the
   /// bound holds. The star of h is gathered on the way.
   bool allow(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) {
-    return keeps_surface(mesh, h, r) && keeps_bound(mesh);
+    return gather(mesh, h, r) && keeps_surface(mesh, h) && keeps_bound(mesh);
   }
 
-  /// The cheap part of allow(), and the dear one, to be asked after it.
-  bool keeps_surface(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
+  /// Gathers the star of h and the facets that it has with the merged vertex at r. False if there
+  /// are too many of them, or none.
+  bool gather(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
+
+  /// The cheap part of allow(), and the dear one, to be asked after it. Both after gather().
+  bool keeps_surface(const CollapseMesh& mesh, std::uint32_t h);
   bool keeps_bound(const CollapseMesh& mesh);
 
   /// To be called right before the collapse that was allowed last.
@@ -47,7 +51,8 @@ class CollapseChecks {
     return star_.gather_vertex(mesh.topology, v);
   }
   bool may_move(const CollapseMesh& mesh, Vec3d r, std::span<const Vec3d> reference) {
-    return keeps_facets(mesh, r) && turns_little(reference) && makes_no_fold(mesh);
+    place_at(mesh, r);
+    return keeps_facets(mesh) && turns_little(reference) && makes_no_fold(mesh);
   }
 
   /// Makes the star that of the two facets of the inner edge h after its flip; then whether it may
@@ -79,10 +84,11 @@ class CollapseChecks {
  private:
   CollapseChecks() = default;
 
-  bool keeps_facets(const CollapseMesh& mesh, Vec3d r);
+  void place_at(const CollapseMesh& mesh, Vec3d r);
+  bool keeps_facets(const CollapseMesh& mesh) const;
   bool turns_little(std::span<const Vec3d> reference) const;
   bool makes_no_fold(const CollapseMesh& mesh) const;
-  bool keeps_border(const CollapseMesh& mesh, std::uint32_t h, Vec3d r);
+  bool keeps_border(const CollapseMesh& mesh, std::uint32_t h);
 
   Star star_;
   Vec3d place_;

@@ -10,6 +10,7 @@
 #include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/collapse.h"
+#include "mesh/placement.h"
 
 namespace scarp {
 
@@ -17,11 +18,11 @@ namespace scarp {
 ///
 /// A Placement (placement.h) says where the merged vertex goes. An Order says the rest:
 ///   wanted(mesh, h, squared_length): whether the edge may be collapsed now;
-///   key(mesh, h, cost, squared_length): what goes first; by_cost: whether it depends on the cost;
-///   merged(u, v): v went into u;
-///   allows(mesh, checks), exact_key(mesh, checks) and accept(mesh, checks), if it has them:
-///   whether the collapse that the checks were asked for last may be; its key, where key() is only
-///   an estimate; it comes next.
+///   key(mesh, h, placed, squared_length): what goes first; by_cost: whether it depends on where
+///   the vertex is placed, and what that costs; merged(u, v): v went into u; allows(mesh, checks),
+///   exact_key(mesh, checks) and accept(mesh, checks), if it has them: whether the collapse that
+///   the checks were asked for last may be; its key, where key() is only an estimate; it comes
+///   next.
 ///
 /// While there is much to do, the cheaper half of it is done block by block (blocks.h), each with
 /// its own queue, and again with other cuts; the rest goes through one queue. An order may keep
@@ -30,9 +31,8 @@ namespace scarp {
 /// An edge of a periodic side and its twin edge (collapse_mesh.h) are one: the lower half edge
 /// stands for both, they are checked, ranked and collapsed together.
 ///
-/// Keys are kept with a count of the changes around the edge. Edges at the merged vertex get a new
-/// key at once, all others when their turn comes by the old one. What the checks refused is asked
-/// again only after a change.
+/// Keys are kept with a count of the changes around the edge. After a change an edge gets a new key
+/// when its turn comes by the old one; only what had none, or was refused, is asked at once.
 template <class Placement>
 class CollapseEngine {
  public:
@@ -52,7 +52,7 @@ class CollapseEngine {
       const std::size_t wanted = mesh_.live_vertices - target;
       KeySample sample = sample_keys(order);
       if (sample.count() < few || wanted < few / 4) break;
-      if (!run_blocks(order, target, sample.limit(share_of_pass * static_cast<double>(wanted)))) {
+      if (!run_blocks(order, target, sample.limit(share_of_pass() * static_cast<double>(wanted)))) {
         break;
       }
     }
@@ -65,14 +65,15 @@ class CollapseEngine {
   static constexpr float never = std::numeric_limits<float>::infinity();
 
   // Below so many edges, or collapses to be made, one queue is as fast.
-  static constexpr std::size_t few = 10000;
+  static constexpr std::size_t few = 2000;
   /// How many of the cheapest edges a pass looks at, in collapses to be made. There are three edges
-  /// to a vertex, and a pass must not reach the dear ones.
-  static constexpr double share_of_pass = 1;
+  /// to a vertex, and a pass must not reach the dear ones; once most is done, too few of those that
+  /// it looks at are left.
+  double share_of_pass() const { return pass_ < 3 ? 1 : 2; }
   /// The same for the last queue, which goes on with all edges where that is not enough.
   static constexpr double share_of_last = 8;
   /// Half edges whose keys stand for all.
-  static constexpr std::size_t sample_size = 1 << 17;
+  static constexpr std::size_t sample_size = 1 << 14;
 
   template <class Order>
   static constexpr bool has_exact_key = requires(Order order, CollapseMesh& mesh,
@@ -143,8 +144,8 @@ class CollapseEngine {
   float new_key(const Order& order, std::uint32_t h, double squared_length) const {
     const Merge rule = merge_rule(mesh_, h);
     if (rule == Merge::forbidden) return never;
-    const double cost = Order::by_cost ? placement_.place(mesh_, h, rule).cost : 0;
-    return static_cast<float>(order.key(mesh_, h, cost, squared_length));
+    const Placed placed = Order::by_cost ? placement_.place(mesh_, h, rule) : Placed{};
+    return static_cast<float>(order.key(mesh_, h, placed, squared_length));
   }
 
   template <class Order>
@@ -262,9 +263,13 @@ class CollapseEngine {
     /// By the key that was found last, if there is one; what has changed since is looked at when
     /// its turn comes.
     void enqueue_known(std::uint32_t h) {
-      const Key key = engine_.keys_[h];
-      const bool known = key.stamp != unknown && key.value != never;
-      enqueue(h, known ? key : engine_.key_of(order_, h));
+      enqueue(h, is_known(h) ? engine_.keys_[h] : engine_.key_of(order_, h));
+    }
+
+    /// Whether there is a key, of whatever time, by which the edge waits for its turn.
+    bool is_known(std::uint32_t h) const {
+      const Key& key = engine_.keys_[h];
+      return key.stamp != unknown && key.value != never;
     }
 
     /// At the end of the queue, whatever its place.
@@ -300,11 +305,16 @@ class CollapseEngine {
               (!edges.is_pair() || blocks_->holds(block_, twin_checks_->star())));
     }
 
-    bool keeps_surface(const Edges& edges, Vec3d r) {
-      if (!checks_.keeps_surface(mesh_, edges.h, r)) return false;
-      return !edges.is_pair() ||
-             (twin_checks_->keeps_surface(mesh_, edges.twin, mesh_.twin_place(edges.h, r)) &&
-              checks_.star().is_apart_from(twin_checks_->star()));
+    bool gather(const Edges& edges, Vec3d r) {
+      return checks_.gather(mesh_, edges.h, r) &&
+             (!edges.is_pair() ||
+              twin_checks_->gather(mesh_, edges.twin, mesh_.twin_place(edges.h, r)));
+    }
+
+    bool keeps_surface(const Edges& edges) {
+      if (!checks_.keeps_surface(mesh_, edges.h)) return false;
+      return !edges.is_pair() || (twin_checks_->keeps_surface(mesh_, edges.twin) &&
+                                  checks_.star().is_apart_from(twin_checks_->star()));
     }
 
     bool keeps_bound(const Edges& edges) {
@@ -328,16 +338,14 @@ class CollapseEngine {
       if (edges.is_pair() && removed_ + 2 > most_) return;
       const Merge rule = merge_rule(mesh_, edges.h);
       const Vec3d r = engine_.placement_.place(mesh_, edges.h, rule).r;
-      const bool sound = keeps_surface(edges, r);
-      if (sound && !is_mine(edges)) return;
-      if (!sound || !is_allowed(edges)) {
+      const bool fits = gather(edges, r);
+      // What surrounds it may be changing.
+      if (fits && !is_mine(edges)) return;
+      if (fits && comes_later(entry.h, edges)) return;
+      if (fits && keeps_surface(edges) && is_allowed(edges) && keeps_bound(edges)) {
+        collapse(edges, r);
+      } else {
         engine_.keys_[entry.h].value = never;
-      } else if (!comes_later(entry.h, edges)) {
-        if (keeps_bound(edges)) {
-          collapse(edges, r);
-        } else {
-          engine_.keys_[entry.h].value = never;
-        }
       }
     }
 
@@ -400,7 +408,8 @@ class CollapseEngine {
       });
     }
 
-    /// Whichever half edge stood for the edge before, from now on it is the lower one.
+    /// Whichever half edge stood for the edge before, from now on it is the lower one. An edge with
+    /// a key waits in the queue already, or has none low enough.
     void push_one_of_two(std::uint32_t g) {
       // The twin edge may be another block's, which then has to ask for the key itself.
       const bool is_shared = mesh_.has_twins() && blocks_ != nullptr;
@@ -408,7 +417,8 @@ class CollapseEngine {
       const std::uint32_t twin = mesh_.twin_edge(g);
       const std::uint32_t o = twin != HalfEdges::none ? twin : mesh_.topology.opposite(g);
       if (o != HalfEdges::none) engine_.keys_[std::max(g, o)] = {};
-      push(mesh_.edge(g));
+      const std::uint32_t e = mesh_.edge(g);
+      if (!is_known(e)) push(e);
     }
 
     CollapseEngine& engine_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/parallel.h"
 #include "mesh/facet_shape.h"
 
 namespace scarp {
@@ -19,16 +20,75 @@ constexpr double optimism = 0.5;
 /// up to two.
 constexpr double free_stretch = 2;
 
+constexpr std::size_t grain = 4096;
+
+/// The facets around a place, as differences of their other two corners from it. In single
+/// precision and in one array per coordinate, so that several are measured at once.
+struct Corners {
+  static constexpr int capacity = 64;
+
+  float a[3][capacity];
+  float b[3][capacity];
+  float twice_area[capacity];
+  float shape[capacity];  ///< as facet_shape()
+  int count = 0;
+
+  /// Those beyond the capacity are left out: an edge with so many is not collapsed.
+  void add(Vec3f corner, Vec3f next) {
+    if (count == capacity) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      a[axis][count] = corner[axis];
+      b[axis][count] = next[axis];
+    }
+    ++count;
+  }
+
+  void measure() {
+    constexpr float equal_sides = 3.4641016F;  // 2 sqrt(3)
+    constexpr float tiny = 1e-30F;
+    for (int i = 0; i < count; ++i) {
+      const Vec3f x{a[0][i], a[1][i], a[2][i]};
+      const Vec3f y{b[0][i], b[1][i], b[2][i]};
+      const Vec3f n = cross(x, y);
+      const Vec3f side = y - x;
+      twice_area[i] = std::sqrt(dot(n, n));
+      const float squares = dot(x, x) + dot(y, y) + dot(side, side);
+      shape[i] = 1 - equal_sides * twice_area[i] / std::max(squares, tiny);
+    }
+  }
+};
+
 }  // namespace
 
 CurvatureOrder::CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, Sizes sizes,
                                double shape_weight, Rank rank)
     : points_(points), sizes_(std::move(sizes)), shape_weight_(shape_weight), rank_(rank) {
-  double twice_area = 0;
-  for (const Vec3d n : mesh.normals) twice_area += length(n);
+  const double twice_area = parallel_reduce(
+      mesh.normals.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t f = begin; f < end; ++f) sum += length(mesh.normals[f]);
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
   // The height of the next surface over a facet falls from h at one corner to 0 at the others; its
   // mean square is h^2 / 6. The cost has h^2 times twice the area.
-  points_per_cost_ = twice_area > 0 ? optimism * mesh.live_vertices / (6 * twice_area) : 0;
+  points_per_area_ = twice_area > 0 ? mesh.live_vertices / twice_area : 0;
+  points_per_cost_ = optimism * points_per_area_ / 6;
+  if (rank_ == Rank::exact && shape_weight_ > 0) find_shapes(mesh);
+}
+
+void CurvatureOrder::find_shapes(const CollapseMesh& mesh) {
+  const HalfEdges& topology = mesh.topology;
+  shapes_.resize(mesh.normals.size());
+  parallel_for(shapes_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
+      if (!topology.alive(f)) continue;
+      shapes_[f] = static_cast<float>(
+          facet_shape(mesh.r[topology.origin(3 * f)], mesh.r[topology.origin(3 * f + 1)],
+                      mesh.r[topology.origin(3 * f + 2)], mesh.normals[f]));
+    }
+  });
 }
 
 bool CurvatureOrder::wanted(const CollapseMesh& mesh, std::uint32_t h,
@@ -68,24 +128,78 @@ double CurvatureOrder::stretch(std::uint32_t u, std::uint32_t v, double squared_
   return squared_length > size * size ? squared_length / (size * size) : 1;
 }
 
-double CurvatureOrder::key(const CollapseMesh& mesh, std::uint32_t h, double cost,
+double CurvatureOrder::key(const CollapseMesh& mesh, std::uint32_t h, const Placed& placed,
                            double squared_length) const {
-  return points_per_cost_ * cost *
-         stretch(mesh.topology.origin(h), mesh.topology.target(h), squared_length);
+  double key = points_per_cost_ * placed.cost;
+  if (!shapes_.empty()) {
+    key += shape_weight_ * shape_estimate(mesh, h, placed.r);
+    const std::uint32_t t = mesh.twin_edge(h);
+    if (t != HalfEdges::none) {
+      key += shape_weight_ * shape_estimate(mesh, t, mesh.twin_place(h, placed.r));
+    }
+  }
+  if (!(key > 0)) return key;
+  return key * stretch(mesh.topology.origin(h), mesh.topology.target(h), squared_length);
+}
+
+double CurvatureOrder::shape_estimate(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) const {
+  const HalfEdges& topology = mesh.topology;
+  const std::uint32_t f = HalfEdges::facet(h);
+  const std::uint32_t o = topology.opposite(h);
+  const std::uint32_t g = o == HalfEdges::none ? f : HalfEdges::facet(o);
+  Corners corners;
+  float growth = g == f ? -shapes_[f] : -shapes_[f] - shapes_[g];
+  const auto add = [&](std::uint32_t out) {
+    const std::uint32_t facet = HalfEdges::facet(out);
+    if (facet == f || facet == g) return;
+    corners.add(Vec3f(mesh.r[topology.target(out)] - r), Vec3f(mesh.r[topology.apex(out)] - r));
+    growth -= shapes_[facet];
+  };
+  topology.for_each_outgoing(topology.origin(h), add);
+  topology.for_each_outgoing(topology.target(h), add);
+  corners.measure();
+  float twice_area = 0;
+  for (int i = 0; i < corners.count; ++i) {
+    twice_area += corners.twice_area[i];
+    growth += corners.shape[i];
+  }
+  const int old_count = corners.count + (g == f ? 1 : 2);
+  return points_per_area_ * twice_area / old_count * growth;
 }
 
 double CurvatureOrder::exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const {
   const Star& star = checks.star();
   double key = points_.growth(star, checks.fan(mesh));
-  key += shape_weight_ * points_.per_facet(star) *
-         shape_growth(mesh, star, checks.place(), checks.normals());
+  if (!shapes_.empty()) {
+    key += shape_weight_ * points_.per_facet(star) * exact_shapes(mesh, checks);
+  }
   if (!(key > 0)) return key;
   const Vec3d edge = mesh.r[star.v] - mesh.r[star.u];
   return key * stretch(star.u, star.v, dot(edge, edge));
 }
 
+double CurvatureOrder::new_shape(const CollapseMesh& mesh, const CollapseChecks& checks, int i) {
+  const Star& star = checks.star();
+  return facet_shape(checks.place(), mesh.r[star.ring[i]], mesh.r[star.ring[i + 1]],
+                     checks.normals()[i]);
+}
+
+double CurvatureOrder::exact_shapes(const CollapseMesh& mesh, const CollapseChecks& checks) const {
+  const Star& star = checks.star();
+  double growth = 0;
+  for (int i = 0; i < star.count; ++i) {
+    growth += new_shape(mesh, checks, i) - double{shapes_[star.facet[i]]};
+  }
+  for (int i = 0; i < star.dying_count(); ++i) growth -= double{shapes_[star.dying[i]]};
+  return growth;
+}
+
 void CurvatureOrder::accept(const CollapseMesh& mesh, const CollapseChecks& checks) {
   points_.move(checks.star(), checks.fan(mesh));
+  if (shapes_.empty()) return;
+  for (int i = 0; i < checks.star().count; ++i) {
+    shapes_[checks.star().facet[i]] = static_cast<float>(new_shape(mesh, checks, i));
+  }
 }
 
 void CurvatureOrder::merged(std::uint32_t u, std::uint32_t v) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mesh/collapse.h"
+#include "mesh/placement.h"
 #include "mesh/tracked_points.h"
 
 namespace scarp {
@@ -12,8 +13,9 @@ namespace scarp {
 /// the vertices of the input and the surface goes first, with a little for the shape of the facets.
 ///
 /// The exact sum is asked only of edges that an estimate ranks first: the squared distance between
-/// the present surface and the next one, by area. Where only the bound stops it, all that the bound
-/// allows is collapsed sooner or later, and the estimate alone ranks as well.
+/// the present surface and the next one, by area, and the shapes as they will be. Where only the
+/// bound stops it, all that the bound allows is collapsed sooner or later, and the estimate alone
+/// ranks as well.
 ///
 /// A size field makes the mesh coarser with the distance from where the surface bends. It is soft:
 /// an edge of more than twice its size costs more, by the square. The size limits are hard.
@@ -36,8 +38,9 @@ class CurvatureOrder {
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
 
-  /// cost: of the placement weighted by area.
-  double key(const CollapseMesh& mesh, std::uint32_t h, double cost, double squared_length) const;
+  /// placed: by area.
+  double key(const CollapseMesh& mesh, std::uint32_t h, const Placed& placed,
+             double squared_length) const;
   /// Whether no edge gets longer than twice its limit, or than one that it replaces.
   bool allows(const CollapseMesh& mesh, const CollapseChecks& checks) const;
   /// The same for the flip of an edge, whose two facets the star is then.
@@ -50,13 +53,21 @@ class CurvatureOrder {
 
  private:
   double limit(std::uint32_t u, std::uint32_t v) const;
+  /// By how much the shapes around h get worse, per point, with the merged vertex at r: what
+  /// exact_key() adds, with as many points as that area has on average.
+  double shape_estimate(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) const;
+  double exact_shapes(const CollapseMesh& mesh, const CollapseChecks& checks) const;
+  static double new_shape(const CollapseMesh& mesh, const CollapseChecks& checks, int i);
+  void find_shapes(const CollapseMesh& mesh);
   double stretch(std::uint32_t u, std::uint32_t v, double squared_length) const;
 
   TrackedPoints& points_;
   Sizes sizes_;
   double shape_weight_;
+  double points_per_area_;  ///< twice the area
   double points_per_cost_;
   Rank rank_;
+  std::vector<float> shapes_;  ///< per facet; empty where they weigh nothing
 };
 
 /// A size for each vertex: l0 at features, and the growth of it from ring to ring as in the regions

@@ -2,12 +2,6 @@
 
 namespace scarp {
 
-double facet_shape(Vec3d a, Vec3d b, Vec3d c, Vec3d n) {
-  constexpr double equal_sides = 3.4641016151377544;  // 2 sqrt(3)
-  const double squares = dot(b - a, b - a) + dot(c - b, c - b) + dot(a - c, a - c);
-  return squares > 0 ? 1 - equal_sides * length(n) / squares : 1;
-}
-
 double shape_growth(const CollapseMesh& mesh, const Star& star, Vec3d r,
                     std::span<const Vec3d> normals) {
   const HalfEdges& topology = mesh.topology;

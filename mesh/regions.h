@@ -6,6 +6,7 @@
 
 #include "core/frame.h"
 #include "mesh/collapse_mesh.h"
+#include "mesh/placement.h"
 
 namespace scarp {
 
@@ -34,7 +35,9 @@ class RegionOrder {
   RegionOrder(const std::vector<bool>& is_feature, std::vector<float> size_limit, Sizes sizes);
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
-  double key(const CollapseMesh&, std::uint32_t, double cost, double) const { return cost; }
+  double key(const CollapseMesh&, std::uint32_t, const Placed& placed, double) const {
+    return placed.cost;
+  }
   void merged(std::uint32_t u, std::uint32_t v);
 
   /// Goes on to the next size outside the regions. False if it is no greater.

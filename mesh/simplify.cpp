@@ -31,7 +31,7 @@ constexpr double soft_max_error = 0.5;
 constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-constexpr double default_shape_weight = 5e-6;  ///< of the spacing's square
+constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
 
 /// Of moves, once the vertices are as few as wanted.
 constexpr int sweeps = 3;
@@ -63,8 +63,9 @@ struct PlainOrder {
     }
     return squared_length < limit * limit;
   }
-  double key(const CollapseMesh&, std::uint32_t, double cost, double squared_length) const {
-    return ByCost ? cost : squared_length;
+  double key(const CollapseMesh&, std::uint32_t, const Placed& placed,
+             double squared_length) const {
+    return ByCost ? placed.cost : squared_length;
   }
   void merged(std::uint32_t u, std::uint32_t v) {
     if (!size_limit.empty()) size_limit[u] = std::min(size_limit[u], size_limit[v]);

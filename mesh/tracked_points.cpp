@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "core/triangle_tree.h"
 
 namespace scarp {
@@ -29,7 +30,8 @@ void Fan::spread(const CollapseMesh& mesh, const Star& star, Vec3d r,
   Vec3d axis;
   for (int i = 0; i < star.count; ++i) {
     axis += normals[i];
-    unit_[i] = normalized(normals[i]);
+    normal_[i] = normals[i];
+    weight_[i] = 1 / dot(normals[i], normals[i]);
   }
   for (int k = 0; k <= star.count; ++k) {
     spoke_[k] = mesh.r[star.ring[k]] - r;
@@ -52,14 +54,19 @@ int Fan::sector(Vec3d d) const {
 bool Fan::is_over(int i, Vec3d d) const {
   const Vec3d a = spoke_[i];
   const Vec3d b = spoke_[i + 1];
-  return dot(cross(a, d), unit_[i]) >= 0 && dot(cross(d, b), unit_[i]) >= 0 &&
-         dot(cross(b - a, d - a), unit_[i]) >= 0;
+  const Vec3d n = normal_[i];
+  return dot(cross(a, d), n) >= 0 && dot(cross(d, b), n) >= 0 && dot(cross(b - a, d - a), n) >= 0;
 }
 
 Fan::Nearest Fan::nearest(Vec3d p) const {
   const Vec3d d = p - r_;
   const int i = sector(d);
-  if (is_over(i, d)) return {star_->facet[i], squared(dot(unit_[i], d))};
+  if (is_over(i, d)) return {star_->facet[i], squared(dot(normal_[i], d)) * weight_[i]};
+  return nearest_of_all(d);
+}
+
+/// d: from the centre.
+Fan::Nearest Fan::nearest_of_all(Vec3d d) const {
   Nearest nearest;
   const auto look_at = [&](std::uint32_t f, const std::array<Vec3d, 3>& corners) {
     const double square = squared(closest_on_triangle(d, corners).distance);
@@ -79,6 +86,7 @@ TrackedPoints::TrackedPoints(const CollapseMesh& mesh)
     : places_(mesh.r),
       next_(mesh.r.size(), HalfEdges::none),
       first_(mesh.normals.size(), HalfEdges::none),
+      count_(mesh.normals.size(), 0),
       squares_(mesh.normals.size(), 0) {
   for (std::uint32_t v = 0; v < places_.size(); ++v) {
     const std::uint32_t h = mesh.topology.outgoing(v);
@@ -86,6 +94,7 @@ TrackedPoints::TrackedPoints(const CollapseMesh& mesh)
     const std::uint32_t f = HalfEdges::facet(h);
     next_[v] = first_[f];
     first_[f] = v;
+    ++count_[f];
   }
 }
 
@@ -105,8 +114,8 @@ double TrackedPoints::sum_of_squares(const Star& star) const {
 }
 
 double TrackedPoints::per_facet(const Star& star) const {
-  int count = 0;
-  for_each_old_facet(star, [&](std::uint32_t f) { for_each(f, [&](Vec3d) { ++count; }); });
+  std::uint32_t count = 0;
+  for_each_old_facet(star, [&](std::uint32_t f) { count += count_[f]; });
   return static_cast<double>(count) / (star.count + star.dying_count());
 }
 
@@ -122,6 +131,7 @@ void TrackedPoints::move(const Star& star, const Fan& fan) {
       p = after;
     }
     first_[f] = HalfEdges::none;
+    count_[f] = 0;
     squares_[f] = 0;
   });
   while (chain != HalfEdges::none) {
@@ -130,21 +140,28 @@ void TrackedPoints::move(const Star& star, const Fan& fan) {
     const Fan::Nearest nearest = fan.nearest(places_[p]);
     next_[p] = first_[nearest.facet];
     first_[nearest.facet] = p;
+    ++count_[nearest.facet];
     squares_[nearest.facet] += nearest.squared_distance;
   }
 }
 
 double TrackedPoints::largest(const CollapseMesh& mesh) const {
-  double largest = 0;
-  for (std::uint32_t f = 0; f < first_.size(); ++f) {
-    if (first_[f] == HalfEdges::none) continue;
-    const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
-                                       mesh.r[mesh.topology.origin(3 * f + 1)],
-                                       mesh.r[mesh.topology.origin(3 * f + 2)]};
-    for_each(
-        f, [&](Vec3d p) { largest = std::max(largest, closest_on_triangle(p, corners).distance); });
-  }
-  return largest;
+  constexpr std::size_t grain = 4096;
+  const auto largest_of_range = [&](std::size_t begin, std::size_t end) {
+    double largest = 0;
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
+      if (first_[f] == HalfEdges::none) continue;
+      const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
+                                         mesh.r[mesh.topology.origin(3 * f + 1)],
+                                         mesh.r[mesh.topology.origin(3 * f + 2)]};
+      for_each(f, [&](Vec3d p) {
+        largest = std::max(largest, closest_on_triangle(p, corners).distance);
+      });
+    }
+    return largest;
+  };
+  return parallel_reduce(first_.size(), grain, 0.0, largest_of_range,
+                         [](double a, double b) { return std::max(a, b); });
 }
 
 }  // namespace scarp

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/triangle_tree.h"
+#include "mesh/facet_shape.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {
@@ -64,7 +65,8 @@ TEST(CurvatureOrder, LimitsAreHardAndTheFieldIsSoft) {
 
   // Half of it is free, then the key grows with the square.
   const auto key = [&](double size) {
-    return bump.order(static_cast<float>(size), {}, longer, 0).key(bump.mesh, bump.h, 1, square);
+    return bump.order(static_cast<float>(size), {}, longer, 0)
+        .key(bump.mesh, bump.h, {.r = {}, .cost = 1}, square);
   };
   EXPECT_EQ(key(longer), key(0.51 * std::sqrt(square)));
   EXPECT_NEAR(key(0.05 * std::sqrt(square)), 100 * key(longer), 1e-4 * key(longer));
@@ -77,7 +79,7 @@ TEST(CurvatureOrder, ExactKeyIsTheSumOfTheSquaredDistances) {
   const std::uint32_t u = bump.mesh.topology.origin(bump.h);
   const std::uint32_t v = bump.mesh.topology.target(bump.h);
   // Onto u: only v leaves its place, and the rest of its facets with it.
-  ASSERT_TRUE(checks.keeps_surface(bump.mesh, bump.h, bump.mesh.r[u]));
+  ASSERT_TRUE(checks.gather(bump.mesh, bump.h, bump.mesh.r[u]));
   double nearest = 1e300;
   const Star& star = checks.star();
   for (int i = 0; i < star.count; ++i) {
@@ -87,6 +89,51 @@ TEST(CurvatureOrder, ExactKeyIsTheSumOfTheSquaredDistances) {
   }
   EXPECT_NEAR(order.exact_key(bump.mesh, checks), nearest * nearest, 0.02 * nearest * nearest);
   EXPECT_GT(nearest, 1e-3);
+}
+
+TEST(CurvatureOrder, EstimateHasTheShapesWithAsManyPointsAsTheAreaHasOnAverage) {
+  // Flat, so that the shapes are all there is.
+  CollapseMesh mesh(noisy_plane(12, 0), {});
+  TrackedPoints points(mesh);
+  const std::vector<float> field(mesh.r.size(), 10);
+  const CurvatureOrder order(mesh, points, {field, {}, 10}, 1);
+  double twice_area = 0;
+  for (const Vec3d n : mesh.normals) twice_area += length(n);
+
+  CollapseChecks checks(mesh, {}, 1);
+  const std::uint32_t h = mesh.topology.outgoing(vertex_at(mesh, 6, 6));
+  const Vec3d r = mesh.r[mesh.topology.origin(h)] + Vec3d{0.3, 0.2, 0};
+  ASSERT_TRUE(checks.gather(mesh, h, r));
+  const Star& star = checks.star();
+  double twice_area_here = 0;
+  for (int i = 0; i < star.count; ++i) twice_area_here += length(checks.normals()[i]);
+  const double points_here = mesh.live_vertices * twice_area_here / twice_area;
+  const double per_facet = points_here / (star.count + star.dying_count());
+  const double shapes = shape_growth(mesh, star, r, checks.normals());
+  EXPECT_GT(std::abs(shapes), 0.1);
+  EXPECT_NEAR(order.key(mesh, h, {.r = r, .cost = 0}, 1), per_facet * shapes, 1e-5);
+  // The exact key knows the points, which do not leave the plane.
+  EXPECT_NEAR(order.exact_key(mesh, checks), points.per_facet(star) * shapes, 1e-5);
+}
+
+TEST(CurvatureOrder, KnowsTheShapesThatCollapsesMake) {
+  Bump bump;
+  CurvatureOrder order = bump.order(10, {}, 10, 1);
+  CollapseMesh& mesh = bump.mesh;
+  CollapseChecks checks(mesh, {}, 1);
+  const std::uint32_t u = mesh.topology.origin(bump.h);
+  const Vec3d r = mesh.r[u] + Vec3d{0.3, 0.2, 0};
+  ASSERT_TRUE(checks.gather(mesh, bump.h, r));
+  order.accept(mesh, checks);
+  mesh.collapse(bump.h, r);
+  const Star& star = checks.star();
+  for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = checks.normals()[i];
+
+  const std::uint32_t h = mesh.topology.outgoing(u);
+  ASSERT_TRUE(checks.gather(mesh, h, r));
+  const CurvatureOrder fresh = bump.order(10, {}, 10, 1);
+  EXPECT_NEAR(order.exact_key(mesh, checks), fresh.exact_key(mesh, checks), 1e-6);
+  EXPECT_GT(std::abs(fresh.exact_key(mesh, checks)), 1e-2);
 }
 
 }  // namespace
