@@ -22,39 +22,51 @@ constexpr double free_stretch = 2;
 
 constexpr std::size_t grain = 4096;
 
-/// The facets around a place, as differences of their other two corners from it. In single
-/// precision and in one array per coordinate, so that several are measured at once.
-struct Corners {
+/// The facets between a place and a ring around it. In single precision and in one array per
+/// coordinate, so that several are measured at once.
+struct Spokes {
   static constexpr int capacity = 64;
 
-  float a[3][capacity];
-  float b[3][capacity];
-  float twice_area[capacity];
-  float shape[capacity];  ///< as facet_shape()
+  Vec3d centre;
   int count = 0;
+  float x[capacity];  ///< from the centre to the ring
+  float y[capacity];
+  float z[capacity];
 
   /// Those beyond the capacity are left out: an edge with so many is not collapsed.
-  void add(Vec3f corner, Vec3f next) {
+  void add(Vec3d r) {
     if (count == capacity) return;
-    for (int axis = 0; axis < 3; ++axis) {
-      a[axis][count] = corner[axis];
-      b[axis][count] = next[axis];
-    }
+    const Vec3f spoke(r - centre);
+    x[count] = spoke.x;
+    y[count] = spoke.y;
+    z[count] = spoke.z;
     ++count;
   }
 
-  void measure() {
+  struct Sums {
+    float twice_area = 0;
+    float shape = 0;  ///< of facet_shape()
+  };
+  Sums sums() const {
     constexpr float equal_sides = 3.4641016F;  // 2 sqrt(3)
     constexpr float tiny = 1e-30F;
-    for (int i = 0; i < count; ++i) {
-      const Vec3f x{a[0][i], a[1][i], a[2][i]};
-      const Vec3f y{b[0][i], b[1][i], b[2][i]};
-      const Vec3f n = cross(x, y);
-      const Vec3f side = y - x;
+    float twice_area[capacity];
+    float shape[capacity];
+    for (int i = 0; i + 1 < count; ++i) {
+      const Vec3f a{x[i], y[i], z[i]};
+      const Vec3f b{x[i + 1], y[i + 1], z[i + 1]};
+      const Vec3f n = cross(a, b);
+      const Vec3f side = b - a;
       twice_area[i] = std::sqrt(dot(n, n));
-      const float squares = dot(x, x) + dot(y, y) + dot(side, side);
+      const float squares = dot(a, a) + dot(b, b) + dot(side, side);
       shape[i] = 1 - equal_sides * twice_area[i] / std::max(squares, tiny);
     }
+    Sums sums;
+    for (int i = 0; i + 1 < count; ++i) {
+      sums.twice_area += twice_area[i];
+      sums.shape += shape[i];
+    }
+    return sums;
   }
 };
 
@@ -144,27 +156,34 @@ double CurvatureOrder::key(const CollapseMesh& mesh, std::uint32_t h, const Plac
 
 double CurvatureOrder::shape_estimate(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) const {
   const HalfEdges& topology = mesh.topology;
-  const std::uint32_t f = HalfEdges::facet(h);
   const std::uint32_t o = topology.opposite(h);
-  const std::uint32_t g = o == HalfEdges::none ? f : HalfEdges::facet(o);
-  Corners corners;
-  float growth = g == f ? -shapes_[f] : -shapes_[f] - shapes_[g];
-  const auto add = [&](std::uint32_t out) {
-    const std::uint32_t facet = HalfEdges::facet(out);
-    if (facet == f || facet == g) return;
-    corners.add(Vec3f(mesh.r[topology.target(out)] - r), Vec3f(mesh.r[topology.apex(out)] - r));
-    growth -= shapes_[facet];
-  };
-  topology.for_each_outgoing(topology.origin(h), add);
-  topology.for_each_outgoing(topology.target(h), add);
-  corners.measure();
-  float twice_area = 0;
-  for (int i = 0; i < corners.count; ++i) {
-    twice_area += corners.twice_area[i];
-    growth += corners.shape[i];
+  Spokes spokes{.centre = r};
+  float old_shapes = shapes_[HalfEdges::facet(h)];
+  if (o != HalfEdges::none) old_shapes += shapes_[HalfEdges::facet(o)];
+  if (o == HalfEdges::none || topology.on_boundary(topology.origin(h)) ||
+      topology.on_boundary(topology.target(h))) {
+    Star star;
+    if (!star.gather(topology, h)) return 0;
+    for (int i = 0; i <= star.count; ++i) spokes.add(mesh.r[star.ring[i]]);
+    for (int i = 0; i < star.count; ++i) old_shapes += shapes_[star.facet[i]];
+  } else {
+    // As Star, which also knows boundaries: from one facet of the edge to the other and back.
+    const auto add = [&](std::uint32_t from, std::uint32_t to) {
+      const auto turned = [&](std::uint32_t g) {
+        return topology.opposite(HalfEdges::previous(g));
+      };
+      for (std::uint32_t g = turned(from); HalfEdges::facet(g) != to; g = turned(g)) {
+        spokes.add(mesh.r[topology.target(g)]);
+        old_shapes += shapes_[HalfEdges::facet(g)];
+      }
+    };
+    add(h, HalfEdges::facet(o));
+    add(o, HalfEdges::facet(h));
+    spokes.add(mesh.r[topology.apex(h)]);
   }
-  const int old_count = corners.count + (g == f ? 1 : 2);
-  return points_per_area_ * twice_area / old_count * growth;
+  const Spokes::Sums sums = spokes.sums();
+  const int old_count = spokes.count - 1 + (o == HalfEdges::none ? 1 : 2);
+  return points_per_area_ * sums.twice_area / old_count * (sums.shape - old_shapes);
 }
 
 double CurvatureOrder::exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const {
