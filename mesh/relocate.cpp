@@ -51,13 +51,19 @@ Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
   return q;
 }
 
+/// The lowest point of q + weight |r - centre|^2 that a vertex of these sides may go to from 0.
+Vec3d minimum_within_sides(const Quadric& q, double weight, Vec3d centre, SideMask sides) {
+  if (sides == 0) return minimum_on_plane(q, weight, centre, {}, 0);
+  Subspace places;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (fixes(sides, axis)) places.fix(axis, 0);
+  }
+  return minimum(q, weight, centre, places);
+}
+
 /// How a vertex should be moved; `around` has its star, and that of its twin if it has one.
 Vec3d best_shift(const CollapseMesh& mesh, std::span<const CollapseChecks> around,
                  const TrackedPoints& points, double shape_weight) {
-  Subspace places;
-  for (int axis = 0; axis < 2; ++axis) {
-    if (fixes(mesh.sides[around.front().star().u], axis)) places.fix(axis, 0);
-  }
   Quadric q;
   // The centre of area, in the frame of the centre of the star.
   Vec3d middle;
@@ -81,7 +87,8 @@ Vec3d best_shift(const CollapseMesh& mesh, std::span<const CollapseChecks> aroun
   pull /= static_cast<double>(around.size());
   const double weight = faint * q.H.trace() + pull;
   if (!(weight > 0)) return {};
-  const Vec3d shift = minimum(q, weight, (pull / weight) * middle, places);
+  const Vec3d shift = minimum_within_sides(q, weight, (pull / weight) * middle,
+                                           mesh.sides[around.front().star().u]);
   const auto sum = [&](Vec3d r) { return q.value(r) + pull * dot(r - middle, r - middle); };
   return sum(shift) < worth_a_move * sum({}) ? shift : Vec3d{};
 }
