@@ -123,7 +123,7 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command.add_option("--curvature-threshold", options.curvature_threshold,
                      "Mean curvature above which a vertex is a feature (default: from the noise)");
   command.add_option("--shape-weight", options.shape_weight,
-                     "Good shapes against small distances, for curvature (default: 5e-6)");
+                     "Good shapes against small distances, for curvature (default: 4e-6)");
 }
 
 void add_arguments(CLI::App& command, FluxArguments& arguments) {

@@ -126,7 +126,7 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
       "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
   options.curvature_threshold =
       table.number("curvature_threshold", {.fallback = "0", .minimum = 0}) / h;
-  options.shape_weight = table.number("shape_weight", {.fallback = "5e-6", .minimum = 0});
+  options.shape_weight = table.number("shape_weight", {.fallback = "4e-6", .minimum = 0});
   const double remove = table.fraction("remove", "1");
   if (remove < 1) options.remove = remove;
   options.measure = false;  // max_error proves the distance

@@ -27,6 +27,8 @@ constexpr std::size_t grain = 4096;
 struct Spokes {
   static constexpr int capacity = 64;
 
+  explicit Spokes(Vec3d r) : centre(r) {}
+
   Vec3d centre;
   int count = 0;
   float x[capacity];  ///< from the centre to the ring
@@ -157,7 +159,7 @@ double CurvatureOrder::key(const CollapseMesh& mesh, std::uint32_t h, const Plac
 double CurvatureOrder::shape_estimate(const CollapseMesh& mesh, std::uint32_t h, Vec3d r) const {
   const HalfEdges& topology = mesh.topology;
   const std::uint32_t o = topology.opposite(h);
-  Spokes spokes{.centre = r};
+  Spokes spokes(r);
   float old_shapes = shapes_[HalfEdges::facet(h)];
   if (o != HalfEdges::none) old_shapes += shapes_[HalfEdges::facet(o)];
   if (o == HalfEdges::none || topology.on_boundary(topology.origin(h)) ||
