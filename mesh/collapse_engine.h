@@ -32,7 +32,8 @@ namespace scarp {
 /// stands for both, they are checked, ranked and collapsed together.
 ///
 /// Keys are kept with a count of the changes around the edge. After a change an edge gets a new key
-/// when its turn comes by the old one; only what had none, or was refused, is asked at once.
+/// when its turn comes by the old one. Those at the merged vertex get it at once, unless keys are
+/// estimates: then only what had none, or was refused, does.
 template <class Placement>
 class CollapseEngine {
  public:
@@ -409,7 +410,7 @@ class CollapseEngine {
     }
 
     /// Whichever half edge stood for the edge before, from now on it is the lower one. An edge with
-    /// a key waits in the queue already, or has none low enough.
+    /// an estimate waits in the queue already, or has none low enough.
     void push_one_of_two(std::uint32_t g) {
       // The twin edge may be another block's, which then has to ask for the key itself.
       const bool is_shared = mesh_.has_twins() && blocks_ != nullptr;
@@ -418,7 +419,7 @@ class CollapseEngine {
       const std::uint32_t o = twin != HalfEdges::none ? twin : mesh_.topology.opposite(g);
       if (o != HalfEdges::none) engine_.keys_[std::max(g, o)] = {};
       const std::uint32_t e = mesh_.edge(g);
-      if (!is_known(e)) push(e);
+      if (!has_exact_key<Order> || !is_known(e)) push(e);
     }
 
     CollapseEngine& engine_;

@@ -42,7 +42,8 @@ constexpr std::size_t large_surface = 120000;
 constexpr double shaped_weight = 3e-5;
 
 /// From small distances to good shapes, for the front between the two.
-constexpr double front_weights[]{1e-7, 3e-7, 1e-6, 7e-6, 1e-5, 1.2e-5, 1.5e-5, 2e-5, 5e-5, 1e-4};
+constexpr double front_weights[]{3e-8,   1e-7,   3e-7, 1e-6, 7e-6, 1e-5,
+                                 1.2e-5, 1.5e-5, 2e-5, 5e-5, 1e-4};
 
 constexpr double flux_reduction = 0.67;
 constexpr double flux_error = 0.01;
