@@ -135,6 +135,19 @@ void balance_mirror_images(std::span<const Species> species, const Sides& sides,
     if (fields[i].engine == FluxEngine::beam) fields[i].audit.absorbed = absorbed[i];
 }
 
+// In a deep feature rays from the facets hardly ever find the source, while every particle finds a
+// facet; the less of them stick, the more flights each makes, and the less the rays have to find.
+// Over trenches and holes 1 to 20 times as deep as wide, sticking 0.1 to 1 and errors of 3 to 0.3 %
+// (bench flux --table) the two take as many flights where this product is 0.7.
+bool particles_are_fewer(const FluxProblem& problem) {
+  const FluxOptions& options = problem.options;
+  if (options.rays > 0 || problem.species.source.cosine_power != 1) return false;
+  double sticking_area = 0;
+  for (std::size_t f = 0; f < problem.sticking.size(); ++f)
+    sticking_area += problem.scene.area(f) * static_cast<double>(problem.sticking[f]);
+  return sticking_area / problem.scene.source_area() * std::sqrt(options.target_error) > 0.7;
+}
+
 // Two facets per grid cell, as marching cubes gives them.
 double spacing_of(const TriMesh& mesh) {
   double area = 0;
@@ -175,6 +188,9 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     } else if (needs_particles(species[index])) {
       fields[index] = gather_forward(problem(index));
       fields[index].engine = FluxEngine::gather_forward;
+    } else if (options.engine == FluxOptions::Engine::automatic &&
+               particles_are_fewer(problem(index))) {
+      fields[index] = trace_forward(problem(index));
     } else {
       gathered.push_back(index);
     }

@@ -14,7 +14,8 @@ namespace scarp {
 /// Units: lengths as in the mesh.
 struct FluxOptions {
   enum class Engine {
-    automatic,  ///< gather
+    automatic,  ///< gather, or forward where it takes fewer flights to the target: in features that
+                ///< are deep for how much sticks
     forward,    ///< particles from the source, one by one
     gather,     ///< rays from the facets, and for what is re-emitted an exchange between them
   };

@@ -354,6 +354,30 @@ TEST_P(Engines, LeaveAVoidAlone) {
 
 INSTANTIATE_TEST_SUITE_P(Both, Engines, ::testing::Values(Engine::forward, Engine::gather));
 
+// In a deep hole rays from the walls hardly ever find the source.
+TEST(AutomaticEngine, IsTheOneThatTakesFewerFlights) {
+  struct Case {
+    Shape shape;
+    float sticking;
+    FluxEngine engine;
+  };
+  for (const Case& c : {Case{exact::trench(1), 1, FluxEngine::gather},
+                        Case{exact::trench(10, 4, 8), 0.1F, FluxEngine::gather},
+                        Case{exact::trench(10, 4, 8), 1, FluxEngine::forward}}) {
+    const FluxOptions options{.target_error = 0.03};
+    const FluxField chosen = solve(c.shape, gas(c.sticking), options);
+    EXPECT_EQ(chosen.engine, c.engine) << c.sticking;
+    EXPECT_LE(chosen.error, options.target_error);
+    const Engine other = c.engine == FluxEngine::gather ? Engine::forward : Engine::gather;
+    const FluxField slower =
+        solve(c.shape, gas(c.sticking), {.engine = other, .target_error = options.target_error});
+    EXPECT_LT(1.5 * static_cast<double>(chosen.segments), static_cast<double>(slower.segments))
+        << c.sticking;
+  }
+  // A number of rays says what is counted.
+  EXPECT_EQ(solve(exact::trench(10), gas(1), {.rays = 1 << 12}).engine, FluxEngine::gather);
+}
+
 TEST(Materials, DecideTheSticking) {
   Shape shape = exact::flat_wafer(20, 2);
   shape.mesh.materials.assign(shape.mesh.triangles.size(), 0);
