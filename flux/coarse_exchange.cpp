@@ -91,7 +91,10 @@ void CoarseExchange::factorise() {
   }
 }
 
+// Columns: as many, if it is not 0. It makes the innermost loops short.
+template <std::size_t Columns>
 void CoarseExchange::solve(std::vector<double>& b, std::size_t columns) const {
+  if (Columns > 0) columns = Columns;
   const auto subtract = [&](std::size_t i, std::size_t j) {
     const double factor = factors_[i * runs_ + j];
     for (std::size_t c = 0; c < columns; ++c) b[i * columns + c] -= factor * b[j * columns + c];
@@ -119,7 +122,9 @@ void CoarseExchange::correct(std::vector<Number>& x, std::size_t columns) const 
     }
   });
   std::vector<double> solved = means;
-  solve(solved, columns);
+  columns == 1   ? solve<1>(solved, columns)
+  : columns == 8 ? solve<8>(solved, columns)
+                 : solve<0>(solved, columns);
   parallel_for(runs_, 8, [&](std::size_t first, std::size_t last) {
     for (std::size_t run = first; run < last; ++run) {
       for (std::size_t i = begin_of(run); i < begin_of(run + 1); ++i) {

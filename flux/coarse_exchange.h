@@ -31,6 +31,7 @@ class CoarseExchange {
 
  private:
   void factorise();
+  template <std::size_t Columns>
   void solve(std::vector<double>& b, std::size_t columns) const;
   std::size_t begin_of(std::size_t run) const { return run * rows_ / runs_; }
 

@@ -1,8 +1,10 @@
 #include "flux/exchange.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+#include <type_traits>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -32,27 +34,35 @@ double ratio(double a, double b) {
   return std::isfinite(quotient) ? quotient : 0;
 }
 
-template <class Number>
-class Solver {
+// The number of columns where it is known when this is compiled: loops over them then need no
+// counter.
+inline constexpr std::size_t any_number = 0;
+
+template <class Number, std::size_t Columns>
+class Iteration {
  public:
-  Solver(const ExchangeMatrix& matrix, std::span<const float> reemitted, std::span<const Number> b,
-         std::size_t columns)
+  Iteration(const ExchangeMatrix& matrix, std::span<const float> reemitted,
+            const CoarseExchange& coarse, std::span<const Number> b, std::size_t columns)
       : matrix_(matrix),
         reemitted_(reemitted),
+        coarse_(coarse),
         b_(b),
-        columns_(columns),
-        coarse_(matrix, reemitted) {}
+        columns_(Columns == any_number ? columns : Columns) {}
 
   Block<Number> solve(double tolerance);
 
  private:
-  Block<Number> block() const { return Block<Number>(matrix_.size() * columns_); }
+  using Row =
+      std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>>;
+
+  std::size_t columns() const { return Columns == any_number ? columns_ : Columns; }
+  Block<Number> block() const { return Block<Number>(matrix_.size() * columns()); }
 
   template <class Body>
   void for_each_entry(const Body& body) const {
     parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        for (std::size_t c = 0; c < columns_; ++c) body(i * columns_ + c, c);
+        for (std::size_t c = 0; c < columns(); ++c) body(i * columns() + c, c);
     });
   }
 
@@ -63,74 +73,75 @@ class Solver {
   // x - K (c x)
   void apply(const Block<Number>& x, Block<Number>& y);
   Block<Number> corrected(Block<Number> x) const {
-    coarse_.correct(x, columns_);
+    coarse_.correct(x, columns());
     return x;
   }
   bool iterate(Block<Number>& x, double tolerance);
 
   const ExchangeMatrix& matrix_;
   std::span<const float> reemitted_;
+  const CoarseExchange& coarse_;
   std::span<const Number> b_;
   std::size_t columns_;
-  CoarseExchange coarse_;
   Block<Number> scaled_;
 };
 
-template <class Number>
-Scalars Solver<Number>::dot(const Block<Number>& x, const Block<Number>& y) const {
+template <class Number, std::size_t Columns>
+Scalars Iteration<Number, Columns>::dot(const Block<Number>& x, const Block<Number>& y) const {
   const std::size_t ranges = (matrix_.size() + grain - 1) / grain;
-  Scalars partial(ranges * columns_);
+  Scalars partial(ranges * columns());
   parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    double* sums = &partial[begin / grain * columns_];
+    double* sums = &partial[begin / grain * columns()];
     for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t c = 0; c < columns_; ++c)
+      for (std::size_t c = 0; c < columns(); ++c)
         sums[c] +=
-            static_cast<double>(x[i * columns_ + c]) * static_cast<double>(y[i * columns_ + c]);
+            static_cast<double>(x[i * columns() + c]) * static_cast<double>(y[i * columns() + c]);
   });
-  Scalars sums(columns_);
-  for (std::size_t k = 0; k < partial.size(); ++k) sums[k % columns_] += partial[k];
+  Scalars sums(columns());
+  for (std::size_t k = 0; k < partial.size(); ++k) sums[k % columns()] += partial[k];
   return sums;
 }
 
-template <class Number>
-void Solver<Number>::apply(const Block<Number>& x, Block<Number>& y) {
+template <class Number, std::size_t Columns>
+void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y) {
   scaled_.resize(x.size());
   parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t k = i * columns_; k < (i + 1) * columns_; ++k)
+      for (std::size_t k = i * columns(); k < (i + 1) * columns(); ++k)
         scaled_[k] = static_cast<Number>(reemitted_[i]) * x[k];
   });
   parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    Block<Number> sum(columns_);
+    Row sum{};
+    if constexpr (Columns == any_number) sum.resize(columns());
     for (std::size_t i = begin; i < end; ++i) {
       std::fill(sum.begin(), sum.end(), Number{0});
       for (std::uint64_t k = matrix_.first[i]; k < matrix_.first[i + 1]; ++k) {
         const std::size_t hit = matrix_.hits[k];
         if (hit >= matrix_.size()) continue;
-        const Number* row = &scaled_[hit * columns_];
-        for (std::size_t c = 0; c < columns_; ++c) sum[c] += row[c];
+        const Number* row = &scaled_[hit * columns()];
+        for (std::size_t c = 0; c < columns(); ++c) sum[c] += row[c];
       }
       const Number rays = static_cast<Number>(matrix_.first[i + 1] - matrix_.first[i]);
-      for (std::size_t c = 0; c < columns_; ++c)
-        y[i * columns_ + c] = x[i * columns_ + c] - sum[c] / rays;
+      for (std::size_t c = 0; c < columns(); ++c)
+        y[i * columns() + c] = x[i * columns() + c] - sum[c] / rays;
     }
   });
 }
 
 // One run of the recurrence from x; true once every column is known to its tolerance. A column that
 // is there, or whose recurrence breaks down, stands still; the next run starts it anew.
-template <class Number>
-bool Solver<Number>::iterate(Block<Number>& x, double tolerance) {
+template <class Number, std::size_t Columns>
+bool Iteration<Number, Columns>::iterate(Block<Number>& x, double tolerance) {
   Block<Number> r = block();
   apply(x, r);
   for_each_entry([&](std::size_t k, std::size_t) { r[k] = b_[k] - r[k]; });
-  std::vector<char> active(columns_, 1);
+  std::vector<char> active(columns(), 1);
   // The corrected residual is about what x still lacks.
   const auto all_done = [&](const Block<Number>& lacks) {
     const Scalars squares = dot(lacks, lacks);
     const Scalars goal = dot(x, x);
     bool done = true;
-    for (std::size_t c = 0; c < columns_; ++c) {
+    for (std::size_t c = 0; c < columns(); ++c) {
       if (squares[c] <= square(margin * tolerance) * goal[c]) active[c] = 0;
       done = done && active[c] == 0;
     }
@@ -143,14 +154,14 @@ bool Solver<Number>::iterate(Block<Number>& x, double tolerance) {
   Block<Number> v = block();
   Block<Number> t = block();
   Scalars rho = dot(shadow, r);
-  Scalars alpha(columns_);
-  Scalars beta(columns_);
-  Scalars omega(columns_);
+  Scalars alpha(columns());
+  Scalars beta(columns());
+  Scalars omega(columns());
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const Block<Number> along_p = corrected(p);
     apply(along_p, v);
     const Scalars projection = dot(shadow, v);
-    for (std::size_t c = 0; c < columns_; ++c)
+    for (std::size_t c = 0; c < columns(); ++c)
       alpha[c] = active[c] == 0 ? 0 : ratio(rho[c], projection[c]);
     for_each_entry([&](std::size_t k, std::size_t c) {
       x[k] += static_cast<Number>(alpha[c]) * along_p[k];
@@ -161,14 +172,14 @@ bool Solver<Number>::iterate(Block<Number>& x, double tolerance) {
     apply(along_r, t);
     const Scalars tr = dot(t, r);
     const Scalars tt = dot(t, t);
-    for (std::size_t c = 0; c < columns_; ++c) omega[c] = active[c] == 0 ? 0 : ratio(tr[c], tt[c]);
+    for (std::size_t c = 0; c < columns(); ++c) omega[c] = active[c] == 0 ? 0 : ratio(tr[c], tt[c]);
     for_each_entry([&](std::size_t k, std::size_t c) {
       x[k] += static_cast<Number>(omega[c]) * along_r[k];
       r[k] -= static_cast<Number>(omega[c]) * t[k];
     });
     const Scalars next = dot(shadow, r);
     bool stuck = true;
-    for (std::size_t c = 0; c < columns_; ++c) {
+    for (std::size_t c = 0; c < columns(); ++c) {
       beta[c] = ratio(next[c], rho[c]) * ratio(alpha[c], omega[c]);
       stuck = stuck && beta[c] == 0;
     }
@@ -181,8 +192,8 @@ bool Solver<Number>::iterate(Block<Number>& x, double tolerance) {
   return false;
 }
 
-template <class Number>
-Block<Number> Solver<Number>::solve(double tolerance) {
+template <class Number, std::size_t Columns>
+Block<Number> Iteration<Number, Columns>::solve(double tolerance) {
   constexpr int restarts = 8;
   Block<Number> x(b_.begin(), b_.end());
   for (int run = 0; run < restarts; ++run)
@@ -194,16 +205,27 @@ Block<Number> Solver<Number>::solve(double tolerance) {
 
 }  // namespace
 
+ExchangeSolver::ExchangeSolver(const ExchangeMatrix& matrix, std::span<const float> reemitted)
+    : matrix_(matrix),
+      reemitted_(reemitted),
+      coarse_(std::make_unique<CoarseExchange>(matrix, reemitted)) {}
+
+ExchangeSolver::~ExchangeSolver() = default;
+
 template <class Number>
-std::vector<Number> solve_exchange(const ExchangeMatrix& matrix, std::span<const float> reemitted,
-                                   std::span<const Number> b, std::size_t columns,
-                                   double tolerance) {
-  return Solver<Number>(matrix, reemitted, b, columns).solve(tolerance);
+std::vector<Number> ExchangeSolver::solve(std::span<const Number> b, std::size_t columns,
+                                          double tolerance) const {
+  const auto solve_with = [&]<std::size_t Columns>(std::integral_constant<std::size_t, Columns>) {
+    return Iteration<Number, Columns>(matrix_, reemitted_, *coarse_, b, columns).solve(tolerance);
+  };
+  if (columns == 1) return solve_with(std::integral_constant<std::size_t, 1>{});
+  if (columns == 8) return solve_with(std::integral_constant<std::size_t, 8>{});
+  return solve_with(std::integral_constant<std::size_t, any_number>{});
 }
 
-template std::vector<float> solve_exchange(const ExchangeMatrix&, std::span<const float>,
-                                           std::span<const float>, std::size_t, double);
-template std::vector<double> solve_exchange(const ExchangeMatrix&, std::span<const float>,
-                                            std::span<const double>, std::size_t, double);
+template std::vector<float> ExchangeSolver::solve(std::span<const float>, std::size_t,
+                                                  double) const;
+template std::vector<double> ExchangeSolver::solve(std::span<const double>, std::size_t,
+                                                   double) const;
 
 }  // namespace scarp

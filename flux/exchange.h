@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,22 +21,34 @@ struct ExchangeMatrix {
   std::size_t size() const { return first.empty() ? 0 : first.size() - 1; }
 };
 
+class CoarseExchange;
+
 /// Solves x = b + K (c x) for several right-hand sides at once.
 ///
 /// The tolerance is that of x, relative, in the root mean square of each column: residuals say
 /// little where particles hardly stick and hardly leave.
 ///
-/// Shape: b and the result hold size * columns numbers, those of a row together; reemitted is c,
-/// one per row in [0, 1]. It is quick where rows that follow each other lie close together.
-/// Throws: NumericalError if the iteration does not reach the tolerance.
-/// Cost:  two products with K per iteration; a tolerance of 1e-2 takes 2 or 3 iterations, 1e-7 up
-/// to
-///        8, also at the bottom of a hole 20 times as deep as wide with a sticking of 0.01.
+/// Shape: reemitted is c, one per row in [0, 1]; it and the matrix have to outlive the solver. It
+///        is quick where rows that follow each other lie close together.
 /// Source: van der Vorst 1992 (stabilised biconjugate gradients), preconditioned by the exchange
 ///         between groups of rows (coarse_exchange.h); the true residual is checked at the end.
-template <class Number>
-std::vector<Number> solve_exchange(const ExchangeMatrix& matrix, std::span<const float> reemitted,
-                                   std::span<const Number> b, std::size_t columns,
-                                   double tolerance);
+class ExchangeSolver {
+ public:
+  ExchangeSolver(const ExchangeMatrix& matrix, std::span<const float> reemitted);
+  ~ExchangeSolver();
+
+  /// Shape: b and the result hold size * columns numbers, those of a row together.
+  /// Throws: NumericalError if the iteration does not reach the tolerance.
+  /// Cost:  two products with K per iteration; a tolerance of 1e-2 takes 2 or 3 iterations, 1e-7 up
+  ///        to 8, also at the bottom of a hole 20 times as deep as wide with a sticking of 0.01. 8
+  ///        columns cost less than 3 times one.
+  template <class Number>
+  std::vector<Number> solve(std::span<const Number> b, std::size_t columns, double tolerance) const;
+
+ private:
+  const ExchangeMatrix& matrix_;
+  std::span<const float> reemitted_;
+  std::unique_ptr<const CoarseExchange> coarse_;
+};
 
 }  // namespace scarp

@@ -69,9 +69,9 @@ std::vector<float> standard_errors(const RayPlan& plan, std::span<const float> r
 }
 
 // The error of the flux of all elements that belongs to each draw of the errors of their equations.
-std::vector<float> deviations(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                              std::span<const float> reemitted, const Solution& solution) {
-  const std::size_t size = view.matrix.size();
+std::vector<float> deviations(const FluxProblem& problem, const RayPlan& plan,
+                              const ExchangeSolver& exchange, const Solution& solution) {
+  const std::size_t size = plan.size();
   std::vector<float> result(size * draw_count);
   std::vector<float> errors(size * draws_at_once);
   for (std::size_t first = 0; first < draw_count; first += draws_at_once) {
@@ -82,7 +82,7 @@ std::vector<float> deviations(const FluxProblem& problem, const RayPlan& plan, c
         errors[rank * draws_at_once + k] = static_cast<float>(sign(signs, first + k) * error);
     }
     const std::vector<float> solved =
-        solve_exchange<float>(view.matrix, reemitted, errors, draws_at_once, deviation_tolerance);
+        exchange.solve<float>(errors, draws_at_once, deviation_tolerance);
     for (std::size_t k = 0; k < solved.size(); ++k)
       result[k / draws_at_once * draw_count + first + k % draws_at_once] = solved[k];
   }
@@ -96,11 +96,12 @@ Solution solve_exchange_of(const FluxProblem& problem, const RayPlan& plan, cons
     const std::size_t rank = k / set_count;
     mean_direct[rank] += static_cast<double>(direct[k]) / (plan.rays(rank) * set_count);
   }
+  const ExchangeSolver exchange(view.matrix, reemitted);
   Solution solution;
-  solution.flux = solve_exchange<double>(view.matrix, reemitted, mean_direct, 1, mean_tolerance);
+  solution.flux = exchange.solve<double>(mean_direct, 1, mean_tolerance);
   solution.halves = half_differences(view, direct, reemitted, solution.flux);
   solution.sigma = standard_errors(plan, reemitted, solution);
-  solution.deviation = deviations(problem, plan, view, reemitted, solution);
+  solution.deviation = deviations(problem, plan, exchange, solution);
   return solution;
 }
 

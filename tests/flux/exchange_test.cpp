@@ -34,7 +34,7 @@ TEST(Exchange, OfTwoPlatesHasTheGeometricSum) {
   for (const float c : {0.0F, 0.5F, 1.0F}) {
     const std::vector<float> reemitted{c, c};
     const std::vector<double> b{1, 1};
-    for (const double x : solve_exchange<double>(matrix, reemitted, b, 1, 1e-12))
+    for (const double x : ExchangeSolver(matrix, reemitted).solve<double>(b, 1, 1e-12))
       EXPECT_NEAR(x, 1 / (1 - 0.75 * c), 1e-10);
   }
 }
@@ -78,7 +78,7 @@ TEST(Exchange, MeetsTheToleranceInAllColumns) {
   for (std::size_t i = 0; i < 3000; ++i) x[i * columns + 2] = 0;
 
   const std::vector<double> b = direct_part(matrix, reemitted, x, columns);
-  expect_columns_near(solve_exchange<double>(matrix, reemitted, b, columns, 1e-8), x, columns,
+  expect_columns_near(ExchangeSolver(matrix, reemitted).solve<double>(b, columns, 1e-8), x, columns,
                       1e-8);
 }
 
@@ -102,7 +102,7 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
   const std::vector<float> reemitted(size, 0.9999F);
   const std::vector<double> b = direct_part(matrix, reemitted, x, 1);
   for (const double tolerance : {1e-2, 1e-5})
-    expect_columns_near(solve_exchange<double>(matrix, reemitted, b, 1, tolerance), x, 1,
+    expect_columns_near(ExchangeSolver(matrix, reemitted).solve<double>(b, 1, tolerance), x, 1,
                         tolerance);
 }
 
@@ -110,7 +110,8 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
 TEST(Exchange, LeavesAClosedVoidWithoutStickingAtZero) {
   const ExchangeMatrix matrix{.first = {0, 2, 4, 6}, .hits = {1, 1, 0, 0, 2, 3}};
   const std::vector<float> reemitted{1, 1, 1};
-  const auto x = solve_exchange<double>(matrix, reemitted, std::vector<double>{0, 0, 1}, 1, 1e-10);
+  const auto x =
+      ExchangeSolver(matrix, reemitted).solve<double>(std::vector<double>{0, 0, 1}, 1, 1e-10);
   EXPECT_EQ(x[0], 0);
   EXPECT_EQ(x[1], 0);
   EXPECT_NEAR(x[2], 2, 1e-9);
@@ -124,7 +125,7 @@ TEST(Exchange, DoesNotDependOnTheNumberOfThreads) {
   std::vector<std::vector<float>> results;
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    results.push_back(solve_exchange<float>(matrix, reemitted, b, 3, 1e-4));
+    results.push_back(ExchangeSolver(matrix, reemitted).solve<float>(b, 3, 1e-4));
   }
   EXPECT_EQ(results[0], results[1]);
 }
