@@ -75,11 +75,21 @@ Vec3d direction_of(const CollapseMesh& mesh, const Star& star) {
   return normalized(n);
 }
 
-/// An open boundary elsewhere may change its course, and with it what the surfaces cover.
+/// Whether the boundary of the star lies on sides. An open boundary elsewhere may change its
+/// course, and with it what the surfaces cover.
 bool ends_on_side(const CollapseMesh& mesh, const Star& star) {
-  const unsigned sides = mesh.sides[star.u] | mesh.sides[star.v];
-  return (sides & mesh.sides[star.ring[0]]) != 0 &&
-         (sides & mesh.sides[star.ring[star.count]]) != 0;
+  const HalfEdges& topology = mesh.topology;
+  for (const std::uint32_t v : {star.u, star.v}) {
+    if (!topology.on_boundary(v)) continue;
+    const std::uint32_t first = topology.outgoing(v);
+    std::uint32_t last = first;
+    topology.for_each_outgoing(v, [&](std::uint32_t h) { last = h; });
+    if ((mesh.sides[v] & mesh.sides[topology.target(first)]) == 0 ||
+        (mesh.sides[v] & mesh.sides[topology.apex(last)]) == 0) {
+      return false;
+    }
+  }
+  return true;
 }
 
 /// Whether facet i of a star can be seen along n, as it is and with the centre of the star at r.

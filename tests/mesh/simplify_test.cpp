@@ -499,6 +499,27 @@ TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
   EXPECT_LT(half.mesh.vertices.size(), 0.8 * mesh.vertices.size());
 }
 
+// An open boundary that leaves a side and comes back to it: a triangle less at the side of a plane.
+TEST(Simplify, FillsNoNotchAtASide) {
+  TriMesh mesh = noisy_plane(10, 0);
+  const auto at_side = [&](const Triangle& t) {
+    return std::ranges::count_if(t, [&](std::uint32_t v) { return mesh.vertices[v].x == 0; }) == 2;
+  };
+  mesh.triangles.erase(std::find_if(mesh.triangles.begin() + 50, mesh.triangles.end(), at_side));
+  const auto area = [](const TriMesh& surface) {
+    double sum = 0;
+    for (const double each : facet_areas(surface)) sum += each;
+    return sum;
+  };
+  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::paper,
+                                      SimplifyMethod::lindstrom_turk, SimplifyMethod::length}) {
+    const SimplifyResult result = simplify(
+        mesh, {.method = method, .sides = sides_of(mesh), .spacing = 1, .max_error = 0.02});
+    EXPECT_LT(result.mesh.vertices.size(), mesh.vertices.size() / 2);
+    EXPECT_NEAR(area(result.mesh), area(mesh), 0.02 * 2.5);
+  }
+}
+
 TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
   TriMesh mesh = noisy_plane(10, 0.01);
   // A needle: an edge of length zero put into the middle of an edge. A cap: a vertex on an edge.
