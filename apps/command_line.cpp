@@ -156,8 +156,10 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
                   "Cap on the rays for the target, with the same least numbers as --rays: 32 "
                   "(forward), 4 from each piece of a facet (gather)")
       ->transform(count());
-  command.add_option("--spacing", options.spacing,
-                     "Grid spacing the mesh came from (default: from its facets)");
+  command.add_option(
+      "--spacing", options.spacing,
+      "Grid spacing the mesh came from (default: from its facets, as if they had not been "
+      "simplified: on pieces of facets up to 3 spacings long the flux is constant)");
   command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
       ->check(not_negative());
   add_choice(command, "--boundary", "reflective (default) or periodic sides", arguments.boundary,
