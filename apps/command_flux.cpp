@@ -135,7 +135,8 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   options.sides = {.lower = {box.lower.x, box.lower.y},
                    .upper = {box.upper.x, box.upper.y},
                    .boundary = {arguments.boundary, arguments.boundary}};
-  Species species{.name = "particles"};
+  Species species;
+  species.name = "particles";
   species.source.cosine_power = arguments.source_power;
   species.sticking = std::vector<float>(1, static_cast<float>(arguments.sticking));
 

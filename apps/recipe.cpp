@@ -183,6 +183,16 @@ void read_advection(const RecipeTable& table, Recipe& recipe) {
   recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
 }
 
+// The inner tables of a step whose sources lean.
+std::string leaning_tables(const RecipeTable& step) {
+  for (const std::string name : {"beam", "neutral", "ion"}) {
+    const std::vector<RecipeTable> tables = step.tables(name);
+    if (std::ranges::any_of(tables, [](const RecipeTable& each) { return each.has("tilt"); }))
+      return name;
+  }
+  return "";
+}
+
 // What reflective sides mirror has to be its own mirror image, or it would be another process on
 // every other copy of the domain.
 void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
@@ -191,17 +201,16 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     const bool periodic = frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
     if (periodic || model.is_mirror_symmetric(axis)) continue;
     const char name = axis == 0 ? 'x' : 'y';
-    const bool ions = table.has("ion");
+    const std::string leaning = leaning_tables(table);
     const std::string remedy =
-        ions ? "let the wafer turn (rotating = true)"
-             : fmt::format("add the mirror image of each beam tilted along {}, with the same share",
-                           name);
-    table.error(ions                ? "ion"
-                : table.has("beam") ? "beam"
-                                    : "",
+        leaning == "beam"
+            ? fmt::format("add the mirror image of each beam tilted along {}, with the same share",
+                          name)
+            : "let the wafer turn (rotating = true)";
+    table.error(leaning,
                 fmt::format("the {} are not symmetric along {}, where the sides of the domain are "
                             "reflective and mirror them; make the sides periodic, or {}",
-                            ions ? "ions" : "beams", name, remedy));
+                            leaning.empty() ? "particles" : leaning + 's', name, remedy));
   }
 }
 
@@ -239,8 +248,8 @@ void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, cons
 // What later steps can meet grows with every deposited material, so steps are read in order.
 class StepReader {
  public:
-  StepReader(Recipe& recipe, std::vector<MaterialId> reachable)
-      : recipe_(recipe), reachable_(std::move(reachable)) {}
+  StepReader(Recipe& recipe, std::vector<MaterialId> reachable, std::filesystem::path folder)
+      : recipe_(recipe), reachable_(std::move(reachable)), folder_(std::move(folder)) {}
 
   std::vector<ProcessStep> read(std::span<const RecipeTable> tables) {
     std::vector<ProcessStep> steps;
@@ -293,7 +302,7 @@ class StepReader {
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
     step.duration = read_duration(table, step.model_name);
-    StepModel made = read_model(table, {recipe_.materials, reachable_});
+    StepModel made = read_model(table, {recipe_.materials, reachable_, folder_});
     if (made.model == nullptr && !made.operation) return {};
     step.deposits = made.deposits;
     step.model = std::move(made.model);
@@ -320,6 +329,7 @@ class StepReader {
 
   Recipe& recipe_;
   std::vector<MaterialId> reachable_;
+  std::filesystem::path folder_;
 };
 
 std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
@@ -391,7 +401,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
-  recipe.steps = StepReader(recipe, materials_of(recipe.geometry)).read(steps);
+  recipe.steps = StepReader(recipe, materials_of(recipe.geometry), path.parent_path()).read(steps);
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/trimmed.h"
 
 namespace scarp {
 
@@ -119,12 +120,6 @@ std::optional<Unit> find_unit(std::string_view name) {
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 /// One factor of a unit: a name and, behind it, "2", "^2" or "^-2".
 std::optional<Unit> parse_factor(std::string_view text, int direction) {

@@ -41,6 +41,27 @@ struct MaterialScope {
   std::span<const MaterialId> reachable;
 };
 
+/// A column of a table of numbers. A CSV file names it with its unit, as in `energy [eV]`.
+struct Column {
+  std::string_view name;
+  Dimension dimension = Dimension::number;
+  Limits limits{};
+};
+
+/// The first line of a CSV file that has these columns: "energy [eV],density".
+std::string csv_head(std::span<const Column> columns);
+
+/// The rows of a table of numbers, in the order of the recipe, and where they stand.
+///
+/// Shape: values has one entry per row, of one number per column.
+struct NumberTable {
+  std::vector<std::vector<double>> values;
+  std::string file{};                ///< empty: the rows stand in the recipe
+  std::vector<std::size_t> lines{};  ///< of the file, one per row
+
+  std::vector<double> column(std::size_t index) const;
+};
+
 /// The names that a key may have, and what they stand for.
 template <class T>
 using Choices = std::vector<std::pair<std::string_view, T>>;
@@ -88,6 +109,18 @@ class RecipeTable {
   /// resolved recipe finds it from anywhere.
   std::string file(std::string_view key, const std::filesystem::path& folder) const;
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
+
+  /// A table of numbers: a list of rows, [["0 deg", 1], ["90 deg", 0]], or the name of a CSV file
+  /// relative to the given folder, whose first line is csv_head(). Recorded as rows, so that the
+  /// resolved recipe needs no file.
+  ///
+  /// Rows ascend by their first number, those with the same by their second, and so on; no two
+  /// agree in all but the last. Nothing if there is no such key, or something is wrong with it.
+  std::optional<NumberTable> number_table(std::string_view key, std::span<const Column> columns,
+                                          const std::filesystem::path& folder) const;
+  /// Notes that a row of it is wrong.
+  void row_error(std::string_view key, const NumberTable& table, std::size_t row,
+                 std::string_view text) const;
 
   template <class T>
   T choice(std::string_view key, const Choices<std::type_identity_t<T>>& choices,

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "core/error.h"
+#include "flux/linear_density.h"
 
 namespace scarp {
 
@@ -41,33 +41,9 @@ EnergyDistribution EnergyDistribution::bimodal(double mean, double width) {
 
 EnergyDistribution EnergyDistribution::tabulated(std::span<const double> energy,
                                                  std::span<const double> density) {
-  if (energy.size() != density.size() || energy.size() < 2)
-    throw InputError("an energy distribution needs at least two energies, each with a density");
-  std::vector<double> below{0};
-  for (std::size_t k = 0; k < energy.size(); ++k) {
-    if (!(density[k] >= 0)) throw InputError("the density of an energy distribution is negative");
-    if (!(energy[k] >= 0) || (k > 0 && !(energy[k] > energy[k - 1])))
-      throw InputError("the energies of a distribution have to ascend from 0 or above");
-    if (k > 0) {
-      const double step = energy[k] - energy[k - 1];
-      below.push_back(below.back() + step * (density[k] + density[k - 1]) / 2);
-    }
-  }
-  if (!(below.back() > 0)) throw InputError("an energy distribution is zero everywhere");
-  std::size_t k = 1;
-  while (!(below[k] > 0)) ++k;
-  const auto quantile = [&](double u) {
-    const double wanted = below.back() * u;
-    while (k + 1 < energy.size() && below[k] < wanted) ++k;
-    // The part of an interval of linear density: a quadratic, in the form that bears slope 0.
-    const double step = energy[k] - energy[k - 1];
-    const double slope = (density[k] - density[k - 1]) / step;
-    const double rest = wanted - below[k - 1];
-    const double root =
-        std::sqrt(std::max(0.0, density[k - 1] * density[k - 1] + 2 * slope * rest));
-    const double place = rest > 0 ? 2 * rest / (density[k - 1] + root) : 0;
-    return energy[k - 1] + place;
-  };
+  const LinearDensity table(energy, density);
+  if (energy.front() < 0) throw InputError("the energies of a distribution have to ascend from 0");
+  const auto quantile = [&](double u) { return table.quantile(u); };
   return EnergyDistribution({interval_count, quantile});
 }
 

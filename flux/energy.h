@@ -23,8 +23,7 @@ class EnergyDistribution {
 
   /// Linear between the points of a table; need not be normalised.
   ///
-  /// Throws: InputError unless energies ascend from 0 or above and densities are not negative and
-  ///         not all zero; the message says what is wrong with the table, not where it stands.
+  /// Throws: InputError as LinearDensity, and for negative energies.
   static EnergyDistribution tabulated(std::span<const double> energy,
                                       std::span<const double> density);
 

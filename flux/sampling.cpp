@@ -31,6 +31,18 @@ DiskPoint sample_disk(UnitSquare xi) {
 // Keeps flights off the horizon, where they would never end.
 constexpr double smallest_cosine = 1e-6;
 
+// The radius of the concentric map squared is a uniform number, so the map of a lobe keeps the
+// azimuth and takes the cosine beyond which a part 1 - radius^2 of the lobe lies.
+template <class Cosine>
+Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
+  const auto [x, y, radius_squared] = point;
+  const double rest = std::max(1 - radius_squared, 0.0);
+  const double cosine = std::max(cosine_beyond(rest), smallest_cosine);
+  if (radius_squared == 0) return {0, 0, -1};
+  const double stretch = std::sqrt(std::max(1 - cosine * cosine, 0.0) / radius_squared);
+  return normalized(Vec3d{x * stretch, y * stretch, -cosine});
+}
+
 }  // namespace
 
 Vec3d about_axis(double x, double y, double height, Vec3d axis) {
@@ -54,16 +66,14 @@ Vec3d sample_cosine(UnitSquare xi, Vec3d n) {
   return normalized(about_axis(x, y, height, n));
 }
 
-// The radius of the concentric map squared is a uniform number, so the map of the lobe keeps the
-// azimuth and takes cos(theta) = (1 - radius^2)^(1 / (power + 1)).
 Vec3d sample_source(UnitSquare xi, double power) {
-  const auto [x, y, radius_squared] = sample_disk(xi);
-  const double rest = std::max(1 - radius_squared, 0.0);
-  const double cosine = std::max(
-      power == 1 ? std::sqrt(rest) : portable_power(rest, 1 / (power + 1)), smallest_cosine);
-  if (radius_squared == 0) return {0, 0, -1};
-  const double stretch = std::sqrt(std::max(1 - cosine * cosine, 0.0) / radius_squared);
-  return normalized(Vec3d{x * stretch, y * stretch, -cosine});
+  return at_cosine(sample_disk(xi), [power](double rest) {
+    return power == 1 ? std::sqrt(rest) : portable_power(rest, 1 / (power + 1));
+  });
+}
+
+Vec3d sample_source(UnitSquare xi, const PolarDensity& density) {
+  return at_cosine(sample_disk(xi), [&](double rest) { return density.cosine(1 - rest); });
 }
 
 Vec3d sample_triangle(UnitSquare xi) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/vec3.h"
+#include "flux/polar_density.h"
 #include "flux/portable_math.h"
 
 namespace scarp {
@@ -19,6 +20,8 @@ Vec3d sample_cosine(UnitSquare xi, Vec3d n);
 
 /// A unit direction with density (power + 1) / (2 pi) cos^power(theta) about -z.
 Vec3d sample_source(UnitSquare xi, double power);
+/// A unit direction with a tabulated density about -z.
+Vec3d sample_source(UnitSquare xi, const PolarDensity& density);
 
 /// The vector with components x and y across a unit vector and `height` along it. Which way x
 /// points depends on the axis. Source: Duff et al. 2017, "Building an orthonormal basis,

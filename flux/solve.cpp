@@ -141,7 +141,7 @@ void balance_mirror_images(std::span<const Species> species, const Sides& sides,
 // (bench flux --table) the two take as many flights where this product is 0.7.
 bool particles_are_fewer(const FluxProblem& problem) {
   const FluxOptions& options = problem.options;
-  if (options.rays > 0 || problem.species.source.cosine_power != 1) return false;
+  if (options.rays > 0 || !problem.species.source.is_lambert()) return false;
   double sticking_area = 0;
   for (std::size_t f = 0; f < problem.sticking.size(); ++f)
     sticking_area += problem.scene.area(f) * static_cast<double>(problem.sticking[f]);

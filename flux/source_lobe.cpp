@@ -1,11 +1,28 @@
 #include "flux/source_lobe.h"
 
 #include <cmath>
+#include <numbers>
+
+#include "flux/portable_math.h"
 
 namespace scarp {
 
+namespace {
+
+Vec3d sample_upright(const SourceLobe& lobe, UnitSquare xi) {
+  return lobe.table ? sample_source(xi, *lobe.table) : sample_source(xi, lobe.cosine_power);
+}
+
+}  // namespace
+
+double radiance(const SourceLobe& lobe, double cosine) {
+  if (lobe.table) return lobe.table->at(cosine) / cosine;
+  const double power = lobe.cosine_power;
+  return (power + 1) / (2 * std::numbers::pi) * portable_power(cosine, power - 1);
+}
+
 Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
-  Vec3d u = sample_source(xi, lobe.cosine_power);
+  Vec3d u = sample_upright(lobe, xi);
   Vec3d axis = lobe.direction;
   if (lobe.rotating) {
     const double tilt = std::sqrt(axis.x * axis.x + axis.y * axis.y);
@@ -16,7 +33,7 @@ Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
   constexpr double horizon = -1e-6;
   while ((u = about_axis(u.x, u.y, -u.z, axis)).z > horizon) {
     const double xi1 = random.uniform_double();
-    u = sample_source({xi1, random.uniform_double()}, lobe.cosine_power);
+    u = sample_upright(lobe, {xi1, random.uniform_double()});
   }
   return normalized(u);
 }

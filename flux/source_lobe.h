@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/random.h"
 #include "core/vec3.h"
 #include "flux/sampling.h"
@@ -15,9 +17,19 @@ struct SourceLobe {
   };
   Kind kind = Kind::cosine;
   double cosine_power = 1;
+  /// Instead of the power, also of particles that cross the plane, if there is one.
+  std::optional<PolarDensity> table{};
   Vec3d direction{0, 0, -1};  ///< axis of the lobe or beam, towards the wafer; unit vector
   bool rotating = false;      ///< the wafer turns: the azimuth of the direction is uniform
+
+  /// All directions from above are equally bright, as those of a gas in equilibrium.
+  bool is_lambert() const { return kind == Kind::cosine && !table && cosine_power == 1; }
 };
+
+/// The brightness of a source that points straight down: particles through a plane across the
+/// direction of sight, per solid angle, if one goes through the source plane. cosine > 0 is that of
+/// the angle to the vertical.
+double radiance(const SourceLobe& lobe, double cosine);
 
 /// The direction in which a particle leaves a cosine source, by a point of the lobe.
 ///

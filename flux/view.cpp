@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "core/parallel.h"
-#include "flux/portable_math.h"
 
 namespace scarp {
 
@@ -13,14 +12,14 @@ namespace {
 
 constexpr std::size_t pool_size = std::size_t{1} << 16;  // rays
 
-// The part of the direct flux that a ray to the sky along u stands for. For n = 1 rays by
-// Lambert's law all count the same; otherwise they share the work with rays along the lobe.
-double sky_weight(Vec3d u, Vec3d n, double power) {
-  if (power == 1) return 1;
+// The part of the direct flux that a ray to the sky along u stands for. Under a Lambert source rays
+// by Lambert's law all count the same; otherwise they share the work with rays along the lobe.
+double sky_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
+  if (source.is_lambert()) return 1;
   const double cosine = dot(u, n);
   if (cosine <= 0 || u.z <= 0) return 0;
-  const double radiance = (power + 1) / (2 * std::numbers::pi) * portable_power(u.z, power - 1);
-  return radiance * cosine / (cosine / std::numbers::pi + radiance * u.z);
+  const double L = radiance(source, u.z);
+  return L * cosine / (cosine / std::numbers::pi + L * u.z);
 }
 
 class Viewer {
@@ -72,8 +71,8 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
       case Flight::End::sky:
         hit = element_count + to_sky;
         for (std::size_t p = 0; p < problems_.size(); ++p) {
-          const double weight = sky_weight(shots[i].u, shooter.normal(rank),
-                                           problems_[p].species.source.cosine_power);
+          const double weight =
+              sky_weight(shots[i].u, shooter.normal(rank), problems_[p].species.source);
           view.direct[p][rank * set_count + set] += static_cast<float>(weight);
         }
     }
@@ -88,8 +87,8 @@ void Viewer::view_by_lobe(std::size_t begin, std::size_t end, std::size_t proble
   for (std::size_t i = 0; i < shots.size(); ++i) {
     if (flights[i].end != Flight::End::sky) continue;
     const ShotName& name = shots[i].name;
-    const double weight = sky_weight(shots[i].u, shooter.normal(name.rank),
-                                     problems_[problem].species.source.cosine_power);
+    const double weight =
+        sky_weight(shots[i].u, shooter.normal(name.rank), problems_[problem].species.source);
     view.direct[problem][name.rank * set_count + name.set] += static_cast<float>(weight);
   }
 }
@@ -125,11 +124,11 @@ View Viewer::look() const {
   parallel_for(size, grain, [&](std::size_t begin, std::size_t end) {
     view_by_lambert(begin, end, view);
     for (std::size_t p = 0; p < problems_.size(); ++p)
-      if (problems_[p].species.source.cosine_power != 1) view_by_lobe(begin, end, p, view);
+      if (!problems_[p].species.source.is_lambert()) view_by_lobe(begin, end, p, view);
   });
   view.flights = earlier_.flights + new_rays();
   for (const FluxProblem& problem : problems_)
-    if (problem.species.source.cosine_power != 1) view.flights += new_rays();
+    if (!problem.species.source.is_lambert()) view.flights += new_rays();
   return view;
 }
 

@@ -116,10 +116,11 @@ std::vector<Species> Directional::species() const {
   std::vector<Species> species;
   if (!values_.visibility) return species;
   for (const Beam& beam : values_.beams) {
-    species.push_back(
-        {.name = values_.beams.size() == 1 ? "beam" : "beam " + std::to_string(species.size()),
-         .source = {.kind = SourceLobe::Kind::beam, .direction = beam.direction},
-         .sticking = std::vector<float>(values_.directional_speed.size(), 1.0F)});
+    Species particles;
+    particles.name = values_.beams.size() == 1 ? "beam" : "beam " + std::to_string(species.size());
+    particles.source = {.kind = SourceLobe::Kind::beam, .direction = beam.direction};
+    particles.sticking.assign(values_.directional_speed.size(), 1.0F);
+    species.push_back(std::move(particles));
   }
   return species;
 }

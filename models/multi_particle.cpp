@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "models/directional.h"
+#include "models/source_parameters.h"
 
 namespace scarp {
 
@@ -32,29 +32,21 @@ const Parameter neutral_sticking{.name = "neutral.sticking",
                                  .kind = Parameter::Kind::per_material,
                                  .limits = {.fallback = "1", .minimum = 0, .maximum = 1},
                                  .meaning = "probability that it stays where it arrives"};
-const Parameter neutral_power{.name = "neutral.source_power",
-                              .limits = {.fallback = "1", .minimum = 0, .maximum = 1e6},
-                              .meaning = "n of the source's cos^n(theta)",
-                              .source = "kinetic theory: 1 for a gas in equilibrium"};
+const Parameter neutral_power = source_power_parameter("neutral.source_power");
+const Parameter neutral_table = source_table_parameter("neutral.source_table");
+const Parameter neutral_tilt = tilt_parameter("neutral.tilt");
+const Parameter neutral_azimuth = azimuth_parameter("neutral.azimuth");
+const Parameter neutral_rotating = rotating_parameter("neutral.rotating");
 const Parameter ion_name{
     .name = "ion.name", .kind = Parameter::Kind::text, .meaning = "of its flux in formulas"};
 const Parameter ion_power{.name = "ion.source_power",
                           .limits = {.fallback = "500", .minimum = 0, .maximum = 1e6},
                           .meaning = "n of the source's cos^n(theta); 1 / sqrt(n) is its spread",
                           .source = "sheath: n = 2 E / (k T) of the ions"};
-const Parameter ion_tilt{
-    .name = "ion.tilt",
-    .dimension = Dimension::angle,
-    .limits = {.fallback = "0 deg", .minimum = 0, .maximum = 89 * (std::numbers::pi / 180)},
-    .meaning = "angle of the source's axis to the vertical"};
-const Parameter ion_azimuth{.name = "ion.azimuth",
-                            .dimension = Dimension::angle,
-                            .limits = {.fallback = "0 deg"},
-                            .meaning = "where the axis leans, from x towards y"};
-const Parameter ion_rotating{.name = "ion.rotating",
-                             .kind = Parameter::Kind::flag,
-                             .limits = {.fallback = "false"},
-                             .meaning = "the wafer turns: ions come from all azimuths"};
+const Parameter ion_table = source_table_parameter("ion.source_table");
+const Parameter ion_tilt = tilt_parameter("ion.tilt");
+const Parameter ion_azimuth = azimuth_parameter("ion.azimuth");
+const Parameter ion_rotating = rotating_parameter("ion.rotating");
 const Parameter ion_energy{.name = "ion.energy",
                            .dimension = Dimension::energy,
                            .limits = {.fallback = "100 eV", .minimum = 0, .maximum = 1e6},
@@ -63,6 +55,24 @@ const Parameter ion_energy_deviation{.name = "ion.energy_deviation",
                                      .dimension = Dimension::energy,
                                      .limits = {.fallback = "10 eV", .minimum = 0, .maximum = 1e6},
                                      .meaning = "standard deviation of the energy"};
+const Parameter ion_energy_width{
+    .name = "ion.energy_width",
+    .dimension = Dimension::energy,
+    .limits = {.minimum = 0, .maximum = 1e6, .exclusive = true},
+    .needed = "none",
+    .meaning = "distance of two peaks in place of the deviation: ions of an RF sheath",
+    .source = "Benoit-Cattin, Bernard 1968: (8 e V / (3 w d)) sqrt(2 e V / m)",
+    .replaces = {"energy_deviation"}};
+constexpr std::array density_by_energy{
+    Column{"energy", Dimension::energy, {.minimum = 0, .maximum = 1e6}},
+    Column{"density", Dimension::number, {.minimum = 0}}};
+const Parameter ion_energy_table{.name = "ion.energy_table",
+                                 .kind = Parameter::Kind::table,
+                                 .columns = density_by_energy,
+                                 .needed = "none",
+                                 .meaning = "a density by energy in place of mean and deviation",
+                                 .source = "reactor model or probe",
+                                 .replaces = {"energy", "energy_deviation", "energy_width"}};
 const Parameter ion_sticks_to{.name = "ion.sticks_to",
                               .dimension = Dimension::angle,
                               .limits = angles("70 deg"),
@@ -116,13 +126,20 @@ std::span<const Parameter> parameters() {
                                neutral_name,
                                neutral_sticking,
                                neutral_power,
+                               neutral_table,
+                               neutral_tilt,
+                               neutral_azimuth,
+                               neutral_rotating,
                                ion_name,
                                ion_power,
+                               ion_table,
                                ion_tilt,
                                ion_azimuth,
                                ion_rotating,
                                ion_energy,
                                ion_energy_deviation,
+                               ion_energy_width,
+                               ion_energy_table,
                                ion_sticks_to,
                                ion_reflects_from,
                                ion_cone,
@@ -135,6 +152,9 @@ std::span<const Parameter> parameters() {
                                yield_sputter};
   return rows;
 }
+
+// For a reader that goes on although the recipe is wrong.
+EnergyDistribution stand_in_energy() { return EnergyDistribution::gaussian(100, 10); }
 
 class Reader {
  public:
@@ -171,23 +191,19 @@ class Reader {
   }
 
   void read_neutral(const RecipeTable& table) {
-    Species species{.name = read_name(table)};
+    Species species;
+    species.name = read_name(table);
     species.sticking = read_per_material(table, inner(neutral_sticking), scope_, deposited_);
-    species.source.cosine_power = read_value(table, inner(neutral_power));
+    species.source = read_source(table, neutral_power, scope_);
     values_.species.push_back(std::move(species));
   }
 
   void read_ion(const RecipeTable& table) {
-    Species species{.name = read_name(table)};
+    Species species;
+    species.name = read_name(table);
     species.sticking.assign(scope_.materials.size(), 1.0F);
-    species.source.cosine_power = read_value(table, inner(ion_power));
-    const double tilt = read_value(table, inner(ion_tilt));
-    species.source.direction = beam_direction(tilt, read_value(table, inner(ion_azimuth)));
-    species.source.rotating = read_flag(table, inner(ion_rotating));
-    const double energy = read_value(table, inner(ion_energy));
-    Ions ions{.energy = EnergyDistribution::gaussian(
-                  energy, read_value(table, inner(ion_energy_deviation))),
-              .energy_deviation = 0.1};
+    species.source = read_source(table, ion_power, scope_);
+    Ions ions{.energy = read_energy(table), .energy_deviation = 0.1};
     const double sticks_to = read_value(table, inner(ion_sticks_to));
     const double reflects_from = read_value(table, inner(ion_reflects_from));
     if (sticks_to > reflects_from)
@@ -206,6 +222,28 @@ class Reader {
     if (species.yields.empty()) ions.least_energy = 0;
     species.ions = std::move(ions);
     values_.species.push_back(std::move(species));
+  }
+
+  EnergyDistribution read_energy(const RecipeTable& table) const {
+    const Parameter by_energy = inner(ion_energy_table);
+    const Parameter width = inner(ion_energy_width);
+    if (stands_in(table, by_energy)) {
+      const auto rows = read_table(table, by_energy, scope_);
+      if (!rows) return stand_in_energy();
+      const auto energy = accepted<EnergyDistribution>(table, by_energy.name, [&] {
+        return EnergyDistribution::tabulated(rows->column(0), rows->column(1));
+      });
+      return energy ? *energy : stand_in_energy();
+    }
+    const double mean = read_value(table, inner(ion_energy));
+    if (!stands_in(table, width))
+      return EnergyDistribution::gaussian(mean, read_value(table, inner(ion_energy_deviation)));
+    const double distance = read_value(table, width);
+    if (distance > 2 * mean) {
+      table.error(width.name, "the lower peak lies at a negative energy; at most twice the mean, " +
+                                  format_quantity(2 * mean, Dimension::energy));
+    }
+    return EnergyDistribution::bimodal(mean, distance);
   }
 
   YieldLaw read_yield(const RecipeTable& table) {
@@ -302,7 +340,13 @@ ModelDescription multi_particle_description() {
           "cos(theta) for cosine, cos(theta) (1 + B sin^2(theta)) for sputter, and for enhanced 1 "
           "up to 60 deg and from there linear to 0 at 90 deg. Formulas know + - * / ^ ( ), min, "
           "max, sqrt, exp, numbers and rates with their unit: \"-200 nm/s * F^0.5 * etch - 1 "
-          "nm/s\". Neutrals that do not stick are re-emitted by the cosine law. Ions that do not "
+          "nm/s\". Particles leave the source with a density cos^n(theta) per solid angle about "
+          "its "
+          "axis, among those that cross a plane, or with the one of a table, linear in theta and 0 "
+          "outside. The energies of ions are normally distributed, or with the density 1 / sqrt(1 "
+          "- "
+          "x^2) in x = 2 (E - energy) / energy_width, or with that of a table, linear in E and 0 "
+          "outside. Neutrals that do not stick are re-emitted by the cosine law. Ions that do not "
           "stick leave near the specular direction, in a cone of half opening 90 deg - min(theta, "
           "narrowest_at), with the part e of their energy: normal with deviation 0.1 about A "
           "(theta / inflection)^energy_power, above the inflection on the line from A to 1. One "

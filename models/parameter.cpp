@@ -45,6 +45,21 @@ std::vector<std::string> read_per_material_text(const RecipeTable& table,
   return table.per_material_text(parameter.name, {scope.materials, met_by(scope, deposited)});
 }
 
+bool stands_in(const RecipeTable& table, const Parameter& parameter) {
+  if (!table.has(parameter.name)) return false;
+  for (const std::string_view other : parameter.replaces) {
+    if (other.empty() || !table.has(other)) continue;
+    table.error(other, "there is " + std::string(parameter.name) +
+                           ", too, which takes its place; leave one out");
+  }
+  return true;
+}
+
+std::optional<NumberTable> read_table(const RecipeTable& table, const Parameter& parameter,
+                                      const StepScope& scope) {
+  return table.number_table(parameter.name, parameter.columns, scope.folder);
+}
+
 Parameter deposited_parameter(std::string_view growth_name) {
   return {.name = "material",
           .kind = Parameter::Kind::material,

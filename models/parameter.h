@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/error.h"
 #include "core/material.h"
 #include "core/recipe_table.h"
 #include "models/surface_model.h"
@@ -14,15 +17,17 @@ namespace scarp {
 
 /// One parameter of a process model: its row in `scarp models`, and how it is read from a recipe.
 struct Parameter {
-  enum class Kind { value, per_material, material, flag, text, formula };
+  enum class Kind { value, per_material, material, flag, text, formula, table };
 
   std::string_view name;
   Kind kind = Kind::value;
   Dimension dimension = Dimension::number;
+  std::span<const Column> columns{};     ///< of a table
   Limits limits{};                       ///< without a fallback, the key has to be given ...
   std::string_view needed = "required";  ///< ... when this says
   std::string_view meaning;
-  std::string_view source = "the tool";  ///< where its value comes from
+  std::string_view source = "the tool";        ///< where its value comes from
+  std::array<std::string_view, 3> replaces{};  ///< keys beside it that it takes the place of
 };
 
 /// The same in the table that it belongs to: `ion.yield.name` is `name` in an [[step.ion.yield]].
@@ -36,6 +41,7 @@ constexpr Limits rate_limits{.minimum = 0, .maximum = fastest_rate};
 struct StepScope {
   const Materials& materials;
   std::vector<MaterialId> reachable;  ///< what the step can meet when it starts
+  std::filesystem::path folder{};     ///< that files are named relative to
 };
 
 /// Readers of parameters by their rows.
@@ -48,6 +54,24 @@ std::vector<float> read_per_material(const RecipeTable& table, const Parameter& 
 std::vector<std::string> read_per_material_text(const RecipeTable& table,
                                                 const Parameter& parameter, const StepScope& scope,
                                                 std::optional<MaterialId> deposited);
+
+/// Whether the key is there, and takes the place of others; then an error for each of those.
+bool stands_in(const RecipeTable& table, const Parameter& parameter);
+
+/// Nothing if the key is not there or has no sound table.
+std::optional<NumberTable> read_table(const RecipeTable& table, const Parameter& parameter,
+                                      const StepScope& scope);
+
+/// What make() gives; nothing if it throws an InputError, which is noted for the key.
+template <class T, class Make>
+std::optional<T> accepted(const RecipeTable& table, std::string_view key, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    table.error(key, error.what());
+    return std::nullopt;
+  }
+}
 
 /// What a step does: it grows a material, or it etches.
 struct Action {

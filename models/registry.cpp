@@ -120,6 +120,8 @@ std::string unit_text(const Parameter& parameter) {
       return "text";
     case Parameter::Kind::formula:
       return "formula";
+    case Parameter::Kind::table:
+      return csv_head(parameter.columns);
     default:
       break;
   }

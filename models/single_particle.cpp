@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "models/source_parameters.h"
+
 namespace scarp {
 
 namespace {
@@ -25,14 +27,12 @@ const Parameter sticking{.name = "sticking",
                          .limits = {.fallback = "1", .minimum = 0, .maximum = 1},
                          .meaning = "probability that a particle stays where it arrives",
                          .source = "TEOS oxide 0.03-0.1, silane oxide 0.3-0.8, W 0.001-0.1, PVD 1"};
-const Parameter source_power{.name = "source_power",
-                             .limits = {.fallback = "1", .minimum = 0, .maximum = 1e6},
-                             .meaning = "n of the source's cos^n(theta)",
-                             .source = "kinetic theory: 1 for a gas in equilibrium"};
+const Parameter source_power = source_power_parameter("source_power");
+const Parameter source_table = source_table_parameter("source_table");
 
 std::span<const Parameter> parameters() {
-  static const std::array rows{growth_rate, etch_rate, deposited_parameter("growth_rate"), sticking,
-                               source_power};
+  static const std::array rows{growth_rate, etch_rate,    deposited_parameter("growth_rate"),
+                               sticking,    source_power, source_table};
   return rows;
 }
 
@@ -45,16 +45,18 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
       read_per_material(step, action->grows ? growth_rate : etch_rate, scope, action->deposited);
   for (float& v : values.speed) v = action->speed(v);
   values.sticking = read_per_material(step, sticking, scope, action->deposited);
-  values.source_power = read_value(step, source_power);
+  values.source = read_upright_source(step, source_power, scope);
   return {std::make_shared<SingleParticle>(std::move(values)), action->deposited};
 }
 
 }  // namespace
 
 std::vector<Species> SingleParticle::species() const {
-  return {{.name = "particle",
-           .source = {.kind = SourceLobe::Kind::cosine, .cosine_power = values_.source_power},
-           .sticking = values_.sticking}};
+  Species particle;
+  particle.name = "particle";
+  particle.source = values_.source;
+  particle.sticking = values_.sticking;
+  return {std::move(particle)};
 }
 
 std::vector<float> SingleParticle::speeds(const SurfacePoints& points,
@@ -77,7 +79,8 @@ ModelDescription single_particle_description() {
           "together, relative to an open flat wafer. There F = 1 whatever the sticking, because "
           "nothing comes back, so the rate is what a blanket wafer shows. Particles leave the "
           "source with a density cos^n(theta) per solid angle about the downward normal, among "
-          "those that cross a plane; those that do not stick are re-emitted by the cosine law.",
+          "those that cross a plane, or with the one of a table, linear in theta and 0 outside; "
+          "those that do not stick are re-emitted by the cosine law.",
       .limits =
           "Molecules meet walls and not each other (mean free path above ten widths). "
           "Sticking does not depend on flux, angle or temperature.",

@@ -15,8 +15,8 @@ namespace scarp {
 /// F is what arrives, first and later arrivals together, relative to an open flat wafer. There F =
 /// 1 whatever the sticking, because nothing comes back, so the rate is what a blanket wafer shows.
 /// Particles leave the source with a density cos^n(theta) per solid angle about the downward
-/// normal, among those that cross a plane; those that do not stick are re-emitted by the cosine
-/// law.
+/// normal, among those that cross a plane, or with one of a table; those that do not stick are
+/// re-emitted by the cosine law.
 ///
 /// Parameters, limits and source are in its description: `scarp models single_particle`.
 class SingleParticle final : public SurfaceModel {
@@ -25,7 +25,7 @@ class SingleParticle final : public SurfaceModel {
   struct Values {
     std::vector<float> speed;
     std::vector<float> sticking;
-    double source_power = 1;
+    SourceLobe source{};
   };
   explicit SingleParticle(Values values) : values_(std::move(values)) {}
 

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <numbers>
 
 #include "core/error.h"
+#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -434,6 +437,84 @@ bare = [["0 um", 7], ["1 um", "0 nm"], ["1 um", "2 um"]]
     EXPECT_THAT(error.what(), testing::HasSubstr("bare[0][1]: 7 has no unit"));
     EXPECT_THAT(error.what(), testing::HasSubstr("absent: missing"));
   }
+}
+
+const std::array yields{Column{"energy", Dimension::energy, {.minimum = 0}},
+                        Column{"angle", Dimension::angle},
+                        Column{"yield", Dimension::number, {.minimum = 0}}};
+
+TEST(NumberTable, IsAListOfRowsOrACsvFileOfTheSame) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "y.csv") << "# measured\n energy [keV], angle [deg], yield [atoms/ion]\n"
+                                     "0.02,0,0\n0.02,90,1.5\n\n0.1,0,2e-1\n";
+  const RecipeFile file(R"(file = "y.csv"
+list = [["20 eV", "0 deg", 0], ["20 eV", "90 deg", 1.5], ["100 eV", "0 deg", 0.2]]
+)",
+                        "r.toml");
+  const auto list = file.root().number_table("list", yields, folder);
+  const auto csv = file.root().number_table("file", yields, folder);
+  EXPECT_FALSE(file.root().number_table("absent", yields, folder).has_value());
+  ASSERT_TRUE(list && csv);
+  EXPECT_EQ(csv->values, list->values);
+  EXPECT_THAT(list->column(0), ElementsAre(20, 20, 100));
+  EXPECT_DOUBLE_EQ(list->values[1][1], std::numbers::pi / 2);
+  file.finish();
+  // The resolved recipe needs no file.
+  const RecipeFile again(file.resolved(), "again.toml");
+  EXPECT_EQ(again.root().number_table("file", yields, "/nowhere")->values, list->values);
+  EXPECT_EQ(csv_head(yields), "energy [eV],angle [deg],yield");
+}
+
+TEST(NumberTable, SaysWhichRowIsWrong) {
+  const auto expect = [](const std::string& value, const std::string& message) {
+    EXPECT_EQ(errors("t = " + value,
+                     [](const RecipeTable& root) { root.number_table("t", yields, "."); }),
+              message.empty() ? "" : "r.toml:1:" + message)
+        << value;
+  };
+  const std::string first = "[\"20 eV\", \"0 deg\", 0]";
+  expect('[' + first + ", [\"20 eV\", \"1 deg\", 0]]", "");
+  expect("7", "5: t: 7 is not a table; write its rows, [[...], [...]], or the name of a CSV file");
+  expect("[]", "5: t: has 0 entries; 2 to 100000 are wanted");
+  expect('[' + first + "]", "5: t: has 1 entries; 2 to 100000 are wanted");
+  expect('[' + first + ", [\"20 eV\", 0]]", "29: t[1]: has 2 entries; 3 are wanted");
+  expect('[' + first + ", [30, \"0 deg\", 0]]",
+         "30: t[1][0]: 30 has no unit; write for example \"30 eV\"");
+  expect('[' + first + ", [\"30 eV\", \"0 deg\", -1]]", "48: t[1][2]: -1 is below 0");
+  expect('[' + first + ", [\"20 eV\", \"0 deg\", 1]]",
+         "29: t[1]: rows have to ascend by energy, then by angle");
+  expect('[' + first + ", [\"19 eV\", \"1 deg\", 1]]",
+         "29: t[1]: rows have to ascend by energy, then by angle");
+}
+
+TEST(NumberTable, SaysWhichLineOfAFileIsWrong) {
+  const TemporaryFolder folder;
+  const auto expect = [&](const std::string& csv, const std::string& message) {
+    std::ofstream(folder / "y.csv") << csv;
+    const std::string said = errors("t = \"y.csv\"", [&](const RecipeTable& root) {
+      const auto table = root.number_table("t", yields, folder);
+      if (table) root.row_error("t", *table, 1, "is not liked");
+    });
+    EXPECT_EQ(said, "r.toml:1:5: t: " + (folder / "y.csv").string() + ':' + message) << csv;
+  };
+  const std::string head = "energy [eV],angle [deg],yield\n";
+  const std::string names = "1: has to name the columns: \"energy [eV],angle [deg],yield\"";
+  expect("", names);
+  expect("20,0,1\n30,0,1\n", names);
+  expect("angle [deg],energy [eV],yield\n20,0,1\n", names);
+  expect("energy,angle [deg],yield\n", "1: \"1 \" has no unit; write for example \"1 eV\"");
+  expect("energy [V],angle [deg],yield\n",
+         "1: \"1 V\": \"V\" is not a unit; write for example \"1 eV\"");
+  expect(head, " has 0 rows of numbers; 2 to 100000 are wanted");
+  expect(head + "20,0,1\n", " has 1 rows of numbers; 2 to 100000 are wanted");
+  expect(head + "20,0,1\n\n30,0\n", "4: has 2 columns; 3 are wanted");
+  expect(head + "20,0,1\n30,0,nan\n", "3: \"nan\" is not a number; write for example \"5\"");
+  expect(head + "20,0,1\n-30,0,1\n", "3: -30 eV is below 0");
+  expect(head + "20,0,1\n20,0,1\n", "3: rows have to ascend by energy, then by angle");
+  expect(head + "20,0,1\n\n30,0,1\n", "4: is not liked");
+  EXPECT_THAT(errors("t = \"none.csv\"",
+                     [](const RecipeTable& root) { root.number_table("t", yields, "/nowhere"); }),
+              testing::HasSubstr("t: /nowhere/none.csv: cannot be read: No such file"));
 }
 
 TEST(RecipePerMaterial, TakesNoEmptyTexts) {

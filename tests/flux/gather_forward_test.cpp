@@ -10,6 +10,7 @@
 #include "flux/patches.h"
 #include "tests/flux/direct_flux.h"
 #include "tests/flux/ion_traces.h"
+#include "tests/flux/polar_tables.h"
 
 namespace scarp {
 namespace {
@@ -149,7 +150,8 @@ struct Case {
   bool two_dimensional = false;
   bool is_hole = false;
   Boundary boundary = Boundary::reflective;
-  bool re_emits = false;  // a neutral instead
+  bool re_emits = false;   // a neutral instead
+  bool tabulated = false;  // a ring of directions and two peaks of energy instead of the power
 };
 
 Shape shape_of(const Case& c) {
@@ -161,6 +163,11 @@ Species ions_of(const Case& c) {
   ions.source = {.cosine_power = c.power,
                  .direction = {std::sin(c.tilt * degree), 0, -std::cos(c.tilt * degree)},
                  .rotating = c.rotating};
+  if (c.tabulated) {
+    ions.source.table = exact::polar_table(
+        [](double theta) { return 1 - std::abs(theta - 12 * degree) / (9 * degree); });
+    ions.ions->energy = EnergyDistribution::bimodal(100, 120);
+  }
   if (c.re_emits) return {.name = "gas", .source = ions.source, .sticking = {0.6F}};
   return ions;
 }
@@ -238,7 +245,15 @@ INSTANTIATE_TEST_SUITE_P(
              .power = 10,
              .tilt = 20,
              .boundary = Boundary::periodic,
-             .re_emits = true}),
+             .re_emits = true},
+        Case{.name = "tabulated", .tabulated = true},
+        Case{.name = "tabulated_turning", .tilt = 40, .rotating = true, .tabulated = true},
+        Case{.name = "tabulated_leaning_neutral",
+             .tilt = 20,
+             .two_dimensional = true,
+             .boundary = Boundary::periodic,
+             .re_emits = true,
+             .tabulated = true}),
     [](const auto& info) { return info.param.name; });
 
 TEST(GatherForward, FollowsIonsUnlessForwardIsWanted) {

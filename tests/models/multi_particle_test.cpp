@@ -152,6 +152,77 @@ TEST(MultiParticle, IsMirrorSymmetricUnlessItsIonsLean) {
   EXPECT_TRUE(with_ion("tilt = \"30 deg\"\nrotating = true")->is_mirror_symmetric(0));
 }
 
+TEST(MultiParticle, TakesTheEnergiesAndAnglesOfTables) {
+  const auto ion = [](const std::string& keys) {
+    return read_step("multi_particle",
+                     "rate = \"-1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n" + keys)
+        .model->species()[0];
+  };
+  const Species two_peaks = ion("energy = \"200 eV\"\nenergy_width = \"60 eV\"\n");
+  EXPECT_NEAR(two_peaks.ions->energy.quantile(0), 170, 1e-3);
+  EXPECT_NEAR(two_peaks.ions->energy.quantile(0.5), 200, 1e-3);
+  EXPECT_NEAR(two_peaks.ions->energy.quantile(0.25), 200 - 30 / std::sqrt(2.0), 1e-3);
+
+  const Species rising =
+      ion("energy_table = [[\"0 eV\", 0], [\"0.1 keV\", 3]]\n"
+          "source_table = [[\"0 deg\", 2], [\"60 deg\", 2]]\n");
+  EXPECT_NEAR(rising.ions->energy.quantile(0.25), 50, 0.01);
+  ASSERT_TRUE(rising.source.table.has_value());
+  // Even over the cap within 60 degrees, half of the half space.
+  EXPECT_NEAR(rising.source.table->at(0.8), 1 / std::numbers::pi, 1e-6);
+  EXPECT_EQ(rising.source.table->at(0.4), 0);
+  EXPECT_FALSE(two_peaks.source.table.has_value());
+}
+
+TEST(MultiParticle, NeutralsMayLeanLikeIons) {
+  const auto source = [](const std::string& keys) {
+    const StepModel step = read_step(
+        "multi_particle", "rate = \"1 nm/s * g\"\n[[step.neutral]]\nname = \"g\"\n" + keys);
+    EXPECT_EQ(step.model->is_mirror_symmetric(0),
+              keys.find("tilt") == std::string::npos || keys.find("rotating") != std::string::npos);
+    return step.model->species()[0].source;
+  };
+  EXPECT_EQ(source("").direction.z, -1);
+  EXPECT_NEAR(source("tilt = \"30 deg\"\n").direction.x, 0.5, 1e-15);
+  EXPECT_NEAR(source("tilt = \"30 deg\"\nazimuth = \"180 deg\"\n").direction.x, -0.5, 1e-15);
+  EXPECT_TRUE(source("tilt = \"30 deg\"\nrotating = true\n").rotating);
+  EXPECT_TRUE(source("source_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n").table.has_value());
+}
+
+TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
+  const auto expect = [](const std::string& keys, const std::string& message) {
+    EXPECT_THAT(
+        [&] {
+          read_step("multi_particle",
+                    "rate = \"-1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n" + keys);
+        },
+        ThrowsMessage<InputError>(HasSubstr("step[0].ion[0]." + message)))
+        << keys;
+  };
+  expect("energy_width = \"201 eV\"\n",
+         "energy_width: the lower peak lies at a negative energy; at most twice the mean, 200 eV");
+  expect("energy_width = \"20 eV\"\nenergy_deviation = \"1 eV\"\n",
+         "energy_deviation: there is energy_width, too, which takes its place; leave one out");
+  const std::string energies = "energy_table = [[\"0 eV\", 0], [\"90 eV\", 3]]\n";
+  expect(energies + "energy = \"9 eV\"\n", "energy: there is energy_table, too");
+  expect(energies + "energy_deviation = \"9 eV\"\n", "energy_deviation: there is energy_table");
+  expect(energies + "energy_width = \"9 eV\"\n", "energy_width: there is energy_table, too");
+  expect("energy_table = [[\"0 eV\", 0], [\"90 eV\", 0]]\n",
+         "energy_table: a distribution is zero everywhere");
+  expect("energy_table = [[\"9 eV\", 1], [\"9 eV\", 0]]\n",
+         "energy_table[1]: rows have to ascend by energy");
+  expect("energy_table = [[\"-9 eV\", 1], [\"9 eV\", 0]]\n",
+         "energy_table[0][0]: \"-9 eV\" is outside [0, ");
+  const std::string angles = "source_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n";
+  expect(angles + "source_power = 2\n", "source_power: there is source_table, too");
+  expect("source_table = [[\"0 deg\", 1], [\"91 deg\", 0]]\n",
+         "source_table[1][0]: \"91 deg\" is outside [0, 90 deg]");
+  expect("source_table = [[\"0 deg\", 1, 2], [\"9 deg\", 0]]\n",
+         "source_table[0]: has 3 entries; 2 are wanted");
+  expect("source_table = [[\"0 deg\", -1], [\"9 deg\", 0]]\n", "source_table[0][1]: -1 is below 0");
+  expect("source_table = \"absent.csv\"\n", "source_table: absent.csv: cannot be read");
+}
+
 TEST(MultiParticle, SaysWhatIsWrong) {
   const auto expect = [](const std::string& keys, const std::string& message) {
     EXPECT_THAT([&] { read_step("multi_particle", keys); },

@@ -112,32 +112,70 @@ TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
             "r.toml:1:1: step[0].model: missing; write model = \"...\"");
 }
 
-/// A step with every parameter of a model's page but those of growth, or of etching.
-std::string step_with_all(const ModelDescription& model, const std::string& leave_out) {
+/// Rows at the ends of the ranges of all columns but the last.
+std::string table_text(std::span<const Column> columns, const std::string& row = "[") {
+  if (columns.size() == 1) return row + "1]";
+  std::string rows;
+  for (const double end : {columns[0].limits.minimum, columns[0].limits.maximum}) {
+    const double value = std::clamp(end, -1e3, 1e3);
+    const std::string text = '"' + format_quantity(value, columns[0].dimension) + "\", ";
+    rows += (rows.empty() ? "" : ", ") + table_text(columns.subspan(1), row + text);
+  }
+  return rows;
+}
+
+std::string value_text(const Parameter& parameter, const std::string& within) {
+  switch (parameter.kind) {
+    case Parameter::Kind::material:
+      return "\"Si\"";
+    case Parameter::Kind::flag:
+      return "false";
+    case Parameter::Kind::formula:
+      return "\"1 nm/s\"";
+    case Parameter::Kind::table:
+      return '[' + table_text(parameter.columns) + ']';
+    case Parameter::Kind::text: {
+      const std::string_view fallback = parameter.limits.fallback;
+      return '"' +
+             (fallback.empty() ? within.substr(within.rfind('.') + 1) : std::string(fallback)) +
+             '"';
+    }
+    default:
+      if (parameter.dimension == Dimension::number) return "1";
+      return '"' + quantity_example(parameter.dimension) + '"';
+  }
+}
+
+std::string table_of(const Parameter& parameter) {
+  const std::size_t dot = parameter.name.rfind('.');
+  return dot == std::string_view::npos ? "step"
+                                       : "step." + std::string(parameter.name.substr(0, dot));
+}
+
+bool takes_the_place_of(const Parameter& one, const Parameter& other) {
+  return table_of(one) == table_of(other) && std::find(one.replaces.begin(), one.replaces.end(),
+                                                       inner(other).name) != one.replaces.end();
+}
+
+/// A step with the parameters of a model's page but those of growth, or of etching, and either
+/// those that take the place of others or these.
+std::string step_with_all(const ModelDescription& model, const std::string& leave_out,
+                          bool with_replacements) {
   std::string keys = "[[step]]\n";
   std::string table = "step";
   for (const Parameter& parameter : model.parameters) {
-    const std::string name(parameter.name);
-    const bool is_material = parameter.kind == Parameter::Kind::material;
-    if (name.find(leave_out) != std::string::npos) continue;
-    if (is_material && leave_out == "growth") continue;
-    std::string value = is_material ? "\"Si\"" : "1";
-    if (parameter.kind == Parameter::Kind::flag) value = "false";
-    if (parameter.kind == Parameter::Kind::formula) value = "\"1 nm/s\"";
-    const std::size_t dot = name.rfind('.');
-    const std::string within = dot == std::string::npos ? "step" : "step." + name.substr(0, dot);
-    if (parameter.kind == Parameter::Kind::text) {
-      const std::string_view fallback = parameter.limits.fallback;
-      value = '"' +
-              (fallback.empty() ? within.substr(within.rfind('.') + 1) : std::string(fallback)) +
-              '"';
-    }
-    if (parameter.dimension != Dimension::number) {
-      value = '"' + quantity_example(parameter.dimension) + '"';
-    }
+    const bool is_left_out =
+        parameter.name.find(leave_out) != std::string_view::npos ||
+        (parameter.kind == Parameter::Kind::material && leave_out == "growth") ||
+        (!with_replacements && !parameter.replaces[0].empty()) ||
+        (with_replacements &&
+         std::any_of(model.parameters.begin(), model.parameters.end(),
+                     [&](const Parameter& other) { return takes_the_place_of(other, parameter); }));
+    if (is_left_out) continue;
+    const std::string within = table_of(parameter);
     if (within != table) keys += "[[" + within + "]]\n";
     table = within;
-    keys += name.substr(dot + 1) + " = " + value + '\n';
+    keys += std::string(inner(parameter).name) + " = " + value_text(parameter, within) + '\n';
   }
   return keys;
 }
@@ -147,13 +185,15 @@ TEST(Registry, ReadsEveryParameterOfItsPage) {
   for (const ModelDescription& model : models()) {
     if (model.acts_at_once) continue;  // those have tests of their own
     for (const std::string leave_out : {"growth", "etch"}) {
-      const RecipeFile file(step_with_all(model, leave_out), "r.toml");
-      const StepModel step =
-          model.read(file.root().tables("step")[0], {materials, {materials.id("Si")}});
-      EXPECT_NE(step.model, nullptr);
-      EXPECT_FALSE(step.operation.has_value());
-      EXPECT_NO_THROW(file.finish()) << model.name;
-      EXPECT_EQ(step.deposits.has_value(), leave_out == "etch");
+      for (const bool with_replacements : {false, true}) {
+        const RecipeFile file(step_with_all(model, leave_out, with_replacements), "r.toml");
+        const StepModel step =
+            model.read(file.root().tables("step")[0], {materials, {materials.id("Si")}});
+        EXPECT_NE(step.model, nullptr);
+        EXPECT_FALSE(step.operation.has_value());
+        EXPECT_NO_THROW(file.finish()) << model.name;
+        EXPECT_EQ(step.deposits.has_value(), leave_out == "etch");
+      }
     }
   }
 }

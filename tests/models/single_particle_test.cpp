@@ -41,6 +41,15 @@ source_power = 30)");
   EXPECT_EQ(species[0].sticking[materials.id("SiO2")], 0.02F);
 }
 
+TEST(SingleParticle, ComesFromTheAnglesOfATable) {
+  const Species species = read_step("single_particle", R"(etch_rate = "1 nm/s"
+source_table = [["0 deg", 1], ["60 deg", 1]])")
+                              .model->species()[0];
+  ASSERT_TRUE(species.source.table.has_value());
+  EXPECT_NEAR(species.source.table->cosine(0.5), 0.75, 1e-6);
+  EXPECT_FALSE(species.source.is_lambert());
+}
+
 TEST(SingleParticle, SticksAndComesFromAGasInEquilibriumByDefault) {
   const Species species =
       read_step("single_particle", "etch_rate = \"1 nm/s\"").model->species()[0];

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace scarp {
+
+/// A line of a CSV file that holds something.
+struct CsvLine {
+  std::size_t number = 0;  ///< in the file, from 1
+  std::vector<std::string> cells;
+};
+
+/// The cells between commas, without blanks around them. Empty lines, those that begin with # and a
+/// byte order mark are left out. Quotes mean nothing: cells hold no commas.
+std::vector<CsvLine> parse_csv(std::string_view text);
+
+}  // namespace scarp
