@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <span>
 
 namespace scarp {
 
@@ -16,6 +17,14 @@ class AngleTable {
   /// The same at all angles.
   AngleTable(double value = 1) { values_.fill(static_cast<float>(value)); }
   explicit AngleTable(const std::function<double(double theta)>& value);
+
+  /// Linear in theta between rows.
+  ///
+  /// Throws: InputError unless angles ascend from 0 to 90 deg, each with a finite value.
+  static AngleTable tabulated(std::span<const double> theta, std::span<const double> values);
+
+  /// The sum of some tables, each times a weight.
+  static AngleTable sum(std::span<const AngleTable> tables, std::span<const double> weights);
 
   static double half_sine(double cosine) { return std::sqrt(std::max(0.0, (1 - cosine) / 2)); }
 

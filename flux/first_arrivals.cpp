@@ -18,8 +18,7 @@ class Looker {
       : problem_(problem), plan_(plan), shooter_(problem, plan, Shooter::Law::lobe), found_(found) {
     // What the energies do to a yield is known before any ray flies.
     for (const YieldLaw& law : problem.species.yields)
-      mean_strength_.push_back(
-          problem.species.ions->energy.mean([&](double E) { return law.strength(E); }));
+      mean_yields_.emplace_back(law, problem.species.ions->energy);
   }
 
   void look();
@@ -35,7 +34,7 @@ class Looker {
   const FluxProblem& problem_;
   const RayPlan& plan_;
   Shooter shooter_;
-  std::vector<double> mean_strength_;  // of each yield
+  std::vector<MeanYield> mean_yields_;
   FirstArrivals& found_;
 };
 
@@ -49,10 +48,8 @@ void Looker::book(const Shot& shot, Part& part) {
   const double flux = cosine / shot.u.z;
   const double half_sine = AngleTable::half_sine(cosine);
   found_.sums.front()[at] += flux;
-  for (std::size_t k = 0; k < mean_strength_.size(); ++k) {
-    const double yield = mean_strength_[k] * problem_.species.yields[k].factor.at(half_sine);
-    found_.sums[k + 1][at] += flux * yield;
-  }
+  for (std::size_t k = 0; k < mean_yields_.size(); ++k)
+    found_.sums[k + 1][at] += flux * mean_yields_[k].at(half_sine);
   double sticking = problem_.sticking[shot.ray.from];
   if (problem_.species.ions) sticking *= problem_.species.ions->sticking.at(half_sine);
   const auto goes_on = static_cast<float>(flux * (1 - sticking));
@@ -73,7 +70,7 @@ void Looker::look(std::size_t begin, std::size_t end, Part& part) {
 void Looker::look() {
   const std::size_t size = plan_.size();
   found_.rays.resize(size);
-  found_.sums.resize(mean_strength_.size() + 2, std::vector<double>(size * set_count));
+  found_.sums.resize(mean_yields_.size() + 2, std::vector<double>(size * set_count));
   std::uint64_t new_rays = plan_.total();
   for (const std::uint32_t rays : found_.rays) new_rays -= rays * set_count;
 

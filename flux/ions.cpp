@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/error.h"
+#include "core/quantity.h"
 #include "flux/portable_math.h"
 #include "flux/quantiles.h"
 #include "flux/sampling.h"
@@ -52,7 +54,83 @@ double YieldLaw::strength(double energy) const {
   return amplitude * std::max(0.0, std::sqrt(energy) - std::sqrt(threshold));
 }
 
-double YieldLaw::largest(double energy) const { return strength(energy) * factor.largest(); }
+double YieldLaw::in_table(double energy, double half_sine) const {
+  if (energy < table.front().energy) return 0;
+  if (energy >= table.back().energy) return table.back().yield.at(half_sine);
+  const auto above = std::upper_bound(table.begin(), table.end(), energy,
+                                      [](double E, const AtEnergy& row) { return E < row.energy; });
+  const AtEnergy& high = *above;
+  const AtEnergy& low = *(above - 1);
+  const double part = (energy - low.energy) / (high.energy - low.energy);
+  return (1 - part) * low.yield.at(half_sine) + part * high.yield.at(half_sine);
+}
+
+double YieldLaw::largest(double energy) const {
+  if (table.empty()) return strength(energy) * factor.largest();
+  double bound = 0;
+  for (const AtEnergy& row : table) {
+    bound = std::max(bound, row.yield.largest());
+    if (row.energy >= energy) break;
+  }
+  return bound;
+}
+
+double YieldLaw::least_energy() const {
+  double least = table.empty() ? threshold : table.front().energy;
+  for (const AtEnergy& row : table) {
+    if (row.yield.largest() > 0) break;
+    least = row.energy;
+  }
+  return least;
+}
+
+void YieldLaw::check(double largest_energy) const {
+  const auto require = [](bool valid, const std::string& message) {
+    if (!valid) throw InputError(message);
+  };
+  require(amplitude >= 0 && threshold >= 0 && factor.least() >= 0, "is negative somewhere");
+  if (table.empty()) return;
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    require(table[k].yield.least() >= 0, "is negative somewhere");
+    require(k == 0 || table[k].energy > table[k - 1].energy, "has energies that do not ascend");
+  }
+  const AtEnergy& first = table.front();
+  const auto text = [](double E) { return format_quantity(E, Dimension::energy); };
+  require(first.energy == 0 || first.yield.largest() == 0,
+          "begins at " + text(first.energy) +
+              " with a yield; ions lose energy when they are reflected: begin at 0 eV, or with a "
+              "yield of 0");
+  require(table.back().energy >= largest_energy,
+          "ends at " + text(table.back().energy) + ", but ions of up to " +
+              rounded_number(largest_energy) +
+              " eV come from the source; add what they do, or let their energies end below");
+}
+
+MeanYield::MeanYield(const YieldLaw& law, const EnergyDistribution& energy) {
+  if (law.table.empty()) {
+    strength_ = energy.mean([&](double E) { return law.strength(E); });
+    factor_ = law.factor;
+    return;
+  }
+  // A law that is linear between energies is a sum of tables, each with a weight that rises from
+  // the energy below to its own and falls to the one above.
+  std::vector<AngleTable> tables;
+  std::vector<double> weights;
+  const std::vector<YieldLaw::AtEnergy>& rows = law.table;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const auto weight = [&](double E) {
+      if (E < rows[k].energy)
+        return k == 0 ? 0.0
+                      : std::max(0.0,
+                                 (E - rows[k - 1].energy) / (rows[k].energy - rows[k - 1].energy));
+      if (k + 1 == rows.size()) return 1.0;
+      return std::max(0.0, (rows[k + 1].energy - E) / (rows[k + 1].energy - rows[k].energy));
+    };
+    tables.push_back(rows[k].yield);
+    weights.push_back(energy.mean(weight));
+  }
+  factor_ = AngleTable::sum(tables, weights);
+}
 
 AngleTable sticking_between(double first, double second) {
   return AngleTable([=](double theta) {

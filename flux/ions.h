@@ -11,7 +11,7 @@
 namespace scarp {
 
 /// Atoms that an ion removes or brings: amplitude * max(0, sqrt(E) - sqrt(threshold)) *
-/// factor(theta), with E its energy and theta its angle to the normal.
+/// factor(theta), with E its energy and theta its angle to the normal; or a table.
 ///
 /// Units: energies in eV, amplitude in eV^-1/2.
 struct YieldLaw {
@@ -20,13 +20,42 @@ struct YieldLaw {
   double threshold = 0;
   AngleTable factor{};
 
+  /// Instead, if there are any: linear between ascending energies, 0 below the first of them.
+  struct AtEnergy {
+    double energy = 0;
+    AngleTable yield{};
+  };
+  std::vector<AtEnergy> table{};
+
   double at(double energy, double half_sine) const {
+    if (!table.empty()) return in_table(energy, half_sine);
     return strength(energy) * factor.at(half_sine);
   }
-  /// The part that the energy has in it.
-  double strength(double energy) const;
   /// A bound of it for ions of up to some energy.
   double largest(double energy) const;
+  /// An ion with less has no yield.
+  double least_energy() const;
+  /// Throws: InputError if it is negative somewhere, or if a table is not sorted, begins with a
+  /// jump or does not reach up to an energy. The message does not say which law it is.
+  void check(double largest_energy) const;
+
+  /// The part that the energy has in a law without a table.
+  double strength(double energy) const;
+
+ private:
+  double in_table(double energy, double half_sine) const;
+};
+
+/// The mean of a yield over the energies of ions from the source, by their angle to the normal.
+class MeanYield {
+ public:
+  MeanYield(const YieldLaw& law, const EnergyDistribution& energy);
+
+  double at(double half_sine) const { return strength_ * factor_.at(half_sine); }
+
+ private:
+  double strength_ = 1;
+  AngleTable factor_{};
 };
 
 /// What ions bring from the source, and how they go on after an impact.

@@ -70,8 +70,11 @@ void check_ions(const Species& species, const std::string& where) {
   check(ions.energy_deviation >= 0 && ions.energy_deviation <= 1,
         where + "the deviation of the energy that is kept is outside [0, 1]");
   for (const YieldLaw& law : species.yields) {
-    check(law.amplitude >= 0 && law.threshold >= 0 && law.factor.least() >= 0,
-          where + "yield " + law.name + " is negative somewhere");
+    try {
+      law.check(ions.energy.largest());
+    } catch (const InputError& error) {
+      throw InputError(where + "yield " + law.name + " " + error.what());
+    }
   }
 }
 

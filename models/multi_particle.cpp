@@ -18,6 +18,16 @@ constexpr Limits angles(std::string_view fallback) {
   return {.fallback = fallback, .minimum = 0, .maximum = right_angle};
 }
 
+constexpr Column angle_column{"angle", Dimension::angle, {.minimum = 0, .maximum = right_angle}};
+constexpr Column energy_column{"energy", Dimension::energy, {.minimum = 0, .maximum = 1e6}};
+constexpr Column yield_column{"yield", Dimension::number, {.minimum = 0, .maximum = 1e6}};
+constexpr std::array sticking_by_angle{
+    angle_column, Column{"sticking", Dimension::number, {.minimum = 0, .maximum = 1}}};
+constexpr std::array factor_by_angle{
+    angle_column, Column{"factor", Dimension::number, {.minimum = 0, .maximum = 1e6}}};
+constexpr std::array yield_by_energy{energy_column, yield_column};
+constexpr std::array yield_by_both{energy_column, angle_column, yield_column};
+
 const Parameter rate{.name = "rate",
                      .kind = Parameter::Kind::formula,
                      .meaning = "speed as a formula of the names below; growth is positive",
@@ -63,9 +73,8 @@ const Parameter ion_energy_width{
     .meaning = "distance of two peaks in place of the deviation: ions of an RF sheath",
     .source = "Benoit-Cattin, Bernard 1968: (8 e V / (3 w d)) sqrt(2 e V / m)",
     .replaces = {"energy_deviation"}};
-constexpr std::array density_by_energy{
-    Column{"energy", Dimension::energy, {.minimum = 0, .maximum = 1e6}},
-    Column{"density", Dimension::number, {.minimum = 0}}};
+constexpr std::array density_by_energy{energy_column,
+                                       Column{"density", Dimension::number, {.minimum = 0}}};
 const Parameter ion_energy_table{.name = "ion.energy_table",
                                  .kind = Parameter::Kind::table,
                                  .columns = density_by_energy,
@@ -83,6 +92,14 @@ const Parameter ion_reflects_from{.name = "ion.reflects_from",
                                   .limits = angles("90 deg"),
                                   .meaning = "... and none from this one on, linear in between",
                                   .source = "Belen et al. 2005"};
+const Parameter ion_sticking_table{
+    .name = "ion.sticking_table",
+    .kind = Parameter::Kind::table,
+    .columns = sticking_by_angle,
+    .needed = "none",
+    .meaning = "sticking by angle of incidence in place of these two",
+    .source = "experiment or molecular dynamics",
+    .replaces = {"sticks_to", "reflects_from"}};
 const Parameter ion_cone{.name = "ion.narrowest_at",
                          .dimension = Dimension::angle,
                          .limits = angles("80 deg"),
@@ -119,6 +136,28 @@ const Parameter yield_sputter{.name = "ion.yield.sputter_factor",
                               .limits = {.fallback = "9.3", .minimum = -1, .maximum = 1000},
                               .meaning = "B of sputter",
                               .source = "9.3 for oxide and Si, 8.5 for polymer"};
+const Parameter yield_energy_table{.name = "ion.yield.energy_table",
+                                   .kind = Parameter::Kind::table,
+                                   .columns = yield_by_energy,
+                                   .needed = "none",
+                                   .meaning = "a yield by energy in place of A and threshold",
+                                   .source = "experiment or molecular dynamics",
+                                   .replaces = {"amplitude", "threshold"}};
+const Parameter yield_angular_table{.name = "ion.yield.angular_table",
+                                    .kind = Parameter::Kind::table,
+                                    .columns = factor_by_angle,
+                                    .needed = "none",
+                                    .meaning = "f by angle of incidence in place of angular",
+                                    .source = "experiment or molecular dynamics",
+                                    .replaces = {"angular", "sputter_factor"}};
+const Parameter yield_table{.name = "ion.yield.table",
+                            .kind = Parameter::Kind::table,
+                            .columns = yield_by_both,
+                            .needed = "none",
+                            .meaning = "the yield by energy and angle in place of all these",
+                            .source = "experiment or molecular dynamics",
+                            .replaces = {"amplitude", "threshold", "angular", "sputter_factor",
+                                         "energy_table", "angular_table"}};
 
 std::span<const Parameter> parameters() {
   static const std::array rows{rate,
@@ -142,6 +181,7 @@ std::span<const Parameter> parameters() {
                                ion_energy_table,
                                ion_sticks_to,
                                ion_reflects_from,
+                               ion_sticking_table,
                                ion_cone,
                                ion_inflection,
                                ion_energy_power,
@@ -149,7 +189,10 @@ std::span<const Parameter> parameters() {
                                yield_amplitude,
                                yield_threshold,
                                yield_angular,
-                               yield_sputter};
+                               yield_sputter,
+                               yield_energy_table,
+                               yield_angular_table,
+                               yield_table};
   return rows;
 }
 
@@ -204,21 +247,18 @@ class Reader {
     species.sticking.assign(scope_.materials.size(), 1.0F);
     species.source = read_source(table, ion_power, scope_);
     Ions ions{.energy = read_energy(table), .energy_deviation = 0.1};
-    const double sticks_to = read_value(table, inner(ion_sticks_to));
-    const double reflects_from = read_value(table, inner(ion_reflects_from));
-    if (sticks_to > reflects_from)
-      table.error("reflects_from", "has to be at least sticks_to: between them sticking falls");
-    ions.sticking = sticking_between(sticks_to, reflects_from);
+    ions.sticking = read_sticking(table);
     ions.cone = reflection_cone(read_value(table, inner(ion_cone)));
     const double inflection = read_value(table, inner(ion_inflection));
     ions.energy_kept = kept_energy(inflection, read_value(table, inner(ion_energy_power)));
     for (const RecipeTable& inside : table.tables("yield")) {
       species.yields.push_back(read_yield(inside));
+      check_yield(inside, species.yields.back(), ions.energy.largest());
     }
     // What no yield counts any more need not be followed.
     ions.least_energy = ions.energy.largest();
     for (const YieldLaw& law : species.yields)
-      ions.least_energy = std::min(ions.least_energy, law.threshold);
+      ions.least_energy = std::min(ions.least_energy, law.least_energy());
     if (species.yields.empty()) ions.least_energy = 0;
     species.ions = std::move(ions);
     values_.species.push_back(std::move(species));
@@ -246,24 +286,97 @@ class Reader {
     return EnergyDistribution::bimodal(mean, distance);
   }
 
+  AngleTable read_sticking(const RecipeTable& table) const {
+    const Parameter by_angle = inner(ion_sticking_table);
+    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
+    const double sticks_to = read_value(table, inner(ion_sticks_to));
+    const double reflects_from = read_value(table, inner(ion_reflects_from));
+    if (sticks_to > reflects_from)
+      table.error("reflects_from", "has to be at least sticks_to: between them sticking falls");
+    return sticking_between(sticks_to, reflects_from);
+  }
+
+  AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter) const {
+    const auto rows = read_table(table, parameter, scope_);
+    if (!rows) return {};
+    const auto by_angle = accepted<AngleTable>(table, parameter.name, [&] {
+      return AngleTable::tabulated(rows->column(0), rows->column(1));
+    });
+    return by_angle.value_or(AngleTable());
+  }
+
   YieldLaw read_yield(const RecipeTable& table) {
-    enum class Angular { cosine, sputter, enhanced };
     YieldLaw law{.name = read_name(table)};
-    law.amplitude = read_value(table, inner(yield_amplitude));
-    law.threshold = read_value(table, inner(yield_threshold));
+    const Parameter by_both = inner(yield_table);
+    if (stands_in(table, by_both)) {
+      law.table = read_yields(table, by_both);
+      return law;
+    }
+    law.factor = read_angular_factor(table);
+    const Parameter by_energy = inner(yield_energy_table);
+    if (!stands_in(table, by_energy)) {
+      law.amplitude = read_value(table, inner(yield_amplitude));
+      law.threshold = read_value(table, inner(yield_threshold));
+    } else if (const auto rows = read_table(table, by_energy, scope_)) {
+      for (const std::vector<double>& row : rows->values)
+        law.table.push_back({row[0], AngleTable::sum({&law.factor, 1}, {&row[1], 1})});
+    }
+    return law;
+  }
+
+  AngleTable read_angular_factor(const RecipeTable& table) const {
+    enum class Angular { cosine, sputter, enhanced };
+    const Parameter by_angle = inner(yield_angular_table);
+    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
     const auto angular = table.choice<Angular>("angular",
                                                {{"cosine", Angular::cosine},
                                                 {"sputter", Angular::sputter},
                                                 {"enhanced", Angular::enhanced}},
                                                yield_angular.limits.fallback);
     const double b = read_value(table, inner(yield_sputter));
-    law.factor = AngleTable([=](double theta) {
+    return AngleTable([=](double theta) {
       const double c = std::max(0.0, std::cos(theta));
       if (angular == Angular::cosine) return c;
       if (angular == Angular::sputter) return c * (1 + b * (1 - c * c));
       return std::clamp(3 - 3 * theta / right_angle, 0.0, 1.0);
     });
-    return law;
+  }
+
+  // Rows of energy, angle and yield; those of one energy are a table by angle.
+  std::vector<YieldLaw::AtEnergy> read_yields(const RecipeTable& table,
+                                              const Parameter& parameter) const {
+    std::vector<YieldLaw::AtEnergy> yields;
+    const auto rows = read_table(table, parameter, scope_);
+    for (std::size_t first = 0; rows && first < rows->values.size();) {
+      const double energy = rows->values[first][0];
+      std::vector<double> angles;
+      std::vector<double> values;
+      std::size_t end = first;
+      for (; end < rows->values.size() && rows->values[end][0] == energy; ++end) {
+        angles.push_back(rows->values[end][1]);
+        values.push_back(rows->values[end][2]);
+      }
+      try {
+        yields.push_back({energy, AngleTable::tabulated(angles, values)});
+      } catch (const InputError& error) {
+        table.row_error(parameter.name, *rows, first,
+                        "of " + format_quantity(energy, Dimension::energy) + ": " + error.what());
+      }
+      first = end;
+    }
+    return yields;
+  }
+
+  static void check_yield(const RecipeTable& table, const YieldLaw& law, double largest_energy) {
+    if (!table.ok()) return;
+    const std::string_view key = table.has("table")          ? "table"
+                                 : table.has("energy_table") ? "energy_table"
+                                                             : "";
+    try {
+      law.check(largest_energy);
+    } catch (const InputError& error) {
+      table.error(key, error.what());
+    }
   }
 
   void read_rates() {
@@ -338,7 +451,9 @@ ModelDescription multi_particle_description() {
           "a yield is the arrivals of its ion, each times Y(E, theta) = amplitude max(0, sqrt(E) - "
           "sqrt(threshold)) f(theta) of its energy E and its angle theta to the normal. f is "
           "cos(theta) for cosine, cos(theta) (1 + B sin^2(theta)) for sputter, and for enhanced 1 "
-          "up to 60 deg and from there linear to 0 at 90 deg. Formulas know + - * / ^ ( ), min, "
+          "up to 60 deg and from there linear to 0 at 90 deg. Tables may give f, or the yield by "
+          "energy, or Y by both, "
+          "linear between their rows. Formulas know + - * / ^ ( ), min, "
           "max, sqrt, exp, numbers and rates with their unit: \"-200 nm/s * F^0.5 * etch - 1 "
           "nm/s\". Particles leave the source with a density cos^n(theta) per solid angle about "
           "its "

@@ -27,7 +27,7 @@ struct Parameter {
   std::string_view needed = "required";  ///< ... when this says
   std::string_view meaning;
   std::string_view source = "the tool";        ///< where its value comes from
-  std::array<std::string_view, 3> replaces{};  ///< keys beside it that it takes the place of
+  std::array<std::string_view, 6> replaces{};  ///< keys beside it that it takes the place of
 };
 
 /// The same in the table that it belongs to: `ion.yield.name` is `name` in an [[step.ion.yield]].

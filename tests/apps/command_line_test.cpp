@@ -91,8 +91,8 @@ TEST_F(CommandLine, ModelsWithoutANamePrintsAllParameters) {
                                          HasSubstr("Limits: "), HasSubstr("Source: ")));
   const auto models = json_of(scarp("models --json"));
   for (const auto& parameter : models["single_particle"]["parameters"]) {
-    EXPECT_EQ(parameter["by_material"],
-              parameter["name"] != "source_power" && parameter["name"] != "material");
+    const bool is_rate = parameter["unit"] == "nm/s";
+    EXPECT_EQ(parameter["by_material"], is_rate || parameter["name"] == "sticking");
   }
   EXPECT_EQ(models["multi_particle"]["parameters"][0]["name"], "rate");
   EXPECT_EQ(models["multi_particle"]["parameters"][0]["by_material"], true);

@@ -1,9 +1,14 @@
 #include "flux/angle_table.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
+
+#include "core/error.h"
 
 namespace scarp {
 namespace {
@@ -38,6 +43,40 @@ TEST(AngleTable, KeepsWithinItsEnds) {
   EXPECT_NEAR(at_angle(table, std::numbers::pi / 2), 1 + std::numbers::pi / 2, 1e-6);
   EXPECT_EQ(table.at(1), table.at(std::sqrt(0.5)));  // against the normal
   EXPECT_EQ(AngleTable(0.25).at(0.3), 0.25);
+}
+
+TEST(AngleTable, IsLinearBetweenTheRowsOfATable) {
+  constexpr std::array theta{0.0, 30 * degree, 90 * degree};
+  constexpr std::array values{1.0, 4.0, 0.0};
+  const AngleTable table = AngleTable::tabulated(theta, values);
+  EXPECT_EQ(at_angle(table, 0), 1);
+  EXPECT_NEAR(at_angle(table, 10 * degree), 2, 1e-4);
+  EXPECT_NEAR(at_angle(table, 60 * degree), 2, 1e-4);
+  EXPECT_NEAR(at_angle(table, 90 * degree), 0, 1e-6);
+  // The bend lies within a step.
+  EXPECT_NEAR(table.largest(), 4, 3 * 0.2 / 30);
+
+  const AngleTable twice[]{table, AngleTable(1)};
+  EXPECT_NEAR(at_angle(AngleTable::sum(twice, std::array{2.0, 3.0}), 10 * degree), 7, 2e-4);
+}
+
+TEST(AngleTable, RefusesRowsThatMakeNoSense) {
+  using testing::HasSubstr;
+  using testing::ThrowsMessage;
+  const auto make = [](const std::vector<double>& degrees, const std::vector<double>& values) {
+    return [=] {
+      std::vector<double> theta;
+      for (const double angle : degrees) theta.push_back(angle * degree);
+      AngleTable::tabulated(theta, values);
+    };
+  };
+  EXPECT_NO_THROW(make({0, 90}, {1, 1})());
+  EXPECT_THAT(make({0}, {1}), ThrowsMessage<InputError>(HasSubstr("from 0 to 90 deg")));
+  EXPECT_THAT(make({1, 90}, {1, 1}), ThrowsMessage<InputError>(HasSubstr("from 0 to 90 deg")));
+  EXPECT_THAT(make({0, 89}, {1, 1}), ThrowsMessage<InputError>(HasSubstr("from 0 to 90 deg")));
+  EXPECT_THAT(make({0, 90}, {1}), ThrowsMessage<InputError>(HasSubstr("from 0 to 90 deg")));
+  EXPECT_THAT(make({0, 9, 9, 90}, {1, 1, 1, 1}), ThrowsMessage<InputError>(HasSubstr("ascend")));
+  EXPECT_THAT(make({0, 90}, {1, std::nan("")}), ThrowsMessage<InputError>(HasSubstr("not finite")));
 }
 
 }  // namespace

@@ -174,6 +174,83 @@ TEST(MultiParticle, TakesTheEnergiesAndAnglesOfTables) {
   EXPECT_FALSE(two_peaks.source.table.has_value());
 }
 
+TEST(MultiParticle, TakesYieldsAndStickingFromTables) {
+  const Species ion = read_step("multi_particle", R"(rate = "-1 nm/s * a * b * c"
+[[step.ion]]
+name = "ion"
+energy = "60 eV"
+energy_deviation = "0 eV"
+sticking_table = [["0 deg", 1], ["50 deg", 0.5], ["90 deg", 0]]
+[[step.ion.yield]]
+name = "a"
+amplitude = 2
+threshold = "16 eV"
+angular_table = [["0 deg", 1], ["90 deg", 2]]
+[[step.ion.yield]]
+name = "b"
+energy_table = [["20 eV", 0], ["100 eV", 4]]
+angular = "enhanced"
+[[step.ion.yield]]
+name = "c"
+table = [["30 eV", "0 deg", 0], ["30 eV", "90 deg", 0],
+         ["60 eV", "0 deg", 1], ["60 eV", "45 deg", 3], ["60 eV", "90 deg", 0]]
+)")
+                          .model->species()[0];
+  EXPECT_NEAR(at_angle(ion.ions->sticking, 25), 0.75, 1e-3);
+  EXPECT_NEAR(at_angle(ion.ions->sticking, 70), 0.25, 1e-3);
+  EXPECT_EQ(ion.ions->least_energy, 16);
+  const auto at = [&](std::size_t law, double energy, double degrees) {
+    return ion.yields[law].at(energy,
+                              AngleTable::half_sine(std::cos(degrees * std::numbers::pi / 180)));
+  };
+  EXPECT_NEAR(at(0, 36, 45), 2 * 2 * 1.5, 1e-3);
+  EXPECT_NEAR(at(1, 60, 30), 2, 1e-3);
+  EXPECT_NEAR(at(1, 60, 75), 1, 1e-3);
+  EXPECT_EQ(at(1, 20, 0), 0);
+  EXPECT_NEAR(at(2, 45, 45), 1.5, 1e-2);
+  EXPECT_NEAR(at(2, 60, 22.5), 2, 1e-2);
+}
+
+TEST(MultiParticle, RefusesTablesOfYieldsThatMakeNoSense) {
+  const auto expect = [](const std::string& keys, const std::string& message) {
+    EXPECT_THAT(
+        [&] {
+          read_step("multi_particle",
+                    "rate = \"-1 nm/s * y\"\n[[step.ion]]\nname = \"i\"\nenergy_deviation = "
+                    "\"0 eV\"\n[[step.ion.yield]]\nname = \"y\"\n" +
+                        keys);
+        },
+        ThrowsMessage<InputError>(HasSubstr("step[0].ion[0].yield[0]." + message)))
+        << keys;
+  };
+  const std::string energies = "energy_table = [[\"20 eV\", 0], [\"100 eV\", 3]]\n";
+  expect(energies + "amplitude = 1\n", "amplitude: there is energy_table, too");
+  expect(energies + "threshold = \"1 eV\"\n", "threshold: there is energy_table, too");
+  expect("energy_table = [[\"20 eV\", 0], [\"99 eV\", 3]]\n",
+         "energy_table: ends at 99 eV, but ions of up to 100 eV come from the source");
+  expect("energy_table = [[\"20 eV\", 1], [\"100 eV\", 3]]\n",
+         "energy_table: begins at 20 eV with a yield");
+  expect("energy_table = [[\"20 eV\", 0], [\"20 eV\", 3]]\n",
+         "energy_table[1]: rows have to ascend by energy");
+  expect("energy_table = [[\"20 eV\", 0], [\"100 eV\", -3]]\n",
+         "energy_table[1][1]: -3 is outside [0, 1e6]");
+  const std::string angles = "angular_table = [[\"0 deg\", 1], [\"90 deg\", 3]]\n";
+  expect(angles + "amplitude = 1\nangular = \"cosine\"\n", "angular: there is angular_table, too");
+  expect(angles + "amplitude = 1\nsputter_factor = 1\n", "sputter_factor: there is angular_table");
+  expect("amplitude = 1\nangular_table = [[\"0 deg\", 1], [\"80 deg\", 3]]\n",
+         "angular_table: its angles have to go from 0 to 90 deg");
+  const std::string both =
+      "table = [[\"0 eV\", \"0 deg\", 1], [\"0 eV\", \"90 deg\", 1], "
+      "[\"100 eV\", \"0 deg\", 1], [\"100 eV\", \"90 deg\", 2]]\n";
+  expect(both + energies, "energy_table: there is table, too");
+  expect(both + angles, "angular_table: there is table, too");
+  expect(
+      "table = [[\"0 eV\", \"0 deg\", 1], [\"0 eV\", \"90 deg\", 1], [\"100 eV\", \"0 deg\", 1]]\n",
+      "table[2]: of 100 eV: its angles have to go from 0 to 90 deg");
+  expect("table = [[\"0 eV\", \"0 deg\", 1], [\"0 eV\", \"0 deg\", 1]]\n",
+         "table[1]: rows have to ascend by energy, then by angle");
+}
+
 TEST(MultiParticle, NeutralsMayLeanLikeIons) {
   const auto source = [](const std::string& keys) {
     const StepModel step = read_step(
@@ -220,6 +297,13 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
   expect("source_table = [[\"0 deg\", 1, 2], [\"9 deg\", 0]]\n",
          "source_table[0]: has 3 entries; 2 are wanted");
   expect("source_table = [[\"0 deg\", -1], [\"9 deg\", 0]]\n", "source_table[0][1]: -1 is below 0");
+  const std::string sticking = "sticking_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n";
+  expect(sticking + "sticks_to = \"9 deg\"\n", "sticks_to: there is sticking_table, too");
+  expect(sticking + "reflects_from = \"9 deg\"\n", "reflects_from: there is sticking_table, too");
+  expect("sticking_table = [[\"0 deg\", 1], [\"90 deg\", 1.1]]\n",
+         "sticking_table[1][1]: 1.1 is outside [0, 1]");
+  expect("sticking_table = [[\"9 deg\", 1], [\"90 deg\", 1]]\n",
+         "sticking_table: its angles have to go from 0 to 90 deg");
   expect("source_table = \"absent.csv\"\n", "source_table: absent.csv: cannot be read");
 }
 
