@@ -8,12 +8,17 @@ namespace scarp {
 /// A density of one variable, linear between the points of a table and 0 outside.
 class LinearDensity {
  public:
+  /// None.
+  LinearDensity() = default;
+
   /// Need not be normalised.
   ///
   /// Throws: InputError unless there are two or more arguments that ascend, and densities are
   ///         finite, not negative and not all zero; the message says what is wrong with the table,
   ///         not where it stands.
   LinearDensity(std::span<const double> arguments, std::span<const double> densities);
+
+  bool empty() const { return x_.empty(); }
 
   /// Its integral is 1.
   double at(double x) const;

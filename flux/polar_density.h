@@ -12,10 +12,15 @@ namespace scarp {
 /// A table of cos^n is the power cosine of that n.
 class PolarDensity {
  public:
+  /// None.
+  PolarDensity() = default;
+
   /// Need not be normalised. Units: rad, in [0, pi / 2].
   ///
   /// Throws: InputError as LinearDensity, and for angles out of range.
   PolarDensity(std::span<const double> theta, std::span<const double> density);
+
+  bool empty() const { return density_.empty(); }
 
   /// By the cosine of the angle; its integral over the half space is 1. Units: 1 / sr.
   double at(double cosine) const;

@@ -10,13 +10,13 @@ namespace scarp {
 namespace {
 
 Vec3d sample_upright(const SourceLobe& lobe, UnitSquare xi) {
-  return lobe.table ? sample_source(xi, *lobe.table) : sample_source(xi, lobe.cosine_power);
+  return lobe.table.empty() ? sample_source(xi, lobe.cosine_power) : sample_source(xi, lobe.table);
 }
 
 }  // namespace
 
 double radiance(const SourceLobe& lobe, double cosine) {
-  if (lobe.table) return lobe.table->at(cosine) / cosine;
+  if (!lobe.table.empty()) return lobe.table.at(cosine) / cosine;
   const double power = lobe.cosine_power;
   return (power + 1) / (2 * std::numbers::pi) * portable_power(cosine, power - 1);
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "core/random.h"
 #include "core/vec3.h"
 #include "flux/sampling.h"
@@ -17,13 +15,12 @@ struct SourceLobe {
   };
   Kind kind = Kind::cosine;
   double cosine_power = 1;
-  /// Instead of the power, also of particles that cross the plane, if there is one.
-  std::optional<PolarDensity> table{};
+  PolarDensity table{};       ///< instead of the power, of the same particles; if it is not empty
   Vec3d direction{0, 0, -1};  ///< axis of the lobe or beam, towards the wafer; unit vector
   bool rotating = false;      ///< the wafer turns: the azimuth of the direction is uniform
 
   /// All directions from above are equally bright, as those of a gas in equilibrium.
-  bool is_lambert() const { return kind == Kind::cosine && !table && cosine_power == 1; }
+  bool is_lambert() const { return kind == Kind::cosine && table.empty() && cosine_power == 1; }
 };
 
 /// The brightness of a source that points straight down: particles through a plane across the

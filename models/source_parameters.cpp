@@ -65,8 +65,9 @@ SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
   }
   const auto rows = read_table(table, by_angle, scope);
   if (!rows) return source;
-  source.table = accepted<PolarDensity>(
-      table, by_angle.name, [&] { return PolarDensity(rows->column(0), rows->column(1)); });
+  source.table = accepted<PolarDensity>(table, by_angle.name, [&] {
+                   return PolarDensity(rows->column(0), rows->column(1));
+                 }).value_or(PolarDensity());
   return source;
 }
 
