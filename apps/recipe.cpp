@@ -302,7 +302,7 @@ class StepReader {
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
     step.duration = read_duration(table, step.model_name);
-    StepModel made = read_model(table, {recipe_.materials, reachable_, folder_});
+    StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
     if (made.model == nullptr && !made.operation) return {};
     step.deposits = made.deposits;
     step.model = std::move(made.model);

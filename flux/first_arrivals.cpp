@@ -29,7 +29,7 @@ class Looker {
     std::uint64_t flights = 0;
   };
   void look(std::size_t begin, std::size_t end, Part& part);
-  void book(const Shot& shot, Part& part);
+  void book(const Shot& shot, const Flight& flight, Part& part);
 
   const FluxProblem& problem_;
   const RayPlan& plan_;
@@ -40,12 +40,12 @@ class Looker {
 
 // A ray along the lobe that meets the source stands for a flux of cosine / height: of particles
 // that cross the source plane as often in all directions of the lobe, a facet gets more the more it
-// faces them.
-void Looker::book(const Shot& shot, Part& part) {
+// faces them, and the brighter the source is where the ray ends.
+void Looker::book(const Shot& shot, const Flight& flight, Part& part) {
   const std::uint32_t rank = shot.name.rank;
   const std::size_t at = rank * set_count + shot.name.set;
   const double cosine = dot(shot.u, shooter_.normal(rank));
-  const double flux = cosine / shot.u.z;
+  const double flux = cosine / shot.u.z * problem_.source_density(flight.r);
   const double half_sine = AngleTable::half_sine(cosine);
   found_.sums.front()[at] += flux;
   for (std::size_t k = 0; k < mean_yields_.size(); ++k)
@@ -64,7 +64,7 @@ void Looker::look(std::size_t begin, std::size_t end, Part& part) {
   const std::vector<Flight> flights = shooter_.fly(shots);
   part.flights = flights.size();
   for (std::size_t i = 0; i < shots.size(); ++i)
-    if (shooter_.meets_source(shots[i], flights[i])) book(shots[i], part);
+    if (shooter_.meets_source(shots[i], flights[i])) book(shots[i], flights[i], part);
 }
 
 void Looker::look() {

@@ -1,6 +1,7 @@
 #include "flux/forward.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/random.h"
 #include "flux/sobol.h"
@@ -30,9 +31,10 @@ class SourcePlane {
     const RayScene& scene = problem_.scene;
     const auto batch = static_cast<std::uint32_t>(ray % batch_count);
     const auto xi = starts_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
+    const SourceMap& map = problem_.species.source.map;
+    const auto [x, y] = map.empty() ? std::array{xi[0], xi[1]} : map.place({xi[0], xi[1]});
     Particle particle{
-        .ray = {.r = {xi[0] * scene.upper().x, xi[1] * scene.upper().y, scene.source_height()},
-                .u = {}},
+        .ray = {.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()}, .u = {}},
         .batch = batch,
         .random = RandomStream({options.seed, options.time_step, problem_.species_index, ray})};
     const Vec3d u = sample_lobe(problem_.species.source, {xi[2], xi[3]}, particle.random);

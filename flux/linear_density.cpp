@@ -48,14 +48,19 @@ double LinearDensity::at(double x) const {
 double LinearDensity::quantile(double u) const {
   const auto above = std::lower_bound(below_.begin() + 1, below_.end() - 1, u);
   const auto k = static_cast<std::size_t>(above - below_.begin());
-  // The part of an interval of linear density: a quadratic, in the form that bears slope 0.
-  const double step = x_[k] - x_[k - 1];
-  const double slope = (density_[k] - density_[k - 1]) / step;
-  const double rest = std::max(0.0, u - below_[k - 1]);
-  if (rest == 0) return x_[k - 1];
-  const double root =
-      std::sqrt(std::max(0.0, density_[k - 1] * density_[k - 1] + 2 * slope * rest));
-  return std::min(x_[k - 1] + 2 * rest / (density_[k - 1] + root), x_[k]);
+  return x_[k - 1] + reach({.width = x_[k] - x_[k - 1],
+                            .low = density_[k - 1],
+                            .high = density_[k],
+                            .part = u - below_[k - 1]});
+}
+
+// A quadratic, in the form that bears slope 0.
+double reach(const LinearPart& interval) {
+  if (!(interval.part > 0)) return 0;
+  const double slope = (interval.high - interval.low) / interval.width;
+  const double square = interval.low * interval.low + 2 * slope * interval.part;
+  const double root = std::sqrt(std::max(0.0, square));
+  return std::min(2 * interval.part / (interval.low + root), interval.width);
 }
 
 }  // namespace scarp

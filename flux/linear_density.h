@@ -37,4 +37,15 @@ class LinearDensity {
   std::vector<double> below_;  // the part below each argument
 };
 
+/// An interval of a linear density, and a part of its integral from the lower end on.
+struct LinearPart {
+  double width = 0;
+  double low = 0;
+  double high = 0;
+  double part = 0;
+};
+
+/// How far from the lower end that part reaches; at most the width.
+double reach(const LinearPart& interval);
+
 }  // namespace scarp

@@ -19,6 +19,12 @@ struct FluxProblem {
   std::uint32_t species_index = 0;  ///< part of the random number's key
   const FluxOptions& options;
 
+  /// How many particles come from a place on the source plane, relative to the mean.
+  double source_density(Vec3d r) const {
+    const SourceMap& map = species.source.map;
+    return map.empty() ? 1 : map.at(r.x / scene.upper().x, r.y / scene.upper().y);
+  }
+
   /// Of a facet; in two dimensions that of the cross-section.
   Vec3d normal(std::size_t facet) const {
     const Vec3d n = scene.normal(facet);

@@ -44,6 +44,7 @@ void check_beam(const Species& species, const FluxOptions& options) {
   const std::string where = "species " + species.name + ": ";
   check(std::isfinite(norm) && norm > 0 && d.z < 0,
         where + "the direction of a beam has to point down to the wafer");
+  check(species.source.map.empty(), where + "a beam comes evenly from everywhere, without a map");
   for (int axis = 0; axis < 2; ++axis) {
     const bool tilted = std::abs(d[axis]) > 1e-12 * norm;
     check(!tilted || !options.two_dimensional || axis == 0,

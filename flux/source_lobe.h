@@ -3,6 +3,7 @@
 #include "core/random.h"
 #include "core/vec3.h"
 #include "flux/sampling.h"
+#include "flux/source_map.h"
 
 namespace scarp {
 
@@ -16,6 +17,7 @@ struct SourceLobe {
   Kind kind = Kind::cosine;
   double cosine_power = 1;
   PolarDensity table{};       ///< instead of the power, of the same particles; if it is not empty
+  SourceMap map{};            ///< where on the source plane; even if it is empty
   Vec3d direction{0, 0, -1};  ///< axis of the lobe or beam, towards the wafer; unit vector
   bool rotating = false;      ///< the wafer turns: the azimuth of the direction is uniform
 

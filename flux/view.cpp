@@ -14,12 +14,17 @@ constexpr std::size_t pool_size = std::size_t{1} << 16;  // rays
 
 // The part of the direct flux that a ray to the sky along u stands for. Under a Lambert source rays
 // by Lambert's law all count the same; otherwise they share the work with rays along the lobe.
-double sky_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
+double lobe_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
   if (source.is_lambert()) return 1;
   const double cosine = dot(u, n);
   if (cosine <= 0 || u.z <= 0) return 0;
   const double L = radiance(source, u.z);
   return L * cosine / (cosine / std::numbers::pi + L * u.z);
+}
+
+// The same of a source that is not equally bright everywhere.
+double sky_weight(const Shot& shot, const Flight& flight, Vec3d n, const FluxProblem& problem) {
+  return lobe_weight(shot.u, n, problem.species.source) * problem.source_density(flight.r);
 }
 
 class Viewer {
@@ -72,7 +77,7 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
         hit = element_count + to_sky;
         for (std::size_t p = 0; p < problems_.size(); ++p) {
           const double weight =
-              sky_weight(shots[i].u, shooter.normal(rank), problems_[p].species.source);
+              sky_weight(shots[i], flights[i], shooter.normal(rank), problems_[p]);
           view.direct[p][rank * set_count + set] += static_cast<float>(weight);
         }
     }
@@ -88,7 +93,7 @@ void Viewer::view_by_lobe(std::size_t begin, std::size_t end, std::size_t proble
     if (flights[i].end != Flight::End::sky) continue;
     const ShotName& name = shots[i].name;
     const double weight =
-        sky_weight(shots[i].u, shooter.normal(name.rank), problems_[problem].species.source);
+        sky_weight(shots[i], flights[i], shooter.normal(name.rank), problems_[problem]);
     view.direct[problem][name.rank * set_count + name.set] += static_cast<float>(weight);
   }
 }

@@ -44,6 +44,7 @@ const Parameter neutral_sticking{.name = "neutral.sticking",
                                  .meaning = "probability that it stays where it arrives"};
 const Parameter neutral_power = source_power_parameter("neutral.source_power");
 const Parameter neutral_table = source_table_parameter("neutral.source_table");
+const Parameter neutral_map = source_map_parameter("neutral.source_map");
 const Parameter neutral_tilt = tilt_parameter("neutral.tilt");
 const Parameter neutral_azimuth = azimuth_parameter("neutral.azimuth");
 const Parameter neutral_rotating = rotating_parameter("neutral.rotating");
@@ -54,6 +55,7 @@ const Parameter ion_power{.name = "ion.source_power",
                           .meaning = "n of the source's cos^n(theta); 1 / sqrt(n) is its spread",
                           .source = "sheath: n = 2 E / (k T) of the ions"};
 const Parameter ion_table = source_table_parameter("ion.source_table");
+const Parameter ion_map = source_map_parameter("ion.source_map");
 const Parameter ion_tilt = tilt_parameter("ion.tilt");
 const Parameter ion_azimuth = azimuth_parameter("ion.azimuth");
 const Parameter ion_rotating = rotating_parameter("ion.rotating");
@@ -166,12 +168,14 @@ std::span<const Parameter> parameters() {
                                neutral_sticking,
                                neutral_power,
                                neutral_table,
+                               neutral_map,
                                neutral_tilt,
                                neutral_azimuth,
                                neutral_rotating,
                                ion_name,
                                ion_power,
                                ion_table,
+                               ion_map,
                                ion_tilt,
                                ion_azimuth,
                                ion_rotating,
@@ -458,7 +462,8 @@ ModelDescription multi_particle_description() {
           "nm/s\". Particles leave the source with a density cos^n(theta) per solid angle about "
           "its "
           "axis, among those that cross a plane, or with the one of a table, linear in theta and 0 "
-          "outside. The energies of ions are normally distributed, or with the density 1 / sqrt(1 "
+          "outside. A source_map is taken relative to its mean. The energies of ions are normally "
+          "distributed, or with the density 1 / sqrt(1 "
           "- "
           "x^2) in x = 2 (E - energy) / energy_width, or with that of a table, linear in E and 0 "
           "outside. Neutrals that do not stick are re-emitted by the cosine law. Ions that do not "

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/frame.h"
 #include "core/material.h"
 #include "core/recipe_table.h"
 #include "models/surface_model.h"
@@ -42,6 +43,7 @@ struct StepScope {
   const Materials& materials;
   std::vector<MaterialId> reachable;  ///< what the step can meet when it starts
   std::filesystem::path folder{};     ///< that files are named relative to
+  Frame frame{};                      ///< of the domain
 };
 
 /// Readers of parameters by their rows.

@@ -29,10 +29,12 @@ const Parameter sticking{.name = "sticking",
                          .source = "TEOS oxide 0.03-0.1, silane oxide 0.3-0.8, W 0.001-0.1, PVD 1"};
 const Parameter source_power = source_power_parameter("source_power");
 const Parameter source_table = source_table_parameter("source_table");
+const Parameter source_map = source_map_parameter("source_map");
 
 std::span<const Parameter> parameters() {
   static const std::array rows{growth_rate, etch_rate,    deposited_parameter("growth_rate"),
-                               sticking,    source_power, source_table};
+                               sticking,    source_power, source_table,
+                               source_map};
   return rows;
 }
 
@@ -80,7 +82,8 @@ ModelDescription single_particle_description() {
           "nothing comes back, so the rate is what a blanket wafer shows. Particles leave the "
           "source with a density cos^n(theta) per solid angle about the downward normal, among "
           "those that cross a plane, or with the one of a table, linear in theta and 0 outside; "
-          "those that do not stick are re-emitted by the cosine law.",
+          "those that do not stick are re-emitted by the cosine law. With a "
+          "source_map, relative to its mean, an open flat wafer has F = 1 on average.",
       .limits =
           "Molecules meet walls and not each other (mean free path above ten widths). "
           "Sticking does not depend on flux, angle or temperature.",

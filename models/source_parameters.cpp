@@ -2,6 +2,9 @@
 
 #include <array>
 #include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "models/directional.h"
 
@@ -14,6 +17,50 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr std::array density_by_angle{
     Column{"angle", Dimension::angle, {.minimum = 0, .maximum = 90 * degree}},
     Column{"density", Dimension::number, {.minimum = 0}}};
+constexpr Column density{"density", Dimension::number, {.minimum = 0}};
+constexpr std::array density_by_place{Column{"x", Dimension::length},
+                                      Column{"y", Dimension::length}, density};
+constexpr std::array density_by_x{Column{"x", Dimension::length}, density};
+
+// The lines along y of a grid whose rows ascend by x, then by y. Nothing, and an error, where the
+// rows of an x do not have the same.
+std::optional<std::vector<double>> lines_along_y(const RecipeTable& table, std::string_view key,
+                                                 const NumberTable& rows) {
+  std::vector<double> y;
+  for (const std::vector<double>& row : rows.values)
+    if (row[0] == rows.values[0][0]) y.push_back(row[1]);
+  if (y.size() < 2) {
+    table.row_error(key, rows, 0, "for every x two or more y are wanted");
+    return std::nullopt;
+  }
+  for (std::size_t r = 0; r < rows.values.size(); ++r) {
+    const std::vector<double>& row = rows.values[r];
+    const bool begins_line = r % y.size() == 0;
+    const bool fits = row[1] == y[r % y.size()] &&
+                      (begins_line || row[0] == rows.values[r - 1][0]) &&
+                      (!begins_line || r == 0 || row[0] != rows.values[r - 1][0]);
+    if (fits && (r + 1 < rows.values.size() || (r + 1) % y.size() == 0)) continue;
+    table.row_error(key, rows, r, "for every x the same y are wanted, those of the first x");
+    return std::nullopt;
+  }
+  return y;
+}
+
+SourceMap read_map(const RecipeTable& table, const StepScope& scope) {
+  const std::string_view key = "source_map";
+  const bool by_x = scope.frame.two_dimensional;
+  const auto rows = table.number_table(
+      key, by_x ? std::span<const Column>(density_by_x) : density_by_place, scope.folder);
+  if (!rows) return {};
+  const auto y = by_x ? std::vector<double>{0} : lines_along_y(table, key, *rows);
+  if (!y) return {};
+  std::vector<double> x;
+  for (std::size_t r = 0; r < rows->values.size(); r += y->size()) x.push_back(rows->values[r][0]);
+  const auto map = accepted<SourceMap>(table, key, [&] {
+    return SourceMap(x, *y, rows->column(by_x ? 1 : 2), scope.frame.sides());
+  });
+  return map.value_or(SourceMap());
+}
 
 }  // namespace
 
@@ -32,6 +79,15 @@ Parameter source_table_parameter(std::string_view name) {
           .meaning = "a density by theta in place of cos^n(theta), per solid angle",
           .source = "reactor model or probe",
           .replaces = {"source_power"}};
+}
+
+Parameter source_map_parameter(std::string_view name) {
+  return {.name = name,
+          .kind = Parameter::Kind::table,
+          .columns = density_by_place,
+          .needed = "none",
+          .meaning = "a density over the domain: more particles come from here than from there",
+          .source = "map of a wafer"};
 }
 
 Parameter tilt_parameter(std::string_view name) {
@@ -58,6 +114,7 @@ Parameter rotating_parameter(std::string_view name) {
 SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
                                const StepScope& scope) {
   SourceLobe source;
+  source.map = read_map(table, scope);
   const Parameter by_angle = source_table_parameter("source_table");
   if (!stands_in(table, by_angle)) {
     source.cosine_power = read_value(table, inner(power));

@@ -11,11 +11,12 @@ namespace scarp {
 /// "source_power", "ion.tilt".
 Parameter source_power_parameter(std::string_view name);
 Parameter source_table_parameter(std::string_view name);
+Parameter source_map_parameter(std::string_view name);
 Parameter tilt_parameter(std::string_view name);
 Parameter azimuth_parameter(std::string_view name);
 Parameter rotating_parameter(std::string_view name);
 
-/// Reads `source_power`, with the given row, or `source_table`.
+/// Reads `source_power`, with the given row, or `source_table`, and `source_map`.
 SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
                                const StepScope& scope);
 /// The same with `tilt`, `azimuth` and `rotating`.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -152,6 +153,7 @@ struct Case {
   Boundary boundary = Boundary::reflective;
   bool re_emits = false;   // a neutral instead
   bool tabulated = false;  // a ring of directions and two peaks of energy instead of the power
+  bool mapped = false;     // the source gets brighter towards a corner
 };
 
 Shape shape_of(const Case& c) {
@@ -167,6 +169,12 @@ Species ions_of(const Case& c) {
     ions.source.table = exact::polar_table(
         [](double theta) { return 1 - std::abs(theta - 12 * degree) / (9 * degree); });
     ions.ions->energy = EnergyDistribution::bimodal(100, 120);
+  }
+  if (c.mapped) {
+    const Sides sides = shape_of(c).sides;
+    ions.source.map = SourceMap(std::array{sides.lower[0], sides.upper[0]},
+                                std::array{sides.lower[1], sides.upper[1]},
+                                std::array{0.1, 0.5, 1.0, 3.0}, sides);
   }
   if (c.re_emits) return {.name = "gas", .source = ions.source, .sticking = {0.6F}};
   return ions;
@@ -246,6 +254,15 @@ INSTANTIATE_TEST_SUITE_P(
              .tilt = 20,
              .boundary = Boundary::periodic,
              .re_emits = true},
+        Case{.name = "mapped", .power = 20, .mapped = true},
+        Case{.name = "mapped_leaning_to_mirrors", .power = 100, .tilt = 30, .mapped = true},
+        Case{.name = "mapped_hole_neutral",
+             .aspect_ratio = 1,
+             .power = 1,
+             .is_hole = true,
+             .boundary = Boundary::periodic,
+             .re_emits = true,
+             .mapped = true},
         Case{.name = "tabulated", .tabulated = true},
         Case{.name = "tabulated_turning", .tilt = 40, .rotating = true, .tabulated = true},
         Case{.name = "tabulated_leaning_neutral",

@@ -9,12 +9,16 @@
 
 namespace scarp {
 
-/// The model of a step that is all right, on a wafer of Si and SiO2.
-inline StepModel read_step(const std::string& model, const std::string& keys) {
+/// The model of a step that is all right, on a wafer of Si and SiO2, 100 nm wide.
+inline StepModel read_step(const std::string& model, const std::string& keys,
+                           bool two_dimensional = false) {
   const RecipeFile file("[[step]]\n" + keys, "r.toml");
   const Materials materials;
-  StepModel step = find_model(model)->read(file.root().tables("step")[0],
-                                           {materials, {materials.id("Si"), materials.id("SiO2")}});
+  const Frame frame{
+      .spacing = 10, .cells = {10, two_dimensional ? 1 : 10}, .two_dimensional = two_dimensional};
+  StepModel step =
+      find_model(model)->read(file.root().tables("step")[0],
+                              {materials, {materials.id("Si"), materials.id("SiO2")}, ".", frame});
   file.finish();
   return step;
 }

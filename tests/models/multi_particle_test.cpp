@@ -263,6 +263,7 @@ TEST(MultiParticle, NeutralsMayLeanLikeIons) {
   EXPECT_NEAR(source("tilt = \"30 deg\"\n").direction.x, 0.5, 1e-15);
   EXPECT_NEAR(source("tilt = \"30 deg\"\nazimuth = \"180 deg\"\n").direction.x, -0.5, 1e-15);
   EXPECT_TRUE(source("tilt = \"30 deg\"\nrotating = true\n").rotating);
+  EXPECT_TRUE(source("").map.empty());
   EXPECT_FALSE(source("source_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n").table.empty());
 }
 
@@ -304,7 +305,7 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
          "sticking_table[1][1]: 1.1 is outside [0, 1]");
   expect("sticking_table = [[\"9 deg\", 1], [\"90 deg\", 1]]\n",
          "sticking_table: its angles have to go from 0 to 90 deg");
-  expect("source_table = \"absent.csv\"\n", "source_table: absent.csv: cannot be read");
+  expect("source_table = \"absent.csv\"\n", "source_table: ./absent.csv: cannot be read");
 }
 
 TEST(MultiParticle, SaysWhatIsWrong) {

@@ -188,7 +188,8 @@ TEST(Registry, ReadsEveryParameterOfItsPage) {
       for (const bool with_replacements : {false, true}) {
         const RecipeFile file(step_with_all(model, leave_out, with_replacements), "r.toml");
         const StepModel step =
-            model.read(file.root().tables("step")[0], {materials, {materials.id("Si")}});
+            model.read(file.root().tables("step")[0],
+                       {materials, {materials.id("Si")}, ".", {.spacing = 1, .cells = {9, 9}}});
         EXPECT_NE(step.model, nullptr);
         EXPECT_FALSE(step.operation.has_value());
         EXPECT_NO_THROW(file.finish()) << model.name;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/error.h"
 #include "tests/models/model_fixture.h"
 
 namespace scarp {
@@ -48,6 +49,39 @@ source_table = [["0 deg", 1], ["60 deg", 1]])")
   ASSERT_FALSE(species.source.table.empty());
   EXPECT_NEAR(species.source.table.cosine(0.5), 0.75, 1e-6);
   EXPECT_FALSE(species.source.is_lambert());
+}
+
+TEST(SingleParticle, ComesFromWhereAMapSays) {
+  const auto map = [](const std::string& rows, bool two_dimensional = false) {
+    return read_step("single_particle", "etch_rate = \"1 nm/s\"\nsource_map = " + rows,
+                     two_dimensional)
+        .model->species()[0]
+        .source.map;
+  };
+  const SourceMap over_both = map(R"([
+    ["-50 nm", "-60 nm", 1], ["-50 nm", "60 nm", 1], ["50 nm", "-60 nm", 3], ["50 nm", "60 nm", 3]])");
+  EXPECT_NEAR(over_both.at(0.25, 0.9), 0.75, 1e-12);
+  const SourceMap over_x = map(R"([["-1 um", 1], ["0 um", 2], ["1 um", 1]])", true);
+  EXPECT_NEAR(over_x.at(0, 0), 1.95 / 1.975, 1e-12);
+
+  const auto expect = [&](const std::string& rows, const std::string& message) {
+    EXPECT_THAT([&] { map(rows); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr("step[0]." + message)));
+  };
+  expect(R"([["-50 nm", 1], ["50 nm", 1]])", "source_map[0]: has 2 entries; 3 are wanted");
+  expect(R"([["-50 nm", "0 nm", 1], ["50 nm", "0 nm", 1]])",
+         "source_map[0]: for every x two or more y are wanted");
+  const std::string sides = R"([["-50 nm", "-50 nm", 1], ["-50 nm", "50 nm", 1], )";
+  expect(sides + R"(["40 nm", "-50 nm", 1], ["40 nm", "50 nm", 1]])",
+         "source_map: does not reach over the domain, which goes along x from -50 nm to 50 nm");
+  expect(sides + R"(["50 nm", "-50 nm", 1], ["50 nm", "40 nm", 1]])",
+         "source_map[3]: for every x the same y are wanted");
+  expect(sides + R"(["50 nm", "-50 nm", 1]])", "source_map[2]: for every x the same y are wanted");
+  expect(sides + R"(["50 nm", "-50 nm", 1], ["60 nm", "50 nm", 1]])",
+         "source_map[3]: for every x the same y are wanted");
+  expect(R"([["-50 nm", "-50 nm", 0], ["-50 nm", "50 nm", 0], ["50 nm", "-50 nm", 0],
+             ["50 nm", "50 nm", 0]])",
+         "source_map: a distribution is zero everywhere");
 }
 
 TEST(SingleParticle, SticksAndComesFromAGasInEquilibriumByDefault) {
