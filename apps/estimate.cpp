@@ -46,7 +46,10 @@ double ray_factor(const Survey& trial, const Recipe& recipe) {
   if (recipe.flux.rays > 0) return static_cast<double>(recipe.flux.rays) / trial_rays;
   double factor = 1;
   for (const FluxField& flux : trial.flux) {
-    factor = std::max(factor, std::pow(flux.error / recipe.flux.target_error, 2));
+    // Where all species are as far from a target in position as the worst one.
+    const double target = flux.response_error ? recipe.position_error / std::sqrt(trial.flux.size())
+                                              : recipe.flux.target_error;
+    factor = std::max(factor, std::pow(flux.target_measure() / target, 2));
   }
   return factor;
 }

@@ -162,8 +162,10 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
   options.two_dimensional = frame.two_dimensional;
   options.spacing = frame.spacing;
   options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
-  options.target_error =
-      table.number("target_error", {.fallback = "0.01", .minimum = 1e-6, .maximum = 1});
+  if (!table.has("position_error")) {
+    options.target_error =
+        table.number("target_error", {.fallback = "0.01", .minimum = 1e-6, .maximum = 1});
+  }
   if (table.has("rays")) {
     options.rays =
         static_cast<std::uint64_t>(table.integer("rays", {.minimum = 1, .maximum = most_rays}));
@@ -174,6 +176,17 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
   options.seed = static_cast<std::uint64_t>(
       table.integer("seed", {.fallback = "1", .minimum = 0, .maximum = 9e15}));
   return options;
+}
+
+// Units: nm; 0 if the error of the flux is the target.
+double read_position_error(const RecipeTable& table, const Frame& frame) {
+  const std::string_view key = "position_error";
+  if (!table.has(key)) return 0;
+  for (const std::string other : {"target_error", "rays"}) {
+    if (table.has(other))
+      table.error(other, "there is position_error, too, which takes its place; leave one out");
+  }
+  return table.length_or_multiple(key, frame.spacing, {.minimum = 1e-6, .maximum = 1});
 }
 
 void read_advection(const RecipeTable& table, Recipe& recipe) {
@@ -399,6 +412,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
 
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
+  recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
   recipe.steps = StepReader(recipe, materials_of(recipe.geometry), path.parent_path()).read(steps);

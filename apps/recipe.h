@@ -39,6 +39,7 @@ struct Recipe {
   std::vector<Shape> geometry;
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
+  double position_error = 0;  ///< wanted of a time step, in place of the error of the flux; nm
   std::vector<ProcessStep> steps;
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move in one time step

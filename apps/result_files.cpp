@@ -184,7 +184,8 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   row += fmt::format(",{},{},{},{}", survey.gas.voids.size(),
                      format_number(volume_of(survey.gas.voids)), move.islands.size(),
                      format_number(volume_of(move.islands)));
-  return row + fmt::format(",{}\n", after.time_step - 1);
+  const std::optional<double> error = position_error(survey, move.dt);
+  return row + fmt::format(",{},{}\n", error ? format_number(*error) : "", after.time_step - 1);
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,

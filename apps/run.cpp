@@ -16,13 +16,6 @@ namespace scarp {
 
 namespace {
 
-// The next moment at which results are wanted: a multiple of the interval, after the given time.
-double next_output(double time, double every) {
-  if (every <= 0) return 1e300;
-  const double passed = std::floor(time / every * (1 + 1e-12));
-  return (passed + 1) * every;
-}
-
 // A state that cannot go on is still good: it is brought to the disk before the run ends.
 Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& folder) {
   try {
@@ -75,11 +68,18 @@ class Observer {
     for (const FluxField& flux : now.flux) {
       if (flux.target_reached) continue;
       warned_ = state.step + 1;
+      const bool in_position = recipe_.position_error > 0;
+      const std::string what =
+          in_position
+              ? fmt::format("the error of the position is {:.2g} nm, the target {:g} nm",
+                            position_error(now, now.longest_dt).value_or(0), recipe_.position_error)
+              : fmt::format("the error of the flux is {:.2g}, the target {:g}", flux.error,
+                            recipe_.flux.target_error);
       log_.warn(fmt::format(
-          "step \"{}\", t = {:.4g} s: the error of the flux is {:.2g}, the target {:g}: the cap of "
-          "{} rays came first; raise flux.max_rays or flux.target_error",
-          current_step(state, recipe_).name, state.time, flux.error, recipe_.flux.target_error,
-          recipe_.flux.max_rays));
+          "step \"{}\", t = {:.4g} s: {}: the cap of {} rays came first; raise flux.max_rays or "
+          "flux.{}",
+          current_step(state, recipe_).name, state.time, what, recipe_.flux.max_rays,
+          in_position ? "position_error" : "target_error"));
     }
   }
 
@@ -131,7 +131,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
 
   while (!finished(state, recipe)) {
     const std::size_t step = state.step;
-    const double output_time = next_output(state.time, recipe.output_every);
+    const double output_time = next_output(state, recipe);
     const Move move = advance_or_tell(state, recipe, now, output_time, folder);
     observer.look_at(state, move);
     folder.append_metrics(state, step, now, move, recipe);

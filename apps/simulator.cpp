@@ -46,15 +46,21 @@ TriMesh simplified(TriMesh surface, const Recipe& recipe, Survey& result) {
   return std::move(coarse.mesh);
 }
 
-std::vector<FluxField> trace(const TriMesh& facets, const State& state, const Recipe& recipe,
-                             StageTimer& timer) {
-  const auto measurement = timer.measure("flux");
-  const ProcessStep& step = current_step(state, recipe);
-  const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
-  if (species.empty()) return {};
-  FluxOptions options = recipe.flux;
+std::vector<Species> species_of(const ProcessStep& step) {
+  return step.model ? step.model->species() : std::vector<Species>{};
+}
+
+void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
+  const auto measurement = result.timer.measure("flux");
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  if (species.empty()) return;
   options.time_step = state.time_step;
-  return solve_flux(facets, species, options);
+  std::vector<FluxField> flux = solve_flux(result.facets, species, options);
+  for (std::size_t i = 0; i < result.flux.size(); ++i) {
+    flux[i].rays += result.flux[i].rays;
+    flux[i].segments += result.flux[i].segments;
+  }
+  result.flux = std::move(flux);
 }
 
 // Particles that slip through the surface make every number wrong without showing it.
@@ -189,6 +195,15 @@ double plane_height(const Planarise& plane, const State& state, const Recipe& re
       fmt::format("no {} is left to stop on", recipe.materials[*plane.stop_material].name));
 }
 
+// What is left to the end of the step or to the next output. Moments are set, not summed, where one
+// is hit: no rounding error can leave a remainder. An output wanted within rounding of the end of a
+// step is the end of the step.
+double next_moment(const State& state, const Recipe& recipe, double time_limit) {
+  const ProcessStep& step = current_step(state, recipe);
+  const double end = state.step_start + step.duration;
+  return time_limit < end - 1e-9 * step.duration ? time_limit : end;
+}
+
 void end_step(State& state) {
   state.step_start = state.time;
   ++state.step;
@@ -218,6 +233,65 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
 double cut_to(double limit, double dt) {
   if (dt >= limit) return limit;
   return dt > 0.5 * limit ? 0.5 * limit : dt;
+}
+
+void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
+  const ProcessStep& step = current_step(state, recipe);
+  if (!step.model) return;
+  result.factors = step.model->angular_factors();
+  result.speeds_of_layers =
+      speeds_at_corners(result.facets, state, result.flux, *step.model, !result.factors.empty());
+  require_sound_speeds(result, state, recipe);
+}
+
+// Of the flux that tells what the wanted error of the position asks for.
+constexpr double first_flux_error = 0.1;
+
+double planned_time_step(const State& state, const Recipe& recipe, const Survey& now) {
+  const double left = next_moment(state, recipe, next_output(state, recipe)) - state.time;
+  return cut_to(left,
+                stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl));
+}
+
+// How far a unit of each tally moves each facet in a time step, by differences about the flux that
+// is known, as wide as its error. Units: nm.
+std::vector<std::vector<std::vector<float>>> responses(const State& state, const Recipe& recipe,
+                                                       const Survey& now) {
+  constexpr float least_width = 1e-3F;
+  const SurfaceModel& model = *current_step(state, recipe).model;
+  const std::vector<Vec3f> normals = facet_normals(now.facets);
+  const SurfacePoints points{.material = now.facets.materials, .normal = normals};
+  std::vector<std::vector<float>> flux;
+  for (const FluxField& field : now.flux)
+    for (const Tally& tally : field.tallies) flux.push_back(tally.mean);
+  const auto speeds = [&] {
+    return model.speeds(points, std::vector<std::span<const float>>(flux.begin(), flux.end()));
+  };
+  std::vector<std::vector<std::vector<float>>> result;
+  std::size_t t = 0;
+  for (const FluxField& field : now.flux) {
+    std::vector<std::vector<float>>& of_field = result.emplace_back();
+    for (const Tally& tally : field.tallies) {
+      std::vector<float> low = tally.mean;
+      std::vector<float> high = tally.mean;
+      for (std::size_t f = 0; f < low.size(); ++f) {
+        const float width = std::max(tally.std_error[f], least_width);
+        low[f] = std::max(0.0F, low[f] - width);
+        high[f] += width;
+      }
+      flux[t] = low;
+      const std::vector<float> slower = speeds();
+      flux[t] = high;
+      std::vector<float>& response = of_field.emplace_back(speeds());
+      flux[t] = tally.mean;
+      for (std::size_t f = 0; f < low.size(); ++f) {
+        response[f] =
+            static_cast<float>(now.longest_dt * (response[f] - slower[f]) / (high[f] - low[f]));
+      }
+      ++t;
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -250,15 +324,44 @@ Survey survey(const State& state, const Recipe& recipe) {
   Survey result;
   TriMesh surface = exposed_surface(state, recipe, result);
   result.facets = simplified(std::move(surface), recipe, result);
-  result.flux = trace(result.facets, state, recipe, result.timer);
+  // Beams are found without rays that could be fewer or more.
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  const bool in_position =
+      recipe.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
+        return each.source.kind != SourceLobe::Kind::beam;
+      });
+  FluxOptions options = recipe.flux;
+  if (in_position) options.target_error = first_flux_error;
+  trace(state, recipe, options, result);
   require_nothing_lost(result.flux, state, recipe);
-  const ProcessStep& step = current_step(state, recipe);
-  if (!step.model) return result;
-  result.factors = step.model->angular_factors();
-  result.speeds_of_layers =
-      speeds_at_corners(result.facets, state, result.flux, *step.model, !result.factors.empty());
-  require_sound_speeds(result, state, recipe);
+  find_speeds(state, recipe, result);
+  if (!in_position) return result;
+
+  result.longest_dt = planned_time_step(state, recipe, result);
+  options.responses = responses(state, recipe, result);
+  options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
+  trace(state, recipe, options, result);
+  require_nothing_lost(result.flux, state, recipe);
+  find_speeds(state, recipe, result);
   return result;
+}
+
+std::optional<double> position_error(const Survey& survey, double dt) {
+  double squares = 0;
+  bool was_target = false;
+  for (const FluxField& field : survey.flux) {
+    was_target = was_target || field.response_error;
+    squares += std::pow(field.response_error.value_or(0), 2);
+  }
+  if (!was_target) return std::nullopt;
+  return std::sqrt(squares) * dt / survey.longest_dt;
+}
+
+double next_output(const State& state, const Recipe& recipe) {
+  const double every = recipe.output_every;
+  if (every <= 0) return std::numeric_limits<double>::infinity();
+  const double passed = std::floor(state.time / every * (1 + 1e-12));
+  return (passed + 1) * every;
 }
 
 VoidChanges note_voids(State& state, const OpenGas& gas) {
@@ -292,13 +395,11 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   const ProcessStep& step = current_step(state, recipe);
   if (step.operation) return act_at_once(state, recipe, step);
   Move move;
-  // Moments are set, not summed, where one is hit: no rounding error can leave a remainder. An
-  // output wanted within rounding of the end of a step is the end of the step.
-  const double end = state.step_start + step.duration;
-  const double target = time_limit < end - 1e-9 * step.duration ? time_limit : end;
+  const double target = next_moment(state, recipe, time_limit);
   const double left = target - state.time;
-  move.dt = cut_to(
-      left, stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl));
+  const double stable =
+      stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl);
+  move.dt = cut_to(left, std::min(stable, survey.longest_dt));
 
   const SpeedField band = [&] {
     const auto measurement = move.timer.measure("map");
@@ -313,7 +414,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
 
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
-  if (state.time == end) end_step(state);
+  if (state.time == state.step_start + step.duration) end_step(state);
   return move;
 }
 

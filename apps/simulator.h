@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "apps/recipe.h"
@@ -57,8 +59,21 @@ struct Survey {
   std::vector<FluxField> flux;
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
+  /// The longest time step for which the flux is good enough, with a target in position. Units: s.
+  double longest_dt = std::numeric_limits<double>::infinity();
   StageTimer timer;
 };
+
+/// The standard error of the distance by which the surface moves in a time step: root mean square
+/// over the exposed surface on patches of 4 x 4 spacings. Nothing unless it was the target.
+///
+/// Units: dt in s, result in nm.
+std::optional<double> position_error(const Survey& survey, double dt);
+
+/// The next moment after that of the state at which results are wanted; infinity if there is none.
+///
+/// Units: s from the start of the recipe.
+double next_output(const State& state, const Recipe& recipe);
 
 /// How far one time step went, what it cut off, and what the grid part of it cost.
 struct Move {
@@ -94,6 +109,10 @@ VoidChanges note_voids(State& state, const OpenGas& gas);
 std::vector<float> facet_speeds(const State& state, const Survey& survey);
 
 /// Extracts and simplifies the surface, solves the flux on it and asks the model for speeds.
+///
+/// With a target in position, a flux of a tenth of the accuracy tells how far the surface will move
+/// until the end of the time step, and what each tally does to that; the flux is then solved to the
+/// target.
 ///
 /// Throws: NumericalError with step, time and place when a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);

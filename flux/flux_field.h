@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace scarp {
@@ -55,10 +56,13 @@ struct FluxField {
                            ///< with particles that go on)
   std::uint64_t segments = 0;  ///< straight flights, side crossings not counted
   double error = 0;            ///< root mean square patch error, see FluxOptions::target_error
+  std::optional<double> response_error{};  ///< see FluxOptions::responses
   double max_facet_error = 0;  ///< largest standard error of a facet divided by max(flux, 0.05)
   bool target_reached = true;
 
   const Tally& arrivals() const { return tallies.front(); }
+  /// What is compared with the target.
+  double target_measure() const { return response_error.value_or(error); }
 };
 
 }  // namespace scarp

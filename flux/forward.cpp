@@ -81,28 +81,31 @@ FluxField trace_forward(const FluxProblem& problem) {
   const std::uint64_t cap = whole_batches(fixed ? options.rays : std::max<std::uint64_t>(most, 1));
   const SourcePlane source(problem);
   Tracer tracer(problem);
-  const auto estimated = [&](std::size_t tally, std::uint64_t rays) {
-    const double worth = problem.scene.source_area() / static_cast<double>(rays);
-    return estimate(problem.scene, problem.patches, tracer.spread(tally, worth));
+  const auto spread = [&](std::size_t tally, std::uint64_t rays) {
+    return tracer.spread(tally, problem.scene.source_area() / static_cast<double>(rays));
   };
-  FluxEstimate flux;
-  std::uint64_t traced = 0;
+  const auto estimated = [&](std::size_t tally, std::uint64_t rays) {
+    return estimate(problem.scene, problem.patches, spread(tally, rays));
+  };
+  FluxField field;
   for (std::uint64_t rays = fixed ? cap : std::min(cap, first_round);;) {
-    trace(tracer, source, traced, rays);
-    traced = rays;
-    flux = estimated(0, traced);
-    if (flux.error <= options.target_error || traced == cap) break;
-    rays = std::min(cap, whole_batches(predicted_rays(rays, flux.error, options.target_error)));
+    trace(tracer, source, field.rays, rays);
+    field.rays = rays;
+    FluxEstimate flux = estimated(0, rays);
+    field.tallies = {std::move(flux.tally)};
+    field.error = flux.error;
+    field.max_facet_error = flux.max_facet_error;
+    field.response_error =
+        response_error(problem, [&](std::size_t tally) { return spread(tally, rays); });
+    field.target_reached = fixed || field.target_measure() <= options.target_error;
+    if (field.target_reached || rays == cap) break;
+    rays = std::min(
+        cap, whole_batches(predicted_rays(rays, field.target_measure(), options.target_error)));
   }
-  FluxField field{.tallies = {std::move(flux.tally)},
-                  .audit = tracer.audit(),
-                  .rays = traced,
-                  .segments = tracer.segments(),
-                  .error = flux.error,
-                  .max_facet_error = flux.max_facet_error,
-                  .target_reached = fixed || flux.error <= options.target_error};
+  field.audit = tracer.audit();
+  field.segments = tracer.segments();
   for (std::size_t k = 0; k < problem.species.yields.size(); ++k) {
-    field.tallies.push_back(estimated(k + 1, traced).tally);
+    field.tallies.push_back(estimated(k + 1, field.rays).tally);
     field.tallies.back().quantity = Tally::Quantity::yield;
   }
   return field;

@@ -167,17 +167,18 @@ FluxField field_of(const FluxProblem& problem, const RayPlan& plan, const View& 
       return static_cast<double>(solution.deviation[rank * draw_count + draw]);
     });
   };
-  FluxEstimate estimated = estimate(scene, problem.patches,
-                                    {.flux = flux,
-                                     .deviation = deviation,
-                                     .deviations = draw_count,
-                                     .divisor = draw_count,
-                                     .unseen = unseen});
+  const FluxSpread spread{.flux = flux,
+                          .deviation = deviation,
+                          .deviations = draw_count,
+                          .divisor = draw_count,
+                          .unseen = unseen};
+  FluxEstimate estimated = estimate(scene, problem.patches, spread);
   return {.tallies = {std::move(estimated.tally)},
           .audit = audit_of(problem, plan, view, reemitted, solution),
           .rays = plan.total(),
           .segments = view.flights,
           .error = estimated.error,
+          .response_error = response_error(problem, [&](std::size_t) { return spread; }),
           .max_facet_error = estimated.max_facet_error};
 }
 
@@ -208,9 +209,9 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
       fields.push_back(field_of(problems[p], plan, view, view.direct[p]));
-      error = std::max(error, fields.back().error);
-      fields.back().target_reached =
-          options.rays > 0 || fields.back().error <= options.target_error;
+      const double measure = fields.back().target_measure();
+      error = std::max(error, measure);
+      fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
     }
     if (options.rays > 0 || error <= options.target_error) return fields;
     const std::uint64_t total = plan.total();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "flux/first_arrivals.h"
 #include "flux/half_differences.h"
@@ -24,10 +25,9 @@ struct Part {
 // What first arrivals bring, of one quantity.
 class Direct {
  public:
-  Direct(const FluxOptions& options, const RayPlan& plan, const FirstArrivals& found,
-         std::size_t quantity)
+  /// sums as those of first arrivals.
+  Direct(const FluxOptions& options, const RayPlan& plan, const std::vector<double>& sums)
       : plan_(plan), mean_(plan.size()), deviation_(plan.size()) {
-    const std::vector<double>& sums = found.sums[quantity];
     const auto sum_of = [&](std::size_t rank, double sign) {
       return (sums[rank * set_count] + sign * sums[rank * set_count + 1]) /
              (plan.rays(rank) * set_count);
@@ -108,6 +108,14 @@ class Solver {
  private:
   void send();
   FluxField field();
+  // Of all tallies.
+  struct Spreads {
+    std::vector<FluxSpread> direct;
+    std::vector<FluxSpread> onward;
+    std::vector<FluxSpread> total;
+  };
+  std::vector<double> response_sums() const;
+  void find_response_errors(const Spreads& spreads, FluxField& field);
   double error_of(const FluxSpread& part, const FluxSpread& total) const;
   FluxAudit audit() const;
   bool ask_for_more(double error);
@@ -140,6 +148,35 @@ Solver::Solver(const FluxProblem& problem)
   onward_.rays = fixed ? onward_.most : std::min(first_particles, onward_.most);
 }
 
+// What follows from first arrivals, ray by ray: tallies are off together.
+std::vector<double> Solver::response_sums() const {
+  const auto responses = problem_.responses();
+  std::vector<double> sums(found_.sums.front().size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const std::uint32_t f = elements_.facet_of(plan_.element_at(i / set_count));
+    for (std::size_t t = 0; t < responses.size(); ++t)
+      sums[i] += static_cast<double>(responses[t][f]) * found_.sums[t][i];
+  }
+  return sums;
+}
+
+// The errors of both parts and of all, of what follows from the flux.
+void Solver::find_response_errors(const Spreads& spreads, FluxField& field) {
+  const auto responses = problem_.responses();
+  if (responses.empty()) return;
+  const Direct direct(options_, plan_, response_sums());
+  const FluxSpread of_direct = direct.spread();
+  const FluxSpread of_onward = sum_of_responses(spreads.onward, responses);
+  const auto error = [&](const std::vector<FluxSpread>& tallies, const FluxSpread& sum) {
+    std::vector<FluxSpread> seen = tallies;
+    seen.front().flux = spreads.total.front().flux;
+    return response_error(problem_.scene, problem_.patches, seen, responses, sum);
+  };
+  field.response_error = error(spreads.total, sum_of(of_direct, of_onward));
+  direct_.error = error(spreads.direct, of_direct);
+  onward_.error = error(spreads.onward, of_onward);
+}
+
 double Solver::error_of(const FluxSpread& part, const FluxSpread& total) const {
   FluxSpread spread = part;
   spread.flux = total.flux;
@@ -148,8 +185,8 @@ double Solver::error_of(const FluxSpread& part, const FluxSpread& total) const {
 
 // Particles that go on are followed exactly, so the balance is off by the error of what arrives.
 FluxAudit Solver::audit() const {
-  const Direct arrivals(options_, plan_, found_, 0);
-  const Direct goes_on(options_, plan_, found_, found_.sums.size() - 1);
+  const Direct arrivals(options_, plan_, found_.sums.front());
+  const Direct goes_on(options_, plan_, found_.sums.back());
   const FluxAudit onward = tracer_.audit();
   const double emitted = problem_.scene.source_area();
   return {.emitted = emitted,
@@ -181,23 +218,27 @@ FluxField Solver::field() {
   FluxField field{.audit = audit(),
                   .rays = found_.flights + particles_,
                   .segments = found_.flights + tracer_.segments()};
+  std::vector<Direct> direct;
+  Spreads spreads;
+  direct.reserve(found_.sums.size());
   for (std::size_t tally = 0; tally + 1 < found_.sums.size(); ++tally) {
-    const Direct direct(options_, plan_, found_, tally);
-    const FluxSpread of_direct = direct.spread();
-    const FluxSpread of_onward = tracer_.spread(tally, worth_);
-    const FluxSpread total = sum_of(of_direct, of_onward);
+    spreads.direct.push_back(direct.emplace_back(options_, plan_, found_.sums[tally]).spread());
+    spreads.onward.push_back(tracer_.spread(tally, worth_));
+    const FluxSpread& total =
+        spreads.total.emplace_back(sum_of(spreads.direct.back(), spreads.onward.back()));
     FluxEstimate estimated = estimate(problem_.scene, problem_.patches, total);
     if (tally == 0) {
       field.error = estimated.error;
       field.max_facet_error = estimated.max_facet_error;
-      direct_.error = error_of(of_direct, total);
-      onward_.error = error_of(of_onward, total);
+      direct_.error = error_of(spreads.direct[0], total);
+      onward_.error = error_of(spreads.onward[0], total);
     } else {
       estimated.tally.quantity = Tally::Quantity::yield;
     }
     field.tallies.push_back(std::move(estimated.tally));
   }
-  field.target_reached = options_.rays > 0 || field.error <= options_.target_error;
+  find_response_errors(spreads, field);
+  field.target_reached = options_.rays > 0 || field.target_measure() <= options_.target_error;
   return field;
 }
 
@@ -228,7 +269,7 @@ FluxField Solver::solve() {
   for (;;) {
     send();
     FluxField result = field();
-    if (!ask_for_more(result.error)) return result;
+    if (!ask_for_more(result.target_measure())) return result;
   }
 }
 

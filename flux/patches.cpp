@@ -147,4 +147,70 @@ FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxS
   return result;
 }
 
+FluxSpread sum_of_responses(std::vector<FluxSpread> spreads,
+                            std::span<const std::vector<float>> responses) {
+  const std::size_t deviations = spreads.front().deviations;
+  const double divisor = spreads.front().divisor;
+  const auto sum = [responses, spreads = std::move(spreads)](std::size_t f, const auto& of) {
+    double total = 0;
+    for (std::size_t t = 0; t < spreads.size(); ++t) {
+      const double response = static_cast<double>(responses[t][f]);
+      if (response != 0) total += response * of(spreads[t]);
+    }
+    return total;
+  };
+  return {.flux =
+              [sum](std::size_t f) {
+                return sum(f, [f](const FluxSpread& spread) { return spread.flux(f); });
+              },
+          .deviation =
+              [sum](std::size_t f, std::size_t k) {
+                return sum(f, [f, k](const FluxSpread& spread) { return spread.deviation(f, k); });
+              },
+          .deviations = deviations,
+          .divisor = divisor};
+}
+
+double response_error(const RayScene& scene, const Patches& patches,
+                      std::span<const FluxSpread> spreads,
+                      std::span<const std::vector<float>> responses, const FluxSpread& sum) {
+  struct OfPatch {
+    double squares = 0;
+    bool is_exposed = false;
+  };
+  std::vector<OfPatch> of_patch(patches.list().size());
+  parallel_for(of_patch.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> sums(sum.deviations);
+    for (std::size_t p = begin; p < end; ++p) {
+      const Patches::Patch& patch = patches.list()[p];
+      std::fill(sums.begin(), sums.end(), 0.0);
+      double unseen = 0;
+      for (const std::uint32_t f : patch.facets) {
+        if (spreads.front().flux(f) > 0) of_patch[p].is_exposed = true;
+        for (std::size_t t = 0; t < spreads.size(); ++t)
+          unseen =
+              std::max(unseen, std::abs(static_cast<double>(responses[t][f])) * spreads[t].unseen);
+        for (std::size_t k = 0; k < sums.size(); ++k)
+          sums[k] += scene.area(f) * sum.deviation(f, k);
+      }
+      double squares = 0;
+      for (const double each : sums) squares += each * each;
+      const double variance = of_patch[p].is_exposed ? squares / sum.divisor : unseen * unseen;
+      of_patch[p].squares = variance / (patch.area * patch.area);
+    }
+  });
+  std::vector<char> exposed(patches.part_count());
+  for (std::size_t p = 0; p < of_patch.size(); ++p)
+    if (of_patch[p].is_exposed) exposed[patches.list()[p].part] = 1;
+  double area = 0;
+  double squares = 0;
+  for (std::size_t p = 0; p < of_patch.size(); ++p) {
+    const Patches::Patch& patch = patches.list()[p];
+    if (exposed[patch.part] == 0) continue;
+    area += patch.area;
+    squares += patch.area * of_patch[p].squares * std::min(1.0, patch.area / patch.whole);
+  }
+  return area > 0 ? std::sqrt(squares / area) : 0;
+}
+
 }  // namespace scarp

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/tri_mesh.h"
@@ -53,5 +54,19 @@ struct FluxEstimate {
 /// source. A patch that the cells' borders cut counts with the error that a whole one of the same
 /// noise would have, so that the error does not depend on where they fall.
 FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread);
+
+/// What follows from some tallies: their sum, each times its response.
+///
+/// Shape: responses[t][facet] belongs to spreads[t]; these have the same deviations, which belong
+///        together. What is unseen is left out.
+FluxSpread sum_of_responses(std::vector<FluxSpread> spreads,
+                            std::span<const std::vector<float>> responses);
+
+/// The root mean square error of what follows, over the patches that the estimate of the arrivals
+/// counts, in the unit of the responses. Spreads are those of the tallies, arrivals first, and of
+/// their sum.
+double response_error(const RayScene& scene, const Patches& patches,
+                      std::span<const FluxSpread> spreads,
+                      std::span<const std::vector<float>> responses, const FluxSpread& sum);
 
 }  // namespace scarp

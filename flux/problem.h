@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 
 #include "flux/patches.h"
@@ -19,6 +21,12 @@ struct FluxProblem {
   std::uint32_t species_index = 0;  ///< part of the random number's key
   const FluxOptions& options;
 
+  /// One per tally; none if the target is the error of the flux.
+  std::span<const std::vector<float>> responses() const {
+    if (options.responses.empty()) return {};
+    return options.responses[species_index];
+  }
+
   /// How many particles come from a place on the source plane, relative to the mean.
   double source_density(Vec3d r) const {
     const SourceMap& map = species.source.map;
@@ -31,5 +39,10 @@ struct FluxProblem {
     return options.two_dimensional ? project_to_cross_section(n) : n;
   }
 };
+
+/// The error of the responses to a problem's tallies, whose spreads are given by number; nothing if
+/// there are no responses.
+std::optional<double> response_error(const FluxProblem& problem,
+                                     const std::function<FluxSpread(std::size_t tally)>& spread);
 
 }  // namespace scarp

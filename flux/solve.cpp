@@ -96,6 +96,19 @@ void check_species(const Species& species, const FluxOptions& options) {
         where + "cosine power " + std::to_string(power) + " is outside [0, 1e6]");
 }
 
+void check_responses(const TriMesh& facets, std::span<const Species> species,
+                     const FluxOptions& options) {
+  if (options.responses.empty()) return;
+  SCARP_ASSERT(options.responses.size(), ==, species.size());
+  for (std::size_t index = 0; index < species.size(); ++index) {
+    const bool is_beam = species[index].source.kind == SourceLobe::Kind::beam;
+    const std::size_t tallies = is_beam ? 2 : 1 + species[index].yields.size();
+    SCARP_ASSERT(options.responses[index].size(), ==, tallies);
+    for (const std::vector<float>& of_tally : options.responses[index])
+      SCARP_ASSERT(of_tally.size(), ==, facets.triangles.size());
+  }
+}
+
 std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& species) {
   std::vector<float> sticking(mesh.triangles.size(), species.sticking.front());
   for (std::size_t f = 0; f < mesh.materials.size(); ++f) {
@@ -146,6 +159,7 @@ void balance_mirror_images(std::span<const Species> species, const Sides& sides,
 bool particles_are_fewer(const FluxProblem& problem) {
   const FluxOptions& options = problem.options;
   if (options.rays > 0 || !problem.species.source.is_lambert()) return false;
+  if (!options.responses.empty()) return false;  // the target is none of the flux
   double sticking_area = 0;
   for (std::size_t f = 0; f < problem.sticking.size(); ++f)
     sticking_area += problem.scene.area(f) * static_cast<double>(problem.sticking[f]);
@@ -166,6 +180,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   check_options(options);
   for (const Species& one : species) check_species(one, options);
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
+  check_responses(facets, species, options);
 
   const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
   const RayScene scene(facets, options.sides, spacing);

@@ -28,6 +28,12 @@ struct FluxOptions {
   double spacing = 0;            ///< of the grid; 0: as of a mesh with two facets per grid cell
   double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
+  /// What follows from each tally, if there are any: the target is then the root mean square over
+  /// the exposed surface, by area, of the error on patches of the sum of a species' tallies, each
+  /// times its response, in the unit of these. Beams have no target.
+  ///
+  /// Shape: [species][tally][facet].
+  std::vector<std::vector<std::vector<float>>> responses{};
   /// Fixes the number of rays and switches the target off, when > 0.
   ///
   /// Forward: particles of each species, rounded up to whole batches of 32. Gather: rays from all

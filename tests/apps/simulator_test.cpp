@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/running_statistics.h"
+#include "flux/solve.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -460,6 +461,100 @@ TEST(MultiParticle, ARateThatIsNotFiniteIsToldWithItsFormulaBeforeItMovesAnythin
   EXPECT_THAT(failure_of("Si = \"1 nm/s\"\nSiO2 = \"2 nm/s * F\"\n"),
               AllOf(HasSubstr("the surface grows, by 2 nm/s"), HasSubstr("no material"),
                     HasSubstr("material SiO2, rate \"2 nm/s * F\"")));
+}
+
+constexpr const char* coated_trench = R"(
+[domain]
+spacing = "1 nm"
+extent = ["40 nm"]
+mode = "2d"
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[geometry]]
+shape = "trench"
+width = "20 nm"
+depth = "30 nm"
+
+[[step]]
+model = "single_particle"
+duration = "10 s"
+growth_rate = "1 nm/s"
+material = "SiO2"
+sticking = 0.3
+)";
+
+/// The first time step of a recipe with these settings in front.
+Survey first_survey(const std::string& settings) {
+  const Recipe recipe = recipe_of(settings + coated_trench);
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  return survey(state, recipe);
+}
+
+std::uint64_t rays_of(const Survey& survey) { return survey.flux.front().rays; }
+
+TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
+  const Survey now = first_survey("[flux]\nposition_error = 0.001\n");
+  EXPECT_TRUE(now.flux.front().target_reached);
+  ASSERT_TRUE(position_error(now, now.longest_dt).has_value());
+  EXPECT_LE(*position_error(now, now.longest_dt), 0.001);
+  // A growth of 1 nm/s: it is the error of the flux, in parts of the source's, times dt.
+  const std::vector<float> moved(now.facets.triangles.size(), static_cast<float>(now.longest_dt));
+  const Recipe recipe = recipe_of(coated_trench);
+  FluxOptions options = recipe.flux;
+  options.target_error = 0.001;
+  options.responses = {{moved}};
+  const std::vector<FluxField> flux =
+      solve_flux(now.facets, recipe.steps[0].model->species(), options);
+  EXPECT_NEAR(*flux[0].response_error, *position_error(now, now.longest_dt), 1e-5);
+  EXPECT_EQ(flux[0].arrivals().mean, now.flux[0].arrivals().mean);
+  EXPECT_FALSE(position_error(first_survey(""), 1).has_value());
+}
+
+TEST(PositionError, TakesFewerRaysWhereTheSurfaceMovesLittle) {
+  const std::string target = "[flux]\nposition_error = 0.0005\n";
+  const Survey whole = first_survey(target);
+  const Survey cut = first_survey(target + "[output]\nevery = \"0.02 s\"\n");
+  EXPECT_NEAR(cut.longest_dt, 0.02, 1e-12);
+  EXPECT_GT(whole.longest_dt, 0.2);
+  EXPECT_TRUE(cut.flux.front().target_reached);
+  EXPECT_LT(2 * rays_of(cut), rays_of(whole));
+  EXPECT_LT(2 * rays_of(cut), rays_of(first_survey("[flux]\ntarget_error = 0.003\n")));
+}
+
+TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
+  const Recipe recipe =
+      recipe_of(std::string("[flux]\nposition_error = \"0.002 nm\"\n") + coated_trench);
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  for (int n = 0; n < 4; ++n) {
+    const Survey now = survey(state, recipe);
+    const Move move = advance(state, recipe, now, next_output(state, recipe));
+    EXPECT_LE(move.dt, now.longest_dt);
+    EXPECT_LE(*position_error(now, move.dt), 0.002);
+  }
+}
+
+TEST(PositionError, IsATargetInPlaceOfTheOthers) {
+  const auto message = [](const std::string& settings) {
+    try {
+      recipe_of("[flux]\n" + settings + coated_trench);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_EQ(message("position_error = 0.01\n"), "no error");
+  EXPECT_THAT(message("position_error = 0.01\ntarget_error = 0.1\n"),
+              testing::HasSubstr("flux.target_error: there is position_error, too"));
+  EXPECT_THAT(message("position_error = 0.01\nrays = 9\n"),
+              testing::HasSubstr("flux.rays: there is position_error, too"));
+  EXPECT_THAT(message("position_error = 0\n"),
+              testing::HasSubstr("flux.position_error: 0 is outside [1e-6, 1]"));
+  EXPECT_THAT(message("position_error = \"2 nm\"\n"), testing::HasSubstr("is outside"));
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+#include "flux/problem.h"
+
+#include <vector>
+
+namespace scarp {
+
+std::optional<double> response_error(const FluxProblem& problem,
+                                     const std::function<FluxSpread(std::size_t tally)>& spread) {
+  const auto responses = problem.responses();
+  if (responses.empty()) return std::nullopt;
+  std::vector<FluxSpread> spreads;
+  for (std::size_t tally = 0; tally < responses.size(); ++tally) spreads.push_back(spread(tally));
+  return response_error(problem.scene, problem.patches, spreads, responses,
+                        sum_of_responses(spreads, responses));
+}
+
+}  // namespace scarp
