@@ -22,7 +22,7 @@ struct Tally {
 };
 
 /// Where the particles went. Units: number of particles by weight; emitted is the number that left
-/// the source.
+/// the source, or facets of their own.
 struct FluxAudit {
   double emitted = 0;
   double absorbed = 0;

@@ -13,50 +13,86 @@ namespace {
 
 constexpr std::uint64_t first_round = std::uint64_t{1} << 16;
 
-// The plane above the wafer from which all particles come.
-class SourcePlane {
+// Where all particles come from: the plane above the wafer, and facets that emit.
+class Starts {
  public:
-  explicit SourcePlane(const FluxProblem& problem) : problem_(problem) {
+  explicit Starts(const FluxProblem& problem) : problem_(problem), emitted_(problem.emitted()) {
     const FluxOptions& options = problem.options;
     for (std::uint32_t b = 0; b < batch_count; ++b) {
       // Ray numbers of the scramblings lie above those of all rays.
       RandomStream random(
           {options.seed, options.time_step, problem.species_index, (std::uint64_t{1} << 63) + b});
-      starts_.emplace_back(std::array{random.bits(), random.bits(), random.bits(), random.bits()});
+      points_.emplace_back(std::array{random.bits(), random.bits(), random.bits(), random.bits()});
+    }
+    double sum = problem.has_source() ? problem.scene.source_area() : 0;
+    from_plane_ = sum / emitted_;
+    for (std::size_t f = 0; f < problem.species.emission.size(); ++f) {
+      below_.push_back(sum / emitted_);
+      sum += problem.scene.area(f) * static_cast<double>(problem.species.emission[f]);
     }
   }
 
+  /// Flux times area (squared spacings) of all particles together.
+  double emitted() const { return emitted_; }
+
   Particle emit(std::uint64_t ray) const {
     const FluxOptions& options = problem_.options;
-    const RayScene& scene = problem_.scene;
     const auto batch = static_cast<std::uint32_t>(ray % batch_count);
-    const auto xi = starts_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
-    const SourceMap& map = problem_.species.source.map;
-    const auto [x, y] = map.empty() ? std::array{xi[0], xi[1]} : map.place({xi[0], xi[1]});
+    const auto xi = points_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
     Particle particle{
-        .ray = {.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()}, .u = {}},
+        .ray = {},
         .batch = batch,
         .random = RandomStream({options.seed, options.time_step, problem_.species_index, ray})};
-    const Vec3d u = sample_lobe(problem_.species.source, {xi[2], xi[3]}, particle.random);
-    turn(particle, u, options.two_dimensional);
-    if (problem_.species.ions) {
-      const double quantile = particle.random.uniform_double();
-      particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
+    // The first number says where from, and what it has left where there.
+    if (xi[0] < from_plane_) {
+      leave_plane({xi[0] / from_plane_, xi[1]}, {xi[2], xi[3]}, particle);
+    } else {
+      leave_facet(xi[0], xi[1], {xi[2], xi[3]}, particle);
     }
     return particle;
   }
 
  private:
+  void leave_plane(UnitSquare place, UnitSquare direction, Particle& particle) const {
+    const RayScene& scene = problem_.scene;
+    const SourceLobe& source = problem_.species.source;
+    const auto [x, y] =
+        source.map.empty() ? std::array{place.xi1, place.xi2} : source.map.place(place);
+    particle.ray.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()};
+    const Vec3d u = sample_lobe(source, direction, particle.random);
+    turn(particle, u, problem_.options.two_dimensional);
+    if (problem_.species.ions) {
+      const double quantile = particle.random.uniform_double();
+      particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
+    }
+  }
+
+  void leave_facet(double xi1, double xi2, UnitSquare direction, Particle& particle) const {
+    const auto above = std::upper_bound(below_.begin(), below_.end(), xi1);
+    const double end = above == below_.end() ? 1 : *above;
+    const double begin = *(above - 1);
+    const auto f = static_cast<std::uint32_t>(above - below_.begin() - 1);
+    const Vec3d weights = sample_triangle({(xi1 - begin) / (end - begin), xi2});
+    const auto& [a, b, c] = problem_.scene.corners(f);
+    particle.ray.r = weights.x * Vec3d(a) + weights.y * Vec3d(b) + weights.z * Vec3d(c);
+    particle.ray.from = f;
+    particle.is_emitted = true;
+    turn(particle, sample_cosine(direction, problem_.normal(f)), problem_.options.two_dimensional);
+  }
+
   const FluxProblem& problem_;
-  std::vector<ScrambledSobol> starts_;  // one per batch
+  double emitted_ = 0;
+  double from_plane_ = 1;               // part of them
+  std::vector<double> below_;           // part of them from the plane and the facets before
+  std::vector<ScrambledSobol> points_;  // one set per batch
 };
 
 // Follows the rays first..end, one batch after the other, so that a pool adds to few of the sums of
 // a facet.
-void trace(Tracer& tracer, const SourcePlane& source, std::uint64_t first, std::uint64_t end) {
+void trace(Tracer& tracer, const Starts& starts, std::uint64_t first, std::uint64_t end) {
   const std::uint64_t in_batch = (end - first) / batch_count;
   tracer.trace(end - first, [&](std::uint64_t k) {
-    return source.emit(first + k % in_batch * batch_count + k / in_batch);
+    return starts.emit(first + k % in_batch * batch_count + k / in_batch);
   });
 }
 
@@ -79,17 +115,17 @@ FluxField trace_forward(const FluxProblem& problem) {
   // A cap is never passed, unless it is below one batch.
   const std::uint64_t most = options.max_rays / batch_count * batch_count;
   const std::uint64_t cap = whole_batches(fixed ? options.rays : std::max<std::uint64_t>(most, 1));
-  const SourcePlane source(problem);
+  const Starts starts(problem);
   Tracer tracer(problem);
   const auto spread = [&](std::size_t tally, std::uint64_t rays) {
-    return tracer.spread(tally, problem.scene.source_area() / static_cast<double>(rays));
+    return tracer.spread(tally, starts.emitted() / static_cast<double>(rays));
   };
   const auto estimated = [&](std::size_t tally, std::uint64_t rays) {
     return estimate(problem.scene, problem.patches, spread(tally, rays));
   };
   FluxField field;
   for (std::uint64_t rays = fixed ? cap : std::min(cap, first_round);;) {
-    trace(tracer, source, field.rays, rays);
+    trace(tracer, starts, field.rays, rays);
     field.rays = rays;
     FluxEstimate flux = estimated(0, rays);
     field.tallies = {std::move(flux.tally)};

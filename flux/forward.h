@@ -4,13 +4,13 @@
 
 namespace scarp {
 
-/// Follows particles from the source plane until they stick or leave.
+/// Follows particles from the source plane, and from facets that emit, until they stick or leave.
 ///
-/// The estimate on a facet is the weight that arrives there, times source area over number of rays
-/// and facet area. Rays form 32 independent batches; the spread between batches gives the standard
-/// errors, on facets and on patches, which are right although one particle arrives many times. In a
-/// batch the start and first direction follow a scrambled Sobol sequence, later directions are
-/// plain random numbers.
+/// The estimate on a facet is the weight that arrives there, times source area (and what facets
+/// emit) over number of rays and facet area. Rays form 32 independent batches; the spread between
+/// batches gives the standard errors, on facets and on patches, which are right although one
+/// particle arrives many times. In a batch the start and first direction follow a scrambled Sobol
+/// sequence, later directions are plain random numbers.
 ///
 /// Cost: 256 bytes per facet and tally, up to 60 MB per thread, and 1/4 to 1 us per flight on one
 /// core.

@@ -114,12 +114,38 @@ std::array<double, fate_count> ends_of(const ExchangeMatrix& matrix, std::size_t
   return ends;
 }
 
+double emission_of(const FluxProblem& problem, const RayPlan& plan, std::size_t rank) {
+  const std::vector<float>& emission = problem.species.emission;
+  if (emission.empty()) return 0;
+  return static_cast<double>(emission[plan.elements().facet_of(plan.element_at(rank))]);
+}
+
+// What rays see of the source and of what facets emit.
+std::vector<float> seen_by_rays(const FluxProblem& problem, const RayPlan& plan, const View& view,
+                                std::size_t index) {
+  std::vector<float> seen = view.direct[index];
+  if (problem.species.emission.empty()) return seen;
+  const ExchangeMatrix& matrix = view.matrix;
+  std::vector<float> emission(matrix.size());
+  for (std::size_t rank = 0; rank < emission.size(); ++rank)
+    emission[rank] = static_cast<float>(emission_of(problem, plan, rank));
+  parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
+        const std::uint32_t j = matrix.hits[k];
+        if (j < matrix.size()) seen[i * set_count + k % set_count] += emission[j];
+      }
+    }
+  });
+  return seen;
+}
+
 // Books what the elements absorb and where their re-emitted particles end. In units of source
 // particles per squared spacing. Flux and part that leaves come from the same rays, so the product
 // of their means is too large by their covariance, which the half differences tell.
 FluxAudit audit_of(const FluxProblem& problem, const RayPlan& plan, const View& view,
                    std::span<const float> reemitted, const Solution& solution) {
-  FluxAudit audit{.emitted = problem.scene.source_area()};
+  FluxAudit audit{.emitted = problem.emitted()};
   std::array<double, draw_count> totals{};
   for (std::size_t i = 0; i < view.matrix.size(); ++i) {
     const auto ends = ends_of(view.matrix, i);
@@ -128,18 +154,18 @@ FluxAudit audit_of(const FluxProblem& problem, const RayPlan& plan, const View& 
     const double area = plan.elements().area(element);
     const double arrives = area * solution.flux[i];
     const double c = reemitted[i];
+    const double leaves = arrives * c + area * emission_of(problem, plan, i);
     audit.absorbed += arrives * (1 - c);
-    audit.escaped += arrives * c * ends[to_sky] - area * c * half.flux * half.out;
-    audit.lost_back_face += arrives * c * ends[to_back];
-    audit.lost_below += arrives * c * ends[to_below];
-    audit.lost_side_limit += arrives * c * ends[to_side_limit];
+    audit.escaped += leaves * ends[to_sky] - area * c * half.flux * half.out;
+    audit.lost_back_face += leaves * ends[to_back];
+    audit.lost_below += leaves * ends[to_below];
+    audit.lost_side_limit += leaves * ends[to_side_limit];
 
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
     const std::uint32_t signs = draw_signs(problem.options, element);
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       const double deviation = solution.deviation[i * draw_count + draw];
-      totals[draw] +=
-          area * deviation * (1 - c + c * out) + arrives * c * sign(signs, draw) * half.out;
+      totals[draw] += area * deviation * (1 - c + c * out) + leaves * sign(signs, draw) * half.out;
     }
   }
   double squares = 0;
@@ -208,7 +234,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
-      fields.push_back(field_of(problems[p], plan, view, view.direct[p]));
+      fields.push_back(field_of(problems[p], plan, view, seen_by_rays(problems[p], plan, view, p)));
       const double measure = fields.back().target_measure();
       error = std::max(error, measure);
       fields.back().target_reached = options.rays > 0 || measure <= options.target_error;

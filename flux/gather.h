@@ -10,10 +10,11 @@ namespace scarp {
 /// Asks every facet what arrives: rays from the facets to the source, and an exchange of what is
 /// re-emitted between facets.
 ///
-/// With F the flux on a facet, E its direct part, K the part of its view that each facet fills and
-/// s the sticking, F = E + K (1 - s) F. Rays leave each facet by Lambert's law from places spread
-/// over it; those that reach the sky estimate E, the others K, and both serve all species at once.
-/// On an element, a piece of a facet no longer than three spacings, the flux is taken as constant.
+/// With F the flux on a facet, E its direct part, K the part of its view that each facet fills, s
+/// the sticking and G what facets emit of their own, F = E + K ((1 - s) F + G). Rays leave each
+/// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
+/// others K, and both serve all species at once. On an element, a piece of a facet no longer than
+/// three spacings, the flux is taken as constant.
 ///
 /// Each facet sends two independent scrambled Sobol sets, so facets are independent of each other
 /// and half the difference of a facet's two sets is a fair sample of the error of its equation.

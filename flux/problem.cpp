@@ -4,6 +4,13 @@
 
 namespace scarp {
 
+double FluxProblem::emitted() const {
+  double sum = has_source() ? scene.source_area() : 0;
+  for (std::size_t f = 0; f < species.emission.size(); ++f)
+    sum += scene.area(f) * static_cast<double>(species.emission[f]);
+  return sum;
+}
+
 std::optional<double> response_error(const FluxProblem& problem,
                                      const std::function<FluxSpread(std::size_t tally)>& spread) {
   const auto responses = problem.responses();

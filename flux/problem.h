@@ -27,6 +27,10 @@ struct FluxProblem {
     return options.responses[species_index];
   }
 
+  /// Particles from above and from the surface. Units: source flux times squared spacings.
+  double emitted() const;
+  bool has_source() const { return species.source.kind != SourceLobe::Kind::none; }
+
   /// How many particles come from a place on the source plane, relative to the mean.
   double source_density(Vec3d r) const {
     const SourceMap& map = species.source.map;

@@ -57,7 +57,8 @@ void check_beam(const Species& species, const FluxOptions& options) {
 // The exchange knows diffuse re-emission under a source that is the same all around.
 bool needs_particles(const Species& species) {
   const Vec3d axis = species.source.direction;
-  return species.ions || axis.x != 0 || axis.y != 0;
+  const bool leans = axis.x != 0 || axis.y != 0;
+  return species.ions || (leans && species.source.kind != SourceLobe::Kind::none);
 }
 
 void check_ions(const Species& species, const std::string& where) {
@@ -94,6 +95,23 @@ void check_species(const Species& species, const FluxOptions& options) {
   const double power = species.source.cosine_power;
   check(power >= 0 && power <= 1e6,
         where + "cosine power " + std::to_string(power) + " is outside [0, 1e6]");
+}
+
+void check_emission(const Species& species, std::size_t facet_count) {
+  const std::string where = "species " + species.name + ": ";
+  const bool from_above = species.source.kind != SourceLobe::Kind::none;
+  check(from_above || !species.emission.empty(),
+        where + "it has no source: nothing comes from above and no facet emits");
+  if (species.emission.empty()) return;
+  check(!species.ions && species.source.kind != SourceLobe::Kind::beam,
+        where + "only neutrals can be emitted by facets");
+  check(species.emission.size() == facet_count,
+        where + "emission has " + std::to_string(species.emission.size()) + " entries for " +
+            std::to_string(facet_count) + " facets");
+  for (const float emission : species.emission)
+    check(emission >= 0 && std::isfinite(emission), where + "emission is negative or not finite");
+  const bool emits = std::ranges::any_of(species.emission, [](float e) { return e > 0; });
+  check(from_above || emits, where + "it has no source: the emission is zero everywhere");
 }
 
 void check_responses(const TriMesh& facets, std::span<const Species> species,
@@ -160,6 +178,7 @@ bool particles_are_fewer(const FluxProblem& problem) {
   const FluxOptions& options = problem.options;
   if (options.rays > 0 || !problem.species.source.is_lambert()) return false;
   if (!options.responses.empty()) return false;  // the target is none of the flux
+  if (!problem.species.emission.empty()) return false;
   double sticking_area = 0;
   for (std::size_t f = 0; f < problem.sticking.size(); ++f)
     sticking_area += problem.scene.area(f) * static_cast<double>(problem.sticking[f]);
@@ -180,6 +199,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   check_options(options);
   for (const Species& one : species) check_species(one, options);
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
+  for (const Species& one : species) check_emission(one, facets.triangles.size());
   check_responses(facets, species, options);
 
   const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
@@ -202,7 +222,8 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     if (species[index].source.kind == SourceLobe::Kind::beam) {
       fields[index] = trace_beam(problem(index));
       fields[index].engine = FluxEngine::beam;
-    } else if (options.engine == FluxOptions::Engine::forward) {
+    } else if (options.engine == FluxOptions::Engine::forward ||
+               (needs_particles(species[index]) && !species[index].emission.empty())) {
       fields[index] = trace_forward(problem(index));
     } else if (needs_particles(species[index])) {
       fields[index] = gather_forward(problem(index));

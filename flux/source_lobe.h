@@ -13,6 +13,7 @@ struct SourceLobe {
     cosine,  ///< power cosine about the direction: pdf (n + 1) / (2 pi) cos^n(theta) per particle
              ///< that crosses the plane; what points away from the wafer is drawn again
     beam,    ///< all particles along one direction; solved by shadow rays, without random numbers
+    none,    ///< no particles from above: all come from the surface
   };
   Kind kind = Kind::cosine;
   double cosine_power = 1;

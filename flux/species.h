@@ -19,6 +19,11 @@ struct Species {
   std::vector<float> sticking{1.0F};  ///< in [0, 1]; what does not stick is re-emitted diffusely
   std::optional<Ions> ions{};         ///< has energy, and is reflected instead
   std::vector<YieldLaw> yields{};     ///< of ions; one more tally each
+
+  /// What leaves the surface besides what is re-emitted, by the cosine law: desorbed or sputtered
+  /// atoms. Of neutrals, one per facet of the mesh, in particles per area relative to the flux of
+  /// the source; nothing if it is empty. A closed void has to take up what it emits.
+  std::vector<float> emission{};
 };
 
 }  // namespace scarp

@@ -80,8 +80,8 @@ void Tracer::trace(std::uint64_t count, const std::function<Particle(std::uint64
     for (std::uint64_t k = first; k < end; ++k) {
       Particle particle = start(k);
       counts.emitted += particle.weight;
-      const bool flies =
-          particle.ray.from == Ray::no_facet || leave(particle, impact_of(particle), counts);
+      const bool starts = particle.ray.from == Ray::no_facet || particle.is_emitted;
+      const bool flies = starts || leave(particle, impact_of(particle), counts);
       if (flies) particles.push_back(particle);
     }
     trace_pool(std::move(particles), counts);

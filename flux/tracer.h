@@ -16,8 +16,8 @@ namespace scarp {
 /// Independent parts of all particles, whose spread gives the standard error.
 inline constexpr std::uint32_t batch_count = 32;
 
-/// A particle in flight. One that starts from a facet has just arrived there along its ray; it is
-/// that part of an arriving particle that does not stick.
+/// A particle in flight. One that starts from a facet has just arrived there along its ray, unless
+/// it is emitted there; it is that part of an arriving particle that does not stick.
 struct Particle {
   /// Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is
   /// the weight of a particle at its start, and 2^33 of them fit in a sum.
@@ -26,8 +26,9 @@ struct Particle {
   Ray ray;
   std::uint32_t weight = unit_weight;
   std::uint32_t batch = 0;
-  float energy = 0;       ///< of ions
-  float along_slice = 0;  ///< y of the direction before it was projected on a cross-section
+  bool is_emitted = false;  ///< by its facet, along its ray
+  float energy = 0;         ///< of ions
+  float along_slice = 0;    ///< y of the direction before it was projected on a cross-section
   RandomStream random;
 };
 

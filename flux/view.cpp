@@ -24,7 +24,12 @@ double lobe_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
 
 // The same of a source that is not equally bright everywhere.
 double sky_weight(const Shot& shot, const Flight& flight, Vec3d n, const FluxProblem& problem) {
+  if (!problem.has_source()) return 0;
   return lobe_weight(shot.u, n, problem.species.source) * problem.source_density(flight.r);
+}
+
+bool is_looked_for(const FluxProblem& problem) {
+  return problem.has_source() && !problem.species.source.is_lambert();
 }
 
 class Viewer {
@@ -129,11 +134,11 @@ View Viewer::look() const {
   parallel_for(size, grain, [&](std::size_t begin, std::size_t end) {
     view_by_lambert(begin, end, view);
     for (std::size_t p = 0; p < problems_.size(); ++p)
-      if (!problems_[p].species.source.is_lambert()) view_by_lobe(begin, end, p, view);
+      if (is_looked_for(problems_[p])) view_by_lobe(begin, end, p, view);
   });
   view.flights = earlier_.flights + new_rays();
   for (const FluxProblem& problem : problems_)
-    if (!problem.species.source.is_lambert()) view.flights += new_rays();
+    if (is_looked_for(problem)) view.flights += new_rays();
   return view;
 }
 
