@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/csv.h"
 #include "core/error.h"
-#include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
 #include "core/suggestion.h"
 #include "core/toml.h"
-#include "core/trimmed.h"
 
 namespace scarp {
 
@@ -224,21 +221,6 @@ std::vector<std::array<double, 2>> read_polygon(const Item& item) {
 
 constexpr std::size_t most_rows = 100'000;
 
-/// A column as the first line of a CSV file names it.
-std::string head_of(const Column& column, std::string_view unit) {
-  const std::string brackets = unit.empty() ? "" : " [" + std::string(unit) + ']';
-  return std::string(column.name) + brackets;
-}
-
-/// The unit of a column that the first line of a CSV file names; nothing if it is another column.
-std::optional<std::string_view> unit_in_head(std::string_view cell, const Column& column) {
-  const std::size_t bracket = std::min(cell.find('['), cell.size());
-  if (trimmed(cell.substr(0, bracket)) != column.name) return std::nullopt;
-  if (bracket == cell.size()) return std::string_view{};
-  if (!cell.ends_with(']')) return std::nullopt;
-  return trimmed(cell.substr(bracket + 1, cell.size() - bracket - 2));
-}
-
 /// A row that stands in the recipe.
 std::optional<std::vector<double>> read_row(const Item& item, std::span<const Column> columns) {
   const std::vector<Item> entries = read_list(item, {columns.size(), columns.size()});
@@ -251,94 +233,6 @@ std::optional<std::vector<double>> read_row(const Item& item, std::span<const Co
   return row;
 }
 
-/// A CSV file that a recipe names. What is wrong with it is noted where the recipe does.
-class CsvTable {
- public:
-  CsvTable(const Item& item, std::span<const Column> columns, const std::filesystem::path& folder)
-      : item_(item), columns_(columns), table_{.values = {}, .file = (folder / item.value.text)} {}
-
-  /// Adds to the record what a recipe with the same rows would hold.
-  std::optional<NumberTable> read(std::string& record) {
-    std::vector<CsvLine> lines;
-    try {
-      lines = parse_csv(read_file(table_.file));
-    } catch (const InputError& error) {
-      note(item_, error.what());
-      return std::nullopt;
-    }
-    if (!read_head(lines)) return std::nullopt;
-    bool ok = true;
-    for (std::size_t n = 1; n < lines.size(); ++n) ok = read_line(lines[n], record) && ok;
-    if (!ok) return std::nullopt;
-    return std::move(table_);
-  }
-
- private:
-  bool read_head(std::span<const CsvLine> lines) {
-    const std::size_t line = lines.empty() ? 1 : lines[0].number;
-    const std::size_t count = lines.empty() ? 0 : lines[0].cells.size();
-    bool ok = count == columns_.size();
-    for (std::size_t c = 0; ok && c < count; ++c) {
-      const auto unit = unit_in_head(lines[0].cells[c], columns_[c]);
-      ok = unit.has_value();
-      // A column of numbers may say what they are of.
-      const bool is_number = columns_[c].dimension == Dimension::number;
-      units_.emplace_back(is_number || !ok ? std::string_view{} : *unit);
-    }
-    if (!ok) {
-      note_line(line, "has to name the columns: " + toml_string(csv_head(columns_)));
-      return false;
-    }
-    try {
-      for (std::size_t c = 0; c < count; ++c)
-        parse_quantity("1 " + units_[c], columns_[c].dimension);
-    } catch (const InputError& error) {
-      note_line(line, error.what());
-      return false;
-    }
-    return true;
-  }
-
-  bool read_line(const CsvLine& line, std::string& record) {
-    if (line.cells.size() != columns_.size()) {
-      note_line(line.number, "has " + std::to_string(line.cells.size()) + " columns; " +
-                                 std::to_string(columns_.size()) + " are wanted");
-      return false;
-    }
-    std::vector<double> row;
-    std::string text;
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const Dimension dimension = columns_[c].dimension;
-      const bool is_number = dimension == Dimension::number;
-      const std::string cell = line.cells[c] + (is_number ? "" : ' ' + units_[c]);
-      try {
-        row.push_back(parse_quantity(cell, dimension));
-      } catch (const InputError& error) {
-        note_line(line.number, error.what());
-        return false;
-      }
-      if (!is_allowed(row.back(), columns_[c].limits)) {
-        note_line(line.number, cell + outside(columns_[c].limits, dimension));
-        return false;
-      }
-      text += (c > 0 ? ", " : "") + (is_number ? format_number(row.back()) : toml_string(cell));
-    }
-    record += (table_.values.empty() ? "[" : ", [") + text + ']';
-    table_.values.push_back(std::move(row));
-    table_.lines.push_back(line.number);
-    return true;
-  }
-
-  void note_line(std::size_t line, const std::string& text) const {
-    note(item_, table_.file + ':' + std::to_string(line) + ": " + text);
-  }
-
-  const Item& item_;
-  std::span<const Column> columns_;
-  std::vector<std::string> units_;
-  NumberTable table_;
-};
-
 /// The rows that stand in the recipe.
 std::optional<NumberTable> read_rows(const Item& item, std::span<const Column> columns) {
   NumberTable table;
@@ -350,6 +244,34 @@ std::optional<NumberTable> read_rows(const Item& item, std::span<const Column> c
   }
   if (!ok || table.values.empty()) return std::nullopt;
   return table;
+}
+
+std::optional<NumberTable> read_csv_noted(const Item& item, std::span<const Column> columns,
+                                          const std::filesystem::path& folder) {
+  try {
+    NumberTable table = read_csv(folder / item.value.text, columns);
+    if (table.values.size() >= 2 && table.values.size() <= most_rows) return table;
+    note(item, table.file + ": has " + std::to_string(table.values.size()) +
+                   " rows of numbers; 2 to " + std::to_string(most_rows) + " are wanted");
+  } catch (const InputError& error) {
+    note(item, error.what());
+  }
+  return std::nullopt;
+}
+
+/// The rows as a recipe would hold them.
+std::string format_rows(const NumberTable& table, std::span<const Column> columns) {
+  std::string text;
+  for (const std::vector<double>& row : table.values) {
+    text += text.empty() ? "[" : ", [";
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const Dimension dimension = columns[c].dimension;
+      const std::string value = format_quantity(row[c], dimension);
+      text += (c > 0 ? ", " : "") + (dimension == Dimension::number ? value : toml_string(value));
+    }
+    text += ']';
+  }
+  return '[' + text + ']';
 }
 
 /// "energy, then by angle": what rows ascend by.
@@ -402,23 +324,6 @@ const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
 }
 
 }  // namespace
-
-std::string csv_head(std::span<const Column> columns) {
-  std::string head;
-  for (const Column& column : columns) {
-    const bool is_angle = column.dimension == Dimension::angle;
-    head.append(head.empty() ? "" : ",")
-        .append(head_of(column, is_angle ? "deg" : inside_unit(column.dimension)));
-  }
-  return head;
-}
-
-std::vector<double> NumberTable::column(std::size_t index) const {
-  std::vector<double> numbers;
-  numbers.reserve(values.size());
-  for (const std::vector<double>& row : values) numbers.push_back(row[index]);
-  return numbers;
-}
 
 double RecipeTable::quantity(std::string_view key, Dimension dimension,
                              const Limits& limits) const {
@@ -580,14 +485,8 @@ std::optional<NumberTable> RecipeTable::number_table(std::string_view key,
   if (!item) return std::nullopt;
   std::optional<NumberTable> table;
   if (item->value.kind == TomlValue::Kind::text) {
-    std::string record;
-    table = CsvTable(*item, columns, folder).read(record);
-    if (table && (table->values.size() < 2 || table->values.size() > most_rows)) {
-      note(*item, table->file + ": has " + std::to_string(table->values.size()) +
-                      " rows of numbers; 2 to " + std::to_string(most_rows) + " are wanted");
-      return std::nullopt;
-    }
-    if (table) node_->record->set(key, '[' + record + ']');
+    table = read_csv_noted(*item, columns, folder);
+    if (table) node_->record->set(key, format_rows(*table, columns));
   } else if (item->value.is_list()) {
     table = read_rows(*item, columns);
     node_->record->set(key, format_toml(item->value));
@@ -596,6 +495,16 @@ std::optional<NumberTable> RecipeTable::number_table(std::string_view key,
                     " is not a table; write its rows, [[...], [...]], or the name of a CSV file");
   }
   if (!table) return std::nullopt;
+  for (std::size_t r = 0; r < table->lines.size(); ++r) {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const double value = table->values[r][c];
+      if (is_allowed(value, columns[c].limits)) continue;
+      const Dimension dimension = columns[c].dimension;
+      row_error(key, *table, r,
+                format_quantity(value, dimension) + outside(columns[c].limits, dimension));
+      return std::nullopt;
+    }
+  }
   const auto argument = [](const std::vector<double>& row) {
     return std::span(row).first(row.size() - 1);
   };

@@ -13,21 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/limits.h"
 #include "core/material.h"
+#include "core/number_table.h"
 #include "core/quantity.h"
 
 namespace scarp {
-
-/// What a value may be, said once where it is read.
-///
-/// Units: minimum and maximum in the unit of the inside; fallback as a recipe writes it ("0 deg",
-/// "0.1"), empty when the key has to be given.
-struct Limits {
-  std::string_view fallback{};
-  double minimum = -std::numeric_limits<double>::infinity();
-  double maximum = std::numeric_limits<double>::infinity();
-  bool exclusive = false;  ///< minimum and maximum themselves are not allowed
-};
 
 /// How many entries a list may have. A list with a fallback and without a key gets maximum entries.
 struct ListSize {
@@ -39,27 +30,6 @@ struct ListSize {
 struct MaterialScope {
   const Materials& materials;
   std::span<const MaterialId> reachable;
-};
-
-/// A column of a table of numbers. A CSV file names it with its unit, as in `energy [eV]`.
-struct Column {
-  std::string_view name;
-  Dimension dimension = Dimension::number;
-  Limits limits{};
-};
-
-/// The first line of a CSV file that has these columns: "energy [eV],density".
-std::string csv_head(std::span<const Column> columns);
-
-/// The rows of a table of numbers, in the order of the recipe, and where they stand.
-///
-/// Shape: values has one entry per row, of one number per column.
-struct NumberTable {
-  std::vector<std::vector<double>> values;
-  std::string file{};                ///< empty: the rows stand in the recipe
-  std::vector<std::size_t> lines{};  ///< of the file, one per row
-
-  std::vector<double> column(std::size_t index) const;
 };
 
 /// The names that a key may have, and what they stand for.

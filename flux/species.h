@@ -22,7 +22,8 @@ struct Species {
 
   /// What leaves the surface besides what is re-emitted, by the cosine law: desorbed or sputtered
   /// atoms. Of neutrals, one per facet of the mesh, in particles per area relative to the flux of
-  /// the source; nothing if it is empty. A closed void has to take up what it emits.
+  /// the source; nothing if it is empty. Taken as exact: an error of its own is not in that of the
+  /// flux. A closed void has to take up what it emits.
   std::vector<float> emission{};
 };
 

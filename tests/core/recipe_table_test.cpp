@@ -443,7 +443,7 @@ const std::array yields{Column{"energy", Dimension::energy, {.minimum = 0}},
                         Column{"angle", Dimension::angle},
                         Column{"yield", Dimension::number, {.minimum = 0}}};
 
-TEST(NumberTable, IsAListOfRowsOrACsvFileOfTheSame) {
+TEST(RecipeNumberTable, IsAListOfRowsOrACsvFileOfTheSame) {
   const TemporaryFolder folder;
   std::ofstream(folder / "y.csv") << "# measured\n energy [keV], angle [deg], yield [atoms/ion]\n"
                                      "0.02,0,0\n0.02,90,1.5\n\n0.1,0,2e-1\n";
@@ -465,7 +465,7 @@ list = [["20 eV", "0 deg", 0], ["20 eV", "90 deg", 1.5], ["100 eV", "0 deg", 0.2
   EXPECT_EQ(csv_head(yields), "energy [eV],angle [deg],yield");
 }
 
-TEST(NumberTable, SaysWhichRowIsWrong) {
+TEST(RecipeNumberTable, SaysWhichRowIsWrong) {
   const auto expect = [](const std::string& value, const std::string& message) {
     EXPECT_EQ(errors("t = " + value,
                      [](const RecipeTable& root) { root.number_table("t", yields, "."); }),
@@ -487,7 +487,7 @@ TEST(NumberTable, SaysWhichRowIsWrong) {
          "29: t[1]: rows have to ascend by energy, then by angle");
 }
 
-TEST(NumberTable, SaysWhichLineOfAFileIsWrong) {
+TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
   const TemporaryFolder folder;
   const auto expect = [&](const std::string& csv, const std::string& message) {
     std::ofstream(folder / "y.csv") << csv;
