@@ -50,19 +50,6 @@ std::vector<Species> species_of(const ProcessStep& step) {
   return step.model ? step.model->species() : std::vector<Species>{};
 }
 
-void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
-  const auto measurement = result.timer.measure("flux");
-  const std::vector<Species> species = species_of(current_step(state, recipe));
-  if (species.empty()) return;
-  options.time_step = state.time_step;
-  std::vector<FluxField> flux = solve_flux(result.facets, species, options);
-  for (std::size_t i = 0; i < result.flux.size(); ++i) {
-    flux[i].rays += result.flux[i].rays;
-    flux[i].segments += result.flux[i].segments;
-  }
-  result.flux = std::move(flux);
-}
-
 // Particles that slip through the surface make every number wrong without showing it.
 void require_nothing_lost(std::span<const FluxField> flux, const State& state,
                           const Recipe& recipe) {
@@ -76,6 +63,20 @@ void require_nothing_lost(std::span<const FluxField> flux, const State& state,
         "more than {:g} is not trusted; please report it with the recipe",
         state.time_step, current_step(state, recipe).name, state.time, lost, most_lost));
   }
+}
+
+void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
+  const auto measurement = result.timer.measure("flux");
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  if (species.empty()) return;
+  options.time_step = state.time_step;
+  std::vector<FluxField> flux = solve_flux(result.facets, species, options);
+  for (std::size_t i = 0; i < result.flux.size(); ++i) {
+    flux[i].rays += result.flux[i].rays;
+    flux[i].segments += result.flux[i].segments;
+  }
+  result.flux = std::move(flux);
+  require_nothing_lost(result.flux, state, recipe);
 }
 
 // The flux at the three corners of every facet, one array per tally of each species.
@@ -253,45 +254,65 @@ double planned_time_step(const State& state, const Recipe& recipe, const Survey&
                 stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl));
 }
 
-// How far a unit of each tally moves each facet in a time step, by differences about the flux that
-// is known, as wide as its error. Units: nm.
-std::vector<std::vector<std::vector<float>>> responses(const State& state, const Recipe& recipe,
-                                                       const Survey& now) {
+// How far a unit of a tally moves each facet in a time step, by differences about the flux that is
+// known, as wide as its error. Units: nm.
+std::vector<float> response(const SurfaceModel& model, const SurfacePoints& points,
+                            std::vector<std::span<const float>> flux, std::size_t tally,
+                            std::span<const float> std_error, double dt) {
   constexpr float least_width = 1e-3F;
-  const SurfaceModel& model = *current_step(state, recipe).model;
+  std::vector<float> low(flux[tally].begin(), flux[tally].end());
+  std::vector<float> high = low;
+  for (std::size_t f = 0; f < low.size(); ++f) {
+    const float width = std::max(std_error[f], least_width);
+    low[f] = std::max(0.0F, low[f] - width);
+    high[f] += width;
+  }
+  flux[tally] = low;
+  const std::vector<float> slower = model.speeds(points, flux);
+  flux[tally] = high;
+  std::vector<float> result = model.speeds(points, flux);
+  for (std::size_t f = 0; f < result.size(); ++f) {
+    const double slope = (result[f] - slower[f]) / (high[f] - low[f]);
+    // Beside the flux that is known a formula may have a pole: no number of rays helps there.
+    result[f] = static_cast<float>(std::isfinite(slope) ? dt * slope : 0);
+  }
+  return result;
+}
+
+// Of all tallies, by species.
+std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model,
+                                                       const Survey& now) {
   const std::vector<Vec3f> normals = facet_normals(now.facets);
   const SurfacePoints points{.material = now.facets.materials, .normal = normals};
-  std::vector<std::vector<float>> flux;
+  std::vector<std::span<const float>> flux;
   for (const FluxField& field : now.flux)
-    for (const Tally& tally : field.tallies) flux.push_back(tally.mean);
-  const auto speeds = [&] {
-    return model.speeds(points, std::vector<std::span<const float>>(flux.begin(), flux.end()));
-  };
+    for (const Tally& tally : field.tallies) flux.emplace_back(tally.mean);
   std::vector<std::vector<std::vector<float>>> result;
   std::size_t t = 0;
   for (const FluxField& field : now.flux) {
-    std::vector<std::vector<float>>& of_field = result.emplace_back();
-    for (const Tally& tally : field.tallies) {
-      std::vector<float> low = tally.mean;
-      std::vector<float> high = tally.mean;
-      for (std::size_t f = 0; f < low.size(); ++f) {
-        const float width = std::max(tally.std_error[f], least_width);
-        low[f] = std::max(0.0F, low[f] - width);
-        high[f] += width;
-      }
-      flux[t] = low;
-      const std::vector<float> slower = speeds();
-      flux[t] = high;
-      std::vector<float>& response = of_field.emplace_back(speeds());
-      flux[t] = tally.mean;
-      for (std::size_t f = 0; f < low.size(); ++f) {
-        response[f] =
-            static_cast<float>(now.longest_dt * (response[f] - slower[f]) / (high[f] - low[f]));
-      }
-      ++t;
-    }
+    result.emplace_back();
+    for (const Tally& tally : field.tallies)
+      result.back().push_back(response(model, points, flux, t++, tally.std_error, now.longest_dt));
   }
   return result;
+}
+
+// Beams are found without rays that could be fewer or more.
+bool aims_at_position(const State& state, const Recipe& recipe) {
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  return recipe.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
+           return each.source.kind != SourceLobe::Kind::beam;
+         });
+}
+
+// The flux of a survey again, to the error that a rough one shows to be needed.
+void refine_to_position(const State& state, const Recipe& recipe, Survey& result) {
+  result.longest_dt = planned_time_step(state, recipe, result);
+  FluxOptions options = recipe.flux;
+  options.responses = responses(*current_step(state, recipe).model, result);
+  options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
+  trace(state, recipe, options, result);
+  find_speeds(state, recipe, result);
 }
 
 }  // namespace
@@ -324,25 +345,12 @@ Survey survey(const State& state, const Recipe& recipe) {
   Survey result;
   TriMesh surface = exposed_surface(state, recipe, result);
   result.facets = simplified(std::move(surface), recipe, result);
-  // Beams are found without rays that could be fewer or more.
-  const std::vector<Species> species = species_of(current_step(state, recipe));
-  const bool in_position =
-      recipe.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
-        return each.source.kind != SourceLobe::Kind::beam;
-      });
   FluxOptions options = recipe.flux;
-  if (in_position) options.target_error = first_flux_error;
+  const bool refines = aims_at_position(state, recipe);
+  if (refines) options.target_error = first_flux_error;
   trace(state, recipe, options, result);
-  require_nothing_lost(result.flux, state, recipe);
   find_speeds(state, recipe, result);
-  if (!in_position) return result;
-
-  result.longest_dt = planned_time_step(state, recipe, result);
-  options.responses = responses(state, recipe, result);
-  options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
-  trace(state, recipe, options, result);
-  require_nothing_lost(result.flux, state, recipe);
-  find_speeds(state, recipe, result);
+  if (refines) refine_to_position(state, recipe, result);
   return result;
 }
 

@@ -538,6 +538,33 @@ TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
   }
 }
 
+// On a flat wafer F is 1, and a thousandth below the rate is 1 / 0.
+TEST(PositionError, IsFoundBesideAPoleOfARate) {
+  const Recipe recipe = recipe_of(R"toml(
+[domain]
+spacing = "1 nm"
+extent = ["20 nm"]
+mode = "2d"
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[flux]
+position_error = 0.01
+
+[[step]]
+model = "multi_particle"
+duration = "1 s"
+rate = "-1 nm/s / max(F - 0.9995, 0)"
+[[step.neutral]]
+name = "F"
+)toml");
+  const Survey now = survey(start_state(recipe), recipe);
+  ASSERT_TRUE(position_error(now, now.longest_dt).has_value());
+  EXPECT_LE(*position_error(now, now.longest_dt), 0.01);
+}
+
 TEST(PositionError, IsATargetInPlaceOfTheOthers) {
   const auto message = [](const std::string& settings) {
     try {
