@@ -122,6 +122,12 @@ SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
   }
   const auto rows = read_table(table, by_angle, scope);
   if (!rows) return source;
+  const std::vector<double>& last = rows->values.back();
+  if (last[0] > 90 * degree * (1 - 1e-9) && last[1] > 0) {
+    table.row_error(by_angle.name, *rows, rows->values.size() - 1,
+                    "has to be 0 at 90 deg: per area of a vertical wall, particles along the wafer "
+                    "would be endlessly many");
+  }
   source.table = accepted<PolarDensity>(table, by_angle.name, [&] {
                    return PolarDensity(rows->column(0), rows->column(1));
                  }).value_or(PolarDensity());

@@ -295,6 +295,8 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
   expect(angles + "source_power = 2\n", "source_power: there is source_table, too");
   expect("source_table = [[\"0 deg\", 1], [\"91 deg\", 0]]\n",
          "source_table[1][0]: \"91 deg\" is outside [0, 90 deg]");
+  expect("source_table = [[\"0 deg\", 1], [\"90 deg\", 0.1]]\n",
+         "source_table[1]: has to be 0 at 90 deg");
   expect("source_table = [[\"0 deg\", 1, 2], [\"9 deg\", 0]]\n",
          "source_table[0]: has 3 entries; 2 are wanted");
   expect("source_table = [[\"0 deg\", -1], [\"9 deg\", 0]]\n", "source_table[0][1]: -1 is below 0");

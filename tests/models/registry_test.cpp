@@ -112,14 +112,16 @@ TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
             "r.toml:1:1: step[0].model: missing; write model = \"...\"");
 }
 
-/// Rows at the ends of the ranges of all columns but the last.
-std::string table_text(std::span<const Column> columns, const std::string& row = "[") {
-  if (columns.size() == 1) return row + "1]";
+/// Rows at the ends of the ranges of all columns but the last, which falls from 1 to 0.
+std::string table_text(std::span<const Column> columns, const std::string& row = "[",
+                       bool is_first = true) {
+  if (columns.size() == 1) return row + (is_first ? "1]" : "0]");
   std::string rows;
   for (const double end : {columns[0].limits.minimum, columns[0].limits.maximum}) {
     const double value = std::clamp(end, -1e3, 1e3);
     const std::string text = '"' + format_quantity(value, columns[0].dimension) + "\", ";
-    rows += (rows.empty() ? "" : ", ") + table_text(columns.subspan(1), row + text);
+    const bool first = is_first && rows.empty();
+    rows += (rows.empty() ? "" : ", ") + table_text(columns.subspan(1), row + text, first);
   }
   return rows;
 }
