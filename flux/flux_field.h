@@ -9,7 +9,9 @@ namespace scarp {
 /// A quantity counted where particles arrive, relative to the flux of the source: an open flat
 /// wafer has arrivals 1.
 ///
-/// Shape: mean and std_error one per facet.
+/// Shape: mean and std_error one per facet; on patches one per patch of FluxOptions::target_error,
+/// in
+///        the order of Patches::list(), none for beams.
 struct Tally {
   enum class Quantity {
     arrivals,
@@ -19,6 +21,8 @@ struct Tally {
   Quantity quantity = Quantity::arrivals;
   std::vector<float> mean{};
   std::vector<float> std_error{};
+  std::vector<float> patch_mean{};
+  std::vector<float> patch_std_error{};
 };
 
 /// Where the particles went. Units: number of particles by weight; emitted is the number that left

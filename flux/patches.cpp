@@ -42,20 +42,18 @@ double whole_area(Vec3d upper, int axis) {
   return area;
 }
 
-struct PatchFlux {
-  double mean = 0;
-  double std_error = 0;
-};
-
-// Fills the tally, and says what its patches have.
-std::vector<PatchFlux> flux_on_patches(const RayScene& scene, const Patches& patches,
-                                       const FluxSpread& spread, Tally& tally) {
-  std::vector<PatchFlux> result(patches.list().size());
-  parallel_for(result.size(), 64, [&](std::size_t begin, std::size_t end) {
+Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
+  Tally tally;
+  tally.mean.resize(scene.facet_count());
+  tally.std_error.resize(scene.facet_count());
+  tally.patch_mean.resize(patches.list().size());
+  tally.patch_std_error.resize(patches.list().size());
+  parallel_for(patches.list().size(), 64, [&](std::size_t begin, std::size_t end) {
     std::vector<double> sums(spread.deviations);
     for (std::size_t p = begin; p < end; ++p) {
       const Patches::Patch& patch = patches.list()[p];
       std::fill(sums.begin(), sums.end(), 0.0);
+      double mean = 0;
       for (const std::uint32_t f : patch.facets) {
         const double flux = spread.flux(f);
         double squares = 0;
@@ -64,18 +62,19 @@ std::vector<PatchFlux> flux_on_patches(const RayScene& scene, const Patches& pat
           squares += deviation * deviation;
           sums[b] += deviation * scene.area(f);
         }
-        result[p].mean += flux * scene.area(f) / patch.area;
+        mean += flux * scene.area(f) / patch.area;
         tally.mean[f] = static_cast<float>(flux);
         tally.std_error[f] = static_cast<float>(flux > 0 ? std::sqrt(squares / spread.divisor)
                                                          : spread.unseen / scene.area(f));
       }
       double squares = 0;
       for (const double sum : sums) squares += sum * sum;
-      result[p].std_error =
-          (result[p].mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen) / patch.area;
+      const double std_error = mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen;
+      tally.patch_mean[p] = static_cast<float>(mean);
+      tally.patch_std_error[p] = static_cast<float>(std_error / patch.area);
     }
   });
-  return result;
+  return tally;
 }
 
 }  // namespace
@@ -118,29 +117,28 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
 }
 
 FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
-  FluxEstimate result;
-  result.tally.mean.resize(scene.facet_count());
-  result.tally.std_error.resize(scene.facet_count());
-  const std::vector<PatchFlux> of_patch = flux_on_patches(scene, patches, spread, result.tally);
-
+  FluxEstimate result{.tally = tally_of(scene, patches, spread)};
+  Tally& tally = result.tally;
   std::vector<char> exposed(patches.part_count());
-  for (std::size_t p = 0; p < of_patch.size(); ++p)
-    if (of_patch[p].mean > 0) exposed[patches.list()[p].part] = 1;
+  for (std::size_t p = 0; p < tally.patch_mean.size(); ++p)
+    if (tally.patch_mean[p] > 0) exposed[patches.list()[p].part] = 1;
 
   double area = 0;
   double squares = 0;
-  for (std::size_t p = 0; p < of_patch.size(); ++p) {
+  for (std::size_t p = 0; p < tally.patch_mean.size(); ++p) {
     const Patches::Patch& patch = patches.list()[p];
     if (exposed[patch.part] == 0) {
-      for (const std::uint32_t f : patch.facets) result.tally.std_error[f] = 0;
+      for (const std::uint32_t f : patch.facets) tally.std_error[f] = 0;
+      tally.patch_std_error[p] = 0;
       continue;
     }
-    const double relative = of_patch[p].std_error / std::max(of_patch[p].mean, small_flux);
+    const double relative =
+        tally.patch_std_error[p] / std::max<double>(tally.patch_mean[p], small_flux);
     area += patch.area;
     squares += patch.area * relative * relative * std::min(1.0, patch.area / patch.whole);
     for (const std::uint32_t f : patch.facets) {
-      const double flux = std::max<double>(result.tally.mean[f], small_flux);
-      result.max_facet_error = std::max(result.max_facet_error, result.tally.std_error[f] / flux);
+      const double flux = std::max<double>(tally.mean[f], small_flux);
+      result.max_facet_error = std::max(result.max_facet_error, tally.std_error[f] / flux);
     }
   }
   result.error = area > 0 ? std::sqrt(squares / area) : 0;

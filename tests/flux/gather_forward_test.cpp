@@ -8,7 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/running_statistics.h"
-#include "flux/patches.h"
+#include "tests/flux/calibration.h"
 #include "tests/flux/direct_flux.h"
 #include "tests/flux/ion_traces.h"
 #include "tests/flux/polar_tables.h"
@@ -71,45 +71,52 @@ TEST_P(FirstArrivalsInATrench, AreTheClosedForm) {
   const double power = GetParam();
   const double strength = mean_strength(100, 25, 60);
   const Shape shape = exact::trench(4, 4, 8, 40);
+  const auto normals = facet_normals(shape.mesh);
+  const auto on_field = [&](std::size_t f) {
+    const auto [a, b, c] = corners(shape.mesh, f);
+    return a.z + b.z + c.z > -1e-6;
+  };
+  const auto exact_flux = [&](std::size_t f, double power_there) {
+    return mean_on(corners(shape.mesh, f), [&](Vec3d r) {
+      return exact::direct_trench_flux(r, Vec3d(normals[f]), power_there);
+    });
+  };
+  std::vector<std::size_t> inside;
+  std::vector<std::size_t> bottom;
+  std::vector<double> arrivals;
+  std::vector<double> upright;
+  for (std::size_t f = 0; f < normals.size(); ++f) {
+    if (on_field(f)) continue;
+    inside.push_back(f);
+    arrivals.push_back(exact_flux(f, power));
+    if (normals[f].z < 0.5F) continue;
+    bottom.push_back(f);
+    upright.push_back(strength * (power + 1) / (power + 2) * exact_flux(f, power + 1));
+  }
   for (const bool two_dimensional : {false, true}) {
-    const FluxField flux =
-        exact::trace(shape, straight_ions(power),
-                     {.two_dimensional = two_dimensional, .rays = 1 << 17, .seed = 3});
-    EXPECT_EQ(flux.segments, flux.rays);  // nothing goes on
-    EXPECT_NEAR(flux.audit.balance_error(), 0, 5 * flux.audit.balance_std_error);
-    const auto normals = facet_normals(shape.mesh);
-    double squares = 0;
-    double sum = 0;
-    int count = 0;
-    for (std::size_t f = 0; f < normals.size(); ++f) {
-      const auto triangle = corners(shape.mesh, f);
-      const Vec3d n(normals[f]);
-      const bool field = triangle[0].z + triangle[1].z + triangle[2].z > -1e-6;
-      const auto exact = [&](double power_there) {
-        if (field) return 1.0;
-        return mean_on(triangle,
-                       [&](Vec3d r) { return exact::direct_trench_flux(r, n, power_there); });
-      };
-      const auto& [arrivals, any, upright] =
-          std::tie(flux.tallies[0], flux.tallies[1], flux.tallies[2]);
-      EXPECT_NEAR(any.mean[f], strength * arrivals.mean[f], 3e-5 * any.mean[f]);
-      if (n.z > 0.5) {
-        EXPECT_NEAR(upright.mean[f], strength * (power + 1) / (power + 2) * exact(power + 1),
-                    5 * upright.std_error[f] + 1e-5);
+    std::vector<exact::Stated> of_arrivals;
+    std::vector<exact::Stated> of_upright;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      const FluxField flux =
+          exact::trace(shape, straight_ions(power),
+                       {.two_dimensional = two_dimensional, .rays = 1 << 17, .seed = seed});
+      EXPECT_EQ(flux.segments, flux.rays);  // nothing goes on
+      EXPECT_NEAR(flux.audit.balance_error(), 0, 5 * flux.audit.balance_std_error);
+      const Tally& mean = flux.tallies[0];
+      const Tally& any = flux.tallies[1];
+      for (std::size_t f = 0; f < normals.size(); ++f) {
+        EXPECT_NEAR(any.mean[f], strength * mean.mean[f], 3e-5 * any.mean[f]);
+        if (on_field(f)) {
+          EXPECT_NEAR(mean.mean[f], 1, 1e-6);
+        } else {
+          ASSERT_GT(mean.std_error[f], 0);
+        }
       }
-      if (field) {
-        EXPECT_NEAR(arrivals.mean[f], 1, 1e-6);
-        continue;
-      }
-      ASSERT_GT(arrivals.std_error[f], 0);
-      const double z = (arrivals.mean[f] - exact(power)) / arrivals.std_error[f];
-      EXPECT_LT(std::abs(z), 6) << f;
-      sum += z;
-      squares += z * z;
-      ++count;
+      of_arrivals.push_back(at_places(exact::on_facets(mean), inside));
+      of_upright.push_back(at_places(exact::on_facets(flux.tallies[2]), bottom));
     }
-    EXPECT_NEAR(std::sqrt(squares / count), 1, 4 / std::sqrt(2.0 * count));
-    EXPECT_NEAR(sum / count, 0, 4 / std::sqrt(count));
+    exact::expect_true(exact::calibration_of(of_arrivals, arrivals), "arrivals");
+    exact::expect_true(exact::calibration_of(of_upright, upright), "yield on the bottom");
   }
 }
 
@@ -284,7 +291,6 @@ TEST(GatherForward, FollowsIonsUnlessForwardIsWanted) {
   EXPECT_EQ(run(Engine::gather).tallies[1].mean, run(Engine::automatic).tallies[1].mean);
 }
 
-// Pooled over seeds and facets, and of patches.
 class StatedErrors : public ::testing::TestWithParam<Case> {};
 
 TEST_P(StatedErrors, AreTrue) {
@@ -292,48 +298,20 @@ TEST_P(StatedErrors, AreTrue) {
   const Shape shape = shape_of(c);
   const Species ions = ions_of(c);
   const std::uint64_t rays = std::uint64_t{1} << (c.is_hole ? 14 : 13);
-  const Patches patches(shape.mesh, RayScene(shape.mesh, shape.sides, 1));
-  const std::vector<double> areas = facet_areas(shape.mesh);
-  constexpr int seeds = 64;
-  std::vector<FluxField> runs;
-  double stated = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    runs.push_back(exact::trace(
-        shape, ions, {.two_dimensional = c.two_dimensional, .rays = rays, .seed = seed}));
-    stated += runs.back().error * runs.back().error / seeds;
+  std::array<std::vector<exact::Stated>, 2> on_facets;
+  std::array<std::vector<exact::Stated>, 2> on_patches;
+  for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+    const FluxField flux = exact::trace(
+        shape, ions, {.two_dimensional = c.two_dimensional, .rays = rays, .seed = seed});
+    for (const std::size_t tally : {0U, 1U}) {
+      on_facets[tally].push_back(exact::on_facets(flux.tallies[tally]));
+      on_patches[tally].push_back(exact::on_patches(flux.tallies[tally]));
+    }
   }
   for (const std::size_t tally : {0U, 1U}) {
-    double squares = 0;
-    double patch_squares = 0;
-    double area = 0;
-    int count = 0;
-    for (const Patches::Patch& patch : patches.list()) {
-      std::vector<double> sums(seeds);
-      double patch_mean = 0;
-      for (const std::uint32_t f : patch.facets) {
-        double mean = 0;
-        for (const FluxField& run : runs) mean += run.tallies[tally].mean[f] / seeds;
-        for (int k = 0; k < seeds; ++k) {
-          const Tally& one = runs[k].tallies[tally];
-          sums[k] += (one.mean[f] - mean) * areas[f] / patch.area;
-          if (one.std_error[f] == 0) continue;
-          const double z = (one.mean[f] - mean) / one.std_error[f];
-          squares += z * z;
-          ++count;
-        }
-        patch_mean += mean * areas[f] / patch.area;
-      }
-      const double share = patch.area * std::min(1.0, patch.area / patch.whole);
-      for (const double sum : sums)
-        patch_squares += share * sum * sum / (seeds - 1) / std::pow(std::max(patch_mean, 0.05), 2);
-      area += patch.area;
-    }
-    const double deviation = std::sqrt(squares / (count * (1 - 1.0 / seeds)));
-    EXPECT_GT(deviation, 0.9) << tally;
-    EXPECT_LT(deviation, 1.15) << tally;
-    if (tally == 0) {
-      EXPECT_NEAR(std::sqrt(patch_squares / area / stated), 1, 0.06);
-    }
+    const std::string number = std::to_string(tally);
+    exact::expect_true(exact::calibration_of(on_facets[tally]), "facets, tally " + number);
+    exact::expect_true(exact::calibration_of(on_patches[tally]), "patches, tally " + number);
   }
 }
 

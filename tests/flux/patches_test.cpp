@@ -55,7 +55,9 @@ TEST(Estimate, TakesDeviationsTogetherOnPatches) {
                                         .deviations = 2,
                                         .divisor = 2});
   for (const float error : result.tally.std_error) EXPECT_FLOAT_EQ(error, 0.2F / std::sqrt(2.0F));
-  EXPECT_NEAR(result.error, 0.1 / 0.5, 1e-9);
+  EXPECT_NEAR(result.error, 0.1 / 0.5, 1e-7);
+  EXPECT_FLOAT_EQ(result.tally.patch_mean.front(), 0.5F);
+  for (const float error : result.tally.patch_std_error) EXPECT_FLOAT_EQ(error, 0.1F);
   EXPECT_NEAR(result.max_facet_error, 0.2 / std::sqrt(2.0) / 0.5, 1e-6);
 }
 

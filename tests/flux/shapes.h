@@ -82,11 +82,10 @@ inline Shape trench(double aspect_ratio, double field = 4, double length = 8, in
   return {builder.mesh, {.lower = {-half - field, 0}, .upper = {half + field, length}}};
 }
 
-/// A round hole of diameter 20 about the z axis in a square field: a prism of 128 sides with the
-/// area of the circle.
-inline Shape hole(double aspect_ratio, double half_width = 11, int rings = 10) {
-  constexpr int sides = 128;
-  constexpr double step = 2 * std::numbers::pi / sides;
+/// A round hole of diameter 20 about the z axis in a square field: a prism with the area of the
+/// circle.
+inline Shape hole(double aspect_ratio, double half_width = 11, int rings = 10, int sides = 128) {
+  const double step = 2 * std::numbers::pi / sides;
   const double radius = 10 * std::sqrt(step / std::sin(step));
   const double depth = 20 * aspect_ratio;
   const auto on_ring = [&](double r, int k, double z) {

@@ -8,7 +8,6 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/running_statistics.h"
-#include "flux/patches.h"
 #include "flux/ray_scene.h"
 #include "tests/flux/reference_bins.h"
 #include "tests/flux/shapes.h"
@@ -180,81 +179,6 @@ TEST(SphericalPit, HasTheSameFluxAllOver) {
       EXPECT_NEAR(mean.value, c.flux, 4 * mean.std_error + 0.01 * c.flux) << "cut " << c.cut;
     }
   }
-}
-
-// The error bars say the truth: pooled over seeds and facets, deviations from the mean of all seeds
-// in units of the stated error have a standard deviation of one. Likewise on patches.
-struct Calibration {
-  Engine engine;
-  double aspect_ratio;
-  float sticking;
-  std::uint64_t rays;
-};
-
-void expect_calibrated(const Calibration& c) {
-  const Shape shape = exact::trench(c.aspect_ratio, 4, 8, 10);
-  const Patches patches(shape.mesh, RayScene(shape.mesh, shape.sides, 1));
-  const std::vector<double> areas = facet_areas(shape.mesh);
-  constexpr int seeds = 96;
-  double stated = 0;
-  std::vector<FluxField> runs;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    runs.push_back(
-        solve(shape, gas(c.sticking), {.engine = c.engine, .rays = c.rays, .seed = seed}));
-    stated += runs.back().error * runs.back().error / seeds;
-  }
-
-  // Facets may be off together, and patches: it is seeds that count.
-  std::vector<RunningStatistics> facet_squares(seeds);
-  std::vector<double> patch_squares(seeds);
-  double area = 0;
-  for (const Patches::Patch& patch : patches.list()) {
-    std::vector<double> sums(seeds);
-    double patch_mean = 0;
-    for (const std::uint32_t f : patch.facets) {
-      double mean = 0;
-      for (const FluxField& run : runs) mean += run.arrivals().mean[f] / seeds;
-      for (int k = 0; k < seeds; ++k) {
-        const Tally& arrivals = runs[k].arrivals();
-        sums[k] += (arrivals.mean[f] - mean) * areas[f] / patch.area;
-        if (arrivals.std_error[f] == 0) continue;
-        const double z = (arrivals.mean[f] - mean) / arrivals.std_error[f];
-        facet_squares[k].add(z * z / (1 - 1.0 / seeds));
-      }
-      patch_mean += mean * areas[f] / patch.area;
-    }
-    const double share = patch.area * std::min(1.0, patch.area / patch.whole);
-    for (int k = 0; k < seeds; ++k) {
-      patch_squares[k] +=
-          share * sums[k] * sums[k] / std::pow(std::max(patch_mean, 0.05), 2) / (1 - 1.0 / seeds);
-    }
-    area += patch.area;
-  }
-  RunningStatistics facets;
-  for (const RunningStatistics& seed : facet_squares) facets.add(seed.mean());
-  // Of 32 equally likely deviations each: the squares of Student's t.
-  EXPECT_NEAR(facets.mean(), 31.0 / 29, 0.05 + 4 * facets.std_error());
-  EXPECT_LT(facets.std_error(), 0.15);
-
-  RunningStatistics whole;
-  for (const double sum : patch_squares) whole.add(sum / area / stated);
-  EXPECT_NEAR(whole.mean(), 1, 4 * whole.std_error());
-  EXPECT_LT(whole.std_error(), 0.15);
-}
-
-class StandardError : public ::testing::TestWithParam<Calibration> {};
-
-TEST_P(StandardError, IsCalibrated) { expect_calibrated(GetParam()); }
-
-INSTANTIATE_TEST_SUITE_P(Cases, StandardError,
-                         ::testing::Values(Calibration{Engine::forward, 2, 0.1F, 1 << 12},
-                                           Calibration{Engine::forward, 2, 0.5F, 1 << 12},
-                                           Calibration{Engine::gather, 2, 0.1F, 1 << 12},
-                                           Calibration{Engine::gather, 2, 0.5F, 1 << 12}));
-
-// Where an error spreads over all of the trench.
-TEST(SlowStandardError, IsCalibratedInADeepTrenchInWhichParticlesHardlyStick) {
-  expect_calibrated({Engine::gather, 20, 0.01F, 1 << 16});
 }
 
 class TargetError : public ::testing::TestWithParam<Engine> {};

@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "flux/patches.h"
+#include "flux/solve.h"
+#include "tests/flux/calibration.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using exact::Shape;
+using exact::Stated;
+using Engine = FluxOptions::Engine;
+
+FluxField flux_on(const Shape& shape, float sticking, FluxOptions options) {
+  const Species gas{.name = "gas", .sticking = {sticking}};
+  options.sides = shape.sides;
+  options.spacing = 1;
+  return solve_flux(shape.mesh, {&gas, 1}, options).front();
+}
+
+struct Bars {
+  Engine engine;
+  double aspect_ratio;
+  float sticking;
+  std::uint64_t rays;
+  std::uint64_t seeds = 96;
+};
+
+void expect_true_bars(const Bars& c) {
+  const Shape shape = exact::trench(c.aspect_ratio, 4, 8, 10);
+  std::vector<Stated> on_facets;
+  std::vector<Stated> on_patches;
+  for (std::uint64_t seed = 1; seed <= c.seeds; ++seed) {
+    const Tally tally =
+        flux_on(shape, c.sticking, {.engine = c.engine, .rays = c.rays, .seed = seed}).arrivals();
+    on_facets.push_back(exact::on_facets(tally));
+    on_patches.push_back(exact::on_patches(tally));
+  }
+  exact::expect_true(exact::calibration_of(on_facets), "facets");
+  exact::expect_true(exact::calibration_of(on_patches), "patches");
+}
+
+class ErrorBars : public ::testing::TestWithParam<Bars> {};
+
+TEST_P(ErrorBars, AreTrue) { expect_true_bars(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(Cases, ErrorBars,
+                         ::testing::Values(Bars{Engine::forward, 2, 0.1F, 1 << 12},
+                                           Bars{Engine::forward, 2, 0.5F, 1 << 14},
+                                           Bars{Engine::gather, 2, 0.1F, 1 << 12},
+                                           Bars{Engine::gather, 2, 0.5F, 1 << 12}));
+
+// Where an error spreads over all of the trench.
+TEST(SlowErrorBars, AreTrueInADeepTrenchInWhichParticlesHardlyStick) {
+  expect_true_bars({Engine::gather, 20, 0.01F, 1 << 16, 300});
+}
+
+// A trench and a hole four times as deep as wide, by thirds of the depth.
+class SlowZones : public ::testing::TestWithParam<std::tuple<const char*, const char*, double>> {
+ protected:
+  static constexpr double depth = 80;
+  static constexpr std::size_t zone_count = 3;
+
+  bool is_hole() const { return std::get<0>(GetParam()) == std::string("hole"); }
+  Engine engine() const {
+    return std::get<1>(GetParam()) == std::string("gather") ? Engine::gather : Engine::forward;
+  }
+  float sticking() const { return static_cast<float>(std::get<2>(GetParam())); }
+  Shape shape() const { return is_hole() ? exact::hole(4, 11, 4, 32) : exact::trench(4, 4, 8, 20); }
+
+  // Places in a zone, by the height of their middle; the field belongs to none.
+  static std::vector<std::size_t> in_zone(const std::vector<double>& heights, std::size_t zone) {
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < heights.size(); ++k) {
+      const double at = -heights[k] / depth * zone_count;
+      if (at > 1e-6 && std::min(static_cast<std::size_t>(at), zone_count - 1) == zone)
+        places.push_back(k);
+    }
+    return places;
+  }
+};
+
+TEST_P(SlowZones, HaveTrueErrors) {
+  const Shape mesh = shape();
+  std::vector<double> facet_heights;
+  for (std::size_t f = 0; f < mesh.mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh.mesh, f);
+    facet_heights.push_back((a.z + b.z + c.z) / 3);
+  }
+  std::vector<double> patch_heights;
+  const Patches patches(mesh.mesh, exact::scene_of(mesh));
+  for (const Patches::Patch& patch : patches.list()) {
+    RunningStatistics height;
+    for (const std::uint32_t f : patch.facets) height.add(facet_heights[f]);
+    patch_heights.push_back(height.mean());
+  }
+
+  const Tally reference =
+      flux_on(mesh, sticking(), {.engine = Engine::gather, .rays = 1 << 23, .seed = 999})
+          .arrivals();
+  std::vector<Stated> on_facets;
+  std::vector<Stated> on_patches;
+  // Of particles from the source that stick at once only few get down to the bottom.
+  const int bits = engine() == Engine::gather ? 17 : sticking() == 1 ? 18 : 16;
+  const std::uint64_t rays = std::uint64_t{1} << bits;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const Tally tally =
+        flux_on(mesh, sticking(), {.engine = engine(), .rays = rays, .seed = seed}).arrivals();
+    on_facets.push_back(exact::on_facets(tally));
+    on_patches.push_back(exact::on_patches(tally));
+  }
+  const auto expect_true = [](const std::vector<Stated>& runs, const Stated& precise,
+                              const std::vector<std::size_t>& places, const std::string& what) {
+    ASSERT_GE(places.size(), 20U) << what;
+    std::vector<Stated> in_zone;
+    for (const Stated& run : runs) in_zone.push_back(at_places(run, places));
+    const exact::Calibration c = exact::calibration_of(in_zone, at_places(precise, places).value);
+    EXPECT_GT(c.deviation, 0.9) << what;
+    EXPECT_LT(c.deviation, 1.15) << what;
+    EXPECT_LT(std::abs(c.mean), 0.1) << what;
+  };
+  for (std::size_t zone = 0; zone < zone_count; ++zone) {
+    const std::string name = std::to_string(zone + 1) + ". third";
+    expect_true(on_facets, exact::on_facets(reference), in_zone(facet_heights, zone),
+                "facets in the " + name);
+    expect_true(on_patches, exact::on_patches(reference), in_zone(patch_heights, zone),
+                "patches in the " + name);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, SlowZones,
+                         ::testing::Combine(::testing::Values("trench", "hole"),
+                                            ::testing::Values("forward", "gather"),
+                                            ::testing::Values(1.0, 0.1, 0.01)));
+
+}  // namespace
+}  // namespace scarp
