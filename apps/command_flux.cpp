@@ -64,9 +64,9 @@ double share(double part, const FluxAudit& audit) {
   return audit.emitted > 0 ? part / audit.emitted : 0;
 }
 
-// Chance explains five standard errors, but nothing makes half of all particles.
+// Chance explains five standard errors, but a tenth of all particles is too much to trust the rest.
 bool is_balanced(const FluxAudit& audit) {
-  const double chance = std::min(5 * audit.balance_std_error, 0.5);
+  const double chance = std::min(5 * audit.balance_std_error, 0.1);
   return std::abs(audit.balance_error()) - chance <= most_lost;
 }
 
