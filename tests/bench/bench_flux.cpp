@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -166,14 +167,29 @@ void compare_to_error(const Settings& settings, nlohmann::ordered_json& result) 
   }
 }
 
-/// Flights and CPU time of both engines and the plain tracer on all features.
+/// What auto decides by (flux/solve.cpp): how much area sticks for that of the source, by the root
+/// of the error.
+double area_that_sticks(const TriMesh& mesh, const Feature& feature, double target) {
+  double area = 0;
+  for (const double a : facet_areas(mesh)) area += a;
+  return feature.sticking * area / sides_of(mesh).area() * std::sqrt(target);
+}
+
+bool auto_gathers(const TriMesh& mesh, const Feature& feature, double target) {
+  const FluxOptions options{
+      .sides = sides_of(mesh), .spacing = 1, .target_error = target, .max_rays = 1};
+  return solve_flux(mesh, species_of(feature), options).front().engine == FluxEngine::gather;
+}
+
+/// Flights and CPU time of both engines and the plain tracer on all features, and what auto takes.
 void print_table(const Settings& settings) {
   const ThreadLimit one_thread(1);
-  fmt::print("| feature | sticking | error | gather | | forward | | plain | |\n");
-  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  fmt::print(
+      "| feature | sticking | error | sticks | gather | | forward | | plain | | auto | takes |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Feature::Kind kind : {Feature::Kind::trench, Feature::Kind::hole}) {
     for (const int aspect_ratio : {1, 4, 10, 20}) {
-      for (const float each : {1.0F, 0.1F, 0.01F}) {
+      for (const float each : {1.0F, 0.5F, 0.2F, 0.1F, 0.01F}) {
         const Feature feature{kind, aspect_ratio, each};
         const TriMesh mesh = mesh_of(feature);
         const CostToError own = forward(mesh, feature, settings.rays, 1);
@@ -182,11 +198,15 @@ void print_table(const Settings& settings) {
           const CostToError gather = gathered(mesh, feature, target);
           const CostToError f = at_error(own, 1, target);
           const CostToError p = at_error(other, 1, target);
+          const bool gathers = auto_gathers(mesh, feature, target);
+          const double more = gathers ? gather.segments / f.segments : f.segments / gather.segments;
           fmt::print(
-              "| {} | {:g} | {:g} % | {:.3g} M | {:.3g} s | {:.3g} M | {:.3g} s | {:.3g} M | "
-              "{:.3g} s |\n",
-              feature.name(), each, 100 * target, 1e-6 * gather.segments, gather.cpu,
-              1e-6 * f.segments, f.cpu, 1e-6 * p.segments, p.cpu);
+              "| {} | {:g} | {:g} % | {:.2f} | {:.3g} M | {:.3g} s | {:.3g} M | {:.3g} s | {:.3g} "
+              "M "
+              "| {:.3g} s | {} | {:.2g} |\n",
+              feature.name(), each, 100 * target, area_that_sticks(mesh, feature, target),
+              1e-6 * gather.segments, gather.cpu, 1e-6 * f.segments, f.cpu, 1e-6 * p.segments,
+              p.cpu, gathers ? "gather" : "forward", more);
         }
       }
     }
