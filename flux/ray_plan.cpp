@@ -1,6 +1,7 @@
 #include "flux/ray_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 
@@ -38,17 +39,16 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   first_.resize(keys.size() + 1);
 }
 
-// Of elements in a row a fraction takes the next power of two; the fractions are spread evenly by
-// the rank's bits in reverse.
+// In steps of two rays. Of elements in a row a fraction takes a step more; they are spread evenly
+// by the rank's bits in reverse.
 std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
+  constexpr std::uint32_t step = 2;
   std::vector<std::uint32_t> wanted(size());
   for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
-    const double share = rays_per_area * elements_->area(element_at_[rank]) / set_count;
-    std::uint32_t rays = least_set;
-    while (rays < most_in_set && 2 * rays <= share) rays *= 2;
+    const double steps = rays_per_area * elements_->area(element_at_[rank]) / (set_count * step);
     const double threshold = reverse_bits(rank) * 0x1.0p-32;
-    if (share / rays - 1 > threshold) rays *= 2;
-    wanted[rank] = std::max(rays, rays_[rank]);
+    const double whole = std::floor(std::min(steps, 0.5 * most_in_set) + threshold);
+    wanted[rank] = std::max({least_set, rays_[rank], step * static_cast<std::uint32_t>(whole)});
   }
   return wanted;
 }

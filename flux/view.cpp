@@ -10,7 +10,7 @@ namespace scarp {
 
 namespace {
 
-constexpr std::size_t pool_size = std::size_t{1} << 16;  // rays
+constexpr std::size_t pool_size = std::size_t{1} << 14;  // rays
 
 // The part of the direct flux that a ray to the sky along u stands for. Under a Lambert source rays
 // by Lambert's law all count the same; otherwise they share the work with rays along the lobe.
