@@ -9,7 +9,7 @@
 namespace scarp {
 namespace {
 
-constexpr std::uint32_t run_length = 32;
+constexpr std::uint32_t run_length = 128;
 constexpr std::uint32_t runs = 10;
 constexpr std::uint32_t rows = runs * run_length;
 
