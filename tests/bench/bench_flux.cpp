@@ -1,6 +1,7 @@
 // Flux: flights per second of forward tracing against a plain tracer and against nothing but
 // rtcIntersect1 on the plain tracer's rays; all threads against one; cost against facets; flights
-// and time to an error, of ions too. CPU time, side by side in one process.
+// and time to an error, of ions too; a time step of the default recipe. CPU time, side by side in
+// one process.
 //
 //   ./dev bench flux [MESH...] [--json] [--rays N] [--repeats N] [--table]
 //
@@ -24,6 +25,7 @@
 #include "tests/bench/flux_to_error.h"
 #include "tests/bench/plain_tracer.h"
 #include "tests/bench/surfaces.h"
+#include "tests/bench/time_step.h"
 #include "tests/flux/ion_traces.h"
 #include "tests/mesh/generated_surface.h"
 
@@ -245,6 +247,18 @@ void compare_ions(int repeats, nlohmann::ordered_json& result) {
   }
 }
 
+/// What part of a time step of the default trench the flux takes, and how many times less the step
+/// takes than without simplification and with particles from the source, to the same error.
+void compare_time_steps(int repeats, nlohmann::ordered_json& result) {
+  const ThreadLimit one_thread(1);
+  const TimeStep own = first_time_step({}, repeats);
+  const TimeStep plain = first_time_step({"simplify.enabled=false", "flux.engine=\"forward\""}, 1);
+  result["ratios"]["time_step_vs_unsimplified_forward"] = plain.cpu / own.cpu;
+  result["ratios"]["time_step_flux_share"] = own.flux_share;
+  result["absolute"]["time_step_cpu_seconds"] = {{"default", own.cpu},
+                                                 {"unsimplified_forward", plain.cpu}};
+}
+
 void run(const Settings& settings) {
   if (settings.table) return print_table(settings);
   nlohmann::ordered_json result;
@@ -255,6 +269,7 @@ void run(const Settings& settings) {
   compare_facets(settings.repeats, result);
   compare_to_error(settings, result);
   compare_ions(settings.repeats, result);
+  compare_time_steps(settings.repeats, result);
   if (settings.json) {
     std::cout << result.dump(2) << '\n';
     return;
