@@ -27,7 +27,8 @@ namespace scarp {
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per facet exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
-///         for the solves; 4 bytes per ray and 500 per element.
+///         for the solves; 4 bytes per ray and 500 per element. Rounds that miss the target cost a
+///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).
 std::vector<FluxField> gather(std::span<const FluxProblem> problems);
