@@ -198,7 +198,7 @@ void read_advection(const RecipeTable& table, Recipe& recipe) {
 
 // The inner tables of a step whose sources lean.
 std::string leaning_tables(const RecipeTable& step) {
-  for (const std::string name : {"beam", "neutral", "ion"}) {
+  for (const char* const name : {"beam", "neutral", "ion"}) {
     const std::vector<RecipeTable> tables = step.tables(name);
     if (std::ranges::any_of(tables, [](const RecipeTable& each) { return each.has("tilt"); }))
       return name;

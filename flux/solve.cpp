@@ -186,6 +186,13 @@ bool particles_are_fewer(const FluxProblem& problem) {
   return sticking_area / problem.scene.source_area() * std::sqrt(options.target_error) > 0.7;
 }
 
+bool is_traced_forward(const FluxProblem& problem) {
+  if (problem.options.engine == FluxOptions::Engine::forward) return true;
+  // What goes on from first arrivals starts where these were found, not on facets that emit.
+  if (needs_particles(problem.species)) return !problem.species.emission.empty();
+  return problem.options.engine == FluxOptions::Engine::automatic && particles_are_fewer(problem);
+}
+
 // Two facets per grid cell, as marching cubes gives them.
 double spacing_of(const TriMesh& mesh) {
   double area = 0;
@@ -223,15 +230,11 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     if (species[index].source.kind == SourceLobe::Kind::beam) {
       fields[index] = trace_beam(problem(index));
       fields[index].engine = FluxEngine::beam;
-    } else if (options.engine == FluxOptions::Engine::forward ||
-               (needs_particles(species[index]) && !species[index].emission.empty())) {
+    } else if (is_traced_forward(problem(index))) {
       fields[index] = trace_forward(problem(index));
     } else if (needs_particles(species[index])) {
       fields[index] = gather_forward(problem(index));
       fields[index].engine = FluxEngine::gather_forward;
-    } else if (options.engine == FluxOptions::Engine::automatic &&
-               particles_are_fewer(problem(index))) {
-      fields[index] = trace_forward(problem(index));
     } else {
       gathered.push_back(index);
     }

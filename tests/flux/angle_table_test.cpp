@@ -65,8 +65,8 @@ TEST(AngleTable, RefusesRowsThatMakeNoSense) {
   using testing::ThrowsMessage;
   const auto make = [](const std::vector<double>& degrees, const std::vector<double>& values) {
     return [=] {
-      std::vector<double> theta;
-      for (const double angle : degrees) theta.push_back(angle * degree);
+      std::vector<double> theta = degrees;
+      for (double& angle : theta) angle *= degree;
       AngleTable::tabulated(theta, values);
     };
   };
