@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "core/log.h"
 #include "mesh/mesh_file.h"
+#include "mesh/quality.h"
 #include "mesh/simplify.h"
 
 namespace scarp {
@@ -23,15 +25,19 @@ SimplifyMethod method_named(const std::string& name) {
 
 ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common) {
   const TriMesh mesh = read_mesh(arguments.in);
-  const Box box = bounding_box(mesh);
   SimplifyOptions options = arguments.options;
   options.method = method_named(arguments.method);
-  options.sides = {.lower = {box.lower.x, box.lower.y}, .upper = {box.upper.x, box.upper.y}};
+  options.sides = sides_of(mesh);
 
   const auto start = std::chrono::steady_clock::now();
   const SimplifyResult simplified = simplify(mesh, options);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   write_mesh(arguments.out, simplified.mesh);
+  if (simplified.stopped_by == "self_intersections") {
+    Log(std::cerr).warn(fmt::format(
+        "{} vertices are left: with fewer, parts of the surface would pass through each other",
+        simplified.mesh.vertices.size()));
+  }
 
   const nlohmann::ordered_json result{{"method", arguments.method},
                                       {"vertices_in", mesh.vertices.size()},

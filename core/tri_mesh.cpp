@@ -6,7 +6,9 @@ namespace scarp {
 
 Box bounding_box(const TriMesh& mesh) {
   Box box;
-  for (const Vec3f& r : mesh.vertices) box.add(Vec3d(r));
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) box.add(Vec3d(mesh.vertices[v]));
+  }
   return box;
 }
 

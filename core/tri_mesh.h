@@ -36,6 +36,7 @@ struct Box {
   }
 };
 
+/// The box around the triangles; vertices that none of them uses do not count.
 Box bounding_box(const TriMesh& mesh);
 
 /// The three corners of a triangle in double precision.

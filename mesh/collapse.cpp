@@ -116,6 +116,7 @@ bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
 
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
   const Vec3d r = place_;
+  if (!mesh.is_within_sides(r)) return false;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {

@@ -77,8 +77,9 @@ class CollapseChecks {
   void note_bound_was_met() { bound_was_met_ = true; }
   /// No facet around a change may be one of these.
   void keep(std::span<const std::uint32_t> facets) { bound_.keep(facets); }
-  /// Raises a soft bound that has refused something. False if there is none.
+  /// Raises a bound that has refused something. False if it has not, or may not be raised.
   bool raise_bound();
+  double bound() const { return bound_.limit(); }
   double proven_error(const HalfEdges& topology) const;
 
  private:

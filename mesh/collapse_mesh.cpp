@@ -114,8 +114,8 @@ CoarseDirection::CoarseDirection(Vec3d n) {
   z_ = static_cast<std::int8_t>(largest * (n.z / size));
 }
 
-CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : topology(mesh) {
-  const SidePlanes planes_of_sides(side_positions);
+CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
+    : topology(mesh), planes(side_positions) {
   const Box box = bounding_box(mesh);
   if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
   const std::uint32_t vertex_count = topology.vertex_count();
@@ -131,7 +131,7 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions) : t
       const bool copy = v >= mesh.vertices.size();
       const Vec3d place(mesh.vertices[copy ? topology.copies()[v - mesh.vertices.size()] : v]);
       r[v] = place - centre;
-      sides[v] = planes_of_sides.mask(place);
+      sides[v] = planes.mask(place);
       kind[v] = kind_of(sides[v], periodic);
     }
   });

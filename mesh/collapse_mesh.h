@@ -38,6 +38,7 @@ class CoarseDirection {
 /// comes out. All are relative to `centre`.
 struct CollapseMesh {
   HalfEdges topology;
+  SidePlanes planes;  ///< of the domain; in the frame of the input
   Vec3d centre;
   std::vector<Vec3d> r;             ///< per vertex
   std::vector<SideMask> sides;      ///< per vertex
@@ -75,6 +76,7 @@ struct CollapseMesh {
 
   /// Rounds to the nearest place that a float mesh can hold.
   Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
+  bool is_within_sides(Vec3d place) const { return planes.hold(place + centre); }
   double squared_length(std::uint32_t h) const {
     const Vec3d e = r[topology.target(h)] - r[topology.origin(h)];
     return dot(e, e);

@@ -165,7 +165,7 @@ double CurvatureOrder::shape_estimate(const CollapseMesh& mesh, std::uint32_t h,
   if (o == HalfEdges::none || topology.on_boundary(topology.origin(h)) ||
       topology.on_boundary(topology.target(h))) {
     Star star;
-    if (!star.gather(topology, h)) return 0;
+    if (!star.gather(topology, h) || star.count == 0) return 0;
     for (int i = 0; i <= star.count; ++i) spokes.add(mesh.r[star.ring[i]]);
     for (int i = 0; i < star.count; ++i) old_shapes += shapes_[star.facet[i]];
   } else {

@@ -13,8 +13,8 @@ namespace scarp {
 /// How far a surface may go.
 struct ErrorLimit {
   double limit = std::numeric_limits<double>::infinity();
-  double rough = 0;   ///< numbers up to here may be higher than need be, which is quicker
-  bool soft = false;  ///< may be raised
+  double rough = 0;    ///< numbers up to here may be higher than need be, which is quicker
+  double highest = 0;  ///< may be raised up to here; 0: it is hard
 };
 
 /// A proven bound on the distance between the surface being simplified and the input.
@@ -55,8 +55,9 @@ class ErrorBound {
   /// Whether one of the facets of a star, or that die with it, has to stay.
   bool keeps(const Star& star) const;
 
-  /// Doubles a soft limit. False if it is hard.
+  /// Doubles the limit. False if it may not be so high.
   bool raise();
+  double limit() const { return limit_.limit; }
 
   /// The greatest number of the living facets.
   double largest(const HalfEdges& topology) const;

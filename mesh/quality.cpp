@@ -46,22 +46,36 @@ std::size_t count_non_manifold(const std::vector<Edge>& edges) {
   return count;
 }
 
-std::vector<Vec3d> boundary_vertices(const TriMesh& mesh, const std::vector<Edge>& edges) {
-  std::vector<bool> on_boundary(mesh.vertices.size(), false);
+/// The vertices that triangles use, by where they lie in them.
+struct UsedVertices {
+  std::vector<Vec3d> boundary;
+  std::vector<Vec3d> inner;
+};
+
+UsedVertices used_vertices(const TriMesh& mesh, const std::vector<Edge>& edges) {
+  enum : std::uint8_t { unused, inner, boundary };
+  std::vector<std::uint8_t> use(mesh.vertices.size(), unused);
   for (const Edge& e : edges) {
-    if (std::binary_search(edges.begin(), edges.end(), Edge{e[1], e[0]})) continue;
-    on_boundary[e[0]] = on_boundary[e[1]] = true;
+    const bool is_boundary = !std::binary_search(edges.begin(), edges.end(), Edge{e[1], e[0]});
+    for (const std::uint32_t v : e)
+      use[v] = std::max<std::uint8_t>(use[v], is_boundary ? boundary : inner);
   }
-  std::vector<Vec3d> places;
-  for (std::size_t v = 0; v < on_boundary.size(); ++v) {
-    if (on_boundary[v]) places.emplace_back(mesh.vertices[v]);
+  UsedVertices used;
+  for (std::size_t v = 0; v < use.size(); ++v) {
+    if (use[v] == boundary) used.boundary.emplace_back(mesh.vertices[v]);
+    if (use[v] == inner) used.inner.emplace_back(mesh.vertices[v]);
   }
-  return places;
+  return used;
 }
 
 std::size_t count_off_plane(const std::vector<Vec3d>& boundary, const SidePlanes& planes) {
   return static_cast<std::size_t>(std::count_if(
       boundary.begin(), boundary.end(), [&planes](Vec3d r) { return planes.mask(r) == 0; }));
+}
+
+std::size_t count_beyond(const std::vector<Vec3d>& inner, const SidePlanes& planes) {
+  return static_cast<std::size_t>(
+      std::count_if(inner.begin(), inner.end(), [&planes](Vec3d r) { return !planes.hold(r); }));
 }
 
 std::size_t count_lost_corners(const TriMesh& simplified, const TriMesh& original,
@@ -121,9 +135,13 @@ Defects find_defects(const TriMesh& simplified, const TriMesh& original, const S
   defects.non_manifold_edges = count_non_manifold(edges);
   for (const double area : facet_areas(simplified)) defects.zero_area += area > 0 ? 0 : 1;
   defects.flipped = flipped_facets(simplified, original).size();
-  const auto original_boundary = boundary_vertices(original, sorted_half_edges(original));
-  if (count_off_plane(original_boundary, planes) == 0) {
-    defects.off_plane = count_off_plane(boundary_vertices(simplified, edges), planes);
+  const UsedVertices before = used_vertices(original, sorted_half_edges(original));
+  const UsedVertices after = used_vertices(simplified, edges);
+  if (count_off_plane(before.boundary, planes) == 0) {
+    defects.off_plane += count_off_plane(after.boundary, planes);
+  }
+  if (count_beyond(before.inner, planes) == 0) {
+    defects.off_plane += count_beyond(after.inner, planes);
   }
   defects.lost_corners = count_lost_corners(simplified, original, planes);
   return defects;

@@ -21,8 +21,9 @@ struct AngleStatistics {
 struct Defects {
   std::size_t non_manifold_edges = 0;  ///< more than two triangles, or two that disagree
   std::size_t zero_area = 0;
-  std::size_t flipped = 0;       ///< flipped_facets()
-  std::size_t off_plane = 0;     ///< boundary vertices that have left the sides of the domain
+  std::size_t flipped = 0;  ///< flipped_facets()
+  std::size_t off_plane =
+      0;  ///< vertices that have left their side of the domain, or lie beyond it
   std::size_t lost_corners = 0;  ///< vertices at a corner of the domain that are not there any more
 };
 
@@ -36,7 +37,7 @@ std::vector<std::uint32_t> flipped_facets(const TriMesh& simplified, const TriMe
 /// Compares a simplified mesh with what it came from.
 ///
 /// Boundary vertices count as off their plane only if every boundary vertex of the original lies on
-/// one.
+/// one; other vertices where they lie beyond a side, only if none of the original does.
 Defects find_defects(const TriMesh& simplified, const TriMesh& original, const Sides& sides);
 
 /// The sides of a mesh that has no domain: those of its bounding box in x and y.

@@ -20,7 +20,8 @@ constexpr bool fixes(SideMask mask, int axis) { return (mask >> (2 * axis) & 3) 
 /// A vertex where two sides meet.
 constexpr bool is_corner(SideMask mask) { return fixes(mask, 0) && fixes(mask, 1); }
 
-/// Tells which vertices lie on the sides of the domain. Sides without a width are no sides.
+/// Tells which vertices lie on the sides of the domain, and which between them. Sides without a
+/// width are no sides.
 class SidePlanes {
  public:
   explicit SidePlanes(const Sides& sides) {
@@ -43,6 +44,17 @@ class SidePlanes {
       }
     }
     return mask;
+  }
+
+  /// Whether a place is on or between the sides.
+  bool hold(Vec3d r) const {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!(tolerance_[axis] > 0)) continue;
+      const std::size_t lower = axis == 0 ? 0 : 2;
+      if (r[axis] < position_[lower] - tolerance_[axis]) return false;
+      if (r[axis] > position_[lower + 1] + tolerance_[axis]) return false;
+    }
+    return true;
   }
 
  private:

@@ -45,6 +45,11 @@ constexpr double raise_factor = 1.25;
 /// So often it is done again, from the input, where facets pass through each other.
 constexpr int most_attempts = 8;
 
+/// If more of the input than this would have to be kept there, a bound that is not the caller's is
+/// halved instead, down to about lowest_max_error in grid spacings.
+constexpr double most_kept = 0.05;
+constexpr double lowest_max_error = 0.02;
+
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// Edges by what their collapse costs, or the shortest first.
@@ -75,7 +80,7 @@ struct PlainOrder {
 void check_length(const char* name, std::optional<double> value) {
   if (value && !(std::isfinite(*value) && *value >= 0)) {
     throw InputError(std::string("simplify: ") + name + ": " + std::to_string(*value) +
-                     " is not a length; it has to be finite and not negative");
+                     "; it has to be finite and not negative");
   }
 }
 
@@ -137,9 +142,17 @@ SimplifyOptions resolved(SimplifyOptions options, const CollapseMesh& work,
   return options;
 }
 
-ErrorLimit error_limit(const SimplifyOptions& options) {
+/// What an attempt has to do otherwise than the one before it, because facets passed through each
+/// other.
+struct Restraint {
+  double highest_bound = unlimited;  ///< on the distance, where the caller gives none
+  std::vector<Box> kept;             ///< facets of the input near these stay as they are
+};
+
+ErrorLimit error_limit(const SimplifyOptions& options, double highest) {
   if (options.max_error) return {*options.max_error};
-  return {soft_max_error * options.spacing, rough_error * options.spacing, true};
+  const double limit = std::min(soft_max_error * options.spacing, highest);
+  return {limit, std::min(rough_error * options.spacing, 0.5 * limit), highest};
 }
 
 std::vector<bool> features_of(const CollapseMesh& work, const SimplifyOptions& options,
@@ -246,16 +259,11 @@ void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, Co
   } while (work.live_vertices > target && checks.raise_bound());
 }
 
-/// All vertices, the middles of all edges and of all facets.
-std::vector<Vec3d> facet_samples(const TriMesh& mesh) {
-  std::vector<Vec3d> places = surface_vertices(mesh);
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    const auto [a, b, c] = corners(mesh, f);
-    for (const Vec3d r : {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0}) {
-      places.push_back(r);
-    }
-  }
-  return places;
+/// The side of a square with the area of a mesh per vertex.
+double mean_spacing(const TriMesh& mesh) {
+  double area = 0;
+  for (const double each : facet_areas(mesh)) area += each;
+  return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
 }
 
 void measure(const TriMesh& input, SimplifyResult& result) {
@@ -263,13 +271,14 @@ void measure(const TriMesh& input, SimplifyResult& result) {
     return statistics(distances(places, TriangleTree(to))).max;
   };
   result.max_distance = greatest(surface_vertices(input), result.mesh);
-  result.reverse_max_distance = greatest(facet_samples(result.mesh), input);
+  // As dense as the vertices of the input, on large facets as well.
+  result.reverse_max_distance = greatest(surface_samples(result.mesh, mean_spacing(input)), input);
 }
 
 std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
                    const CollapseChecks& checks, std::uint32_t target) {
   if (target > 0 && work.live_vertices <= target) return "vertices";
-  if (checks.bound_was_met()) return "max_error";
+  if (checks.bound_was_met()) return options.max_error ? "max_error" : "self_intersections";
   const bool sized = options.l_max > 0 || !options.size_limit.empty() ||
                      options.method == SimplifyMethod::paper ||
                      (options.method == SimplifyMethod::length && options.l0);
@@ -279,14 +288,14 @@ std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
 /// The surface as it comes out of the collapses.
 struct Attempt {
   SimplifyResult result;
-  double limit = 0;             ///< on the distance, before it was raised
+  double spacing = 0;
+  double bound = 0;             ///< on the distance, as it was in the end
   double tracked_distance = 0;  ///< `curvature` only
-  std::vector<Box> crossings;   ///< of its facets, if it keeps the limit
+  std::vector<Box> crossings;   ///< of its facets
 };
 
-/// Simplifies once; facets of the input near the given boxes stay as they are.
 Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const SimplifyOptions& wanted,
-                      std::span<const Box> kept) {
+                      const Restraint& restraint) {
   CollapseMesh work(reordered(mesh, order), wanted.sides);
   const std::uint32_t target = target_of(wanted, work.live_vertices);
   remove_zero_area(work);
@@ -296,12 +305,11 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
-  const ErrorLimit limit = error_limit(options);
-  CollapseChecks checks(work, limit,
+  CollapseChecks checks(work, error_limit(options, restraint.highest_bound),
                         options.max_error.value_or(default_max_error * options.spacing));
-  if (!kept.empty()) checks.keep(facets_near(work, kept));
+  if (!restraint.kept.empty()) checks.keep(facets_near(work, restraint.kept));
   Attempt attempt;
-  attempt.limit = limit.limit;
+  attempt.spacing = options.spacing;
   if (options.method == SimplifyMethod::curvature) {
     attempt.tracked_distance = run_curvature(options, is_feature, work, checks, target);
   } else if (options.placement == PlacementMethod::garland_heckbert) {
@@ -312,29 +320,37 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   attempt.result.mesh = work.extract(order);
   attempt.result.proven_distance = checks.proven_error(work.topology);
   attempt.result.stopped_by = reason(options, work, checks, target);
-  // Beyond the bound that was asked for, sheets may lie on either side of each other.
-  if (attempt.result.proven_distance <= limit.limit) attempt.crossings = crossings(work);
+  attempt.bound = checks.bound();
+  attempt.crossings = crossings(work);
   return attempt;
 }
 
-/// Simplifies, and again as long as facets pass through each other that did not in the input: where
-/// they do the next attempt keeps the input, in growing boxes, and in the last attempt everywhere.
-/// That is rare, and looking for it at the end costs less than keeping sheets apart all the way.
+/// Simplifies, and again as long as facets pass through each other that did not in the input: in
+/// few places by keeping the input there, in growing boxes, and in the last attempt everywhere; in
+/// many with half the bound, if it is not the caller's. That is rare, and looking for it at the end
+/// costs less than keeping sheets apart all the way.
 Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& order,
                                    const SimplifyOptions& wanted) {
-  Attempt attempt = simplify_once(mesh, order, wanted, {});
+  Restraint restraint;
+  Attempt attempt = simplify_once(mesh, order, wanted, restraint);
   if (attempt.crossings.empty()) return attempt;
   const CollapseMesh input(reordered(mesh, order), wanted.sides);
   const std::size_t allowed = crossings(input).size();
-  std::vector<Box> kept;
-  double reach = attempt.limit;
+  const double few = most_kept * static_cast<double>(mesh.triangles.size());
+  double reach = attempt.bound;
   for (int i = 1; i < most_attempts && attempt.crossings.size() > allowed; ++i, reach *= 2) {
     if (i == most_attempts - 1) reach = diameter(input);
     const Vec3d around{reach, reach, reach};
     for (const Box& box : attempt.crossings) {
-      kept.push_back({box.lower - around, box.upper + around});
+      restraint.kept.push_back({box.lower - around, box.upper + around});
     }
-    attempt = simplify_once(mesh, order, wanted, kept);
+    const bool may_halve = !wanted.max_error && attempt.bound > lowest_max_error * attempt.spacing;
+    if (may_halve && static_cast<double>(facets_near(input, restraint.kept).size()) > few) {
+      restraint = {.highest_bound = 0.5 * attempt.bound, .kept = {}};
+      reach = 0.5 * restraint.highest_bound;
+      i = 0;
+    }
+    attempt = simplify_once(mesh, order, wanted, restraint);
   }
   return attempt;
 }

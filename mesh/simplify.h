@@ -64,9 +64,10 @@ struct SimplifyOptions {
 struct SimplifyResult {
   TriMesh mesh;
   double max_distance = 0;          ///< greatest distance of a vertex of the input to the result
-  double reverse_max_distance = 0;  ///< the same from vertices, edges and facets of the result
+  double reverse_max_distance = 0;  ///< the same from places on the result as dense as the input
   double proven_distance = 0;       ///< bound on both over all of the surfaces
-  std::string stopped_by;           ///< "vertices", "max_error", "sizes" or "nothing_left"
+  std::string stopped_by;           ///< "vertices", "max_error", "sizes", "self_intersections" (of
+                                    ///< fewer vertices) or "nothing_left"
 };
 
 /// Reduces a surface mesh by edge collapse.
@@ -83,7 +84,9 @@ struct SimplifyResult {
 /// the number is reached; see proven_distance.
 ///
 /// Where facets have passed through each other in the end, which they can within the bound, all is
-/// done again and keeps the input there; after seven times in vain, everywhere.
+/// done again: with the input kept there, and after seven times in vain, everywhere; where that
+/// were more than a twentieth of it, and the bound is not the caller's, with half the bound. The
+/// number of vertices may not be reached then.
 ///
 /// A number of vertices that the sizes of `paper` do not allow raises l0 until it is reached; at
 /// most half of them may be features, else the curvature threshold is raised.

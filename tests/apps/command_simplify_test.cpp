@@ -1,5 +1,6 @@
 // scarp simplify as a user calls it.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,6 +40,36 @@ TEST_F(SimplifyCommand, SizesThatMakeNoSenseAreExitTwo) {
     EXPECT_LT(outcome.messages.size(), 300U) << option;
   }
   EXPECT_FALSE(fs::exists(folder_ / "b.ply"));
+}
+
+// Two sheets with ridges across each other, .05 apart: with few vertices they would meet.
+TEST_F(SimplifyCommand, MoreVerticesThanAskedForAreSaidWithTheReason) {
+  std::string film;
+  constexpr int row = 13;
+  for (int k = 0; k < row * row; ++k) {
+    const double z = 0.4 * ((k / row + k % row) % 2);
+    film += fmt::format("v {} {} {}\n", k % row, k / row, z);
+  }
+  for (int k = 0; k < row * row; ++k) {
+    const double z = 0.05 + 0.4 * ((k / row + k % row) % 2);
+    film += fmt::format("v {} {} {}\n", k % row, k / row, z);
+  }
+  for (int j = 0; j + 1 < row; ++j) {
+    for (int i = 0; i + 1 < row; ++i) {
+      const int a = j * row + i + 1;
+      const int b = a + row * row;
+      film +=
+          fmt::format("f {} {} {}\nf {} {} {}\n", a, a + row + 1, a + 1, a, a + row, a + row + 1);
+      film +=
+          fmt::format("f {} {} {}\nf {} {} {}\n", b, b + 1, b + row + 1, b, b + row + 1, b + row);
+    }
+  }
+  write("film.obj", film);
+  const Outcome simplify = scarp("simplify " + path("film.obj") + " " + path("b.ply") +
+                                 " --spacing 1 --vertices 30 --json");
+  ASSERT_EQ(simplify.exit_code, 0) << simplify.messages;
+  EXPECT_EQ(json_of(simplify)["stopped_by"], "self_intersections");
+  EXPECT_THAT(simplify.messages, HasSubstr("pass through each other"));
 }
 
 TEST_F(SimplifyCommand, NegativeCountsAreExitTwo) {

@@ -24,7 +24,9 @@ TEST(TriMesh, KnowsAreasAndNormals) {
 }
 
 TEST(TriMesh, KnowsItsBox) {
-  const Box box = bounding_box(three_triangles());
+  TriMesh mesh = three_triangles();
+  mesh.vertices.push_back({-9, 0, 9});  // of no triangle
+  const Box box = bounding_box(mesh);
   EXPECT_EQ(box.lower, (Vec3d{0, 0, 0}));
   EXPECT_EQ(box.upper, (Vec3d{2, 3, 4}));
   const Box empty = bounding_box({});

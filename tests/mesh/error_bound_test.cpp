@@ -108,7 +108,7 @@ TEST(ErrorBound, IsRaisedForWhatItRefusesButNotForWhatIsKept) {
   const CollapseMesh mesh(tent(0.25F), {});
   const TipEdge tip(mesh);
   const auto raises_after = [&](const std::vector<std::uint32_t>& kept) {
-    CollapseChecks checks(mesh, {.limit = 0.1, .soft = true}, 1);
+    CollapseChecks checks(mesh, {.limit = 0.1, .highest = 0.8}, 1);
     checks.keep(kept);
     EXPECT_FALSE(checks.allow(mesh, tip.h, mesh.r[1]));
     return checks.raise_bound();

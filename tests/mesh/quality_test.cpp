@@ -51,6 +51,12 @@ TEST_F(DefectsTest, EachKindIsFound) {
   }
   EXPECT_EQ(of(mesh).off_plane, 1U);
   EXPECT_EQ(of(mesh).lost_corners, 1U);
+
+  mesh = original_;
+  for (Vec3f& r : mesh.vertices) {
+    if (r.x == 1 && r.y == 5) r.x = -0.1F;
+  }
+  EXPECT_EQ(of(mesh).off_plane, 1U);
 }
 
 }  // namespace

@@ -23,6 +23,17 @@ TEST(SidePlanes, ForgiveTheRoundingOfFloatsAndNoMore) {
   EXPECT_EQ(planes.mask({0.2999, 0.1, 0}), 0);
 }
 
+TEST(SidePlanes, HoldWhatLiesBetweenThem) {
+  const SidePlanes planes({.lower = {-5, 0}, .upper = {5, 8}});
+  EXPECT_TRUE(planes.hold({0, 4, 1e9}));
+  EXPECT_TRUE(planes.hold({-5, 8.000001, 0}));
+  EXPECT_FALSE(planes.hold({-5.001, 4, 0}));
+  EXPECT_FALSE(planes.hold({5.001, 4, 0}));
+  EXPECT_FALSE(planes.hold({0, -0.001, 0}));
+  EXPECT_FALSE(planes.hold({0, 8.001, 0}));
+  EXPECT_TRUE(SidePlanes(Sides{}).hold({7, 7, 7}));
+}
+
 TEST(SidePlanes, WithoutAWidthAreNone) { EXPECT_EQ(SidePlanes(Sides{}).mask({0, 0, 0}), 0); }
 
 }  // namespace

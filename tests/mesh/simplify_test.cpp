@@ -15,6 +15,7 @@
 #include "mesh/distance.h"
 #include "mesh/quality.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/self_intersections.h"
 
 namespace scarp {
 namespace {
@@ -221,6 +222,73 @@ TEST_P(EveryMethod, HasTheSamePeriodicSidesOnAnyNumberOfThreads) {
     EXPECT_EQ(one.vertices, more.vertices);
     EXPECT_EQ(one.triangles, more.triangles);
   }
+}
+
+// A wall just inside of a side: placed where the quadrics say, vertices would end up beyond it.
+TEST_P(EveryMethod, LeavesNothingBeyondTheSides) {
+  const Grid grid{.cells = {20, 60, 30}, .noise = 0.02, .seed = 6};
+  const TriMesh mesh = polygonised(grid, [](Vec3d r) {
+    return std::max(r.z - 20.3, 0.3 + 0.25 * std::sin(0.6 * r.y) * std::sin(0.5 * r.z) - r.x);
+  });
+  for (const double removed : {0.8, 0.95}) {
+    SimplifyOptions wanted = options(grid.sides());
+    wanted.spacing = 1;
+    wanted.remove = removed;
+    const SimplifyResult result = simplify(mesh, wanted);
+    EXPECT_EQ(find_defects(result.mesh, mesh, grid.sides()).off_plane, 0U) << removed;
+  }
+}
+
+/// A wavy film, thin against the waves, with facets of size 1.
+TriMesh wavy_film(int cells, float thickness) {
+  TriMesh mesh;
+  const auto row = static_cast<std::uint32_t>(cells + 1);
+  for (const bool is_top : {false, true}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (std::uint32_t j = 0; j < row; ++j) {
+      for (std::uint32_t i = 0; i < row; ++i) {
+        const auto x = static_cast<float>(i);
+        const auto y = static_cast<float>(j);
+        const float wave = 0.3F * std::sin(0.7F * x) * std::cos(0.5F * y);
+        mesh.vertices.push_back({x, y, wave + (is_top ? thickness : 0)});
+      }
+    }
+    for (std::uint32_t j = 0; j + 1 < row; ++j) {
+      for (std::uint32_t i = 0; i + 1 < row; ++i) {
+        const std::uint32_t a = first + j * row + i;
+        for (Triangle t : {Triangle{a, a + 1, a + row + 1}, Triangle{a, a + row + 1, a + row}}) {
+          if (!is_top) std::swap(t[1], t[2]);
+          mesh.triangles.push_back(t);
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST_P(EveryMethod, DoesNotPassOneSheetThroughAnotherToReachANumber) {
+  const TriMesh mesh = wavy_film(30, 0.1F);
+  for (const double removed : {0.5, 0.9, 0.98}) {
+    SimplifyOptions wanted = options(sides_of(mesh));
+    wanted.spacing = 1;
+    wanted.remove = removed;
+    const SimplifyResult result = simplify(mesh, wanted);
+    EXPECT_EQ(self_intersections(result.mesh), 0U) << removed;
+    EXPECT_LT(result.mesh.vertices.size(), 0.6 * mesh.vertices.size()) << removed;
+    const bool is_reached =
+        result.mesh.vertices.size() <= std::ceil((1 - removed) * mesh.vertices.size());
+    EXPECT_EQ(result.stopped_by, is_reached ? "vertices" : "self_intersections") << removed;
+  }
+}
+
+TEST_P(EveryMethod, LeavesLoneTrianglesAlone) {
+  // Its last attempts have pieces of a single facet, around whose edges there is nothing.
+  const Grid grid{.cells = {40, 40, 20}, .noise = 0.1, .seed = 5};
+  const TriMesh mesh = polygonised(grid, random_landscape(grid.cells, 3));
+  SimplifyOptions wanted = options(sides_of(mesh));
+  wanted.spacing = 1;
+  wanted.remove = 0.95;
+  expect_sound(simplify(mesh, wanted).mesh, mesh, sides_of(mesh));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -497,6 +565,25 @@ TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
   EXPECT_TRUE(std::includes(after.begin(), after.end(), before.begin(), before.end()));
   EXPECT_EQ(sorted(half.mesh, 49), sorted(mesh, 49));
   EXPECT_LT(half.mesh.vertices.size(), 0.8 * mesh.vertices.size());
+}
+
+TEST(Simplify, MeasuresLargeFacetsAsDenselyAsTheInput) {
+  TriMesh mesh = wavy_film(30, 3);
+  mesh.triangles.resize(mesh.triangles.size() / 2);
+  const SimplifyResult result =
+      simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .vertices = 6});
+  const double dense = surface_distance(mesh, result.mesh, 0.1).reverse.max;
+  EXPECT_LE(result.reverse_max_distance, dense + 0.01);
+  EXPECT_GE(result.reverse_max_distance, dense - 0.1);
+}
+
+TEST(Simplify, VerticesOfNoTriangleDoNotCount) {
+  TriMesh mesh = noisy_plane(10, 0.02);
+  const SimplifyResult without = simplify(mesh, {.sides = sides_of(mesh), .spacing = 1});
+  mesh.vertices.push_back({-50, 70, 9});
+  const SimplifyResult with = simplify(mesh, {.sides = sides_of(mesh), .spacing = 1});
+  EXPECT_EQ(with.mesh.vertices, without.mesh.vertices);
+  EXPECT_EQ(with.mesh.triangles, without.mesh.triangles);
 }
 
 // An open boundary that leaves a side and comes back to it: a triangle less at the side of a plane.
