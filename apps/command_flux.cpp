@@ -116,6 +116,24 @@ void warn_of_leaks(const FluxAudit& audit) {
              100 * lost);
 }
 
+// A simplified mesh looks as if it came from a coarser grid, on whose scale the flux is resolved.
+void warn_of_coarse_spacing(const TriMesh& mesh) {
+  constexpr double longest_of_cell = 1.75;  // the diagonal of a cube
+  const double spacing = spacing_of_unsimplified(mesh);
+  double longest = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    longest = std::max({longest, length(b - a), length(c - b), length(a - c)});
+  }
+  if (longest <= longest_of_cell * spacing) return;
+  fmt::print(
+      stderr,
+      "warning: the mesh looks simplified, with edges up to {:.3g}, and the flux is taken as "
+      "constant on pieces up to {:.3g} long, which the errors do not know of: give the grid "
+      "spacing that it came from by --spacing\n",
+      longest, std::min(longest, 3 * spacing));
+}
+
 // Both engines have a least number of rays.
 void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
   const std::uint64_t asked = options.rays > 0 ? options.rays : options.max_rays;
@@ -157,6 +175,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   }
 
   warn_of_leaks(flux.audit);
+  if (options.spacing == 0) warn_of_coarse_spacing(mesh);
   if (!common.quiet) tell_more_rays(options, flux);
   const double emitted = flux.audit.emitted > 0 ? flux.audit.emitted : 1;
   nlohmann::ordered_json result{

@@ -193,14 +193,13 @@ bool is_traced_forward(const FluxProblem& problem) {
   return problem.options.engine == FluxOptions::Engine::automatic && particles_are_fewer(problem);
 }
 
-// Two facets per grid cell, as marching cubes gives them.
-double spacing_of(const TriMesh& mesh) {
+}  // namespace
+
+double spacing_of_unsimplified(const TriMesh& mesh) {
   double area = 0;
   for (const double a : facet_areas(mesh)) area += a;
   return std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
 }
-
-}  // namespace
 
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options) {
@@ -210,7 +209,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   for (const Species& one : species) check_emission(one, facets.triangles.size());
   check_responses(facets, species, options);
 
-  const double spacing = options.spacing > 0 ? options.spacing : spacing_of(facets);
+  const double spacing = options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets);
   const RayScene scene(facets, options.sides, spacing);
   const Patches patches(facets, scene);
   std::vector<std::vector<float>> sticking;

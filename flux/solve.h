@@ -25,7 +25,7 @@ struct FluxOptions {
   Engine engine = Engine::automatic;
   Sides sides{};                 ///< where rays are mirrored or wrapped
   bool two_dimensional = false;  ///< rays travel in the x-z plane
-  double spacing = 0;            ///< of the grid; 0: as of a mesh with two facets per grid cell
+  double spacing = 0;            ///< of the grid; 0: spacing_of_unsimplified()
   double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
   /// What follows from each tally, if there are any: the target is then the root mean square over
@@ -58,5 +58,9 @@ struct FluxOptions {
 ///         options or species that make no sense; the message starts with "flux:" or "species".
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options);
+
+/// The spacing of the grid that a mesh came from if it has two facets per cell, as marching cubes
+/// gives them; too large for a simplified mesh.
+double spacing_of_unsimplified(const TriMesh& mesh);
 
 }  // namespace scarp

@@ -1,5 +1,6 @@
 // scarp flux as a user calls it.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/apps/program.h"
 
@@ -15,6 +17,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -128,6 +131,33 @@ TEST_F(FluxCommand, SaysIfMoreRaysThanAskedWereNeeded) {
   EXPECT_THAT(forward.messages, HasSubstr("note: 128 rays instead of 100: they come in whole"));
   EXPECT_EQ(scarp(line + "--engine gather --rays 1000").messages, "");
   EXPECT_EQ(scarp(line + "--engine forward --rays 100 --quiet").messages, "");
+}
+
+TEST_F(FluxCommand, WarnsWhereTheSpacingOfASimplifiedMeshIsNotGiven) {
+  const auto plane = [](const std::vector<int>& nodes) {
+    std::string text;
+    const auto n = static_cast<int>(nodes.size());
+    for (const int y : nodes) {
+      for (const int x : nodes) text += fmt::format("v {} {} 0\n", x, y);
+    }
+    for (int j = 0; j + 1 < n; ++j) {
+      for (int i = 0; i + 1 < n; ++i) {
+        const int a = j * n + i + 1;
+        text += fmt::format("f {0} {1} {3}\nf {0} {3} {2}\n", a, a + 1, a + n, a + n + 1);
+      }
+    }
+    return text;
+  };
+  write("full.obj", plane({0, 1, 2, 3, 4}));
+  write("simplified.obj", plane({0, 1, 2, 3, 9}));
+  const auto messages = [&](const std::string& rest) {
+    const Outcome flux = scarp("flux " + path(rest));
+    EXPECT_EQ(flux.exit_code, 0) << flux.messages;
+    return flux.messages;
+  };
+  EXPECT_EQ(messages("full.obj --rays 1000"), "");
+  EXPECT_THAT(messages("simplified.obj --rays 1000"), HasSubstr("--spacing"));
+  EXPECT_THAT(messages("simplified.obj --rays 1000 --spacing 1"), Not(HasSubstr("--spacing")));
 }
 
 TEST_F(FluxCommand, AFixedNumberOfRaysHasNoTarget) {
