@@ -17,6 +17,11 @@ constexpr double lowest_cosine_of_move = 0.87;
 /// stands across it.
 constexpr double lowest_cosine_in_all = 0.77;
 
+/// The same where no facet around faces away: a chamfer along a right-angled edge is turned by 45
+/// degrees against either side.
+constexpr double lowest_cosine_of_chamfer = 0.7;
+constexpr double lowest_cosine_around_chamfer = 0.3;
+
 /// The same for needles, against the mean normal around.
 constexpr double lowest_cosine_of_needle = 0.2;
 
@@ -142,9 +147,19 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
     }
     const bool is_sliver = square < sliver * sliver * scale;
     if (is_sliver && !agree(n, around, lowest_cosine_of_sliver)) return false;
-    if (!agree(n, Vec3d(mesh.input_normals[star_.facet[i]]), lowest_cosine_in_all)) return false;
+    const Vec3d input_n(mesh.input_normals[star_.facet[i]]);
+    if (!agree(n, input_n, lowest_cosine_in_all) &&
+        !(agree(n, input_n, lowest_cosine_of_chamfer) && is_chamfer(mesh, n))) {
+      return false;
+    }
   }
   return true;
+}
+
+bool CollapseChecks::is_chamfer(const CollapseMesh& mesh, Vec3d n) const {
+  return std::all_of(star_.facet.begin(), star_.facet.begin() + star_.count, [&](std::uint32_t f) {
+    return agree(n, Vec3d(mesh.input_normals[f]), lowest_cosine_around_chamfer);
+  });
 }
 
 bool CollapseChecks::turns_little(std::span<const Vec3d> reference) const {

@@ -87,6 +87,7 @@ class CollapseChecks {
 
   void place_at(const CollapseMesh& mesh, Vec3d r);
   bool keeps_facets(const CollapseMesh& mesh) const;
+  bool is_chamfer(const CollapseMesh& mesh, Vec3d n) const;
   bool turns_little(std::span<const Vec3d> reference) const;
   bool makes_no_fold(const CollapseMesh& mesh) const;
   bool keeps_border(const CollapseMesh& mesh, std::uint32_t h);
