@@ -118,8 +118,8 @@ class Checker {
     double pitch = 0;
   };
 
-  /// Copies that do not overlap; the first and the last with their centres in the domain, each one
-  /// narrower than the domain, and walls that are not too thin between them and to the images
+  /// Copies that do not overlap; the first and the last with their centres in the domain, none of
+  /// which fills it, and walls that are not too thin between them and to the images
   /// beyond the sides.
   void interval(const Interval& s) {
     const double thin = thinnest * frame_.spacing;
@@ -140,7 +140,12 @@ class Checker {
       }
       return;
     }
-    if (s.width >= extent * (1 - 1e-9)) {
+    const double left = s.centre - half_row - 0.5 * s.width - sides_.lower[s.axis];
+    const double right = sides_.upper[s.axis] - s.centre - half_row - 0.5 * s.width;
+    const bool periodic = frame_.boundary[s.axis] == Boundary::periodic;
+    // Mirrored at a side, half of it may fill most of the domain: a quarter of a hole.
+    const bool is_too_wide = periodic ? s.width >= extent - slack : std::max(left, right) <= slack;
+    if (s.count == 1 && is_too_wide) {
       report(s.key, size_text(s.key, s.width) + " is not narrower than the domain (" +
                         in_nm(extent) + ")");
       return;
@@ -152,9 +157,6 @@ class Checker {
                  ")");
       return;
     }
-    const double left = s.centre - half_row - 0.5 * s.width - sides_.lower[s.axis];
-    const double right = sides_.upper[s.axis] - s.centre - half_row - 0.5 * s.width;
-    const bool periodic = frame_.boundary[s.axis] == Boundary::periodic;
     for (const double wall :
          {periodic ? left + right : 2 * left, periodic ? left + right : 2 * right}) {
       if (wall > (periodic && s.count > 1 ? -s.width : 0) && wall < thin * (1 - 1e-9)) {

@@ -414,6 +414,20 @@ TEST(Shapes, AMeshIsAcceptedWhereAnyOfItIsInTheDomain) {
   EXPECT_TRUE(check_shapes(frame, shapes).empty());
 }
 
+// Half a trench, a quarter of a hole: mirrored at the sides they are whole.
+TEST(Shapes, MayFillMostOfTheDomainFromAReflectiveSide) {
+  Frame frame{.spacing = 1, .cells = {40, 20}};
+  HoleShape quarter{.radius = 15, .centre = {-20, -10}};
+  quarter.cut.depth = 5;
+  const std::vector<Shape> half_trench{WaferShape{}, trench(60, 5, 0, -20)};
+  const std::vector<Shape> quarter_hole{WaferShape{}, quarter};
+  EXPECT_TRUE(check_shapes(frame, half_trench).empty());
+  EXPECT_TRUE(check_shapes(frame, quarter_hole).empty());
+  frame.boundary = {Boundary::periodic, Boundary::periodic};
+  EXPECT_FALSE(check_shapes(frame, half_trench).empty());
+  EXPECT_FALSE(check_shapes(frame, quarter_hole).empty());
+}
+
 Shape stack(int count) {
   return StackShape{.layers = {{.material = 1, .thickness = 3}, {.material = 2, .thickness = 3}},
                     .count = count};
@@ -424,6 +438,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadShape{trench(41, 5), "geometry[1].width: 41 nm is not narrower than the domain (40 nm)"},
         BadShape{trench(1.5, 5), "geometry[1].width: 1.5 nm is thinner than two grid spacings"},
+        BadShape{trench(81, 5, 0, -20), "geometry[1].width: 81 nm is not narrower"},
         BadShape{round_hole(0.5),
                  "geometry[1].radius: a diameter of 1 nm is thinner than two grid"},
         BadShape{round_hole(15), "geometry[1].radius: a diameter of 30 nm is not narrower"},
