@@ -1,0 +1,96 @@
+// The recipes of configs/, run at a coarse spacing.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/run.h"
+#include "core/read_file.h"
+#include "tests/temporary_folder.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path configs = fs::path(SCARP_SOURCE_DIR) / "configs";
+
+/// What makes each of them quick.
+const std::map<std::string, std::vector<std::string>>& quick_overrides() {
+  static const std::map<std::string, std::vector<std::string>> overrides{
+      {"bosch_emulation", {"domain.spacing=\"25 nm\"", "step[0].repeat=1"}},
+      {"bosch_trench", {"step[0].repeat=1", "step[0].step[1].duration=\"7 s\""}},
+      {"flat_deposition", {"domain.spacing=\"50 nm\""}},
+      {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},
+      {"ion_etch", {"domain.spacing=\"40 nm\"", "step[0].duration=\"20 s\""}},
+      {"isotropic_etch", {"domain.spacing=\"80 nm\""}},
+      {"trench_deposition", {"domain.spacing=\"0.5 um\""}},
+      {"trench_isolation", {"domain.spacing=\"20 nm\""}}};
+  return overrides;
+}
+
+/// The columns of metrics.csv by their names.
+std::map<std::string, std::vector<std::string>> columns_of(const fs::path& file) {
+  std::istringstream in(read_file(file));
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<std::string>> columns;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream cells(line);
+    std::size_t column = 0;
+    const bool is_head = names.empty();
+    for (std::string cell; std::getline(cells, cell, ','); ++column) {
+      if (is_head) {
+        names.push_back(cell);
+      } else {
+        columns[names.at(column)].push_back(cell);
+      }
+    }
+  }
+  return columns;
+}
+
+std::vector<std::string> names_of_configs() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(configs)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class Configs : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Configs, RunsAtACoarseSpacing) {
+  const auto overrides = quick_overrides().find(GetParam());
+  ASSERT_NE(overrides, quick_overrides().end()) << "say above what makes it quick";
+  std::vector<std::string> wanted = overrides->second;
+  wanted.emplace_back("flux.target_error=0.1");
+  const TemporaryFolder folder;
+  const Recipe recipe = read_recipe(configs / (GetParam() + ".toml"), wanted);
+  ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
+
+  const auto columns = columns_of(folder / "metrics.csv");
+  ASSERT_FALSE(columns.at("time_s").empty());
+  double time = 0;
+  for (const ProcessStep& step : recipe.steps) time += step.duration;
+  EXPECT_NEAR(std::stod(columns.at("time_s").back()), time, 1e-9 * time);
+  for (const auto& [name, cells] : columns) {
+    for (const std::string& cell : cells) {
+      EXPECT_EQ(cell.find("nan"), std::string::npos) << name;
+      EXPECT_EQ(cell.find("inf"), std::string::npos) << name;
+    }
+  }
+  for (const std::string& lost : columns.at("lost_weight")) EXPECT_EQ(std::stod(lost), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Configs, ::testing::ValuesIn(names_of_configs()),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace scarp
