@@ -189,6 +189,13 @@ double read_position_error(const RecipeTable& table, const Frame& frame) {
   return table.length_or_multiple(key, frame.spacing, {.minimum = 1e-6, .maximum = 1});
 }
 
+CoverageOptions read_coverages(const RecipeTable& table) {
+  return {.tolerance = table.number("coverage_tolerance",
+                                    {.fallback = "0.0001", .minimum = 1e-6, .maximum = 1}),
+          .most_iterations = static_cast<int>(table.integer(
+              "coverage_iterations", {.fallback = "200", .minimum = 1, .maximum = 1e6}))};
+}
+
 void read_advection(const RecipeTable& table, Recipe& recipe) {
   const Choices<Scheme> schemes{
       {"first_order", Scheme::first_order}, {"eno2", Scheme::eno2}, {"weno5", Scheme::weno5}};
@@ -413,6 +420,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
+  recipe.coverages = read_coverages(root.table("flux"));
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
   recipe.steps = StepReader(recipe, materials_of(recipe.geometry), path.parent_path()).read(steps);

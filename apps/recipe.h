@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/coverages.h"
 #include "core/frame.h"
 #include "core/material.h"
 #include "flux/solve.h"
@@ -40,6 +41,7 @@ struct Recipe {
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
   double position_error = 0;  ///< wanted of a time step, in place of the error of the flux; nm
+  CoverageOptions coverages;
   std::vector<ProcessStep> steps;
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move in one time step

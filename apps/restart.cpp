@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <sstream>
 
 #include "core/error.h"
@@ -61,6 +62,75 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::pat
   return voids;
 }
 
+// Numbers as they lie in memory: a mesh is large, and every bit of it counts.
+template <class T>
+void append_bytes(std::string& bytes, std::span<const T> values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+// Counts of vertices and facets, the names in lines, then vertices, triangles, values.
+std::string bytes_of(const SurfaceCoverages& coverages) {
+  std::string bytes =
+      fmt::format("{} {}\n", coverages.facets.vertices.size(), coverages.facets.triangles.size());
+  for (const std::string& name : coverages.names) bytes += name + '\n';
+  bytes += '\n';
+  append_bytes<Vec3f>(bytes, coverages.facets.vertices);
+  append_bytes<Triangle>(bytes, coverages.facets.triangles);
+  for (const std::vector<float>& values : coverages.values) append_bytes<float>(bytes, values);
+  return bytes;
+}
+
+// Reads what bytes_of wrote, front to back.
+class CoverageReader {
+ public:
+  CoverageReader(std::string_view bytes, const fs::path& file) : bytes_(bytes), file_(file) {}
+
+  SurfaceCoverages read() {
+    SurfaceCoverages coverages;
+    std::size_t vertices = 0;
+    std::size_t facets = 0;
+    std::istringstream counts{std::string(line())};
+    if (!(counts >> vertices >> facets)) refuse();
+    for (std::string_view name = line(); !name.empty(); name = line())
+      coverages.names.emplace_back(name);
+    coverages.facets.vertices = numbers<Vec3f>(vertices);
+    coverages.facets.triangles = numbers<Triangle>(facets);
+    for (const Triangle& triangle : coverages.facets.triangles)
+      for (const std::uint32_t v : triangle)
+        if (v >= vertices) refuse();
+    for (std::size_t k = 0; k < coverages.names.size(); ++k)
+      coverages.values.push_back(numbers<float>(facets));
+    if (!bytes_.empty()) refuse();
+    return coverages;
+  }
+
+ private:
+  [[noreturn]] void refuse() const {
+    throw InputError(fmt::format("{}: the entry coverages is not whole; it is not of this version",
+                                 file_.string()));
+  }
+
+  std::string_view line() {
+    const std::size_t end = bytes_.find('\n');
+    if (end == std::string_view::npos) refuse();
+    const std::string_view text = bytes_.substr(0, end);
+    bytes_.remove_prefix(end + 1);
+    return text;
+  }
+
+  template <class T>
+  std::vector<T> numbers(std::size_t count) {
+    if (count > bytes_.size() / sizeof(T)) refuse();
+    std::vector<T> values(count);
+    std::memcpy(values.data(), bytes_.data(), count * sizeof(T));
+    bytes_.remove_prefix(count * sizeof(T));
+    return values;
+  }
+
+  std::string_view bytes_;
+  const fs::path& file_;
+};
+
 CheckpointNotes notes_of(const State& state, const Recipe& recipe,
                          std::span<const double> output_times) {
   return {{"time_s", format_number(state.time)},
@@ -72,18 +142,22 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"voids", joined(numbers_of(state.voids))},
           {"islands_removed", std::to_string(state.islands.count)},
           {"island_volume_nm3", format_number(state.islands.volume)},
+          {"coverages", bytes_of(state.coverages)},
           {"recipe_hash", recipe_hash(recipe)}};
+}
+
+const std::string& note_of(const CheckpointNotes& notes, const std::string& key,
+                           const fs::path& file) {
+  const auto entry = notes.find(key);
+  if (entry != notes.end()) return entry->second;
+  throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
+                               file.string(), key));
 }
 
 std::vector<double> numbers_of(const CheckpointNotes& notes, const std::string& key,
                                const fs::path& file) {
-  const auto entry = notes.find(key);
-  if (entry == notes.end()) {
-    throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
-                                 file.string(), key));
-  }
   std::vector<double> numbers;
-  std::istringstream text(entry->second);
+  std::istringstream text(note_of(notes, key, file));
   for (std::string word; text >> word;) numbers.push_back(std::strtod(word.c_str(), nullptr));
   return numbers;
 }
@@ -109,7 +183,9 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .time_step = static_cast<std::uint32_t>(value("time_step")),
                     .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
-                                .volume = value("island_volume_nm3")}},
+                                .volume = value("island_volume_nm3")},
+                    .coverages =
+                        CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()},
           .file = file,
           .output_times = numbers_of(checkpoint.notes, "output_times_s", file)};
 }
@@ -157,6 +233,7 @@ std::string state_hash(const State& state, const Recipe& recipe) {
   }
   result.add_value(hash(state.layers));
   result.add_value(state.time);
+  if (!state.coverages.names.empty()) result.add(bytes_of(state.coverages));
   return result.hex();
 }
 

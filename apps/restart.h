@@ -37,7 +37,8 @@ void write_restart(const std::filesystem::path& file, const State& state,
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
                                       std::size_t row_count, const Recipe& recipe, const Log& log);
 
-/// The hash over phi with its band, materials and process time by which runs are compared.
+/// The hash over phi with its band, materials, coverages and process time by which runs are
+/// compared.
 std::string state_hash(const State& state, const Recipe& recipe);
 
 }  // namespace scarp

@@ -154,6 +154,10 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
           {"yield_std_error_" + species[s].yields[k].name, std::span(tally.std_error)});
     }
   }
+  const std::vector<std::string> covers =
+      step.model ? step.model->coverages() : std::vector<std::string>{};
+  for (std::size_t k = 0; k < survey.coverages.size(); ++k)
+    fields.facets.push_back({"coverage_" + covers[k], std::span(survey.coverages[k])});
   fields.facets.push_back({"speed_nm_s", std::span(speed)});
   write_vtp(file, survey.facets, fields);
 }
@@ -181,9 +185,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   for (const char* stage : {"map", "advect"}) {
     row += fmt::format(",{:.6f}", move.timer.seconds(stage));
   }
-  row += fmt::format(",{},{},{},{}", survey.gas.voids.size(),
+  row += fmt::format(",{},{},{},{},{}", survey.gas.voids.size(),
                      format_number(volume_of(survey.gas.voids)), move.islands.size(),
-                     format_number(volume_of(move.islands)));
+                     format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
   return row + fmt::format(",{},{}\n", error ? format_number(*error) : "", after.time_step - 1);
 }

@@ -52,6 +52,7 @@ class Observer {
 
   void look_at(const State& state, const Survey& now, const VoidChanges& changes) {
     tell_missed_targets(state, now);
+    tell_unfit_coverages(state, now);
     tell_voids(state, now, changes);
   }
 
@@ -64,10 +65,10 @@ class Observer {
 
  private:
   void tell_missed_targets(const State& state, const Survey& now) {
-    if (warned_ == state.step + 1) return;
+    if (warned_ == step_number(state)) return;
     for (const FluxField& flux : now.flux) {
       if (flux.target_reached) continue;
-      warned_ = state.step + 1;
+      warned_ = step_number(state);
       const bool in_position = recipe_.position_error > 0;
       const std::string what =
           in_position
@@ -81,6 +82,24 @@ class Observer {
           current_step(state, recipe_).name, state.time, what, recipe_.flux.max_rays,
           in_position ? "position_error" : "target_error"));
     }
+  }
+
+  void tell_unfit_coverages(const State& state, const Survey& now) {
+    const CoverageFit& fit = now.coverage_fit;
+    if (fit.reached || warned_of_coverages_ == step_number(state)) return;
+    warned_of_coverages_ = step_number(state);
+    const ProcessStep& step = current_step(state, recipe_);
+    const Triangle& corners = now.facets.triangles[fit.facet];
+    const Vec3f r = (now.facets.vertices[corners[0]] + now.facets.vertices[corners[1]] +
+                     now.facets.vertices[corners[2]]) /
+                    3.0F;
+    log_.warn(fmt::format(
+        "step \"{}\", t = {:.4g} s: the coverages of model {} still change by {:.2g} after {} "
+        "iterations, most at ({:.4g}, {:.4g}, {:.4g}) nm, material {}; more than the tolerance of "
+        "{:g}: raise flux.coverage_iterations or flux.coverage_tolerance",
+        step.name, state.time, step.model_name, fit.change, recipe_.coverages.most_iterations, r.x,
+        r.y, r.z, recipe_.materials[now.facets.materials[fit.facet]].name,
+        recipe_.coverages.tolerance));
   }
 
   void tell_voids(const State& state, const Survey& now, const VoidChanges& changes) {
@@ -102,7 +121,13 @@ class Observer {
 
   const Recipe& recipe_;
   Log log_;
-  std::size_t warned_ = 0;
+  // The surface at the end of a recipe is that of its last step. From 1.
+  std::size_t step_number(const State& state) const {
+    return std::min(state.step + 1, recipe_.steps.size());
+  }
+
+  std::size_t warned_ = 0;  // in which step
+  std::size_t warned_of_coverages_ = 0;
 };
 
 }  // namespace

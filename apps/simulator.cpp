@@ -46,8 +46,30 @@ TriMesh simplified(TriMesh surface, const Recipe& recipe, Survey& result) {
   return std::move(coarse.mesh);
 }
 
+SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
+  if (survey.coverages.empty()) return {};
+  return {.facets = survey.facets, .names = model.coverages(), .values = survey.coverages};
+}
+
 std::vector<Species> species_of(const ProcessStep& step) {
   return step.model ? step.model->species() : std::vector<Species>{};
+}
+
+// The flux on a surface that it covers; where it was solved before, on from the coverages then.
+std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
+                                     const State& state, const Recipe& recipe, Survey& result) {
+  const SurfaceModel& model = *current_step(state, recipe).model;
+  if (model.coverages().empty()) return solve_flux(result.facets, species, options);
+  const bool again = !result.coverages.empty();
+  CoverageIteration iteration(model, result.facets,
+                              again ? coverages_of(result, model) : state.coverages,
+                              recipe.coverages);
+  std::vector<FluxField> flux = solve_flux(result.facets, species, options, iteration.feedback());
+  const int before = result.coverage_fit.iterations;
+  result.coverages = iteration.coverages();
+  result.coverage_fit = iteration.fit();
+  result.coverage_fit.iterations += before;
+  return flux;
 }
 
 // Particles that slip through the surface make every number wrong without showing it.
@@ -70,7 +92,7 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
   const std::vector<Species> species = species_of(current_step(state, recipe));
   if (species.empty()) return;
   options.time_step = state.time_step;
-  std::vector<FluxField> flux = solve_flux(result.facets, species, options);
+  std::vector<FluxField> flux = solve_covered(species, options, state, recipe, result);
   for (std::size_t i = 0; i < result.flux.size(); ++i) {
     flux[i].rays += result.flux[i].rays;
     flux[i].segments += result.flux[i].segments;
@@ -224,6 +246,7 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
     }
     move.islands = drop_islands(state);
   }
+  state.coverages = {};
   state.time = state.step_start + step.duration;
   ++state.time_step;
   end_step(state);
@@ -420,6 +443,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
     move.islands = drop_islands(state);
   }
 
+  state.coverages = coverages_of(survey, *step.model);
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (state.time == state.step_start + step.duration) end_step(state);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "apps/coverages.h"
 #include "apps/recipe.h"
 #include "core/stage_timer.h"
 #include "flux/flux_field.h"
@@ -41,6 +42,7 @@ struct State {
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
+  SurfaceCoverages coverages{};  ///< at the beginning of the last time step
 };
 
 /// The surface at one moment with all that the current step of the recipe does to it. A pure
@@ -57,6 +59,8 @@ struct Survey {
   double simplify_max_distance = 0;
   TriMesh facets;
   std::vector<FluxField> flux;
+  std::vector<std::vector<float>> coverages;  ///< on facets, in the order of the model's names
+  CoverageFit coverage_fit;
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
   /// The longest time step for which the flux is good enough, with a target in position. Units: s.

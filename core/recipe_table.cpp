@@ -84,9 +84,28 @@ std::string outside(const Limits& limits, Dimension dimension) {
          ", " + shown(limits.maximum) + (limits.exclusive ? ')' : ']');
 }
 
+/// A fallback that is a TOML table or list; nothing if it is one value.
+std::optional<TomlValue> compound(std::string_view fallback) {
+  if (fallback.empty() || (fallback.front() != '{' && fallback.front() != '[')) return std::nullopt;
+  return parse_toml("fallback = " + std::string(fallback), "fallback").entries.front();
+}
+
+/// The rows of a table of the recipe, and those of the fallback that it leaves open.
+TomlValue merged(const TomlValue* given, const std::optional<TomlValue>& fallback) {
+  TomlValue rows;
+  if (fallback && (given == nullptr || given->find("default") == nullptr)) {
+    for (const TomlValue& row : fallback->entries)
+      if (given == nullptr || given->find(row.key) == nullptr) rows.entries.push_back(row);
+  }
+  if (given != nullptr)
+    rows.entries.insert(rows.entries.end(), given->entries.begin(), given->entries.end());
+  return rows;
+}
+
 /// An allowed value for a reader that goes on although the recipe has none.
 double stand_in(const Limits& limits, Dimension dimension) {
-  if (!limits.fallback.empty()) return parse_quantity(limits.fallback, dimension);
+  if (!limits.fallback.empty() && !compound(limits.fallback))
+    return parse_quantity(limits.fallback, dimension);
   if (is_allowed(1, limits)) return 1;
   if (std::isinf(limits.maximum)) return limits.minimum + std::max(1.0, std::abs(limits.minimum));
   if (std::isinf(limits.minimum)) return limits.maximum - std::max(1.0, std::abs(limits.maximum));
@@ -598,10 +617,16 @@ std::vector<MaterialId> RecipeTable::material_list_or(std::string_view word, std
 }
 
 std::vector<MaterialId> RecipeTable::material_list(std::string_view key, const Materials& materials,
-                                                   ListSize size) const {
+                                                   ListSize size, std::string_view fallback) const {
   const auto item = find(*node_, key);
-  if (!item) note_missing(*node_, key, "write for example " + std::string(key) + " = [\"Si\"]");
   std::vector<MaterialId> ids;
+  if (!item && !fallback.empty()) {
+    node_->record->set(key, std::string(fallback));
+    const std::optional<TomlValue> list = compound(fallback);
+    for (const TomlValue& entry : list->entries) ids.push_back(materials.id(entry.text));
+    return ids;
+  }
+  if (!item) note_missing(*node_, key, "write for example " + std::string(key) + " = [\"Si\"]");
   for (const Item& entry : item ? read_list(*item, size) : std::vector<Item>()) {
     ids.push_back(read_material(entry, materials).value_or(MaterialId{0}));
   }
@@ -612,33 +637,39 @@ std::vector<MaterialId> RecipeTable::material_list(std::string_view key, const M
 template <class Value, class Read>
 std::optional<std::vector<Value>> RecipeTable::by_material(std::string_view key,
                                                            const MaterialScope& scope,
+                                                           std::string_view fallback,
                                                            const Read& read) const {
   const auto item = find(*node_, key);
-  if (!item || !item->value.is_table()) return std::nullopt;
+  const std::optional<TomlValue> rows_for_all = compound(fallback);
+  if (item ? !item->value.is_table() : !rows_for_all) return std::nullopt;
   std::vector<std::optional<Value>> values(scope.materials.size());
   std::optional<Value> rest;
   std::vector<std::string> names = scope.materials.names();
   names.emplace_back("default");
-  for (const TomlValue& row : item->value.entries) {
-    const Item entry{item->errors, row, item->path + '.' + row.key};
+  const TomlValue rows = merged(item ? &item->value : nullptr, rows_for_all);
+  const std::string path = inner_path(*node_, key);
+  RecipeErrors& errors = node_->content->errors;
+  for (const TomlValue& row : rows.entries) {
+    const Item entry{errors, row, path + '.' + row.key};
     const auto known = std::find(names.begin(), names.end(), row.key);
     if (known == names.end()) {
-      item->errors.add(
-          {entry.path, row.key_place, "is not a material" + suggestion(row.key, names)});
+      errors.add({entry.path, row.key_place, "is not a material" + suggestion(row.key, names)});
       continue;
     }
     (row.key == "default" ? rest : values[static_cast<std::size_t>(known - names.begin())]) =
         read(entry);
   }
-  node_->record->set(key, format_toml(item->value));
+  node_->record->set(key, format_toml(rows));
 
   std::vector<std::string> without;
   for (const MaterialId id : scope.reachable) {
     if (!values[id] && !rest) without.push_back(scope.materials[id].name);
   }
   if (!without.empty()) {
-    note(*item, "no value for " + joined(without) +
-                    ", which this step can reach; add it, or default = ...");
+    errors.add({path, item ? item->value.place : node_->place,
+                "no value for " + joined(without) + ", which this step can reach; add " +
+                    (item ? "it, or default = ..."
+                          : std::string(key) + " = { " + toml_key(without.front()) + " = ... }")});
   }
   std::vector<Value> result;
   result.reserve(values.size());
@@ -649,7 +680,7 @@ std::optional<std::vector<Value>> RecipeTable::by_material(std::string_view key,
 std::vector<double> RecipeTable::per_material(std::string_view key, Dimension dimension,
                                               const MaterialScope& scope,
                                               const Limits& limits) const {
-  const auto values = by_material<double>(key, scope, [&](const Item& entry) {
+  const auto values = by_material<double>(key, scope, limits.fallback, [&](const Item& entry) {
     return read_quantity(entry, dimension, limits).value_or(stand_in(limits, dimension));
   });
   if (values) return *values;
@@ -658,7 +689,7 @@ std::vector<double> RecipeTable::per_material(std::string_view key, Dimension di
 
 std::vector<std::string> RecipeTable::per_material_text(std::string_view key,
                                                         const MaterialScope& scope) const {
-  const auto values = by_material<std::string>(key, scope, [](const Item& entry) {
+  const auto values = by_material<std::string>(key, scope, {}, [](const Item& entry) {
     const std::optional<std::string> row = read_text(entry);
     if (row && row->empty()) note(entry, "is empty");
     return row.value_or("");

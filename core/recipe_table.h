@@ -104,14 +104,16 @@ class RecipeTable {
   /// A material; nothing for the word that stands for none of them, which is the fallback.
   std::optional<MaterialId> material_or(std::string_view word, std::string_view key,
                                         const Materials& materials) const;
+  /// Materials; a fallback is written as a list, ["Si", "polySi"].
   std::vector<MaterialId> material_list(std::string_view key, const Materials& materials,
-                                        ListSize size = {}) const;
+                                        ListSize size = {}, std::string_view fallback = {}) const;
   /// Some materials; an empty list for the word that stands for all of them, which is the fallback.
   std::vector<MaterialId> material_list_or(std::string_view word, std::string_view key,
                                            const Materials& materials) const;
 
   /// One value for all materials, or a table { Si = ..., default = ... } that lists at least the
-  /// reachable ones.
+  /// reachable ones. A fallback may be such a table, whose rows fill in for those that the recipe's
+  /// table does not list, unless it has a default.
   ///
   /// Shape: one per material; 0 for those that are not listed and cannot be reached.
   std::vector<double> per_material(std::string_view key, Dimension dimension,
@@ -153,7 +155,7 @@ class RecipeTable {
   /// The rows of a table by material, each read by read(entry); nothing if the key has no table.
   template <class Value, class Read>
   std::optional<std::vector<Value>> by_material(std::string_view key, const MaterialScope& scope,
-                                                const Read& read) const;
+                                                std::string_view fallback, const Read& read) const;
   /// The key has the word, or is not there: then the word is recorded.
   bool is_word(std::string_view key, std::string_view word) const;
   std::size_t choice_index(std::string_view key, std::span<const std::string_view> names,

@@ -105,6 +105,30 @@ std::vector<float> reemitted_parts(const FluxProblem& problem, const RayPlan& pl
   return reemitted;
 }
 
+// The direct flux on every element, by rank.
+std::vector<double> mean_direct(const RayPlan& plan, const std::vector<float>& direct) {
+  std::vector<double> mean(plan.size());
+  for (std::size_t k = 0; k < direct.size(); ++k) {
+    const std::size_t rank = k / set_count;
+    mean[rank] += static_cast<double>(direct[k]) / (plan.rays(rank) * set_count);
+  }
+  return mean;
+}
+
+// The flux on every facet, without its error.
+std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan& plan,
+                                      const View& view, const std::vector<float>& direct) {
+  const std::vector<float> reemitted = reemitted_parts(problem, plan);
+  const std::vector<double> flux = ExchangeSolver(view.matrix, reemitted)
+                                       .solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
+  std::vector<float> arrivals(problem.scene.facet_count());
+  for (std::size_t f = 0; f < arrivals.size(); ++f) {
+    arrivals[f] =
+        static_cast<float>(mean_on_facet(plan, f, [&](std::size_t rank) { return flux[rank]; }));
+  }
+  return arrivals;
+}
+
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
                    const std::vector<float>& direct)
     : problem_(problem),
@@ -112,14 +136,11 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
       view_(view),
       reemitted_(reemitted_parts(problem, plan)),
       exchange_(view.matrix, reemitted_) {
-  std::vector<double> mean_direct(plan.size());
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     const auto rays = static_cast<double>(plan.rays(rank) * set_count);
-    for (std::size_t set = 0; set < set_count; ++set)
-      mean_direct[rank] += static_cast<double>(direct[rank * set_count + set]) / rays;
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = exchange_.solve<double>(mean_direct, 1, mean_tolerance);
+  solution_.flux = exchange_.solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
   solution_.halves = half_differences(view, direct, reemitted_, solution_.flux);
   solution_.sigma = standard_errors(plan, reemitted_, solution_);
   solution_.deviation.resize(plan.size() * draw_count);
@@ -246,6 +267,18 @@ FluxField Gathered::field() const {
           .max_facet_error = estimated.max_facet_error};
 }
 
+void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan, const View& view,
+                     const Settle& settle) {
+  std::vector<std::vector<float>> seen;
+  for (std::size_t p = 0; p < problems.size(); ++p)
+    seen.push_back(seen_by_rays(problems[p], plan, view, p));
+  std::vector<std::vector<float>> arrivals(problems.size());
+  do {
+    for (std::size_t p = 0; p < problems.size(); ++p)
+      arrivals[p] = arrivals_on_facets(problems[p], plan, view, seen[p]);
+  } while (settle(arrivals));
+}
+
 // With the number of rays n the error of scrambled sets was seen to fall as n^-0.7 to n^-0.9; a few
 // more make another round unlikely.
 double predicted_growth(double error, double target) {
@@ -255,7 +288,7 @@ double predicted_growth(double error, double target) {
 
 }  // namespace
 
-std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
+std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle) {
   if (problems.empty()) return {};
   const RayScene& scene = problems.front().scene;
   const FluxOptions& options = problems.front().options;
@@ -269,6 +302,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems) {
   plan.grow(rays / plan.surface(), cap);
   for (bool is_last = options.rays > 0;;) {
     view = look(problems, plan, view);
+    if (settle) settle_sticking(problems, plan, view, settle);
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {

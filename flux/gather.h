@@ -1,11 +1,16 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "flux/problem.h"
 
 namespace scarp {
+
+/// Changes the sticking that problems refer to, to what the arrivals on facets lead to (one array
+/// per problem); false, and no change, when it fits.
+using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>;
 
 /// Asks every facet what arrives: rays from the facets to the source, and an exchange of what is
 /// re-emitted between facets.
@@ -24,6 +29,9 @@ namespace scarp {
 /// Power cosine sources with n != 1 are also looked for by rays along the source's lobe; the two
 /// kinds are combined by the balance heuristic.
 ///
+/// With settle the exchange is solved on the rays that are there, without errors, until the
+/// sticking fits, before more rays are sent.
+///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per facet exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
@@ -31,6 +39,6 @@ namespace scarp {
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).
-std::vector<FluxField> gather(std::span<const FluxProblem> problems);
+std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle = {});
 
 }  // namespace scarp

@@ -127,6 +127,16 @@ void check_responses(const TriMesh& facets, std::span<const Species> species,
   }
 }
 
+void check_feedback(std::span<const Species> species, const StickingFeedback& feedback) {
+  for (std::size_t index = 0; index < species.size(); ++index) {
+    const bool can_be_gathered =
+        species[index].source.kind != SourceLobe::Kind::beam && !needs_particles(species[index]);
+    check(!feedback.changes(index) || can_be_gathered,
+          "species " + species[index].name +
+              ": sticking that depends on the flux is that of neutrals from an upright source");
+  }
+}
+
 std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& species) {
   std::vector<float> sticking(mesh.triangles.size(), species.sticking.front());
   for (std::size_t f = 0; f < mesh.materials.size(); ++f) {
@@ -201,53 +211,128 @@ double spacing_of_unsimplified(const TriMesh& mesh) {
   return std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
 }
 
+namespace {
+
+// All species on one surface, each by the engine that suits it.
+class Solver {
+ public:
+  Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
+         const StickingFeedback& feedback);
+
+  std::vector<FluxField> solve();
+
+ private:
+  FluxProblem problem(std::size_t index) const {
+    return {.scene = scene_,
+            .patches = patches_,
+            .sticking = sticking_[index],
+            .species = species_[index],
+            .species_index = static_cast<std::uint32_t>(index),
+            .options = options_};
+  }
+  bool is_gathered(std::size_t index) const;
+  void trace(std::size_t index);
+  void gather_together(std::span<const std::size_t> indices, const Settle& settle);
+  bool fit_sticking();
+
+  std::span<const Species> species_;
+  const FluxOptions& options_;
+  const StickingFeedback& feedback_;
+  RayScene scene_;
+  Patches patches_;
+  std::vector<std::vector<float>> sticking_;
+  std::vector<FluxField> fields_;
+};
+
+Solver::Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
+               const StickingFeedback& feedback)
+    : species_(species),
+      options_(options),
+      feedback_(feedback),
+      scene_(facets, options.sides,
+             options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets)),
+      patches_(facets, scene_),
+      fields_(species.size()) {
+  for (const Species& one : species) sticking_.push_back(sticking_of_facets(facets, one));
+}
+
+bool Solver::is_gathered(std::size_t index) const {
+  if (feedback_.changes(index)) return true;
+  if (species_[index].source.kind == SourceLobe::Kind::beam) return false;
+  if (options_.engine == FluxOptions::Engine::forward) return false;
+  if (needs_particles(species_[index])) return false;
+  return options_.engine == FluxOptions::Engine::gather || !particles_are_fewer(problem(index));
+}
+
+void Solver::trace(std::size_t index) {
+  FluxField& field = fields_[index];
+  if (species_[index].source.kind == SourceLobe::Kind::beam) {
+    field = trace_beam(problem(index));
+    field.engine = FluxEngine::beam;
+  } else if (options_.engine != FluxOptions::Engine::forward && needs_particles(species_[index]) &&
+             species_[index].emission.empty()) {
+    field = gather_forward(problem(index));
+    field.engine = FluxEngine::gather_forward;
+  } else {
+    field = trace_forward(problem(index));
+  }
+}
+
+void Solver::gather_together(std::span<const std::size_t> indices, const Settle& settle) {
+  std::vector<FluxProblem> problems;
+  problems.reserve(indices.size());
+  for (const std::size_t index : indices) problems.push_back(problem(index));
+  std::vector<FluxField> from_gather = gather(problems, settle);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    fields_[indices[k]] = std::move(from_gather[k]);
+    fields_[indices[k]].engine = FluxEngine::gather;
+  }
+}
+
+// Problems refer to the sticking, which stays where it is and gets other numbers.
+bool Solver::fit_sticking() {
+  std::vector<std::span<const float>> flux;
+  for (const FluxField& field : fields_)
+    for (const Tally& tally : field.tallies) flux.emplace_back(tally.mean);
+  return feedback_.update(flux, sticking_);
+}
+
+std::vector<FluxField> Solver::solve() {
+  std::vector<std::size_t> gathered;
+  for (std::size_t index = 0; index < species_.size(); ++index) {
+    if (is_gathered(index)) {
+      gathered.push_back(index);
+      // Until it is solved; see StickingFeedback::update.
+      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), 1)}};
+    } else {
+      trace(index);
+    }
+  }
+  Settle settle;
+  if (feedback_.update) {
+    fit_sticking();
+    settle = [&](std::span<const std::vector<float>> arrivals) {
+      for (std::size_t k = 0; k < gathered.size(); ++k)
+        fields_[gathered[k]].tallies.front().mean = arrivals[k];
+      return fit_sticking();
+    };
+  }
+  gather_together(gathered, settle);
+  balance_mirror_images(species_, options_.sides, fields_);
+  return std::move(fields_);
+}
+
+}  // namespace
+
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
-                                  const FluxOptions& options) {
+                                  const FluxOptions& options, const StickingFeedback& feedback) {
   check_options(options);
   for (const Species& one : species) check_species(one, options);
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
   for (const Species& one : species) check_emission(one, facets.triangles.size());
   check_responses(facets, species, options);
-
-  const double spacing = options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets);
-  const RayScene scene(facets, options.sides, spacing);
-  const Patches patches(facets, scene);
-  std::vector<std::vector<float>> sticking;
-  for (const Species& one : species) sticking.push_back(sticking_of_facets(facets, one));
-  const auto problem = [&](std::size_t index) {
-    return FluxProblem{.scene = scene,
-                       .patches = patches,
-                       .sticking = sticking[index],
-                       .species = species[index],
-                       .species_index = static_cast<std::uint32_t>(index),
-                       .options = options};
-  };
-
-  std::vector<FluxField> fields(species.size());
-  std::vector<std::size_t> gathered;
-  for (std::size_t index = 0; index < species.size(); ++index) {
-    if (species[index].source.kind == SourceLobe::Kind::beam) {
-      fields[index] = trace_beam(problem(index));
-      fields[index].engine = FluxEngine::beam;
-    } else if (is_traced_forward(problem(index))) {
-      fields[index] = trace_forward(problem(index));
-    } else if (needs_particles(species[index])) {
-      fields[index] = gather_forward(problem(index));
-      fields[index].engine = FluxEngine::gather_forward;
-    } else {
-      gathered.push_back(index);
-    }
-  }
-  std::vector<FluxProblem> problems;
-  problems.reserve(gathered.size());
-  for (const std::size_t index : gathered) problems.push_back(problem(index));
-  std::vector<FluxField> from_gather = gather(problems);
-  for (std::size_t k = 0; k < gathered.size(); ++k) {
-    fields[gathered[k]] = std::move(from_gather[k]);
-    fields[gathered[k]].engine = FluxEngine::gather;
-  }
-  balance_mirror_images(species, options.sides, fields);
-  return fields;
+  check_feedback(species, feedback);
+  return Solver(facets, species, options, feedback).solve();
 }
 
 }  // namespace scarp

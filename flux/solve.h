@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -51,13 +52,36 @@ struct FluxOptions {
   std::uint32_t time_step = 0;  ///< part of the random number's key
 };
 
+/// Sticking that depends on what arrives, as where particles cover the surface.
+///
+/// Shape: flux[t] is tally t on every facet: species in their order, of each one its tallies in
+///        theirs, arrivals first. The sticking of a species is one number per facet.
+struct StickingFeedback {
+  std::vector<bool> species{};  ///< whose sticking it is; of no species when empty
+
+  /// Changes the sticking to what the flux leads to; false, and no change, if it fits already.
+  /// Asked first with arrivals of 1 of these species, as on an open flat wafer, then after every
+  /// solution. It decides when to give up, too.
+  std::function<bool(std::span<const std::span<const float>> flux,
+                     std::vector<std::vector<float>>& sticking)>
+      update{};
+
+  bool changes(std::size_t index) const { return index < species.size() && species[index]; }
+};
+
 /// What arrives on every facet, for each species, with standard errors and an audit.
+///
+/// With a feedback the species that it does not change are solved once. The others are gathered
+/// whatever the engine, since what particles found cannot be used again with other sticking: at
+/// every number of rays on the way to the target their exchange is solved until the sticking fits.
+/// Errors are those at the sticking that is found in the end.
 ///
 /// Shape:  one FluxField per species; tallies are per facet.
 /// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles, and
 ///         options or species that make no sense; the message starts with "flux:" or "species".
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
-                                  const FluxOptions& options);
+                                  const FluxOptions& options,
+                                  const StickingFeedback& feedback = {});
 
 /// The spacing of the grid that a mesh came from if it has two facets per cell, as marching cubes
 /// gives them; too large for a simplified mesh.

@@ -4,25 +4,16 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "core/error.h"
+#include "models/ion_parameters.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
 
 namespace {
 
-constexpr double right_angle = std::numbers::pi / 2;
-constexpr Limits angles(std::string_view fallback) {
-  return {.fallback = fallback, .minimum = 0, .maximum = right_angle};
-}
-
-constexpr Column angle_column{"angle", Dimension::angle, {.minimum = 0, .maximum = right_angle}};
-constexpr Column energy_column{"energy", Dimension::energy, {.minimum = 0, .maximum = 1e6}};
 constexpr Column yield_column{"yield", Dimension::number, {.minimum = 0, .maximum = 1e6}};
-constexpr std::array sticking_by_angle{
-    angle_column, Column{"sticking", Dimension::number, {.minimum = 0, .maximum = 1}}};
 constexpr std::array factor_by_angle{
     angle_column, Column{"factor", Dimension::number, {.minimum = 0, .maximum = 1e6}}};
 constexpr std::array yield_by_energy{energy_column, yield_column};
@@ -50,73 +41,6 @@ const Parameter neutral_azimuth = azimuth_parameter("neutral.azimuth");
 const Parameter neutral_rotating = rotating_parameter("neutral.rotating");
 const Parameter ion_name{
     .name = "ion.name", .kind = Parameter::Kind::text, .meaning = "of its flux in formulas"};
-const Parameter ion_power{.name = "ion.source_power",
-                          .limits = {.fallback = "500", .minimum = 0, .maximum = 1e6},
-                          .meaning = "n of the source's cos^n(theta); 1 / sqrt(n) is its spread",
-                          .source = "sheath: n = 2 E / (k T) of the ions"};
-const Parameter ion_table = source_table_parameter("ion.source_table");
-const Parameter ion_map = source_map_parameter("ion.source_map");
-const Parameter ion_tilt = tilt_parameter("ion.tilt");
-const Parameter ion_azimuth = azimuth_parameter("ion.azimuth");
-const Parameter ion_rotating = rotating_parameter("ion.rotating");
-const Parameter ion_energy{.name = "ion.energy",
-                           .dimension = Dimension::energy,
-                           .limits = {.fallback = "100 eV", .minimum = 0, .maximum = 1e6},
-                           .meaning = "mean at the source"};
-const Parameter ion_energy_deviation{.name = "ion.energy_deviation",
-                                     .dimension = Dimension::energy,
-                                     .limits = {.fallback = "10 eV", .minimum = 0, .maximum = 1e6},
-                                     .meaning = "standard deviation of the energy"};
-const Parameter ion_energy_width{
-    .name = "ion.energy_width",
-    .dimension = Dimension::energy,
-    .limits = {.minimum = 0, .maximum = 1e6, .exclusive = true},
-    .needed = "none",
-    .meaning = "distance of two peaks in place of the deviation: ions of an RF sheath",
-    .source = "Benoit-Cattin, Bernard 1968: (8 e V / (3 w d)) sqrt(2 e V / m)",
-    .replaces = {"energy_deviation"}};
-constexpr std::array density_by_energy{energy_column,
-                                       Column{"density", Dimension::number, {.minimum = 0}}};
-const Parameter ion_energy_table{.name = "ion.energy_table",
-                                 .kind = Parameter::Kind::table,
-                                 .columns = density_by_energy,
-                                 .needed = "none",
-                                 .meaning = "a density by energy in place of mean and deviation",
-                                 .source = "reactor model or probe",
-                                 .replaces = {"energy", "energy_deviation", "energy_width"}};
-const Parameter ion_sticks_to{.name = "ion.sticks_to",
-                              .dimension = Dimension::angle,
-                              .limits = angles("70 deg"),
-                              .meaning = "all stick up to this angle of incidence ...",
-                              .source = "Belen et al. 2005"};
-const Parameter ion_reflects_from{.name = "ion.reflects_from",
-                                  .dimension = Dimension::angle,
-                                  .limits = angles("90 deg"),
-                                  .meaning = "... and none from this one on, linear in between",
-                                  .source = "Belen et al. 2005"};
-const Parameter ion_sticking_table{
-    .name = "ion.sticking_table",
-    .kind = Parameter::Kind::table,
-    .columns = sticking_by_angle,
-    .needed = "none",
-    .meaning = "sticking by angle of incidence in place of these two",
-    .source = "experiment or molecular dynamics",
-    .replaces = {"sticks_to", "reflects_from"}};
-const Parameter ion_cone{.name = "ion.narrowest_at",
-                         .dimension = Dimension::angle,
-                         .limits = angles("80 deg"),
-                         .meaning = "angle from which on the cone of reflection is narrowest",
-                         .source = "Belen et al. 2005"};
-const Parameter ion_inflection{
-    .name = "ion.inflection",
-    .dimension = Dimension::angle,
-    .limits = {.fallback = "89 deg", .minimum = 0, .maximum = right_angle, .exclusive = true},
-    .meaning = "angle where the kept energy goes from power to line",
-    .source = "Belen et al. 2005"};
-const Parameter ion_energy_power{.name = "ion.energy_power",
-                                 .limits = {.fallback = "10", .minimum = 0, .maximum = 100},
-                                 .meaning = "power of the kept energy below that angle",
-                                 .source = "Belen et al. 2005"};
 const Parameter yield_name{.name = "ion.yield.name",
                            .kind = Parameter::Kind::text,
                            .meaning = "of the arrivals times the yield in formulas"};
@@ -162,46 +86,18 @@ const Parameter yield_table{.name = "ion.yield.table",
                                          "energy_table", "angular_table"}};
 
 std::span<const Parameter> parameters() {
-  static const std::array rows{rate,
-                               deposited,
-                               neutral_name,
-                               neutral_sticking,
-                               neutral_power,
-                               neutral_table,
-                               neutral_map,
-                               neutral_tilt,
-                               neutral_azimuth,
-                               neutral_rotating,
-                               ion_name,
-                               ion_power,
-                               ion_table,
-                               ion_map,
-                               ion_tilt,
-                               ion_azimuth,
-                               ion_rotating,
-                               ion_energy,
-                               ion_energy_deviation,
-                               ion_energy_width,
-                               ion_energy_table,
-                               ion_sticks_to,
-                               ion_reflects_from,
-                               ion_sticking_table,
-                               ion_cone,
-                               ion_inflection,
-                               ion_energy_power,
-                               yield_name,
-                               yield_amplitude,
-                               yield_threshold,
-                               yield_angular,
-                               yield_sputter,
-                               yield_energy_table,
-                               yield_angular_table,
-                               yield_table};
+  static const std::vector<Parameter> rows = [] {
+    std::vector<Parameter> all{
+        rate,        deposited,    neutral_name,    neutral_sticking, neutral_power, neutral_table,
+        neutral_map, neutral_tilt, neutral_azimuth, neutral_rotating, ion_name};
+    const std::span<const Parameter> of_ions = ion_parameters();
+    all.insert(all.end(), of_ions.begin(), of_ions.end());
+    all.insert(all.end(), {yield_name, yield_amplitude, yield_threshold, yield_angular,
+                           yield_sputter, yield_energy_table, yield_angular_table, yield_table});
+    return all;
+  }();
   return rows;
 }
-
-// For a reader that goes on although the recipe is wrong.
-EnergyDistribution stand_in_energy() { return EnergyDistribution::gaussian(100, 10); }
 
 class Reader {
  public:
@@ -246,67 +142,15 @@ class Reader {
   }
 
   void read_ion(const RecipeTable& table) {
-    Species species;
-    species.name = read_name(table);
-    species.sticking.assign(scope_.materials.size(), 1.0F);
-    species.source = read_source(table, ion_power, scope_);
-    Ions ions{.energy = read_energy(table), .energy_deviation = 0.1};
-    ions.sticking = read_sticking(table);
-    ions.cone = reflection_cone(read_value(table, inner(ion_cone)));
-    const double inflection = read_value(table, inner(ion_inflection));
-    ions.energy_kept = kept_energy(inflection, read_value(table, inner(ion_energy_power)));
+    std::string name = read_name(table);
+    Species species = read_ions(table, scope_);
+    species.name = std::move(name);
     for (const RecipeTable& inside : table.tables("yield")) {
       species.yields.push_back(read_yield(inside));
-      check_yield(inside, species.yields.back(), ions.energy.largest());
+      check_yield(inside, species.yields.back(), species.ions->energy.largest());
     }
-    // What no yield counts any more need not be followed.
-    ions.least_energy = ions.energy.largest();
-    for (const YieldLaw& law : species.yields)
-      ions.least_energy = std::min(ions.least_energy, law.least_energy());
-    if (species.yields.empty()) ions.least_energy = 0;
-    species.ions = std::move(ions);
+    stop_without_yield(species);
     values_.species.push_back(std::move(species));
-  }
-
-  EnergyDistribution read_energy(const RecipeTable& table) const {
-    const Parameter by_energy = inner(ion_energy_table);
-    const Parameter width = inner(ion_energy_width);
-    if (stands_in(table, by_energy)) {
-      const auto rows = read_table(table, by_energy, scope_);
-      if (!rows) return stand_in_energy();
-      const auto energy = accepted<EnergyDistribution>(table, by_energy.name, [&] {
-        return EnergyDistribution::tabulated(rows->column(0), rows->column(1));
-      });
-      return energy ? *energy : stand_in_energy();
-    }
-    const double mean = read_value(table, inner(ion_energy));
-    if (!stands_in(table, width))
-      return EnergyDistribution::gaussian(mean, read_value(table, inner(ion_energy_deviation)));
-    const double distance = read_value(table, width);
-    if (distance > 2 * mean) {
-      table.error(width.name, "the lower peak lies at a negative energy; at most twice the mean, " +
-                                  format_quantity(2 * mean, Dimension::energy));
-    }
-    return EnergyDistribution::bimodal(mean, distance);
-  }
-
-  AngleTable read_sticking(const RecipeTable& table) const {
-    const Parameter by_angle = inner(ion_sticking_table);
-    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
-    const double sticks_to = read_value(table, inner(ion_sticks_to));
-    const double reflects_from = read_value(table, inner(ion_reflects_from));
-    if (sticks_to > reflects_from)
-      table.error("reflects_from", "has to be at least sticks_to: between them sticking falls");
-    return sticking_between(sticks_to, reflects_from);
-  }
-
-  AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter) const {
-    const auto rows = read_table(table, parameter, scope_);
-    if (!rows) return {};
-    const auto by_angle = accepted<AngleTable>(table, parameter.name, [&] {
-      return AngleTable::tabulated(rows->column(0), rows->column(1));
-    });
-    return by_angle.value_or(AngleTable());
   }
 
   YieldLaw read_yield(const RecipeTable& table) {
@@ -331,19 +175,16 @@ class Reader {
   AngleTable read_angular_factor(const RecipeTable& table) const {
     enum class Angular { cosine, sputter, enhanced };
     const Parameter by_angle = inner(yield_angular_table);
-    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
+    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle, scope_);
     const auto angular = table.choice<Angular>("angular",
                                                {{"cosine", Angular::cosine},
                                                 {"sputter", Angular::sputter},
                                                 {"enhanced", Angular::enhanced}},
                                                yield_angular.limits.fallback);
     const double b = read_value(table, inner(yield_sputter));
-    return AngleTable([=](double theta) {
-      const double c = std::max(0.0, std::cos(theta));
-      if (angular == Angular::cosine) return c;
-      if (angular == Angular::sputter) return c * (1 + b * (1 - c * c));
-      return std::clamp(3 - 3 * theta / right_angle, 0.0, 1.0);
-    });
+    if (angular == Angular::sputter) return sputter_factor(b);
+    if (angular == Angular::enhanced) return enhanced_factor();
+    return AngleTable([](double theta) { return std::max(0.0, std::cos(theta)); });
   }
 
   // Rows of energy, angle and yield; those of one energy are a table by angle.
@@ -437,9 +278,7 @@ std::string MultiParticle::formula(MaterialId material) const {
 }
 
 bool MultiParticle::is_mirror_symmetric(int axis) const {
-  return std::all_of(values_.species.begin(), values_.species.end(), [axis](const Species& each) {
-    return each.source.rotating || std::abs(each.source.direction[axis]) < 1e-9;
-  });
+  return are_mirror_symmetric(values_.species, axis);
 }
 
 ModelDescription multi_particle_description() {

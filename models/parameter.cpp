@@ -31,6 +31,12 @@ bool read_flag(const RecipeTable& table, const Parameter& parameter) {
   return table.flag(parameter.name, parameter.limits.fallback == "true");
 }
 
+std::vector<MaterialId> read_material_list(const RecipeTable& table, const Parameter& parameter,
+                                           const StepScope& scope) {
+  return table.material_list(parameter.name, scope.materials, {.minimum = 0},
+                             parameter.limits.fallback);
+}
+
 std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
                                      const StepScope& scope, std::optional<MaterialId> deposited) {
   const std::vector<double> values =

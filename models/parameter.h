@@ -18,7 +18,7 @@ namespace scarp {
 
 /// One parameter of a process model: its row in `scarp models`, and how it is read from a recipe.
 struct Parameter {
-  enum class Kind { value, per_material, material, flag, text, formula, table };
+  enum class Kind { value, per_material, material, material_list, flag, text, formula, table };
 
   std::string_view name;
   Kind kind = Kind::value;
@@ -49,6 +49,8 @@ struct StepScope {
 /// Readers of parameters by their rows.
 double read_value(const RecipeTable& table, const Parameter& parameter);
 bool read_flag(const RecipeTable& table, const Parameter& parameter);
+std::vector<MaterialId> read_material_list(const RecipeTable& table, const Parameter& parameter,
+                                           const StepScope& scope);
 /// Shape: one per material. Reachable are those of the scope and what the step deposits.
 std::vector<float> read_per_material(const RecipeTable& table, const Parameter& parameter,
                                      const StepScope& scope, std::optional<MaterialId> deposited);

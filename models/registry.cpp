@@ -8,9 +8,11 @@
 #include "core/suggestion.h"
 #include "models/conformal.h"
 #include "models/directional.h"
+#include "models/hbr_o2.h"
 #include "models/isotropic.h"
 #include "models/multi_particle.h"
 #include "models/planarise.h"
+#include "models/sf6_o2.h"
 #include "models/single_particle.h"
 
 namespace scarp {
@@ -82,7 +84,8 @@ std::string inner_tables(const ModelDescription& model) {
 std::span<const ModelDescription> models() {
   static const std::array table{
       isotropic_description(),      directional_description(), single_particle_description(),
-      multi_particle_description(), conformal_description(),   planarise_description(),
+      multi_particle_description(), sf6_o2_description(),      hbr_o2_description(),
+      conformal_description(),      planarise_description(),
   };
   return table;
 }
@@ -114,6 +117,8 @@ std::string unit_text(const Parameter& parameter) {
   switch (parameter.kind) {
     case Parameter::Kind::material:
       return "material";
+    case Parameter::Kind::material_list:
+      return "materials";
     case Parameter::Kind::flag:
       return "true or false";
     case Parameter::Kind::text:

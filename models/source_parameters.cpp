@@ -1,6 +1,8 @@
 #include "models/source_parameters.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -140,6 +142,12 @@ SourceLobe read_source(const RecipeTable& table, const Parameter& power, const S
   source.direction = beam_direction(tilt, read_value(table, azimuth_parameter("azimuth")));
   source.rotating = read_flag(table, rotating_parameter("rotating"));
   return source;
+}
+
+bool are_mirror_symmetric(std::span<const Species> species, int axis) {
+  return std::all_of(species.begin(), species.end(), [axis](const Species& each) {
+    return each.source.rotating || std::abs(each.source.direction[axis]) < 1e-9;
+  });
 }
 
 }  // namespace scarp

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 
-#include "flux/source_lobe.h"
+#include "flux/species.h"
 #include "models/parameter.h"
 
 namespace scarp {
@@ -21,5 +22,8 @@ SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
                                const StepScope& scope);
 /// The same with `tilt`, `azimuth` and `rotating`.
 SourceLobe read_source(const RecipeTable& table, const Parameter& power, const StepScope& scope);
+
+/// Whether what leaves the sources is its own mirror image along x (axis 0) or y.
+bool are_mirror_symmetric(std::span<const Species> species, int axis);
 
 }  // namespace scarp

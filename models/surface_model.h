@@ -38,6 +38,27 @@ class SurfaceModel {
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
 
+  /// What covers the surface, by name; nothing for models whose sticking is constant.
+  virtual std::vector<std::string> coverages() const { return {}; }
+
+  /// The part of the sites that each of them takes up once it is in balance with what arrives.
+  ///
+  /// Shape: coverage c at point p is [c][p], in [0, 1] like their sum; flux as for speeds().
+  virtual std::vector<std::vector<float>> steady_coverages(
+      [[maybe_unused]] const SurfacePoints& points,
+      [[maybe_unused]] std::span<const std::span<const float>> flux) const {
+    return {};
+  }
+
+  /// The sticking on a covered surface.
+  ///
+  /// Shape: one array per species, with an entry per point; empty where it is that of the material.
+  virtual std::vector<std::vector<float>> covered_sticking(
+      [[maybe_unused]] const SurfacePoints& points,
+      [[maybe_unused]] std::span<const std::vector<float>> coverages) const {
+    return std::vector<std::vector<float>>(species().size());
+  }
+
   /// The formula of a material's speed as the recipe has it, for messages; empty where there is
   /// none.
   virtual std::string formula([[maybe_unused]] MaterialId material) const { return {}; }

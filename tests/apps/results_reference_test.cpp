@@ -157,12 +157,25 @@ TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
   std::ofstream(file) << recipe_with_ion;
   run(read_recipe(file, {}), results() / "ion", {});
   const std::set<std::string> arrays = arrays_of(results() / "ion" / "surface_0001.vtp");
-  EXPECT_EQ(described("surface_NNNN.vtp"), arrays);
+  std::set<std::string> described_arrays = described("surface_NNNN.vtp");
+  EXPECT_EQ(described_arrays.erase("coverage_NAME"), 1U);
+  EXPECT_EQ(described_arrays, arrays);
 
   std::set<std::string> without_ions = arrays;
   EXPECT_EQ(without_ions.erase("yield_NAME"), 1U);
   EXPECT_EQ(without_ions.erase("yield_std_error_NAME"), 1U);
   EXPECT_EQ(arrays_of(results() / "surface_0001.vtp"), without_ions);
+}
+
+TEST_F(ResultsReference, HasTheArraysOfCoverages) {
+  const fs::path file = results() / "covered.toml";
+  std::string text = recipe_with_ion;
+  text.replace(text.find("[[step]]"), std::string::npos,
+               "[flux]\nrays = 1000\n[[step]]\nmodel = \"sf6_o2\"\nduration = \"0.1 s\"\n");
+  std::ofstream(file) << text;
+  run(read_recipe(file, {}), results() / "covered", {});
+  const std::set<std::string> arrays = arrays_of(results() / "covered" / "surface_0001.vtp");
+  for (const char* name : {"coverage_F", "coverage_O"}) EXPECT_TRUE(arrays.contains(name)) << name;
 }
 
 }  // namespace

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "models/model_description.h"
+
+namespace scarp {
+
+/// Etching of silicon by ions and an etchant whose work a second gas hinders, each of the two on a
+/// part of the sites of the surface: the chemistry of SF6/O2 and HBr/O2.
+///
+/// Coverages are those of the steady state: as much is adsorbed on bare sites as leaves.
+///
+///     g_E J_E F_E (1 - theta_E - theta_P) = (k + 2 R_ie) theta_E
+///     g_P J_P F_P (1 - theta_E - theta_P) = (b + R_p) theta_P
+///
+/// On a material that is etched v = -(k theta_E / 4 + R_sp + theta_E R_ie) / rho, on others v =
+/// -R_sp / rho. What does not find a bare site is re-emitted: the sticking is g (1 - theta_E -
+/// theta_P).
+///
+/// F are arrivals relative to an open flat wafer, R arrivals of ions times their yield and flux.
+/// Where nothing arrives of one gas its coverage is 0; where nothing leaves, the sites are shared
+/// as the gases arrive.
+///
+/// Parameters, limits and source are in the descriptions: `scarp models sf6_o2`, `hbr_o2`.
+class PlasmaEtch final : public SurfaceModel {
+ public:
+  /// How a material takes part. Units: density in 1e22 cm^-3.
+  struct Surface {
+    float etchant_sticking = 1;  ///< of a bare surface
+    float passivation_sticking = 1;
+    double density = 1;
+    bool is_etched = false;
+    int sputter_yield = -1;  ///< among the yields of ions; -1: none
+  };
+  /// Shape: surfaces has one entry per material; species are the etchant, the passivation, and ions
+  /// with the same yields each: of ion-enhanced etching, of the removal of passivation, and of
+  /// sputtering. Units: fluxes and desorption in 1e15 cm^-2 s^-1.
+  struct Values {
+    std::vector<Species> species;
+    double etchant_flux = 0;
+    double passivation_flux = 0;
+    std::vector<double> ion_flux;
+    double etchant_desorption = 0;      ///< k
+    double passivation_desorption = 0;  ///< b
+    bool sticking_in_balance = true;    ///< false: g is 1 in the balance
+    std::vector<Surface> surfaces;
+  };
+  explicit PlasmaEtch(Values values) : values_(std::move(values)) {}
+
+  std::vector<Species> species() const override { return values_.species; }
+  std::vector<float> speeds(const SurfacePoints& points,
+                            std::span<const std::span<const float>> flux) const override;
+  std::vector<std::string> coverages() const override;
+  std::vector<std::vector<float>> steady_coverages(
+      const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
+  std::vector<std::vector<float>> covered_sticking(
+      const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
+  bool is_mirror_symmetric(int axis) const override;
+
+ private:
+  struct Coverage {
+    double etchant = 0;
+    double passivation = 0;
+  };
+  double ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
+                  std::size_t point) const;
+  Coverage coverage_at(const Surface& surface, std::span<const std::span<const float>> flux,
+                       std::size_t point) const;
+
+  Values values_;
+};
+
+/// What two gases of this chemistry differ by: names, and defaults as a recipe writes them.
+struct PlasmaChemistry {
+  std::string_view etchant;
+  std::string_view passivation;
+  std::string_view etchant_sticking;
+  std::string_view passivation_sticking;
+  std::string_view sputter_amplitude;
+  std::string_view sputter_threshold;
+  std::string_view enhanced_amplitude;
+  std::string_view source;  ///< of the values
+};
+
+std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry);
+
+/// What the reference pages of all models of this chemistry say.
+extern const std::string_view plasma_etch_equation;
+extern const std::string_view plasma_etch_symbols;
+extern const std::string_view plasma_etch_limits;
+
+StepModel read_plasma_etch(const RecipeTable& step, const StepScope& scope,
+                           const PlasmaChemistry& chemistry);
+
+}  // namespace scarp

@@ -1,0 +1,338 @@
+// Coverages and fluxes that fit each other, on whole surfaces and through the time steps of a run.
+
+#include "apps/coverages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "apps/restart.h"
+#include "apps/run.h"
+#include "apps/simulator.h"
+#include "core/parallel.h"
+#include "levelset/checkpoint.h"
+#include "tests/apps/program.h"
+#include "tests/temporary_folder.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+Recipe read_text(const std::string& text) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "r.toml") << text;
+  return read_recipe(folder / "r.toml", {});
+}
+
+constexpr const char* flat_wafer = R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["100 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[flux]
+target_error = 0.005
+)";
+
+struct BlanketRun {
+  const char* name;
+  std::string step;
+  double rate;
+};
+
+/// Blanket rates of an open wafer under ions of exactly the energy, nearly vertical.
+class BlanketWafer : public ::testing::TestWithParam<BlanketRun> {};
+
+std::string step_of(const std::string& model, const std::string& keys, const std::string& ion = "",
+                    const std::string& deviation = "0 eV") {
+  return "[[step]]\nmodel = \"" + model + "\"\nduration = \"1 s\"\n" + keys +
+         "[[step.ion]]\nsource_power = 1e5\nenergy_deviation = \"" + deviation + "\"\n" + ion;
+}
+
+TEST_P(BlanketWafer, EtchesAtTheRateOfTheFormulas) {
+  const Recipe recipe = read_text(flat_wafer + GetParam().step);
+  State state = start_state(recipe);
+  const Survey now = survey(state, recipe);
+  double error = 0;
+  for (const FluxField& flux : now.flux) error = std::max(error, flux.error);
+  for (const float speed : facet_speeds(state, now))
+    EXPECT_NEAR(-speed, GetParam().rate, (0.01 + error) * GetParam().rate);
+}
+
+constexpr const char* no_g = "sticking_in_balance = false\n";
+constexpr const char* hole_gases =
+    "etchant_flux = \"4.5e18 /cm2/s\"\npassivation_flux = \"8e17 /cm2/s\"\nremoval_amplitude = 2\n";
+constexpr const char* hole_ions = "flux = \"1e16 /cm2/s\"\n";
+constexpr const char* no_oxygen = "passivation_flux = \"0 /cm2/s\"\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    Recipes, BlanketWafer,
+    ::testing::Values(
+        BlanketRun{"Sf6O2WithoutG", step_of("sf6_o2", no_g), 58.0683},
+        BlanketRun{"Sf6O2", step_of("sf6_o2", ""), 47.7419},
+        BlanketRun{"Sf6O2WithEnergies", step_of("sf6_o2", "", "", "10 eV"), 47.6859},
+        BlanketRun{"HoleWithoutG", step_of("sf6_o2", std::string(hole_gases) + no_g, hole_ions),
+                   36.7140},
+        BlanketRun{"Hole", step_of("sf6_o2", hole_gases, hole_ions), 28.9111},
+        BlanketRun{"WithoutOxygen", step_of("sf6_o2", no_oxygen), 57.6046},
+        BlanketRun{"HbrO2", step_of("hbr_o2", ""), 15.1083},
+        BlanketRun{"HbrO2WithoutG", step_of("hbr_o2", no_g), 54.1532},
+        BlanketRun{"Chemical", step_of("sf6_o2", no_oxygen, "flux = \"0 /cm2/s\"\n"), 12.0671}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+constexpr const char* small_hole = R"(
+[domain]
+spacing = "50 nm"
+extent = ["400 nm", "400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "hole"
+radius = "190 nm"
+depth = "1 um"
+center = ["-200 nm", "-200 nm"]
+[[geometry]]
+shape = "mask"
+material = "mask"
+thickness = "200 nm"
+opening = { shape = "hole", radius = "190 nm", center = ["-200 nm", "-200 nm"] }
+[flux]
+target_error = 0.03
+[[step]]
+model = "sf6_o2"
+duration = "4 s"
+etchant_flux = "4.5e18 /cm2/s"
+passivation_flux = "4e17 /cm2/s"
+[[step.ion]]
+flux = "1e16 /cm2/s"
+[output]
+every = "1 s"
+)";
+
+std::vector<std::span<const float>> tallies_of(const Survey& survey) {
+  std::vector<std::span<const float>> tallies;
+  for (const FluxField& field : survey.flux)
+    for (const Tally& tally : field.tallies) tallies.emplace_back(tally.mean);
+  return tallies;
+}
+
+double largest_difference(const std::vector<std::vector<float>>& a,
+                          const std::vector<std::vector<float>>& b) {
+  double largest = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    for (std::size_t f = 0; f < a[k].size(); ++f)
+      largest = std::max(largest, std::abs(static_cast<double>(a[k][f]) - b[k][f]));
+  return largest;
+}
+
+// The balance with the numbers of sf6_o2 written out, on every facet of the hole.
+TEST(Coverages, BalanceTheFluxOnEveryFacetOfAHole) {
+  const Recipe recipe = read_text(small_hole);
+  const State state = start_state(recipe);
+  const Survey now = survey(state, recipe);
+  EXPECT_TRUE(now.coverage_fit.reached);
+  EXPECT_LE(now.coverage_fit.change, recipe.coverages.tolerance);
+  EXPECT_GT(now.coverage_fit.iterations, 1);
+  const auto flux = tallies_of(now);
+  double least = 1;
+  for (std::size_t f = 0; f < now.facets.triangles.size(); ++f) {
+    const double e = now.coverages[0][f];
+    const double p = now.coverages[1][f];
+    const double arrives_e = 0.7 * 4500 * flux[0][f];
+    const double arrives_p = 400 * flux[1][f];
+    const double leaves_e = 300 + 2 * 10 * flux[3][f];
+    const double leaves_p = 0.04 + 10 * flux[4][f];
+    const double bare = 1 - e - p;
+    // To the tolerance of a coverage, which the site feels by all that arrives and leaves.
+    const double tolerance = 2 * recipe.coverages.tolerance;
+    EXPECT_NEAR(arrives_e * bare, leaves_e * e, tolerance * (arrives_e + leaves_e)) << f;
+    EXPECT_NEAR(arrives_p * bare, leaves_p * p, tolerance * (arrives_p + leaves_p)) << f;
+    least = std::min(least, static_cast<double>(flux[1][f]));
+  }
+  EXPECT_LT(least, 0.5);  // so the sticking matters
+}
+
+TEST(Coverages, DoNotDependOnTheStart) {
+  const Recipe recipe = read_text(small_hole);
+  State state = start_state(recipe);
+  const Survey from_above = survey(state, recipe);
+  const double tolerance = recipe.coverages.tolerance;
+  const auto start_with = [&](float etchant, float passivation) {
+    const std::size_t count = from_above.facets.triangles.size();
+    state.coverages = {
+        .facets = from_above.facets,
+        .names = {"F", "O"},
+        .values = {std::vector<float>(count, etchant), std::vector<float>(count, passivation)}};
+    return survey(state, recipe);
+  };
+  for (const auto& [etchant, passivation] : {std::pair{0.0F, 0.0F}, {1.0F, 0.0F}, {0.0F, 1.0F}}) {
+    const Survey other = start_with(etchant, passivation);
+    EXPECT_TRUE(other.coverage_fit.reached);
+    // What is left to go is the last change and what a geometric series adds to it.
+    EXPECT_LT(largest_difference(other.coverages, from_above.coverages), 10 * tolerance);
+  }
+}
+
+TEST(Coverages, FitAtOnceWhereTheyAreKnown) {
+  Recipe recipe = read_text(small_hole);
+  recipe.flux.target_error = 1;  // one number of rays
+  State state = start_state(recipe);
+  const Survey first = survey(state, recipe);
+  EXPECT_GT(first.coverage_fit.iterations, 3);
+  state.coverages = {.facets = first.facets, .names = {"F", "O"}, .values = first.coverages};
+  EXPECT_EQ(survey(state, recipe).coverage_fit.iterations, 1);
+  // What is not of this model is no start.
+  state.coverages.names = {"F", "polymer"};
+  EXPECT_EQ(survey(state, recipe).coverage_fit.iterations, first.coverage_fit.iterations);
+}
+
+TEST(Coverages, GoFromTimeStepToTimeStep) {
+  const Recipe recipe = read_text(small_hole);
+  State state = start_state(recipe);
+  const Survey first = survey(state, recipe);
+  advance(state, recipe, first, 0.2);
+  EXPECT_EQ(state.coverages.names, (std::vector<std::string>{"F", "O"}));
+  EXPECT_EQ(state.coverages.values, first.coverages);
+  EXPECT_EQ(state.coverages.facets.triangles, first.facets.triangles);
+  const Survey carried_on = survey(state, recipe);
+  state.coverages = {};
+  const Survey anew = survey(state, recipe);
+  EXPECT_LE(carried_on.coverage_fit.iterations, anew.coverage_fit.iterations);
+  EXPECT_LT(largest_difference(carried_on.coverages, anew.coverages),
+            10 * recipe.coverages.tolerance);
+}
+
+TEST(Coverages, BitsDoNotDependOnThreads) {
+  const Recipe recipe = read_text(small_hole);
+  const State state = start_state(recipe);
+  std::vector<std::vector<std::vector<float>>> coverages;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    coverages.push_back(survey(state, recipe).coverages);
+  }
+  EXPECT_EQ(coverages[0], coverages[1]);
+  EXPECT_EQ(coverages[0], coverages[2]);
+}
+
+TEST(Coverages, AreCarriedFromTheClosestPoint) {
+  SurfaceCoverages known{.facets = {}, .names = {"a"}, .values = {{0.25F, 0.75F}}};
+  known.facets.vertices = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}};
+  known.facets.triangles = {{0, 1, 2}, {1, 3, 2}};
+  TriMesh other;
+  other.vertices = {{0, 0, 1},  {0.5F, 0, 1},  {0, 0.5F, 1},
+                    {2, 2, -1}, {1.5F, 2, -1}, {2, 1.5F, -1}};
+  other.triangles = {{3, 4, 5}, {0, 1, 2}};
+  EXPECT_EQ(carried(known, other), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
+}
+
+TEST(Coverages, EndWithTheStepThatMadeThem) {
+  const std::string etch = step_of("sf6_o2", "");
+  const Recipe recipe =
+      read_text(flat_wafer + etch + "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\n" +
+                "etch_rate = \"1 nm/s\"\n");
+  State state = start_state(recipe);
+  while (state.step == 0) advance(state, recipe, survey(state, recipe), 1e9);
+  EXPECT_EQ(state.coverages.names.size(), 2U);
+  advance(state, recipe, survey(state, recipe), 1e9);
+  EXPECT_TRUE(state.coverages.names.empty());
+  EXPECT_TRUE(state.coverages.facets.triangles.empty());
+}
+
+class CoveragesOfRuns : public Program {
+ protected:
+  Outcome run(const std::string& more) const {
+    write("hole.toml", small_hole);
+    return scarp("run " + path("hole.toml") + " --quiet " + more);
+  }
+};
+
+TEST_F(CoveragesOfRuns, AreWrittenAndCounted) {
+  ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
+  const std::string surface = read_file(folder_ / "r" / "surface_0001.vtp");
+  EXPECT_THAT(surface, AllOf(HasSubstr("Name=\"coverage_F\""), HasSubstr("Name=\"coverage_O\"")));
+  std::istringstream rows(read_file(folder_ / "r" / "metrics.csv"));
+  const auto cells = [](const std::string& line) {
+    std::istringstream in(line);
+    std::vector<std::string> found;
+    for (std::string cell; std::getline(in, cell, ',');) found.push_back(cell);
+    return found;
+  };
+  std::string line;
+  std::getline(rows, line);
+  const std::vector<std::string> head = cells(line);
+  const auto column = std::find(head.begin(), head.end(), "coverage_iterations") - head.begin();
+  while (std::getline(rows, line)) {
+    EXPECT_GT(std::stoi(cells(line).at(static_cast<std::size_t>(column))), 0) << line;
+  }
+}
+
+TEST_F(CoveragesOfRuns, AResumedRunGivesTheSameBits) {
+  ASSERT_EQ(run("-o " + path("whole")).exit_code, 0);
+  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+  for (const char* late : {"summary.json", "state_0003.vdb", "state_0004.vdb"})
+    fs::remove(folder_ / "cut" / late);
+  ASSERT_EQ(run("--resume -o " + path("cut")).exit_code, 0);
+  expect_same_bits("whole", "cut");
+}
+
+TEST_F(CoveragesOfRuns, AMissOfTheToleranceIsAWarningWithThePlace) {
+  const Outcome missed =
+      run("--set flux.coverage_iterations=1 --set step[0].duration='\"0.1 s\"' -o " + path("r"));
+  EXPECT_EQ(missed.exit_code, 0);
+  EXPECT_THAT(missed.messages,
+              AllOf(HasSubstr("warning: step \"sf6_o2\", t = 0 s: the coverages of model sf6_o2 "
+                              "still change by"),
+                    HasSubstr("after 1 iterations, most at ("), HasSubstr("material "),
+                    HasSubstr("raise flux.coverage_iterations")));
+  EXPECT_EQ(missed.messages.find("warning"), missed.messages.rfind("warning"));  // once
+}
+
+TEST_F(CoveragesOfRuns, ACheckpointWhoseCoveragesAreNotWholeIsPassedOver) {
+  ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
+  const fs::path file = folder_ / "r" / "state_0004.vdb";
+  const std::string whole = read_checkpoint(file).notes.at("coverages");
+  for (const std::string& bytes :
+       {std::string(), std::string("3 1"), whole.substr(0, whole.size() - 1), whole + 'x',
+        "9" + whole, std::string("0 0\nF")}) {
+    fs::remove(folder_ / "r" / "summary.json");
+    Checkpoint checkpoint = read_checkpoint(file);
+    checkpoint.notes["coverages"] = bytes;
+    write_checkpoint(file, checkpoint.layers, checkpoint.notes);
+    const Outcome resumed = run("--resume -o " + path("r"));
+    EXPECT_EQ(resumed.exit_code, 0);
+    EXPECT_THAT(resumed.messages, AllOf(HasSubstr("the entry coverages is not whole"),
+                                        HasSubstr("earlier checkpoint")));
+  }
+}
+
+// Another coverage, another bit of the state.
+TEST(StateHash, CountsCoverages) {
+  const Recipe recipe = read_text(small_hole);
+  State state = start_state(recipe);
+  const std::string without = state_hash(state, recipe);
+  state.coverages = {.facets = {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+                                .triangles = {{0, 1, 2}},
+                                .materials = {}},
+                     .names = {"F"},
+                     .values = {{0.5F}}};
+  const std::string with = state_hash(state, recipe);
+  state.coverages.values = {{std::nextafter(0.5F, 1.0F)}};
+  EXPECT_NE(with, without);
+  EXPECT_NE(state_hash(state, recipe), with);
+}
+
+}  // namespace
+}  // namespace scarp

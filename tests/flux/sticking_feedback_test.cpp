@@ -1,0 +1,172 @@
+// Sticking that follows from what arrives: where the equations have one number for the whole
+// surface, and where a solution at fixed sticking tells what is right.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "flux/solve.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using Engine = FluxOptions::Engine;
+
+constexpr float bare = 0.9F;   // sticking of a bare surface
+constexpr float strength = 3;  // arrivals over what leaves a covered site, on an open wafer
+
+// Langmuir's balance: the part that is bare.
+float langmuir(float flux) { return bare / (1 + strength * flux); }
+
+struct Solved {
+  std::vector<FluxField> flux;
+  std::vector<float> sticking;
+  int updates = 0;
+};
+
+FluxOptions options_of(const exact::Shape& shape, Engine engine) {
+  return {.engine = engine, .sides = shape.sides, .spacing = 1, .rays = 1 << 17, .seed = 7};
+}
+
+Solved solve_covered(const exact::Shape& shape, const FluxOptions& options,
+                     std::span<const Species> species) {
+  Solved solved;
+  StickingFeedback feedback{.species = {true}};
+  feedback.update = [&](std::span<const std::span<const float>> flux,
+                        std::vector<std::vector<float>>& sticking) {
+    ++solved.updates;
+    float change = 0;
+    std::vector<float> next;
+    for (std::size_t f = 0; f < flux[0].size(); ++f) {
+      next.push_back(langmuir(flux[0][f]));
+      change = std::max(change, std::abs(next[f] - sticking[0][f]));
+    }
+    if (change < 1e-5F) return false;
+    solved.sticking = sticking[0] = next;
+    return true;
+  };
+  solved.flux = solve_flux(shape.mesh, species, options, feedback);
+  return solved;
+}
+
+Species gas() { return {.name = "gas", .sticking = {1}}; }
+
+TEST(StickingFeedbackTest, AnOpenWaferFitsAtOnce) {
+  const exact::Shape wafer = exact::flat_wafer(20, 5);
+  const Species species = gas();
+  const Solved solved = solve_covered(wafer, options_of(wafer, Engine::automatic), {&species, 1});
+  const std::vector<float>& error = solved.flux.front().arrivals().std_error;
+  for (std::size_t f = 0; f < error.size(); ++f) {
+    const float flux = solved.flux.front().arrivals().mean[f];
+    EXPECT_NEAR(flux, 1, 5 * error[f] + 1e-6);
+    EXPECT_NEAR(solved.sticking[f], langmuir(flux), 1e-5);
+  }
+}
+
+// Of a sphere every place sees the opening alike: with the part f of the sphere that is open,
+// F = f + (1 - f) (1 - s) F.
+TEST(StickingFeedbackTest, ASphericalPitHasTheOneSolutionOfItsEquation) {
+  constexpr double cut = 0.5;
+  constexpr double open = (1 - cut) / 2;
+  double flux = 1;
+  for (int n = 0; n < 200; ++n)
+    flux = open / (1 - (1 - open) * (1 - langmuir(static_cast<float>(flux))));
+  EXPECT_LT(flux, 0.7);  // far from that of an open wafer
+
+  const exact::Shape pit = exact::spherical_pit(cut);
+  const Species species = gas();
+  const Solved solved = solve_covered(pit, options_of(pit, Engine::automatic), {&species, 1});
+  const std::vector<double> areas = facet_areas(pit.mesh);
+  double sum = 0;
+  double area = 0;
+  const Tally& arrivals = solved.flux.front().arrivals();
+  for (std::size_t f = 0; f < pit.mesh.triangles.size(); ++f) {
+    if (pit.mesh.vertices[pit.mesh.triangles[f][0]].z > -5) continue;
+    sum += areas[f] * arrivals.mean[f];
+    area += areas[f];
+  }
+  // The facets of the sphere lie a little inside it; few particles on a facet make it bare more
+  // often than covered.
+  EXPECT_NEAR(sum / area, flux, 0.01 * flux);
+}
+
+TEST(StickingFeedbackTest, TheSameStickingGivesTheSameFluxToTheBit) {
+  const exact::Shape trench = exact::trench(2);
+  const FluxOptions options = options_of(trench, Engine::automatic);
+  const Species species = gas();
+  const Solved solved = solve_covered(trench, options, {&species, 1});
+  StickingFeedback fixed{.species = {true}};
+  fixed.update = [&, first = true](auto, std::vector<std::vector<float>>& sticking) mutable {
+    sticking[0] = solved.sticking;
+    return std::exchange(first, false);
+  };
+  const FluxField again = solve_flux(trench.mesh, {&species, 1}, options, fixed).front();
+  EXPECT_EQ(solved.flux.front().arrivals().mean, again.arrivals().mean);
+  EXPECT_EQ(solved.flux.front().arrivals().std_error, again.arrivals().std_error);
+  EXPECT_EQ(solved.flux.front().rays, again.rays);
+}
+
+TEST(StickingFeedbackTest, BitsDoNotDependOnThreads) {
+  const exact::Shape trench = exact::trench(2);
+  const Species species = gas();
+  std::vector<std::vector<float>> results;
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    const Solved solved =
+        solve_covered(trench, options_of(trench, Engine::automatic), {&species, 1});
+    results.push_back(solved.flux.front().arrivals().mean);
+  }
+  EXPECT_EQ(results[0], results[1]);
+  EXPECT_EQ(results[0], results[2]);
+}
+
+// What particles found cannot be used again.
+TEST(StickingFeedbackTest, IsGatheredWhateverTheEngine) {
+  const exact::Shape trench = exact::trench(1);
+  const Species species = gas();
+  for (const Engine engine : {Engine::automatic, Engine::gather, Engine::forward}) {
+    const Solved solved = solve_covered(trench, options_of(trench, engine), {&species, 1});
+    EXPECT_EQ(solved.flux.front().engine, FluxEngine::gather);
+  }
+  Species ions = gas();
+  ions.ions = Ions{};
+  EXPECT_THROW(solve_covered(trench, options_of(trench, Engine::automatic), {&ions, 1}),
+               InputError);
+}
+
+// In a trench 2 deep the flux at the bottom is another with every number of rays; what is found on
+// the way to the target must fit the last of them.
+TEST(StickingFeedbackTest, FitsTheRaysThatReachTheTarget) {
+  const exact::Shape trench = exact::trench(2);
+  FluxOptions options = options_of(trench, Engine::automatic);
+  options.rays = 0;
+  options.target_error = 0.01;
+  const Species species = gas();
+  const Solved solved = solve_covered(trench, options, {&species, 1});
+  EXPECT_EQ(solved.flux.front().engine, FluxEngine::gather);
+  EXPECT_TRUE(solved.flux.front().target_reached);
+  const std::vector<float>& arrivals = solved.flux.front().arrivals().mean;
+  for (std::size_t f = 0; f < arrivals.size(); ++f)
+    EXPECT_NEAR(solved.sticking[f], langmuir(arrivals[f]), 2e-5) << f;
+}
+
+// Another gas, whose sticking is its own, and ions are what they are alone.
+TEST(StickingFeedbackTest, OthersAreNotTouched) {
+  const exact::Shape trench = exact::trench(1);
+  FluxOptions options = options_of(trench, Engine::automatic);
+  const std::vector<Species> species{
+      gas(),
+      {.name = "other", .sticking = {0.3F}},
+      {.name = "ion", .source = {.cosine_power = 100}, .ions = Ions{}}};
+  const Solved solved = solve_covered(trench, options, species);
+  const std::vector<FluxField> alone = solve_flux(trench.mesh, species, options);
+  for (const std::size_t k : {1, 2})
+    EXPECT_EQ(solved.flux[k].arrivals().mean, alone[k].arrivals().mean) << species[k].name;
+  EXPECT_NE(solved.flux[0].arrivals().mean, alone[0].arrivals().mean);
+}
+
+}  // namespace
+}  // namespace scarp
