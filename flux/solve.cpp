@@ -258,10 +258,8 @@ Solver::Solver(const TriMesh& facets, std::span<const Species> species, const Fl
 
 bool Solver::is_gathered(std::size_t index) const {
   if (feedback_.changes(index)) return true;
-  if (species_[index].source.kind == SourceLobe::Kind::beam) return false;
-  if (options_.engine == FluxOptions::Engine::forward) return false;
-  if (needs_particles(species_[index])) return false;
-  return options_.engine == FluxOptions::Engine::gather || !particles_are_fewer(problem(index));
+  const bool is_beam = species_[index].source.kind == SourceLobe::Kind::beam;
+  return !is_beam && !is_traced_forward(problem(index)) && !needs_particles(species_[index]);
 }
 
 void Solver::trace(std::size_t index) {
@@ -269,12 +267,11 @@ void Solver::trace(std::size_t index) {
   if (species_[index].source.kind == SourceLobe::Kind::beam) {
     field = trace_beam(problem(index));
     field.engine = FluxEngine::beam;
-  } else if (options_.engine != FluxOptions::Engine::forward && needs_particles(species_[index]) &&
-             species_[index].emission.empty()) {
+  } else if (is_traced_forward(problem(index))) {
+    field = trace_forward(problem(index));
+  } else {
     field = gather_forward(problem(index));
     field.engine = FluxEngine::gather_forward;
-  } else {
-    field = trace_forward(problem(index));
   }
 }
 

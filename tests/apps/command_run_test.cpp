@@ -114,26 +114,6 @@ TEST_F(RunCommand, SimplificationChangesNothingThatIsMeasured) {
             0.7 * static_cast<double>(read_file(folder_ / "full" / "surface_0002.vtp").size()));
 }
 
-// Coarse, and with fluxes that are hardly known; each says by itself what it is.
-TEST_F(RunCommand, EveryRecipeInConfigsRuns) {
-  const std::map<std::string, std::string> spacing{
-      {"flat_deposition", "40 nm"},  {"hole_directional_etch", "30 nm"},
-      {"ion_etch", "40 nm"},         {"isotropic_etch", "100 nm"},
-      {"sf6_o2_hole", "75 nm"},      {"trench_deposition", "1 um"},
-      {"trench_isolation", "25 nm"},
-  };
-  for (const auto& entry : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {
-    if (entry.path().extension() != ".toml") continue;
-    const std::string name = entry.path().stem();
-    ASSERT_TRUE(spacing.contains(name)) << name << " has no spacing to be tried with";
-    const Outcome run =
-        scarp("run " + entry.path().string() + " --quiet --set domain.spacing='\"" +
-              spacing.at(name) + "\"' --set flux.target_error=0.2 -o " + path(name));
-    EXPECT_EQ(run.exit_code, 0) << name << run.messages;
-    EXPECT_EQ(run.messages.find("warning"), std::string::npos) << name << run.messages;
-  }
-}
-
 // Release and native, g++ and clang, today and tomorrow: who changes the numbers on purpose writes
 // the new hashes to the file.
 TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {

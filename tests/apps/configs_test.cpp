@@ -30,6 +30,7 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
       {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},
       {"ion_etch", {"domain.spacing=\"40 nm\"", "step[0].duration=\"20 s\""}},
       {"isotropic_etch", {"domain.spacing=\"80 nm\""}},
+      {"sf6_o2_hole", {"domain.spacing=\"75 nm\"", "step[0].duration=\"20 s\""}},
       {"trench_deposition", {"domain.spacing=\"0.5 um\""}},
       {"trench_isolation", {"domain.spacing=\"20 nm\""}}};
   return overrides;

@@ -162,7 +162,7 @@ TEST(Coverages, BalanceTheFluxOnEveryFacetOfAHole) {
     EXPECT_NEAR(arrives_p * bare, leaves_p * p, tolerance * (arrives_p + leaves_p)) << f;
     least = std::min(least, static_cast<double>(flux[1][f]));
   }
-  EXPECT_LT(least, 0.5);  // so the sticking matters
+  EXPECT_LT(least, 0.6);  // so the sticking matters
 }
 
 TEST(Coverages, DoNotDependOnTheStart) {
