@@ -7,6 +7,11 @@ namespace scarp {
 namespace {
 
 constexpr PlasmaChemistry chemistry{
+    .name = "hbr_o2",
+    .summary = "silicon in HBr/O2: ions, bromine, and oxygen that keeps walls from being etched",
+    .equations_source =
+        "equations: R. J. Belen, S. Gomez, M. Kiehlbauch, D. Cooperberg, E. S. Aydil, J. Vac. "
+        "Sci. Technol. A 23, 99 (2005); the values are those of ViennaPS, not a measurement",
     .etchant = "Br",
     .passivation = "O",
     .etchant_sticking = "0.1",
@@ -16,31 +21,10 @@ constexpr PlasmaChemistry chemistry{
         "{ Si = \"30 eV\", polySi = \"30 eV\", mask = \"20 eV\", SiO2 = \"18 eV\", "
         "Si3N4 = \"18 eV\" }",
     .enhanced_amplitude = "5",
-    .source = "ViennaPS; oxide, nitride: La Magna, Garozzo 2003"};
-
-std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = plasma_etch_parameters(chemistry);
-  return rows;
-}
-
-StepModel read(const RecipeTable& step, const StepScope& scope) {
-  return read_plasma_etch(step, scope, chemistry);
-}
+    .values_source = "ViennaPS; oxide, nitride: La Magna, Garozzo 2003"};
 
 }  // namespace
 
-ModelDescription hbr_o2_description() {
-  return {
-      .name = "hbr_o2",
-      .summary = "silicon in HBr/O2: ions, bromine, and oxygen that keeps walls from being etched",
-      .equation = plasma_etch_equation,
-      .symbols = plasma_etch_symbols,
-      .limits = plasma_etch_limits,
-      .source =
-          "equations: R. J. Belen, S. Gomez, M. Kiehlbauch, D. Cooperberg, E. S. Aydil, J. Vac. "
-          "Sci. Technol. A 23, 99 (2005); the values are those of ViennaPS, not a measurement",
-      .parameters = parameters(),
-      .read = read};
-}
+ModelDescription hbr_o2_description() { return plasma_etch_description<chemistry>(); }
 
 }  // namespace scarp

@@ -10,11 +10,13 @@
 
 namespace scarp {
 
-const std::string_view plasma_etch_equation =
+namespace {
+
+constexpr std::string_view equation =
     "v = -(k theta_E / 4 + R_sp + theta_E R_ie) / rho of what is etched, "
     "v = -R_sp / rho of all else";
 
-const std::string_view plasma_etch_symbols =
+constexpr std::string_view symbols =
     "v is the speed along the outward normal. theta_E and theta_P are the parts of the sites "
     "that hold etchant and passivation, in balance with what arrives: "
     "g_E J_E F_E (1 - theta_E - theta_P) = (k + 2 R_ie) theta_E and "
@@ -29,12 +31,10 @@ const std::string_view plasma_etch_symbols =
     "materials have R_ie of what is etched. Ions that do not stick leave near the specular "
     "direction with a part of their energy, as in multi_particle.";
 
-const std::string_view plasma_etch_limits =
+constexpr std::string_view limits =
     "Coverages follow at once what arrives. Molecules meet walls and not each other "
     "(mean free path above ten widths). Neither temperature nor loading; what is "
     "sputtered or desorbs leaves without meeting a wall.";
-
-namespace {
 
 // Tallies of an ion: its arrivals, then its yields.
 enum IonTally : std::size_t { enhanced = 1, removal = 2, first_sputtering = 3 };
@@ -135,7 +135,7 @@ Parameter sputter_amplitude(const PlasmaChemistry& chemistry) {
           .kind = Parameter::Kind::per_material,
           .limits = amplitudes(chemistry.sputter_amplitude),
           .meaning = "A of Y_sp, per square root of an eV",
-          .source = chemistry.source};
+          .source = chemistry.values_source};
 }
 
 Parameter sputter_threshold(const PlasmaChemistry& chemistry) {
@@ -144,14 +144,14 @@ Parameter sputter_threshold(const PlasmaChemistry& chemistry) {
           .dimension = Dimension::energy,
           .limits = energies(chemistry.sputter_threshold),
           .meaning = "energy below which nothing is sputtered",
-          .source = chemistry.source};
+          .source = chemistry.values_source};
 }
 
 Parameter enhanced_amplitude(const PlasmaChemistry& chemistry) {
   return {.name = "enhanced_amplitude",
           .limits = amplitudes(chemistry.enhanced_amplitude),
           .meaning = "A of Y_ie: what an ion etches of sites with etchant",
-          .source = chemistry.source};
+          .source = chemistry.values_source};
 }
 
 class Reader {
@@ -356,6 +356,18 @@ std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry) 
 StepModel read_plasma_etch(const RecipeTable& step, const StepScope& scope,
                            const PlasmaChemistry& chemistry) {
   return Reader(step, scope, chemistry).read();
+}
+
+ModelDescription plasma_etch_page(const PlasmaChemistry& chemistry,
+                                  std::span<const Parameter> parameters) {
+  return {.name = chemistry.name,
+          .summary = chemistry.summary,
+          .equation = equation,
+          .symbols = symbols,
+          .limits = limits,
+          .source = chemistry.equations_source,
+          .parameters = parameters,
+          .read = nullptr};
 }
 
 }  // namespace scarp

@@ -75,8 +75,11 @@ class PlasmaEtch final : public SurfaceModel {
   Values values_;
 };
 
-/// What two gases of this chemistry differ by: names, and defaults as a recipe writes them.
+/// What models of this chemistry differ by: their names, and defaults as a recipe writes them.
 struct PlasmaChemistry {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view equations_source;
   std::string_view etchant;
   std::string_view passivation;
   std::string_view etchant_sticking;
@@ -84,17 +87,26 @@ struct PlasmaChemistry {
   std::string_view sputter_amplitude;
   std::string_view sputter_threshold;
   std::string_view enhanced_amplitude;
-  std::string_view source;  ///< of the values
+  std::string_view values_source;
 };
 
 std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry);
 
-/// What the reference pages of all models of this chemistry say.
-extern const std::string_view plasma_etch_equation;
-extern const std::string_view plasma_etch_symbols;
-extern const std::string_view plasma_etch_limits;
-
 StepModel read_plasma_etch(const RecipeTable& step, const StepScope& scope,
                            const PlasmaChemistry& chemistry);
+
+/// The page of a chemistry, without its reader.
+ModelDescription plasma_etch_page(const PlasmaChemistry& chemistry,
+                                  std::span<const Parameter> parameters);
+
+template <const PlasmaChemistry& chemistry>
+ModelDescription plasma_etch_description() {
+  static const std::vector<Parameter> parameters = plasma_etch_parameters(chemistry);
+  ModelDescription description = plasma_etch_page(chemistry, parameters);
+  description.read = [](const RecipeTable& step, const StepScope& scope) {
+    return read_plasma_etch(step, scope, chemistry);
+  };
+  return description;
+}
 
 }  // namespace scarp
