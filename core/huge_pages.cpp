@@ -14,7 +14,8 @@ void* allocate_huge_pages(std::size_t bytes) {
   const std::size_t whole = (bytes + alignment - 1) / alignment * alignment;
   void* const memory = std::aligned_alloc(alignment, whole);
   if (memory == nullptr) throw std::bad_alloc();
-  if (alignment == page) madvise(memory, whole, MADV_HUGEPAGE);  // a wish: may be refused
+  // A wish, which may be refused. The rest would fill a page only in part.
+  if (bytes >= page) madvise(memory, bytes / page * page, MADV_HUGEPAGE);
   return memory;
 }
 

@@ -1,15 +1,16 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 namespace scarp {
 
-/// Memory at the start of a huge page, as far as the system has any: random access to large arrays
-/// then does not wait for page tables. Throws: std::bad_alloc.
+/// Memory on huge pages, as far as the system has any and it fills them: random access to large
+/// arrays then does not wait for page tables. Throws: std::bad_alloc.
 void* allocate_huge_pages(std::size_t bytes);
 void free_huge_pages(void* memory);
 
-/// Allocator of containers that are read in random order.
+/// Allocator of LargeVector.
 template <class T>
 struct HugePages {
   using value_type = T;
@@ -23,5 +24,9 @@ struct HugePages {
 
   friend bool operator==(const HugePages&, const HugePages&) { return true; }
 };
+
+/// An array that is read in random order.
+template <class T>
+using LargeVector = std::vector<T, HugePages<T>>;
 
 }  // namespace scarp

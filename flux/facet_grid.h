@@ -100,8 +100,8 @@ class FacetGrid {
   Index3 bricks_{};
   // A cell without facets: half a byte per octant, the kind of its cube. Otherwise
   // the lowest half byte is 0 and the others hold the first block.
-  std::vector<std::uint32_t, HugePages<std::uint32_t>> cells_;
-  std::vector<Block, HugePages<Block>> blocks_;
+  LargeVector<std::uint32_t> cells_;
+  LargeVector<Block> blocks_;
 };
 
 /// Many walks along straight flights at once, from cell to cell: each step takes all of them one

@@ -63,7 +63,7 @@ class RayScene {
   void fly_with_avx2(std::span<const Ray> rays, std::span<Flight> flights) const;
   void cross_side(int axis, Ray& ray) const;
 
-  std::vector<FacetGrid::Facet, HugePages<FacetGrid::Facet>> facets_;
+  LargeVector<FacetGrid::Facet> facets_;
   std::vector<double> areas_;
   std::array<Boundary, 2> boundary_{};
   Vec3d upper_;

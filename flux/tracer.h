@@ -68,7 +68,7 @@ class Tracer {
   };
   struct TallySums {
     double unit = 1;  // of the weights: the largest yield of a law
-    std::vector<std::int64_t, HugePages<std::int64_t>> sums;
+    LargeVector<std::int64_t> sums;
   };
 
   struct Impact {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/huge_pages.h"
 #include "core/tri_mesh.h"
 #include "mesh/half_edges.h"
 #include "mesh/quadric.h"
@@ -40,11 +41,11 @@ struct CollapseMesh {
   HalfEdges topology;
   SidePlanes planes;  ///< of the domain; in the frame of the input
   Vec3d centre;
-  std::vector<Vec3d> r;             ///< per vertex
+  LargeVector<Vec3d> r;             ///< per vertex
   std::vector<SideMask> sides;      ///< per vertex
   std::vector<VertexKind> kind;     ///< per vertex
   std::vector<std::uint32_t> twin;  ///< per vertex: the other one of a pair; empty if there is none
-  std::vector<Vec3d> normals;       ///< per facet: twice the area vector
+  LargeVector<Vec3d> normals;       ///< per facet: twice the area vector
   std::vector<CoarseDirection> input_normals;  ///< per facet: where it and its neighbours faced
   std::vector<MaterialId> materials;           ///< per facet, or empty
   std::array<bool, 2> periodic{};              ///< per axis

@@ -22,9 +22,9 @@ std::string place(Vec3f r) {
 /// Half edges by origin, in compressed rows.
 struct HalfEdges::Rows {
   std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> half_edges;
+  LargeVector<std::uint32_t> half_edges;
 
-  Rows(const std::vector<std::uint32_t>& origin, std::size_t vertex_count)
+  Rows(std::span<const std::uint32_t> origin, std::size_t vertex_count)
       : begin(vertex_count + 1, 0), half_edges(origin.size()) {
     for (const std::uint32_t v : origin) ++begin[v + 1];
     for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
@@ -85,18 +85,21 @@ bool HalfEdges::drop_repeated(const Rows& rows) {
 
 std::uint32_t HalfEdges::match_opposites(const Rows& rows) {
   opposite_.assign(origin_.size(), none);
-  constexpr std::size_t grain = 8192;
-  std::vector<std::uint32_t> bad(origin_.size() / grain + 1, none);
-  parallel_for(origin_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
-      const std::uint32_t a = origin(h);
-      const std::uint32_t b = target(h);
-      int same_way = 0;
-      for (const std::uint32_t g : rows.row(a)) same_way += target(g) == b ? 1 : 0;
-      for (const std::uint32_t g : rows.row(b)) {
-        if (target(g) == a) opposite_[h] = g;
+  constexpr std::size_t grain = 2048;
+  std::vector<std::uint32_t> bad(outgoing_.size() / grain + 1, none);
+  parallel_for(outgoing_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      for (const std::uint32_t h : rows.row(v)) {
+        const std::uint32_t w = target(h);
+        for (const std::uint32_t g : rows.row(v)) {
+          if (g < h && target(g) == w) bad[begin / grain] = std::min(bad[begin / grain], g);
+        }
+        // Of every edge the lower end joins the two.
+        if (w < v) continue;
+        for (const std::uint32_t g : rows.row(w)) {
+          if (target(g) == v) link(h, g);
+        }
       }
-      if (same_way > 1) bad[begin / grain] = std::min(bad[begin / grain], h);
     }
   });
   return *std::min_element(bad.begin(), bad.end());

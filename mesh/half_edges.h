@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/huge_pages.h"
 #include "core/tri_mesh.h"
 
 namespace scarp {
@@ -104,8 +105,8 @@ class HalfEdges {
   void split_touching_sheets(const Rows& rows);
   void split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing);
 
-  std::vector<std::uint32_t> origin_;
-  std::vector<std::uint32_t> opposite_;
+  LargeVector<std::uint32_t> origin_;
+  LargeVector<std::uint32_t> opposite_;
   std::vector<std::uint32_t> outgoing_;
   std::vector<std::uint32_t> input_triangles_;
   std::vector<std::uint32_t> copies_;

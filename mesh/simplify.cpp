@@ -222,7 +222,7 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   } while (work.live_vertices > target && checks.raise_bound());
   // Where nothing could be removed the surface stays as it is.
   if (work.live_vertices == before) return points.largest(work);
-  const std::vector<Vec3d> reference = work.normals;
+  const LargeVector<Vec3d> reference = work.normals;
   for (int pass = 0; pass < sweeps; ++pass) {
     relocate(work, checks, points, shape_weight, reference, pass);
     // After each of them it would hardly be better.

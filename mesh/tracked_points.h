@@ -77,8 +77,8 @@ class TrackedPoints {
   double largest(const CollapseMesh& mesh) const;
 
  private:
-  std::vector<Vec3d> places_;         ///< per point, as the places of the mesh
-  std::vector<std::uint32_t> next_;   ///< per point: the next one of the same facet
+  LargeVector<Vec3d> places_;         ///< per point, as the places of the mesh
+  LargeVector<std::uint32_t> next_;   ///< per point: the next one of the same facet
   std::vector<std::uint32_t> first_;  ///< per facet: its first point
   std::vector<std::uint32_t> count_;  ///< per facet: how many points it has
   std::vector<double> squares_;       ///< per facet: sum of the squared distances of its points

@@ -10,9 +10,9 @@ namespace {
 
 TEST(HugePages, HoldArraysOfAnySize) {
   for (const std::size_t size : {1U, 100U, 3'000'000U}) {
-    std::vector<std::uint32_t, HugePages<std::uint32_t>> values(size, 7);
+    LargeVector<std::uint32_t> values(size, 7);
     values.back() = 8;
-    std::vector<std::uint32_t, HugePages<std::uint32_t>> copy = values;
+    LargeVector<std::uint32_t> copy = values;
     values.clear();
     copy.resize(size + 1, 9);
     EXPECT_EQ(copy[size], 9U);

@@ -41,7 +41,7 @@ struct Flips {
 
   /// Returns the proven distance between the mesh before and after.
   double run(double shape_weight, double l_max = infinite, double max_error = infinite) {
-    const std::vector<Vec3d> reference = mesh.normals;
+    const LargeVector<Vec3d> reference = mesh.normals;
     const CurvatureOrder order(mesh, points, {std::vector<float>(mesh.r.size(), 1), {}, l_max},
                                shape_weight);
     CollapseChecks limits(mesh, {max_error}, 1);
@@ -118,7 +118,7 @@ class FlipEdgesOfARoof : public testing::Test {
     take_over();
     flips.mesh.collapse(half_edge(0, 4), flips.mesh.r[0]);
     EXPECT_TRUE(has_ridge());
-    const std::vector<Vec3d> reference = flips.mesh.normals;
+    const LargeVector<Vec3d> reference = flips.mesh.normals;
     flips.checks.gather_flip(flips.mesh, half_edge(0, 1));
     EXPECT_TRUE(flips.checks.may_flip(flips.mesh, half_edge(0, 1), reference));
     take_over();
@@ -177,7 +177,7 @@ Flips two_facets(float height) {
 
 /// Whether the edge of half edge 0 may be flipped, as far as the facets around it say.
 bool may_flip(Flips& flips) {
-  const std::vector<Vec3d> reference = flips.mesh.normals;
+  const LargeVector<Vec3d> reference = flips.mesh.normals;
   flips.checks.gather_flip(flips.mesh, 0);
   return flips.checks.may_flip(flips.mesh, 0, reference);
 }

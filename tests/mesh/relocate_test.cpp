@@ -13,7 +13,7 @@ namespace {
 /// Moves every third inner vertex a little, with the points of its facets.
 void disturb(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points) {
   RandomStream random({.seed = 9});
-  const std::vector<Vec3d> reference = mesh.normals;
+  const LargeVector<Vec3d> reference = mesh.normals;
   for (std::uint32_t v = 0; v < mesh.r.size(); v += 3) {
     if (mesh.sides[v] != 0 || mesh.topology.on_boundary(v)) continue;
     ASSERT_TRUE(checks.gather_vertex(mesh, v));
@@ -30,7 +30,7 @@ void disturb(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points) 
 
 void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
               double shape_weight, int sweeps) {
-  const std::vector<Vec3d> reference = mesh.normals;
+  const LargeVector<Vec3d> reference = mesh.normals;
   for (int pass = 0; pass < sweeps; ++pass) {
     relocate(mesh, checks, points, shape_weight, reference, pass);
   }
@@ -50,7 +50,7 @@ TEST(Relocate, BringsDisturbedVerticesBackToTheSurface) {
 TEST(Relocate, LeavesTheInputAsItIs) {
   const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
   CollapseMesh mesh(polygonised(grid, random_landscape(grid.cells, 2)), grid.sides());
-  const std::vector<Vec3d> before = mesh.r;
+  const LargeVector<Vec3d> before = mesh.r;
   TrackedPoints points(mesh);
   CollapseChecks checks(mesh, {}, 1);
   relocate(mesh, checks, points, 0, 3);
