@@ -160,67 +160,77 @@ void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
 void FacetGrid::measure_empty_cubes() {
   const auto row = static_cast<std::size_t>(size_[0]);
   const std::size_t slice = row * static_cast<std::size_t>(size_[1]);
+  const auto slices = static_cast<std::size_t>(size_[2]);
+  const auto for_each = [&](const auto& use) {
+    parallel_for(slices, 1, [&](std::size_t begin, std::size_t end) {
+      std::size_t k = begin * slice;
+      for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+        for (int y = 0; y < size_[1]; ++y)
+          for (int x = 0; x < size_[0]; ++x) use(cell(x, y, z), k++);
+      }
+    });
+  };
+  std::vector<std::uint8_t> longest(slice * slices);
+  for_each([&](std::uint32_t content, std::size_t k) {
+    longest[k] = (content & 15U) != 0 ? longest_cube : 0;
+  });
   std::array<std::vector<std::uint8_t>, octant_count> cubes;
   parallel_for(octant_count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t octant = begin; octant < end; ++octant)
-      cubes[octant] = empty_cubes(static_cast<unsigned>(octant));
+      cubes[octant] = empty_cubes(static_cast<unsigned>(octant), longest);
   });
   std::array<std::uint8_t, longest_cube + 1> kinds{};  // the longest that fit
   for (std::size_t length = 1; length < kinds.size(); ++length) {
     kinds[length] = kinds[length - 1];
     if (cube_length(kinds[length] + 1U) == length) ++kinds[length];
   }
-  parallel_for(static_cast<std::size_t>(size_[2]), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t z = begin; z < end; ++z) {
-      for (std::size_t k = 0; k < slice; ++k) {
-        std::uint32_t& content =
-            cell(static_cast<int>(k % row), static_cast<int>(k / row), static_cast<int>(z));
-        if ((content & 15U) == 0) continue;
-        content = 0;
-        for (std::size_t octant = 0; octant < octant_count; ++octant)
-          content |= std::uint32_t{kinds[cubes[octant][z * slice + k]]} << (4 * octant);
-      }
-    }
+  for_each([&](std::uint32_t& content, std::size_t k) {
+    if (longest[k] == 0) return;
+    content = 0;
+    for (std::size_t octant = 0; octant < octant_count; ++octant)
+      content |= std::uint32_t{kinds[cubes[octant][k]]} << (4 * octant);
   });
 }
 
 // From the far end of the octant backwards: a cube is one longer than the shortest of the seven
 // that begin one further. Outside of the grid it is empty.
-std::vector<std::uint8_t> FacetGrid::empty_cubes(unsigned octant) const {
+std::vector<std::uint8_t> FacetGrid::empty_cubes(unsigned octant,
+                                                 std::span<const std::uint8_t> longest) const {
   const auto row = static_cast<std::size_t>(size_[0]);
   const auto rows = static_cast<std::size_t>(size_[1]);
+  const auto is_upwards = [&](unsigned axis) { return ((octant >> axis) & 1U) == 0; };
   const auto backwards = [&](unsigned axis, int n) {
-    return (octant >> axis) & 1U ? n : size_[axis] - 1 - n;
+    return static_cast<std::size_t>(is_upwards(axis) ? size_[axis] - 1 - n : n);
   };
-  std::vector<std::uint8_t> cubes(row * rows * static_cast<std::size_t>(size_[2]));
+  std::vector<std::uint8_t> cubes(longest.size());
   const std::vector<std::uint8_t> outside(row, longest_cube);
-  std::vector<std::uint8_t> shortest(row);
-  const auto row_at = [&](int ny, int nz) -> std::uint8_t* {
-    const auto y = static_cast<std::size_t>(backwards(1, ny));
-    return cubes.data() + (static_cast<std::size_t>(backwards(2, nz)) * rows + y) * row;
-  };
   const auto further = [&](int ny, int nz) -> const std::uint8_t* {
-    return ny < 0 || nz < 0 ? outside.data() : row_at(ny, nz);
+    if (ny < 0 || nz < 0) return outside.data();
+    return cubes.data() + (backwards(2, nz) * rows + backwards(1, ny)) * row;
   };
+  // Of the three rows that are further, with a place more at each end; then of six cells.
+  std::vector<std::uint8_t> shortest(row + 2, longest_cube);
+  std::vector<std::uint8_t> least(row);
+  std::uint8_t* const beside = shortest.data() + 1;
+  const std::uint8_t* const beside_further = is_upwards(0) ? beside + 1 : beside - 1;
   for (int nz = 0; nz < size_[2]; ++nz) {
     for (int ny = 0; ny < size_[1]; ++ny) {
       const std::uint8_t* const next_y = further(ny - 1, nz);
       const std::uint8_t* const next_z = further(ny, nz - 1);
       const std::uint8_t* const next_yz = further(ny - 1, nz - 1);
       for (std::size_t x = 0; x < row; ++x)
-        shortest[x] = std::min(std::min(next_y[x], next_z[x]), next_yz[x]);
-      std::uint8_t* const own = row_at(ny, nz);
-      std::uint8_t next_x = longest_cube;
-      std::uint8_t beside = longest_cube;  // the shortest one further along x
-      for (int n = 0; n < size_[0]; ++n) {
-        const int x = backwards(0, n);
-        const std::uint8_t least =
-            std::min({next_x, beside, shortest[static_cast<std::size_t>(x)]});
-        const bool is_empty = (cell(x, backwards(1, ny), backwards(2, nz)) & 15U) != 0;
-        beside = shortest[static_cast<std::size_t>(x)];
-        next_x =
-            static_cast<std::uint8_t>(is_empty ? std::min<int>(least, longest_cube - 1) + 1 : 0);
-        own[x] = next_x;
+        beside[x] = std::min(std::min(next_y[x], next_z[x]), next_yz[x]);
+      for (std::size_t x = 0; x < row; ++x) least[x] = std::min(beside[x], beside_further[x]);
+      const std::size_t first = (backwards(2, nz) * rows + backwards(1, ny)) * row;
+      std::uint8_t cube = longest_cube;
+      const auto go_to = [&](std::size_t x) {
+        const auto one_longer = static_cast<std::uint8_t>(std::min(cube, least[x]) + 1);
+        cubes[first + x] = cube = std::min(one_longer, longest[first + x]);
+      };
+      if (is_upwards(0)) {
+        for (std::size_t x = row; x-- > 0;) go_to(x);
+      } else {
+        for (std::size_t x = 0; x < row; ++x) go_to(x);
       }
     }
   }

@@ -90,7 +90,9 @@ class FacetGrid {
   void sort_in(std::span<const Facet> facets);
   void put(Block& block, std::size_t lane, const Facet& facet) const;
   void measure_empty_cubes();
-  std::vector<std::uint8_t> empty_cubes(unsigned octant) const;
+  /// longest: by cell, along x first; 0 where there are facets.
+  std::vector<std::uint8_t> empty_cubes(unsigned octant,
+                                        std::span<const std::uint8_t> longest) const;
 
   Vec3d lower_;
   double padding_ = 0;

@@ -37,10 +37,10 @@ class NearestFacet {
   /// tests has the same end.
   void test(const std::array<Vec3f, 3>& corners, Vec3d normal, std::uint32_t facet);
 
-  /// The facets of a block that test() may take, one bit each; perhaps some more.
+  /// The facets of a block that test() may take, but for that of the start, one bit each; perhaps
+  /// some more.
   unsigned candidates(const FacetGrid::Block& block) const;
 
-  std::uint32_t from() const { return from_; }
   const Hit& front() const { return front_; }
   const Hit& back() const { return back_; }
   double t_nearest() const { return std::min(front_.t, back_.t); }
@@ -60,25 +60,27 @@ class NearestFacet {
     double depth;
   };
 
+  // By memory, not by branches: directions cannot be foreseen.
+  using Components = std::array<double, 3>;
+  static Components components(Vec3d v) { return {v.x, v.y, v.z}; }
+
   Corner seen(Vec3f corner) const {
     const Vec3d v = Vec3d(corner) - r_;
+    const Components of_v = components(v);
     const auto rounded = [](double x) { return static_cast<double>(static_cast<float>(x)); };
-    return {rounded(v[axis_x_] - shear_x_ * v[axis_z_]),
-            rounded(v[axis_y_] - shear_y_ * v[axis_z_]), dot(v, u_)};
+    return {rounded(of_v[axis_x_] - shear_x_ * of_v[axis_z_]),
+            rounded(of_v[axis_y_] - shear_y_ * of_v[axis_z_]), dot(v, u_)};
   }
 
-  static void take(Hit& hit, double t, std::uint32_t facet) {
-    if (t < hit.t || (t == hit.t && facet < hit.facet)) hit = {t, facet};
-  }
-
+  bool goes_down_ = false;  // along axis z of the view
   Vec3d r_;
   Vec3d u_;
   std::uint32_t from_ = Ray::no_facet;
   Hit front_;
   Hit back_;
-  int axis_x_ = 0;
-  int axis_y_ = 1;
-  int axis_z_ = 2;  // the longest of u
+  std::size_t axis_x_ = 0;
+  std::size_t axis_y_ = 1;
+  std::size_t axis_z_ = 2;  // the longest of u
   double shear_x_ = 0;
   double shear_y_ = 0;
 
@@ -95,13 +97,18 @@ inline void NearestFacet::start(const FacetGrid& grid, const Ray& ray, double t_
   from_ = ray.from;
   front_ = back_ = {.t = t_end};
   const Vec3d size{std::abs(u_.x), std::abs(u_.y), std::abs(u_.z)};
-  axis_z_ = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
-  axis_x_ = (axis_z_ + 1) % 3;
-  axis_y_ = (axis_z_ + 2) % 3;
-  shear_x_ = u_[axis_x_] / u_[axis_z_];
-  shear_y_ = u_[axis_y_] / u_[axis_z_];
-  const Vec3d steps = (1 / grid.step()) * (r_ - grid.lower());
+  const std::size_t x_or_y = size.x >= size.y ? 0 : 1;
+  const bool is_z = (size.z >= size.x) & (size.z >= size.y);
+  axis_z_ = is_z ? 2 : x_or_y;
+  constexpr std::array<std::size_t, 5> cyclic{0, 1, 2, 0, 1};
+  axis_x_ = cyclic[axis_z_ + 1];
+  axis_y_ = cyclic[axis_z_ + 2];
+  const Components of_u = components(u_);
+  shear_x_ = of_u[axis_x_] / of_u[axis_z_];
+  shear_y_ = of_u[axis_y_] / of_u[axis_z_];
+  const Components steps = components((1 / grid.step()) * (r_ - grid.lower()));
   foot_ = Vec3f(Vec3d{steps[axis_x_], steps[axis_y_], steps[axis_z_]});
+  goes_down_ = of_u[axis_z_] < 0;
   slope_x_ = static_cast<float>(shear_x_);
   slope_y_ = static_cast<float>(shear_y_);
   // A corner is off by half a step, and by half a step of its depth times a slope up to 1; sums of
@@ -117,46 +124,51 @@ inline void NearestFacet::test(const std::array<Vec3f, 3>& corners, Vec3d normal
   const double weight_a = b.x * c.y - b.y * c.x;
   const double weight_b = c.x * a.y - c.y * a.x;
   const double weight_c = a.x * b.y - a.y * b.x;
-  const bool is_left = weight_a >= 0 && weight_b >= 0 && weight_c >= 0;
-  const bool is_right = weight_a <= 0 && weight_b <= 0 && weight_c <= 0;
-  if (is_left == is_right) return;  // outside, or seen edge on
+  const bool is_left = (weight_a >= 0) & (weight_b >= 0) & (weight_c >= 0);
+  const bool is_right = (weight_a <= 0) & (weight_b <= 0) & (weight_c <= 0);
   // On the facet's plane, within its reach where the plane is seen edge on.
-  const auto [nearest, farthest] = std::minmax({a.depth, b.depth, c.depth});
+  const double nearest = std::min(std::min(a.depth, b.depth), c.depth);
+  const double farthest = std::max(std::max(a.depth, b.depth), c.depth);
   const double on_plane = dot(normal, Vec3d(corners[0]) - r_) / dot(normal, u_);
-  const double t = on_plane >= nearest ? (on_plane <= farthest ? on_plane : farthest) : nearest;
-  const bool is_front = is_left == (u_[axis_z_] < 0);
-  if (is_front && t >= -tiny_distance) take(front_, t, facet);
-  if (!is_front && t >= tiny_distance) take(back_, t, facet);
+  const double at_most = on_plane <= farthest ? on_plane : farthest;
+  const double t = on_plane >= nearest ? at_most : nearest;
+  const bool is_front = is_left == goes_down_;
+  Hit& hit = is_front ? front_ : back_;
+  const bool is_nearer = (t < hit.t) | ((t == hit.t) & (facet < hit.facet));
+  // Neither outside nor seen edge on.
+  const bool is_met = (is_left != is_right) & (t >= (is_front ? -tiny_distance : tiny_distance));
+  if (is_met & is_nearer) hit = {t, facet};
 }
 
 // The same flat picture in single precision, with room for rounding.
 inline unsigned NearestFacet::candidates(const FacetGrid::Block& block) const {
-  const auto& corners_x = block.corners[static_cast<std::size_t>(axis_x_)];
-  const auto& corners_y = block.corners[static_cast<std::size_t>(axis_y_)];
-  const auto& corners_z = block.corners[static_cast<std::size_t>(axis_z_)];
-  std::array<std::int32_t, FacetGrid::block_size> bits;
-  for (std::size_t k = 0; k < FacetGrid::block_size; ++k) {
-    const float az = corners_z[0][k] - foot_.z;
-    const float bz = corners_z[1][k] - foot_.z;
-    const float cz = corners_z[2][k] - foot_.z;
-    const float ax = corners_x[0][k] - foot_.x - slope_x_ * az;
-    const float bx = corners_x[1][k] - foot_.x - slope_x_ * bz;
-    const float cx = corners_x[2][k] - foot_.x - slope_x_ * cz;
-    const float ay = corners_y[0][k] - foot_.y - slope_y_ * az;
-    const float by = corners_y[1][k] - foot_.y - slope_y_ * bz;
-    const float cy = corners_y[2][k] - foot_.y - slope_y_ * cz;
-    const float a = bx * cy - by * cx;
-    const float b = cx * ay - cy * ax;
-    const float c = ax * by - ay * bx;
-    const float size =
-        std::abs(ax) + std::abs(ay) + std::abs(bx) + std::abs(by) + std::abs(cx) + std::abs(cy);
-    const float slack = tolerance_ * (size + 2 * tolerance_);
-    const float least = a < b ? (a < c ? a : c) : (b < c ? b : c);
-    const float most = a < b ? (b < c ? c : b) : (a < c ? c : a);
-    bits[k] = ((least >= -slack) | (most <= slack)) != 0 ? 1 << k : 0;
+  using Floats [[gnu::vector_size(FacetGrid::block_size * sizeof(float))]] = float;
+  using Bits [[gnu::vector_size(FacetGrid::block_size * sizeof(std::uint32_t))]] = std::uint32_t;
+  using Steps [[gnu::vector_size(FacetGrid::block_size * sizeof(std::uint16_t))]] = std::uint16_t;
+  std::array<Floats, 3> x;
+  std::array<Floats, 3> y;
+  Floats size{};
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const auto steps_x = std::bit_cast<Steps>(block.corners[axis_x_][corner]);
+    const auto steps_y = std::bit_cast<Steps>(block.corners[axis_y_][corner]);
+    const auto steps_z = std::bit_cast<Steps>(block.corners[axis_z_][corner]);
+    const Floats z = __builtin_convertvector(steps_z, Floats) - foot_.z;
+    x[corner] = __builtin_convertvector(steps_x, Floats) - foot_.x - slope_x_ * z;
+    y[corner] = __builtin_convertvector(steps_y, Floats) - foot_.y - slope_y_ * z;
+    size += (x[corner] < 0 ? -x[corner] : x[corner]) + (y[corner] < 0 ? -y[corner] : y[corner]);
   }
+  const Floats a = x[1] * y[2] - y[1] * x[2];
+  const Floats b = x[2] * y[0] - y[2] * x[0];
+  const Floats c = x[0] * y[1] - y[0] * x[1];
+  const Floats slack = tolerance_ * (size + 2 * tolerance_);
+  const auto is_left = (a >= -slack) & (b >= -slack) & (c >= -slack);
+  const auto is_right = (a <= slack) & (b <= slack) & (c <= slack);
+  const auto facets = __builtin_bit_cast(Bits, block.facets);
+  const auto is_other = (facets != from_) & (facets != Ray::no_facet);
+  constexpr Bits each{1, 2, 4, 8, 16, 32, 64, 128};
+  const Bits found = __builtin_bit_cast(Bits, (is_left | is_right) & is_other) & each;
   std::uint64_t pairs = 0;
-  for (const std::uint64_t pair : std::bit_cast<std::array<std::uint64_t, 4>>(bits)) pairs |= pair;
+  for (const std::uint64_t pair : std::bit_cast<std::array<std::uint64_t, 4>>(found)) pairs |= pair;
   return static_cast<unsigned>(pairs | (pairs >> 32)) & 0xFFU;
 }
 

@@ -79,22 +79,21 @@ class RayScene::Wave {
     start_part(walk);
   }
 
+  // To the lower or the upper end along an axis. Without branches: directions cannot be foreseen.
+  static double time_to(double r, double u, double lower, double upper) {
+    const double t = ((u > 0 ? upper : lower) - r) / u;
+    const double at_least_0 = t > 0 ? t : 0;
+    return u == 0 ? std::numeric_limits<double>::infinity() : at_least_0;
+  }
+
   void start_part(std::size_t walk) {
     Part& part = parts_[walk];
     const Ray& ray = part.ray;
-    const double end_z = ray.u.z > 0 ? scene_.source_height_ : scene_.lowest_ - 1;
-    constexpr double never = std::numeric_limits<double>::infinity();
-    part.t_end = ray.u.z == 0 ? never : std::max((end_z - ray.r.z) / ray.u.z, 0.0);
-    part.axis = 0;
-    part.t_side = never;
-    for (int i = 0; i < 2; ++i) {
-      if (ray.u[i] == 0) continue;
-      const double t = std::max(((ray.u[i] > 0 ? scene_.upper_[i] : 0) - ray.r[i]) / ray.u[i], 0.0);
-      if (t < part.t_side) {
-        part.t_side = t;
-        part.axis = i;
-      }
-    }
+    part.t_end = time_to(ray.r.z, ray.u.z, scene_.lowest_ - 1, scene_.source_height_);
+    const double t_x = time_to(ray.r.x, ray.u.x, 0, scene_.upper_.x);
+    const double t_y = time_to(ray.r.y, ray.u.y, 0, scene_.upper_.y);
+    part.axis = t_y < t_x ? 1 : 0;
+    part.t_side = t_y < t_x ? t_y : t_x;
     // A little is searched on both sides of a crossing: rounding there may put the place behind
     // the surface.
     const double longest = std::min(part.t_side, part.t_end) + NearestFacet::tiny_distance;
@@ -113,23 +112,35 @@ class RayScene::Wave {
       prefetch(walks_.blocks(scene_.grid_, at_facets_[k]));
     for (std::size_t k = 0; k < at_facets; ++k) {
       if (k + ahead < at_facets) prefetch(walks_.blocks(scene_.grid_, at_facets_[k + ahead]));
-      find_candidates(at_facets_[k]);
+      look_at_blocks(at_facets_[k]);
     }
+    find_candidates();
     test_candidates();
   }
 
-  void find_candidates(std::uint32_t walk) {
+  // Only notes the blocks, so that nothing waits for what they hold.
+  void look_at_blocks(std::uint32_t walk) {
     const NearestFacet& nearest = nearest_[walk];
     for (const FacetGrid::Block* block = walks_.blocks(scene_.grid_, walk);; ++block) {
-      for (unsigned bits = nearest.candidates(*block); bits != 0; bits &= bits - 1) {
+      const unsigned facets = nearest.candidates(*block);
+      met_[met_count_] = {block, walk, facets};
+      met_count_ += facets != 0 ? 1 : 0;
+      if (met_count_ == met_.size()) find_candidates();
+      if (block->is_last) return;
+    }
+  }
+
+  void find_candidates() {
+    for (std::size_t k = 0; k < met_count_; ++k) {
+      const auto [block, walk, facets] = met_[k];
+      for (unsigned bits = facets; bits != 0; bits &= bits - 1) {
         const std::uint32_t f = block->facets[static_cast<std::size_t>(std::countr_zero(bits))];
-        if (f == Ray::no_facet || f == nearest.from()) continue;
         __builtin_prefetch(&scene_.facets_[f]);
         candidates_[candidate_count_++] = {walk, f};
         if (candidate_count_ == candidates_.size()) test_candidates();
       }
-      if (block->is_last) return;
     }
+    met_count_ = 0;
   }
 
   void test_candidates() {
@@ -187,6 +198,15 @@ class RayScene::Wave {
   FacetGrid::Walks walks_;
   std::array<std::uint32_t, capacity> at_facets_;
   std::array<std::uint32_t, capacity> ended_;
+
+  /// A block with facets that a flight may meet, one bit each.
+  struct Met {
+    const FacetGrid::Block* block;
+    std::uint32_t walk;
+    unsigned facets;
+  };
+  std::array<Met, 2 * capacity> met_;
+  std::size_t met_count_ = 0;
 
   struct Candidate {
     std::uint32_t walk;

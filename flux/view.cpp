@@ -10,7 +10,8 @@ namespace scarp {
 
 namespace {
 
-constexpr std::size_t pool_size = std::size_t{1} << 14;  // rays
+// Rays. The memory that more of them need would be asked for anew for each pool.
+constexpr std::size_t pool_size = std::size_t{1} << 12;
 
 // The part of the direct flux that a ray to the sky along u stands for. Under a Lambert source rays
 // by Lambert's law all count the same; otherwise they share the work with rays along the lobe.
@@ -53,6 +54,9 @@ class Viewer {
 
 std::vector<Shot> Viewer::shoot(std::size_t begin, std::size_t end, const Shooter& shooter) const {
   std::vector<Shot> shots;
+  std::size_t count = 0;
+  for (std::size_t rank = begin; rank < end; ++rank) count += plan_.rays(rank) - seen(rank);
+  shots.reserve(count * set_count);
   for (std::size_t rank = begin; rank < end; ++rank) shooter.shoot(rank, seen(rank), shots);
   return shots;
 }
