@@ -16,14 +16,24 @@ constexpr std::string_view equation =
     "v = -(k theta_E / 4 + R_sp + theta_E R_ie) / rho of what is etched, "
     "v = -R_sp / rho of all else";
 
-constexpr std::string_view symbols =
+constexpr std::string_view two_gases =
     "v is the speed along the outward normal. theta_E and theta_P are the parts of the sites "
     "that hold etchant and passivation, in balance with what arrives: "
     "g_E J_E F_E (1 - theta_E - theta_P) = (k + 2 R_ie) theta_E and "
     "g_P J_P F_P (1 - theta_E - theta_P) = (b + R_p) theta_P. F is what arrives of a gas, "
     "first and later arrivals together, relative to an open flat wafer; it leaves the source "
     "with a density cos(theta) per solid angle, sticks with probability "
-    "g (1 - theta_E - theta_P), or is re-emitted by the cosine law. Flux and coverages are "
+    "g (1 - theta_E - theta_P), or is re-emitted by the cosine law.";
+
+constexpr std::string_view one_gas =
+    "v is the speed along the outward normal. theta_E is the part of the sites that holds "
+    "etchant, in balance with what arrives: g_E J_E F_E (1 - theta_E) = (k + 2 R_ie) theta_E. "
+    "F_E is what arrives of it, first and later arrivals together, relative to an open flat "
+    "wafer; it leaves the source with a density cos(theta) per solid angle, sticks with "
+    "probability g_E (1 - theta_E), or is re-emitted by the cosine law.";
+
+constexpr std::string_view ions_of_all =
+    " Flux and coverages are "
     "solved together. R is the flux of ions times their yield, "
     "Y(E, theta) = A max(0, sqrt(E) - sqrt(threshold)) f(theta): R_sp with f = cos(theta) "
     "(1 + B sin^2(theta)) of each material, R_ie and R_p with f = 1 up to 60 deg and from "
@@ -31,16 +41,26 @@ constexpr std::string_view symbols =
     "materials have R_ie of what is etched. Ions that do not stick leave near the specular "
     "direction with a part of their energy, as in multi_particle.";
 
+std::string_view symbols(bool has_passivation) {
+  static const std::string of_two = std::string(two_gases) + std::string(ions_of_all);
+  static const std::string of_one = [] {
+    std::string text = std::string(one_gas) + std::string(ions_of_all);
+    constexpr std::string_view both = "R_ie and R_p with";
+    return text.replace(text.find(both), both.size(), "R_ie with");
+  }();
+  return has_passivation ? of_two : of_one;
+}
+
 constexpr std::string_view limits =
     "Coverages follow at once what arrives. Molecules meet walls and not each other "
     "(mean free path above ten widths). Neither temperature nor loading; what is "
     "sputtered or desorbs leaves without meeting a wall.";
 
-// Tallies of an ion: its arrivals, then its yields.
-enum IonTally : std::size_t { enhanced = 1, removal = 2, first_sputtering = 3 };
+// Tallies of an ion: its arrivals, then its yields. The removal is that of passivation, if there is
+// any.
+enum IonTally : std::size_t { enhanced = 1, removal = 2 };
 constexpr std::size_t etchant = 0;      // species, and tally
-constexpr std::size_t passivation = 1;  // species, and tally
-constexpr std::size_t first_ion = 2;
+constexpr std::size_t passivation = 1;  // species, and tally, if there is any
 
 constexpr Limits fluxes(std::string_view fallback) {
   return {.fallback = fallback, .minimum = 0, .maximum = 1e10};
@@ -86,11 +106,6 @@ const Parameter etches{.name = "etches",
                        .limits = {.fallback = "[\"Si\", \"polySi\"]"},
                        .meaning = "what the etchant reacts with; all else is sputtered only",
                        .source = "the process"};
-const Parameter sputter_factor_row{.name = "sputter_factor",
-                                   .kind = Parameter::Kind::per_material,
-                                   .limits = {.fallback = "9.3", .minimum = -1, .maximum = 1000},
-                                   .meaning = "B of sputtering",
-                                   .source = "9.3 for oxide and Si, 8.5 for polymer"};
 const Parameter enhanced_threshold{.name = "enhanced_threshold",
                                    .dimension = Dimension::energy,
                                    .limits = energies("15 eV"),
@@ -147,12 +162,22 @@ Parameter sputter_threshold(const PlasmaChemistry& chemistry) {
           .source = chemistry.values_source};
 }
 
+Parameter sputter_factor_row(const PlasmaChemistry& chemistry) {
+  return {.name = "sputter_factor",
+          .kind = Parameter::Kind::per_material,
+          .limits = {.fallback = chemistry.sputter_factor, .minimum = -1, .maximum = 1000},
+          .meaning = "B of sputtering",
+          .source = "9.3 for oxide and Si, 8.5 for polymer"};
+}
+
 Parameter enhanced_amplitude(const PlasmaChemistry& chemistry) {
   return {.name = "enhanced_amplitude",
           .limits = amplitudes(chemistry.enhanced_amplitude),
           .meaning = "A of Y_ie: what an ion etches of sites with etchant",
           .source = chemistry.values_source};
 }
+
+bool has_passivation(const PlasmaChemistry& chemistry) { return !chemistry.passivation.empty(); }
 
 class Reader {
  public:
@@ -161,14 +186,18 @@ class Reader {
 
   StepModel read() {
     PlasmaEtch::Values values;
+    values.has_passivation = has_passivation(chemistry_);
     values.etchant_flux = read_value(step_, etchant_flux);
-    values.passivation_flux = read_value(step_, passivation_flux);
     values.sticking_in_balance = read_flag(step_, sticking_in_balance);
     values.etchant_desorption = read_value(step_, etchant_desorption);
-    values.passivation_desorption = read_value(step_, passivation_desorption);
     values.surfaces.resize(scope_.materials.size());
     read_surfaces(values.surfaces);
-    values.species = {neutral(chemistry_.etchant), neutral(chemistry_.passivation)};
+    values.species = {neutral(chemistry_.etchant)};
+    if (values.has_passivation) {
+      values.passivation_flux = read_value(step_, passivation_flux);
+      values.passivation_desorption = read_value(step_, passivation_desorption);
+      values.species.push_back(neutral(chemistry_.passivation));
+    }
     const std::vector<YieldLaw> yields = read_yields(values.surfaces);
     const std::vector<RecipeTable> tables = step_.tables_or_one("ion");
     for (const RecipeTable& table : tables) {
@@ -194,11 +223,14 @@ class Reader {
 
   void read_surfaces(std::vector<PlasmaEtch::Surface>& surfaces) const {
     const std::vector<float> of_etchant = per_material(etchant_sticking(chemistry_));
-    const std::vector<float> of_passivation = per_material(passivation_sticking(chemistry_));
     for (std::size_t m = 0; m < surfaces.size(); ++m) {
       surfaces[m] = {.etchant_sticking = of_etchant[m],
-                     .passivation_sticking = of_passivation[m],
                      .density = scope_.materials[static_cast<MaterialId>(m)].density};
+    }
+    if (has_passivation(chemistry_)) {
+      const std::vector<float> of_passivation = per_material(passivation_sticking(chemistry_));
+      for (std::size_t m = 0; m < surfaces.size(); ++m)
+        surfaces[m].passivation_sticking = of_passivation[m];
     }
     for (const MaterialId m : read_material_list(step_, etches, scope_))
       surfaces[m].is_etched = true;
@@ -209,14 +241,16 @@ class Reader {
     std::vector<YieldLaw> yields{{.name = "enhanced",
                                   .amplitude = read_value(step_, enhanced_amplitude(chemistry_)),
                                   .threshold = read_value(step_, enhanced_threshold),
-                                  .factor = enhanced_factor()},
-                                 {.name = "removal",
-                                  .amplitude = read_value(step_, removal_amplitude),
-                                  .threshold = read_value(step_, removal_threshold),
                                   .factor = enhanced_factor()}};
+    if (has_passivation(chemistry_)) {
+      yields.push_back({.name = "removal",
+                        .amplitude = read_value(step_, removal_amplitude),
+                        .threshold = read_value(step_, removal_threshold),
+                        .factor = enhanced_factor()});
+    }
     const std::vector<float> amplitude = per_material(sputter_amplitude(chemistry_));
     const std::vector<float> threshold = per_material(sputter_threshold(chemistry_));
-    const std::vector<float> b = per_material(sputter_factor_row);
+    const std::vector<float> b = per_material(sputter_factor_row(chemistry_));
     for (const MaterialId m : scope_.reachable) {
       const auto same =
           std::find_if(scope_.reachable.begin(), scope_.reachable.end(), [&](MaterialId other) {
@@ -254,10 +288,10 @@ class Reader {
 double PlasmaEtch::ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
                             std::size_t point) const {
   double sum = 0;
-  std::size_t first = first_ion;
+  std::size_t first = gas_count();
   for (std::size_t i = 0; i < values_.ion_flux.size(); ++i) {
     sum += values_.ion_flux[i] * std::max(0.0F, flux[first + tally][point]);
-    first += 1 + values_.species[first_ion + i].yields.size();
+    first += 1 + values_.species[gas_count() + i].yields.size();
   }
   return sum;
 }
@@ -270,11 +304,12 @@ PlasmaEtch::Coverage PlasmaEtch::coverage_at(const Surface& surface,
   const double g_etchant = values_.sticking_in_balance ? surface.etchant_sticking : 1;
   const double g_passivation = values_.sticking_in_balance ? surface.passivation_sticking : 1;
   const double e = g_etchant * values_.etchant_flux * std::max(0.0F, flux[etchant][point]);
-  const double p =
-      g_passivation * values_.passivation_flux * std::max(0.0F, flux[passivation][point]);
   const double e_leaves = values_.etchant_desorption + 2 * ion_rate(flux, enhanced, point);
-  const double p_leaves = values_.passivation_desorption + ion_rate(flux, removal, point);
+  const double p = values_.has_passivation ? g_passivation * values_.passivation_flux *
+                                                 std::max(0.0F, flux[passivation][point])
+                                           : 0;
   if (p == 0) return {.etchant = e == 0 ? 0 : e / (e + e_leaves)};
+  const double p_leaves = values_.passivation_desorption + ion_rate(flux, removal, point);
   if (e == 0) return {.passivation = p / (p + p_leaves)};
   if (e_leaves == 0 && p_leaves == 0) return {.etchant = e / (e + p), .passivation = p / (e + p)};
   const double all = e_leaves * p_leaves + e * p_leaves + p * e_leaves;
@@ -282,16 +317,19 @@ PlasmaEtch::Coverage PlasmaEtch::coverage_at(const Surface& surface,
 }
 
 std::vector<std::string> PlasmaEtch::coverages() const {
-  return {values_.species[etchant].name, values_.species[passivation].name};
+  std::vector<std::string> names;
+  for (std::size_t gas = 0; gas < gas_count(); ++gas) names.push_back(values_.species[gas].name);
+  return names;
 }
 
 std::vector<std::vector<float>> PlasmaEtch::steady_coverages(
     const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
-  std::vector<std::vector<float>> coverages(2, std::vector<float>(points.material.size()));
+  std::vector<std::vector<float>> coverages(gas_count(),
+                                            std::vector<float>(points.material.size()));
   for (std::size_t p = 0; p < points.material.size(); ++p) {
     const Coverage here = coverage_at(values_.surfaces[points.material[p]], flux, p);
     coverages[etchant][p] = static_cast<float>(here.etchant);
-    coverages[passivation][p] = static_cast<float>(here.passivation);
+    if (values_.has_passivation) coverages[passivation][p] = static_cast<float>(here.passivation);
   }
   return coverages;
 }
@@ -299,13 +337,14 @@ std::vector<std::vector<float>> PlasmaEtch::steady_coverages(
 std::vector<std::vector<float>> PlasmaEtch::covered_sticking(
     const SurfacePoints& points, std::span<const std::vector<float>> coverages) const {
   std::vector<std::vector<float>> sticking(values_.species.size());
-  sticking[etchant].resize(points.material.size());
-  sticking[passivation].resize(points.material.size());
+  for (std::size_t gas = 0; gas < gas_count(); ++gas) sticking[gas].resize(points.material.size());
   for (std::size_t p = 0; p < points.material.size(); ++p) {
     const Surface& surface = values_.surfaces[points.material[p]];
-    const float bare = std::max(0.0F, 1 - coverages[etchant][p] - coverages[passivation][p]);
-    sticking[etchant][p] = surface.etchant_sticking * bare;
-    sticking[passivation][p] = surface.passivation_sticking * bare;
+    const float bare =
+        1 - coverages[etchant][p] - (values_.has_passivation ? coverages[passivation][p] : 0);
+    sticking[etchant][p] = surface.etchant_sticking * std::max(0.0F, bare);
+    if (values_.has_passivation)
+      sticking[passivation][p] = surface.passivation_sticking * std::max(0.0F, bare);
   }
   return sticking;
 }
@@ -332,22 +371,18 @@ bool PlasmaEtch::is_mirror_symmetric(int axis) const {
 }
 
 std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry) {
-  std::vector<Parameter> rows{etchant_flux,
-                              passivation_flux,
-                              etchant_sticking(chemistry),
-                              passivation_sticking(chemistry),
-                              sticking_in_balance,
-                              etchant_desorption,
-                              passivation_desorption,
-                              etches,
-                              sputter_amplitude(chemistry),
-                              sputter_threshold(chemistry),
-                              sputter_factor_row,
-                              enhanced_amplitude(chemistry),
-                              enhanced_threshold,
-                              removal_amplitude,
-                              removal_threshold,
-                              ion_flux};
+  const bool passivated = has_passivation(chemistry);
+  std::vector<Parameter> rows{etchant_flux};
+  if (passivated) rows.push_back(passivation_flux);
+  rows.push_back(etchant_sticking(chemistry));
+  if (passivated) rows.push_back(passivation_sticking(chemistry));
+  rows.insert(rows.end(), {sticking_in_balance, etchant_desorption});
+  if (passivated) rows.push_back(passivation_desorption);
+  rows.insert(rows.end(),
+              {etches, sputter_amplitude(chemistry), sputter_threshold(chemistry),
+               sputter_factor_row(chemistry), enhanced_amplitude(chemistry), enhanced_threshold});
+  if (passivated) rows.insert(rows.end(), {removal_amplitude, removal_threshold});
+  rows.push_back(ion_flux);
   const std::span<const Parameter> of_ions = ion_parameters();
   rows.insert(rows.end(), of_ions.begin(), of_ions.end());
   return rows;
@@ -363,7 +398,7 @@ ModelDescription plasma_etch_page(const PlasmaChemistry& chemistry,
   return {.name = chemistry.name,
           .summary = chemistry.summary,
           .equation = equation,
-          .symbols = symbols,
+          .symbols = symbols(has_passivation(chemistry)),
           .limits = limits,
           .source = chemistry.equations_source,
           .parameters = parameters,

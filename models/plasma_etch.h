@@ -10,8 +10,9 @@
 
 namespace scarp {
 
-/// Etching of silicon by ions and an etchant whose work a second gas hinders, each of the two on a
-/// part of the sites of the surface: the chemistry of SF6/O2 and HBr/O2.
+/// Etching of silicon by ions and an etchant whose work a second gas may hinder, each of the two on
+/// a part of the sites of the surface: the chemistry of SF6/O2, HBr/O2 and the etch between two
+/// films of C4F8.
 ///
 /// Coverages are those of the steady state: as much is adsorbed on bare sites as leaves.
 ///
@@ -24,9 +25,10 @@ namespace scarp {
 ///
 /// F are arrivals relative to an open flat wafer, R arrivals of ions times their yield and flux.
 /// Where nothing arrives of one gas its coverage is 0; where nothing leaves, the sites are shared
-/// as the gases arrive.
+/// as the gases arrive. Without a second gas there is no theta_P.
 ///
-/// Parameters, limits and source are in the descriptions: `scarp models sf6_o2`, `hbr_o2`.
+/// Parameters, limits and source are in the descriptions: `scarp models sf6_o2`, `hbr_o2`,
+/// `sf6_c4f8`.
 class PlasmaEtch final : public SurfaceModel {
  public:
   /// How a material takes part. Units: density in 1e22 cm^-3.
@@ -37,11 +39,13 @@ class PlasmaEtch final : public SurfaceModel {
     bool is_etched = false;
     int sputter_yield = -1;  ///< among the yields of ions; -1: none
   };
-  /// Shape: surfaces has one entry per material; species are the etchant, the passivation, and ions
-  /// with the same yields each: of ion-enhanced etching, of the removal of passivation, and of
-  /// sputtering. Units: fluxes and desorption in 1e15 cm^-2 s^-1.
+  /// Shape: surfaces has one entry per material; species are the etchant, the passivation if there
+  /// is any, and ions with the same yields each: of ion-enhanced etching, of the removal of
+  /// passivation if there is any, and of sputtering. Units: fluxes and desorption in 1e15 cm^-2
+  /// s^-1.
   struct Values {
     std::vector<Species> species;
+    bool has_passivation = true;
     double etchant_flux = 0;
     double passivation_flux = 0;
     std::vector<double> ion_flux;
@@ -67,6 +71,7 @@ class PlasmaEtch final : public SurfaceModel {
     double etchant = 0;
     double passivation = 0;
   };
+  std::size_t gas_count() const { return values_.has_passivation ? 2 : 1; }
   double ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
                   std::size_t point) const;
   Coverage coverage_at(const Surface& surface, std::span<const std::span<const float>> flux,
@@ -76,16 +81,18 @@ class PlasmaEtch final : public SurfaceModel {
 };
 
 /// What models of this chemistry differ by: their names, and defaults as a recipe writes them.
+/// Without a name of the passivation there is none, nor has a recipe keys for it.
 struct PlasmaChemistry {
   std::string_view name;
   std::string_view summary;
   std::string_view equations_source;
   std::string_view etchant;
-  std::string_view passivation;
+  std::string_view passivation{};
   std::string_view etchant_sticking;
-  std::string_view passivation_sticking;
+  std::string_view passivation_sticking{};
   std::string_view sputter_amplitude;
   std::string_view sputter_threshold;
+  std::string_view sputter_factor = "9.3";
   std::string_view enhanced_amplitude;
   std::string_view values_source;
 };

@@ -12,6 +12,7 @@
 #include "models/isotropic.h"
 #include "models/multi_particle.h"
 #include "models/planarise.h"
+#include "models/sf6_c4f8.h"
 #include "models/sf6_o2.h"
 #include "models/single_particle.h"
 
@@ -85,7 +86,7 @@ std::span<const ModelDescription> models() {
   static const std::array table{
       isotropic_description(),      directional_description(), single_particle_description(),
       multi_particle_description(), sf6_o2_description(),      hbr_o2_description(),
-      conformal_description(),      planarise_description(),
+      sf6_c4f8_description(),       conformal_description(),   planarise_description(),
   };
   return table;
 }

@@ -25,6 +25,8 @@ const fs::path configs = fs::path(SCARP_SOURCE_DIR) / "configs";
 const std::map<std::string, std::vector<std::string>>& quick_overrides() {
   static const std::map<std::string, std::vector<std::string>> overrides{
       {"bosch_emulation", {"domain.spacing=\"25 nm\"", "step[0].repeat=1"}},
+      {"bosch_sf6_c4f8",
+       {"domain.spacing=\"20 nm\"", "step[0].repeat=1", "step[0].step[1].duration=\"20 s\""}},
       {"bosch_trench", {"step[0].repeat=1", "step[0].step[1].duration=\"7 s\""}},
       {"flat_deposition", {"domain.spacing=\"50 nm\""}},
       {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},

@@ -89,7 +89,8 @@ INSTANTIATE_TEST_SUITE_P(
         BlanketRun{"WithoutOxygen", step_of("sf6_o2", no_oxygen), 57.6046},
         BlanketRun{"HbrO2", step_of("hbr_o2", ""), 15.1083},
         BlanketRun{"HbrO2WithoutG", step_of("hbr_o2", no_g), 54.1532},
-        BlanketRun{"Chemical", step_of("sf6_o2", no_oxygen, "flux = \"0 /cm2/s\"\n"), 12.0671}),
+        BlanketRun{"Chemical", step_of("sf6_o2", no_oxygen, "flux = \"0 /cm2/s\"\n"), 12.0671},
+        BlanketRun{"Sf6C4f8", step_of("sf6_c4f8", ""), 57.6046}),
     [](const auto& test) { return std::string(test.param.name); });
 
 constexpr const char* small_hole = R"(
@@ -229,6 +230,60 @@ TEST(Coverages, BitsDoNotDependOnThreads) {
   EXPECT_EQ(coverages[0], coverages[2]);
 }
 
+/// One gas that covers what it reaches: theta = F / (1 + F).
+class Langmuir final : public SurfaceModel {
+ public:
+  std::vector<Species> species() const override { return {{.name = "gas"}}; }
+  std::vector<float> speeds(const SurfacePoints& points,
+                            std::span<const std::span<const float>>) const override {
+    return std::vector<float>(points.material.size());
+  }
+  std::vector<std::string> coverages() const override { return {"gas"}; }
+  std::vector<std::vector<float>> steady_coverages(
+      const SurfacePoints&, std::span<const std::span<const float>> flux) const override {
+    std::vector<float> theta;
+    for (const float f : flux[0]) theta.push_back(f / (1 + f));
+    return {theta};
+  }
+  std::vector<std::vector<float>> covered_sticking(
+      const SurfacePoints&, std::span<const std::vector<float>> coverages) const override {
+    std::vector<float> sticking;
+    for (const float theta : coverages[0]) sticking.push_back(1 - theta);
+    return {sticking};
+  }
+};
+
+// Turns go on as long as a single facet among many is not done.
+TEST(CoverageIteration, WaitsForTheWorstFacet) {
+  const Langmuir model;
+  TriMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles.assign(20, {0, 1, 2});
+  mesh.materials.assign(20, 0);
+  const CoverageOptions options{.tolerance = 1e-3, .most_iterations = 10};
+  const SurfaceCoverages none;
+  CoverageIteration iteration(model, mesh, none, options);
+  const StickingFeedback feedback = iteration.feedback();
+  EXPECT_EQ(feedback.species, std::vector<bool>{true});
+  std::vector<float> flux(20, 1);
+  std::vector<std::vector<float>> sticking(1);
+  const auto turn = [&] {
+    const std::vector<std::span<const float>> tallies{flux};
+    return feedback.update(tallies, sticking);
+  };
+  EXPECT_TRUE(turn());
+  EXPECT_EQ(sticking[0], std::vector<float>(20, 0.5F));
+  flux[11] = 1.01F;  // 0.0025 more of a coverage, 0.0006 of it in the root mean square
+  EXPECT_TRUE(turn());
+  EXPECT_EQ(iteration.fit().facet, 11U);
+  EXPECT_NEAR(iteration.fit().change, 1.01 / 2.01 - 0.5, 1e-6);
+  EXPECT_FLOAT_EQ(sticking[0][11], 1 / 2.01F);
+  flux[11] = 1.0101F;
+  EXPECT_FALSE(turn());
+  EXPECT_TRUE(iteration.fit().reached);
+  EXPECT_EQ(iteration.fit().iterations, 2);
+}
+
 TEST(Coverages, AreCarriedFromTheClosestPoint) {
   SurfaceCoverages known{.facets = {}, .names = {"a"}, .values = {{0.25F, 0.75F}}};
   known.facets.vertices = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}};
@@ -240,17 +295,21 @@ TEST(Coverages, AreCarriedFromTheClosestPoint) {
   EXPECT_EQ(carried(known, other), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
 }
 
+// Also where the next one acts at once.
 TEST(Coverages, EndWithTheStepThatMadeThem) {
   const std::string etch = step_of("sf6_o2", "");
-  const Recipe recipe =
-      read_text(flat_wafer + etch + "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\n" +
-                "etch_rate = \"1 nm/s\"\n");
-  State state = start_state(recipe);
-  while (state.step == 0) advance(state, recipe, survey(state, recipe), 1e9);
-  EXPECT_EQ(state.coverages.names.size(), 2U);
-  advance(state, recipe, survey(state, recipe), 1e9);
-  EXPECT_TRUE(state.coverages.names.empty());
-  EXPECT_TRUE(state.coverages.facets.triangles.empty());
+  for (const std::string next :
+       {"model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n",
+        "model = \"conformal\"\nthickness = \"30 nm\"\nmaterial = \"SiO2\"\n"}) {
+    const Recipe recipe = read_text(flat_wafer + etch + "[[step]]\n" + next);
+    State state = start_state(recipe);
+    while (state.step == 0) advance(state, recipe, survey(state, recipe), 1e9);
+    EXPECT_EQ(state.coverages.names.size(), 2U);
+    begin_step(state, recipe);
+    advance(state, recipe, survey(state, recipe), 1e9);
+    EXPECT_TRUE(state.coverages.names.empty());
+    EXPECT_TRUE(state.coverages.facets.triangles.empty());
+  }
 }
 
 class CoveragesOfRuns : public Program {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -155,20 +156,32 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
   }
 }
 
+// The keys that the ions of several models share stand in a section of their own.
 TEST(RecipeReference, HasTheParametersOfEveryModel) {
   const Keys sections = reference();
+  const auto& of_ions = sections.at("[[step.ion]]");
   for (const ModelDescription& model : models()) {
     SCOPED_TRACE(model.name);
     ASSERT_TRUE(sections.contains(std::string(model.name)));
     const auto& section = sections.at(std::string(model.name));
     std::set<std::string> names;
     for (const Parameter& parameter : model.parameters) {
-      names.emplace(parameter.name);
-      ASSERT_TRUE(section.contains(std::string(parameter.name))) << parameter.name;
-      const std::string& text = section.at(std::string(parameter.name));
-      EXPECT_THAT(text, HasSubstr(default_text(parameter))) << parameter.name;
+      const std::string name(parameter.name);
+      const std::string inside = name.substr(name.find('.') + 1);
+      const bool is_shared = name == "ion." + inside && !section.contains(name);
+      if (!is_shared) names.insert(name);
+      const auto& rows = is_shared ? of_ions : section;
+      const std::string& key = is_shared ? inside : name;
+      ASSERT_TRUE(rows.contains(key)) << name;
+      EXPECT_THAT(rows.at(key), HasSubstr(default_text(parameter))) << name;
     }
     EXPECT_EQ(keys_of(section), names);
+  }
+  const ModelDescription& any = *find_model("multi_particle");
+  for (const auto& [key, text] : of_ions) {
+    EXPECT_TRUE(std::ranges::any_of(any.parameters, [&](const Parameter& parameter) {
+      return parameter.name == "ion." + key;
+    })) << key;
   }
 }
 

@@ -9,16 +9,19 @@
 
 namespace scarp {
 
-/// The model of a step that is all right, on a wafer of Si and SiO2, 100 nm wide.
+/// The model of a step that is all right, on a wafer of Si and SiO2, or of other materials, 100 nm
+/// wide.
 inline StepModel read_step(const std::string& model, const std::string& keys,
-                           bool two_dimensional = false) {
+                           bool two_dimensional = false,
+                           const std::vector<std::string>& wafer = {"Si", "SiO2"}) {
   const RecipeFile file("[[step]]\n" + keys, "r.toml");
   const Materials materials;
   const Frame frame{
       .spacing = 10, .cells = {10, two_dimensional ? 1 : 10}, .two_dimensional = two_dimensional};
+  std::vector<MaterialId> reachable;
+  for (const std::string& name : wafer) reachable.push_back(materials.id(name));
   StepModel step =
-      find_model(model)->read(file.root().tables("step")[0],
-                              {materials, {materials.id("Si"), materials.id("SiO2")}, ".", frame});
+      find_model(model)->read(file.root().tables("step")[0], {materials, reachable, ".", frame});
   file.finish();
   return step;
 }

@@ -28,22 +28,30 @@ struct Arrivals {
 class AtPoint {
  public:
   AtPoint(const std::string& model, const std::string& keys, const std::string& material = "Si")
-      : model_(read_step(model, keys).model), point_({material}) {}
+      : model_(read_step(model, keys, false, {"Si", "SiO2", material}).model), point_({material}) {}
 
-  /// Under vertical ions of 100 eV.
+  /// Under vertical ions, all of them of their mean energy.
   AtPoint& under(const Arrivals& arrivals) {
-    tallies_ = {static_cast<float>(arrivals.etchant), static_cast<float>(arrivals.passivation)};
-    for (const Species& ion : std::span(species_ = model_->species()).subspan(2)) {
+    tallies_ = {static_cast<float>(arrivals.etchant)};
+    if (model_->coverages().size() == 2)
+      tallies_.push_back(static_cast<float>(arrivals.passivation));
+    species_ = model_->species();
+    for (const Species& ion : species_) {
+      if (!ion.ions) continue;
       tallies_.push_back(static_cast<float>(arrivals.ions));
       for (const YieldLaw& law : ion.yields)
-        tallies_.push_back(static_cast<float>(arrivals.ions * law.at(100, 0)));
+        tallies_.push_back(static_cast<float>(arrivals.ions * law.at(ion.ions->energy.mean(), 0)));
     }
     return *this;
   }
 
   double speed() const { return model_->speeds(point_, flux()).front(); }
   double etchant() const { return model_->steady_coverages(point_, flux())[0].front(); }
-  double passivation() const { return model_->steady_coverages(point_, flux())[1].front(); }
+  /// 0 where the model knows none.
+  double passivation() const {
+    const auto coverages = model_->steady_coverages(point_, flux());
+    return coverages.size() > 1 ? coverages[1].front() : 0;
+  }
   std::vector<std::vector<float>> sticking() const {
     return model_->covered_sticking(point_, model_->steady_coverages(point_, flux()));
   }
@@ -107,8 +115,23 @@ INSTANTIATE_TEST_SUITE_P(
                             0.12915, 54.1532},
                     Blanket{"Chemical", "sf6_o2",
                             "passivation_flux = \"0 /cm2/s\"\n[[step.ion]]\nflux = \"0 /cm2/s\"\n",
-                            0.80769, 0, 12.0671}),
+                            0.80769, 0, 12.0671},
+                    Blanket{"Sf6C4f8", "sf6_c4f8", "", 0.48661, 0, 57.6046}),
     name_of);
+
+// Half the probability to stick is half the flux in the balance; without it there, it is not.
+TEST(PlasmaEtch, StickingCountsInTheBalanceUnlessItIsLeftOut) {
+  const std::string half = "passivation_sticking = 0.5\n";
+  const std::string half_as_many = "passivation_flux = \"5e16 /cm2/s\"\n";
+  const std::string left_out = "sticking_in_balance = false\n";
+  AtPoint in_balance("sf6_o2", half);
+  AtPoint same("sf6_o2", half_as_many);
+  EXPECT_FLOAT_EQ(in_balance.under({}).passivation(), same.under({}).passivation());
+  EXPECT_FLOAT_EQ(in_balance.sticking()[1].front(), 0.5 * same.sticking()[1].front());
+  AtPoint without("sf6_o2", half + left_out);
+  AtPoint full("sf6_o2", left_out);
+  EXPECT_EQ(without.under({}).passivation(), full.under({}).passivation());
+}
 
 TEST(PlasmaEtch, CoveragesHaveTheirLimits) {
   AtPoint point("sf6_o2", "");
@@ -194,7 +217,48 @@ TEST(PlasmaEtch, AMaskIsSputteredOnly) {
   EXPECT_NEAR(own.under({}).speed(), 2 * oxide.speed(), 1e-5);
 }
 
+// A yield belongs to one amplitude, threshold and angle; of Si and SiO2 one of them differs.
+TEST(PlasmaEtch, MaterialsShareAYieldOnlyIfItIsTheSame) {
+  const std::string alike = "sputter_amplitude = 0.03\nsputter_threshold = \"20 eV\"\n";
+  const auto yields = [](const std::string& keys) {
+    return read_step("sf6_o2", keys).model->species().back().yields;
+  };
+  EXPECT_EQ(yields(alike).size(), 3U);
+  const auto other_threshold = yields(
+      "sputter_amplitude = 0.03\nsputter_threshold = { Si = \"20 eV\", SiO2 = \"50 eV\" }\n");
+  ASSERT_EQ(other_threshold.size(), 4U);
+  EXPECT_EQ(other_threshold[3].threshold, 50);
+  EXPECT_EQ(yields(alike + "sputter_factor = { Si = 9.3, SiO2 = 2 }\n").size(), 4U);
+  AtPoint oxide("sf6_o2",
+                "sputter_amplitude = 0.03\n"
+                "sputter_threshold = { Si = \"20 eV\", SiO2 = \"50 eV\" }\n",
+                "SiO2");
+  EXPECT_NEAR(oxide.under({}).speed(), -12 * 0.03 * (10 - std::sqrt(50.0)) / 2.2, 1e-5);
+}
+
+// 12 x 0.02 (10 - sqrt(15)) / rho of polymer, which fluorine leaves alone and hardly sticks to.
+TEST(PlasmaEtch, ThePolymerOfABoschProcessIsSputteredOnly) {
+  AtPoint polymer("sf6_c4f8", "", "polymer");
+  EXPECT_NEAR(polymer.under({}).speed(), -12 * 0.02 * (10 - std::sqrt(15.0)) / 2, 1e-5);
+  EXPECT_LE(polymer.sticking()[0].front(), 0.02);
+  EXPECT_EQ(polymer.sticking().size(), 2U);
+  const StepModel step = read_step("sf6_c4f8", "");
+  EXPECT_EQ(step.model->coverages(), std::vector<std::string>{"F"});
+  EXPECT_FALSE(step.deposits.has_value());
+  const std::vector<Species> species = step.model->species();
+  ASSERT_EQ(species.size(), 2U);
+  EXPECT_EQ(species[1].yields[0].name, "enhanced");
+  EXPECT_EQ(species[1].ions->least_energy, 15);
+}
+
 TEST(PlasmaEtch, IonsOfSeveralKindsAddUp) {
+  // Without gases what they sputter is the sum of their own.
+  const std::string no_gases = "etchant_flux = \"0 /cm2/s\"\npassivation_flux = \"0 /cm2/s\"\n";
+  AtPoint unlike("sf6_o2", no_gases +
+                               "[[step.ion]]\nflux = \"6e15 /cm2/s\"\n"
+                               "[[step.ion]]\nflux = \"3e15 /cm2/s\"\nenergy = \"400 eV\"\n");
+  const double root = std::sqrt(20.0);
+  EXPECT_NEAR(unlike.under({}).speed(), -0.0337 * (6 * (10 - root) + 3 * (20 - root)) / 5.02, 1e-4);
   const std::string half = "[[step.ion]]\nflux = \"6e15 /cm2/s\"\n";
   AtPoint two("sf6_o2", half + half);
   AtPoint one("sf6_o2", "");
