@@ -28,7 +28,11 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
   const std::vector<Vec3f> up(material_count, Vec3f{0, 0, 1});
   std::vector<std::vector<float>> full;
   for (const Species& species : model.species()) {
-    full.emplace_back(material_count, 1.0F);
+    // What comes from the surface itself hinders at most.
+    const bool from_above = species.source.kind != SourceLobe::Kind::none;
+    full.emplace_back(material_count, from_above ? 1.0F : 0.0F);
+    // Of a beam, the part from which it is seen.
+    if (species.source.kind == SourceLobe::Kind::beam) full.emplace_back(material_count, 1.0F);
     for (const YieldLaw& law : species.yields)
       full.emplace_back(material_count,
                         static_cast<float>(largest_yield(law, species.ions->energy.mean())));

@@ -55,16 +55,32 @@ std::vector<Species> species_of(const ProcessStep& step) {
   return step.model ? step.model->species() : std::vector<Species>{};
 }
 
+// What the model lets the facets send out; refers to both.
+SurfaceEmission emission_from(const TriMesh& facets, const SurfaceModel& model,
+                              std::span<const Species> species) {
+  SurfaceEmission emission;
+  for (const Species& each : species)
+    emission.species.push_back(each.source.kind == SourceLobe::Kind::none);
+  if (std::ranges::find(emission.species, true) == emission.species.end()) return {};
+  emission.of = [&](std::span<const std::span<const float>> flux) {
+    const std::vector<Vec3f> normals = facet_normals(facets);
+    return model.emission({.material = facets.materials, .normal = normals}, flux);
+  };
+  return emission;
+}
+
 // The flux on a surface that it covers; where it was solved before, on from the coverages then.
 std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
                                      const State& state, const Recipe& recipe, Survey& result) {
   const SurfaceModel& model = *current_step(state, recipe).model;
-  if (model.coverages().empty()) return solve_flux(result.facets, species, options);
+  const SurfaceEmission emission = emission_from(result.facets, model, species);
+  if (model.coverages().empty()) return solve_flux(result.facets, species, options, {}, emission);
   const bool again = !result.coverages.empty();
   CoverageIteration iteration(model, result.facets,
                               again ? coverages_of(result, model) : state.coverages,
                               recipe.coverages);
-  std::vector<FluxField> flux = solve_flux(result.facets, species, options, iteration.feedback());
+  std::vector<FluxField> flux =
+      solve_flux(result.facets, species, options, iteration.feedback(), emission);
   const int before = result.coverage_fit.iterations;
   result.coverages = iteration.coverages();
   result.coverage_fit = iteration.fit();
@@ -122,18 +138,40 @@ CornerSpeeds by_facet(const std::vector<float>& at_corners) {
   return speeds;
 }
 
+std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {
+  std::vector<std::span<const float>> tallies;
+  for (const FluxField& field : flux)
+    for (const Tally& tally : field.tallies) tallies.emplace_back(tally.mean);
+  return tallies;
+}
+
 // A model speaks of points: here the three corners of every facet, with the facet's own normal, so
 // that speeds break where the surface does.
 LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
                                std::span<const std::vector<float>> corner_flux,
-                               const SurfaceModel& model, bool by_normal, MaterialId material) {
+                               const SurfaceModel& model, MaterialId material) {
   const std::vector<MaterialId> everywhere(corner_normals.size(), material);
   const SurfacePoints points{.material = everywhere, .normal = corner_normals};
   const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
-  LayerSpeeds speeds{.speed = by_facet(model.speeds(points, views))};
-  if (by_normal) {
-    for (const std::vector<float>& part : model.amplitudes(points, views)) {
-      speeds.parts.push_back(by_facet(part));
+  return {.speed = by_facet(model.speeds(points, views))};
+}
+
+// With factors of the normal it speaks of facets, where flux and normal belong together: a mean of
+// the flux over facets that turn is that of none of their normals. Amplitudes do not turn.
+LayerSpeeds parts_of_material(const TriMesh& facets, const std::vector<Vec3f>& normals,
+                              std::span<const FluxField> flux, const SurfaceModel& model,
+                              std::span<const AngularFactor> factors, MaterialId material) {
+  const std::vector<MaterialId> everywhere(normals.size(), material);
+  const SurfacePoints points{.material = everywhere, .normal = normals};
+  LayerSpeeds speeds;
+  for (const std::vector<float>& part : model.amplitudes(points, tallies_on_facets(flux)))
+    speeds.parts.push_back(corner_values(facets, part));
+  speeds.speed = speeds.parts.front();
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    for (std::size_t f = 0; f < normals.size(); ++f) {
+      const float factor = factors[k].value(normals[f]);
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        speeds.speed[f][corner] += factor * speeds.parts[1 + k][f][corner];
     }
   }
   return speeds;
@@ -141,20 +179,27 @@ LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
 
 std::vector<LayerSpeeds> speeds_at_corners(const TriMesh& facets, const State& state,
                                            std::span<const FluxField> flux,
-                                           const SurfaceModel& model, bool by_normal) {
-  const std::vector<Vec3f> facet_normal = facet_normals(facets);
+                                           const SurfaceModel& model,
+                                           std::span<const AngularFactor> factors) {
+  const std::vector<Vec3f> normals = facet_normals(facets);
   std::vector<Vec3f> corner_normals;
-  for (const Vec3f& n : facet_normal) corner_normals.insert(corner_normals.end(), 3, n);
-  const std::vector<std::vector<float>> corner_flux = flux_at_corners(facets, flux);
-
+  std::vector<std::vector<float>> corner_flux;
+  if (factors.empty()) {
+    for (const Vec3f& n : normals) corner_normals.insert(corner_normals.end(), 3, n);
+    corner_flux = flux_at_corners(facets, flux);
+  }
   std::vector<LayerSpeeds> speeds;
   for (std::size_t k = 0; k < state.layers.stack.size(); ++k) {
     const MaterialId material = state.layers.stack[k].material;
     std::size_t same = 0;
     while (state.layers.stack[same].material != material) ++same;
-    speeds.push_back(
-        same < k ? speeds[same]
-                 : speeds_of_material(corner_normals, corner_flux, model, by_normal, material));
+    if (same < k) {
+      speeds.push_back(speeds[same]);
+    } else if (factors.empty()) {
+      speeds.push_back(speeds_of_material(corner_normals, corner_flux, model, material));
+    } else {
+      speeds.push_back(parts_of_material(facets, normals, flux, model, factors, material));
+    }
   }
   return speeds;
 }
@@ -264,7 +309,7 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   if (!step.model) return;
   result.factors = step.model->angular_factors();
   result.speeds_of_layers =
-      speeds_at_corners(result.facets, state, result.flux, *step.model, !result.factors.empty());
+      speeds_at_corners(result.facets, state, result.flux, *step.model, result.factors);
   require_sound_speeds(result, state, recipe);
 }
 
@@ -307,9 +352,7 @@ std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model
                                                        const Survey& now) {
   const std::vector<Vec3f> normals = facet_normals(now.facets);
   const SurfacePoints points{.material = now.facets.materials, .normal = normals};
-  std::vector<std::span<const float>> flux;
-  for (const FluxField& field : now.flux)
-    for (const Tally& tally : field.tallies) flux.emplace_back(tally.mean);
+  const std::vector<std::span<const float>> flux = tallies_on_facets(now.flux);
   std::vector<std::vector<std::vector<float>>> result;
   std::size_t t = 0;
   for (const FluxField& field : now.flux) {

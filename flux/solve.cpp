@@ -110,8 +110,6 @@ void check_emission(const Species& species, std::size_t facet_count) {
             std::to_string(facet_count) + " facets");
   for (const float emission : species.emission)
     check(emission >= 0 && std::isfinite(emission), where + "emission is negative or not finite");
-  const bool emits = std::ranges::any_of(species.emission, [](float e) { return e > 0; });
-  check(from_above || emits, where + "it has no source: the emission is zero everywhere");
 }
 
 void check_responses(const TriMesh& facets, std::span<const Species> species,
@@ -146,6 +144,17 @@ std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& specie
     sticking[f] = species.sticking[mesh.materials[f]];
   }
   return sticking;
+}
+
+void check_surface_emission(std::span<const Species> species, const SurfaceEmission& emission,
+                            const StickingFeedback& feedback) {
+  for (std::size_t index = 0; index < species.size(); ++index) {
+    if (!emission.tells(index)) continue;
+    const std::string where = "species " + species[index].name + ": ";
+    check(species[index].emission.empty(), where + "its emission is told twice");
+    check(!feedback.changes(index),
+          where + "its emission follows from a flux that its sticking has a part in");
+  }
 }
 
 bool is_mirror_image(Vec3d a, Vec3d b, const Sides& sides) {
@@ -196,6 +205,17 @@ bool particles_are_fewer(const FluxProblem& problem) {
   return sticking_area / problem.scene.source_area() * std::sqrt(options.target_error) > 0.7;
 }
 
+// Of what nothing emits: no flux, and no error.
+FluxField nothing_arrives(const FluxProblem& problem) {
+  FluxField field{.tallies = {estimate(problem.scene, problem.patches,
+                                       {.flux = [](std::size_t) { return 0.0; },
+                                        .deviation = [](std::size_t, std::size_t) { return 0.0; },
+                                        .deviations = 1})
+                                  .tally}};
+  if (!problem.responses().empty()) field.response_error = 0;
+  return field;
+}
+
 bool is_traced_forward(const FluxProblem& problem) {
   if (problem.options.engine == FluxOptions::Engine::forward) return true;
   // What goes on from first arrivals starts where these were found, not on facets that emit.
@@ -217,7 +237,7 @@ namespace {
 class Solver {
  public:
   Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
-         const StickingFeedback& feedback);
+         const StickingFeedback& feedback, const SurfaceEmission& emission);
 
   std::vector<FluxField> solve();
 
@@ -233,11 +253,16 @@ class Solver {
   bool is_gathered(std::size_t index) const;
   void trace(std::size_t index);
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
+  std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
+  void find_emission();
+  void solve_sources();
+  void solve_emitted();
 
-  std::span<const Species> species_;
+  std::vector<Species> species_;
   const FluxOptions& options_;
   const StickingFeedback& feedback_;
+  const SurfaceEmission& emission_;
   RayScene scene_;
   Patches patches_;
   std::vector<std::vector<float>> sticking_;
@@ -245,10 +270,11 @@ class Solver {
 };
 
 Solver::Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
-               const StickingFeedback& feedback)
-    : species_(species),
+               const StickingFeedback& feedback, const SurfaceEmission& emission)
+    : species_(species.begin(), species.end()),
       options_(options),
       feedback_(feedback),
+      emission_(emission),
       scene_(facets, options.sides,
              options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets)),
       patches_(facets, scene_),
@@ -259,12 +285,16 @@ Solver::Solver(const TriMesh& facets, std::span<const Species> species, const Fl
 bool Solver::is_gathered(std::size_t index) const {
   if (feedback_.changes(index)) return true;
   const bool is_beam = species_[index].source.kind == SourceLobe::Kind::beam;
-  return !is_beam && !is_traced_forward(problem(index)) && !needs_particles(species_[index]);
+  const FluxProblem its = problem(index);
+  return !is_beam && its.emitted() > 0 && !is_traced_forward(its) &&
+         !needs_particles(species_[index]);
 }
 
 void Solver::trace(std::size_t index) {
   FluxField& field = fields_[index];
-  if (species_[index].source.kind == SourceLobe::Kind::beam) {
+  if (problem(index).emitted() == 0) {
+    field = nothing_arrives(problem(index));
+  } else if (species_[index].source.kind == SourceLobe::Kind::beam) {
     field = trace_beam(problem(index));
     field.engine = FluxEngine::beam;
   } else if (is_traced_forward(problem(index))) {
@@ -287,17 +317,53 @@ void Solver::gather_together(std::span<const std::size_t> indices, const Settle&
 }
 
 // Problems refer to the sticking, which stays where it is and gets other numbers.
-bool Solver::fit_sticking() {
+bool Solver::fit_sticking() { return feedback_.update(flux(), sticking_); }
+
+std::vector<std::span<const float>> Solver::flux() const {
   std::vector<std::span<const float>> flux;
   for (const FluxField& field : fields_)
     for (const Tally& tally : field.tallies) flux.emplace_back(tally.mean);
-  return feedback_.update(flux, sticking_);
+  return flux;
+}
+
+void Solver::find_emission() {
+  std::vector<std::vector<float>> emission = emission_.of(flux());
+  std::size_t next = 0;
+  for (std::size_t index = 0; index < species_.size(); ++index) {
+    if (!emission_.tells(index)) continue;
+    SCARP_ASSERT(next, <, emission.size());
+    species_[index].emission = std::move(emission[next++]);
+    check_emission(species_[index], scene_.facet_count());
+  }
 }
 
 std::vector<FluxField> Solver::solve() {
+  solve_sources();
+  if (emission_.of) solve_emitted();
+  balance_mirror_images(species_, options_.sides, fields_);
+  return std::move(fields_);
+}
+
+void Solver::solve_emitted() {
+  find_emission();
   std::vector<std::size_t> gathered;
   for (std::size_t index = 0; index < species_.size(); ++index) {
+    if (!emission_.tells(index)) continue;
     if (is_gathered(index)) {
+      gathered.push_back(index);
+    } else {
+      trace(index);
+    }
+  }
+  gather_together(gathered, {});
+}
+
+void Solver::solve_sources() {
+  std::vector<std::size_t> gathered;
+  for (std::size_t index = 0; index < species_.size(); ++index) {
+    if (emission_.tells(index)) {
+      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count())}};
+    } else if (is_gathered(index)) {
       gathered.push_back(index);
       // Until it is solved; see StickingFeedback::update.
       fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), 1)}};
@@ -315,21 +381,22 @@ std::vector<FluxField> Solver::solve() {
     };
   }
   gather_together(gathered, settle);
-  balance_mirror_images(species_, options_.sides, fields_);
-  return std::move(fields_);
 }
 
 }  // namespace
 
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
-                                  const FluxOptions& options, const StickingFeedback& feedback) {
+                                  const FluxOptions& options, const StickingFeedback& feedback,
+                                  const SurfaceEmission& emission) {
   check_options(options);
   for (const Species& one : species) check_species(one, options);
   check(!facets.triangles.empty(), "flux: the mesh has no triangles");
-  for (const Species& one : species) check_emission(one, facets.triangles.size());
+  for (std::size_t index = 0; index < species.size(); ++index)
+    if (!emission.tells(index)) check_emission(species[index], facets.triangles.size());
   check_responses(facets, species, options);
   check_feedback(species, feedback);
-  return Solver(facets, species, options, feedback).solve();
+  check_surface_emission(species, emission, feedback);
+  return Solver(facets, species, options, feedback, emission).solve();
 }
 
 }  // namespace scarp

@@ -69,6 +69,18 @@ struct StickingFeedback {
   bool changes(std::size_t index) const { return index < species.size() && species[index]; }
 };
 
+/// Particles that leave the surface because of what arrives: atoms that ions sputter.
+///
+/// Shape: flux[t] is tally t on every facet, as in StickingFeedback, 0 for these species; the
+/// result
+///        is the emission (see Species::emission) of each of them, in their order.
+struct SurfaceEmission {
+  std::vector<bool> species{};  ///< whose emission it is; of no species when empty
+  std::function<std::vector<std::vector<float>>(std::span<const std::span<const float>> flux)> of{};
+
+  bool tells(std::size_t index) const { return index < species.size() && species[index]; }
+};
+
 /// What arrives on every facet, for each species, with standard errors and an audit.
 ///
 /// With a feedback the species that it does not change are solved once. The others are gathered
@@ -76,12 +88,16 @@ struct StickingFeedback {
 /// every number of rays on the way to the target their exchange is solved until the sticking fits.
 /// Errors are those at the sticking that is found in the end.
 ///
+/// With an emission the species that it tells of are solved last, once the flux of all others is
+/// known, with the emission that follows from it: what leaves is what arrives and what escapes of
+/// them, whatever the error of the flux that it follows from. That error is not in their own.
+///
 /// Shape:  one FluxField per species; tallies are per facet.
 /// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles, and
 ///         options or species that make no sense; the message starts with "flux:" or "species".
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
-                                  const FluxOptions& options,
-                                  const StickingFeedback& feedback = {});
+                                  const FluxOptions& options, const StickingFeedback& feedback = {},
+                                  const SurfaceEmission& emission = {});
 
 /// The spacing of the grid that a mesh came from if it has two facets per cell, as marching cubes
 /// gives them; too large for a simplified mesh.

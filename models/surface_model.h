@@ -28,7 +28,8 @@ class SurfaceModel {
  public:
   virtual ~SurfaceModel() = default;
 
-  /// The particles to trace; none for a model of prescribed rates.
+  /// The particles to trace; none for a model of prescribed rates. Those without a source
+  /// (SourceLobe::Kind::none) come from the surface, see emission().
   virtual std::vector<Species> species() const = 0;
 
   /// The speed at each point along the outward normal, > 0 grows.
@@ -37,6 +38,17 @@ class SurfaceModel {
   /// theirs, arrivals first. Units: nm/s; flux relative to the source.
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
+
+  /// What the surface sends out because of what arrives there, as ions sputter atoms.
+  ///
+  /// Shape: one array per species without a source, in their order, with an entry per point; flux
+  /// as for speeds(), 0 for these species. Units: particles per area, relative to what 1 stands for
+  /// in the flux of the species.
+  virtual std::vector<std::vector<float>> emission(
+      [[maybe_unused]] const SurfacePoints& points,
+      [[maybe_unused]] std::span<const std::span<const float>> flux) const {
+    return {};
+  }
 
   /// What covers the surface, by name; nothing for models whose sticking is constant.
   virtual std::vector<std::string> coverages() const { return {}; }
