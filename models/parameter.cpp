@@ -6,8 +6,6 @@
 
 namespace scarp {
 
-namespace {
-
 std::vector<MaterialId> met_by(const StepScope& scope, std::optional<MaterialId> deposited) {
   std::vector<MaterialId> materials = scope.reachable;
   if (deposited && std::find(materials.begin(), materials.end(), *deposited) == materials.end()) {
@@ -15,8 +13,6 @@ std::vector<MaterialId> met_by(const StepScope& scope, std::optional<MaterialId>
   }
   return materials;
 }
-
-}  // namespace
 
 Parameter inner(Parameter parameter) {
   parameter.name.remove_prefix(parameter.name.rfind('.') + 1);

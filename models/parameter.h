@@ -46,6 +46,9 @@ struct StepScope {
   Frame frame{};                      ///< of the domain
 };
 
+/// The materials that a step can meet: when it starts, and what it deposits.
+std::vector<MaterialId> met_by(const StepScope& scope, std::optional<MaterialId> deposited);
+
 /// Readers of parameters by their rows.
 double read_value(const RecipeTable& table, const Parameter& parameter);
 bool read_flag(const RecipeTable& table, const Parameter& parameter);

@@ -9,12 +9,14 @@
 #include "models/conformal.h"
 #include "models/directional.h"
 #include "models/hbr_o2.h"
+#include "models/ion_milling.h"
 #include "models/isotropic.h"
 #include "models/multi_particle.h"
 #include "models/planarise.h"
 #include "models/sf6_c4f8.h"
 #include "models/sf6_o2.h"
 #include "models/single_particle.h"
+#include "models/sputter_deposition.h"
 
 namespace scarp {
 
@@ -86,7 +88,8 @@ std::span<const ModelDescription> models() {
   static const std::array table{
       isotropic_description(),      directional_description(), single_particle_description(),
       multi_particle_description(), sf6_o2_description(),      hbr_o2_description(),
-      sf6_c4f8_description(),       conformal_description(),   planarise_description(),
+      sf6_c4f8_description(),       ion_milling_description(), sputter_deposition_description(),
+      conformal_description(),      planarise_description(),
   };
   return table;
 }

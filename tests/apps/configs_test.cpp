@@ -31,8 +31,11 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
       {"flat_deposition", {"domain.spacing=\"50 nm\""}},
       {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},
       {"ion_etch", {"domain.spacing=\"40 nm\"", "step[0].duration=\"20 s\""}},
+      {"ion_milling", {"domain.spacing=\"20 nm\"", "step[0].duration=\"1 min\""}},
       {"isotropic_etch", {"domain.spacing=\"80 nm\""}},
       {"sf6_o2_hole", {"domain.spacing=\"75 nm\"", "step[0].duration=\"20 s\""}},
+      {"sputter_deposition",
+       {"domain.spacing=\"12 nm\"", "step[0].duration=\"10 s\"", "step[1].duration=\"5 s\""}},
       {"trench_deposition", {"domain.spacing=\"0.5 um\""}},
       {"trench_isolation", {"domain.spacing=\"20 nm\""}}};
   return overrides;

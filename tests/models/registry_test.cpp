@@ -162,16 +162,24 @@ bool takes_the_place_of(const Parameter& one, const Parameter& other) {
                                                        inner(other).name) != one.replaces.end();
 }
 
-/// A step with the parameters of a model's page but those of growth, or of etching, and either
-/// those that take the place of others or these.
+bool has_row(const ModelDescription& model, std::string_view part) {
+  return std::ranges::any_of(model.parameters, [&](const Parameter& row) {
+    return row.name.find(part) != std::string_view::npos;
+  });
+}
+
+/// A step with the parameters of a model's page but those of growth, or of etching, where it can do
+/// either, and either those that take the place of others or these.
 std::string step_with_all(const ModelDescription& model, const std::string& leave_out,
                           bool with_replacements) {
+  const bool has_choice = has_row(model, "growth") && has_row(model, "etch_rate");
   std::string keys = "[[step]]\n";
   std::string table = "step";
   for (const Parameter& parameter : model.parameters) {
+    const bool is_needed = parameter.needed == "required";
     const bool is_left_out =
-        parameter.name.find(leave_out) != std::string_view::npos ||
-        (parameter.kind == Parameter::Kind::material && leave_out == "growth") ||
+        (has_choice && parameter.name.find(leave_out) != std::string_view::npos) ||
+        (parameter.kind == Parameter::Kind::material && leave_out == "growth" && !is_needed) ||
         (!with_replacements && !parameter.replaces[0].empty()) ||
         (with_replacements &&
          std::any_of(model.parameters.begin(), model.parameters.end(),
@@ -198,10 +206,11 @@ TEST(Registry, ReadsEveryParameterOfItsPage) {
         EXPECT_NE(step.model, nullptr);
         EXPECT_FALSE(step.operation.has_value());
         EXPECT_NO_THROW(file.finish()) << model.name;
-        const bool can_grow =
-            std::any_of(model.parameters.begin(), model.parameters.end(),
-                        [](const Parameter& row) { return row.kind == Parameter::Kind::material; });
-        EXPECT_EQ(step.deposits.has_value(), can_grow && leave_out == "etch") << model.name;
+        const auto film = std::ranges::find(model.parameters, Parameter::Kind::material,
+                                            [](const Parameter& row) { return row.kind; });
+        const bool grows =
+            film != model.parameters.end() && (leave_out == "etch" || film->needed == "required");
+        EXPECT_EQ(step.deposits.has_value(), grows) << model.name;
       }
     }
   }
