@@ -8,6 +8,7 @@
 #include "core/suggestion.h"
 #include "models/conformal.h"
 #include "models/directional.h"
+#include "models/fluorocarbon.h"
 #include "models/hbr_o2.h"
 #include "models/ion_milling.h"
 #include "models/isotropic.h"
@@ -86,10 +87,10 @@ std::string inner_tables(const ModelDescription& model) {
 
 std::span<const ModelDescription> models() {
   static const std::array table{
-      isotropic_description(),      directional_description(), single_particle_description(),
-      multi_particle_description(), sf6_o2_description(),      hbr_o2_description(),
-      sf6_c4f8_description(),       ion_milling_description(), sputter_deposition_description(),
-      conformal_description(),      planarise_description(),
+      isotropic_description(),          directional_description(),  single_particle_description(),
+      multi_particle_description(),     sf6_o2_description(),       hbr_o2_description(),
+      sf6_c4f8_description(),           fluorocarbon_description(), ion_milling_description(),
+      sputter_deposition_description(), conformal_description(),    planarise_description(),
   };
   return table;
 }

@@ -29,6 +29,7 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
        {"domain.spacing=\"20 nm\"", "step[0].repeat=1", "step[0].step[1].duration=\"20 s\""}},
       {"bosch_trench", {"step[0].repeat=1", "step[0].step[1].duration=\"7 s\""}},
       {"flat_deposition", {"domain.spacing=\"50 nm\""}},
+      {"fluorocarbon_stack", {"domain.spacing=\"4 nm\"", "step[0].duration=\"8 s\""}},
       {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},
       {"ion_etch", {"domain.spacing=\"40 nm\"", "step[0].duration=\"20 s\""}},
       {"ion_milling", {"domain.spacing=\"20 nm\"", "step[0].duration=\"1 min\""}},

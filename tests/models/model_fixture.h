@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,7 +22,10 @@ inline StepModel read_step(const std::string& model, const std::string& keys,
   const Frame frame{
       .spacing = 10, .cells = {10, two_dimensional ? 1 : 10}, .two_dimensional = two_dimensional};
   std::vector<MaterialId> reachable;
-  for (const std::string& name : wafer) reachable.push_back(materials.id(name));
+  for (const std::string& name : wafer) {
+    const MaterialId id = materials.id(name);
+    if (std::ranges::find(reachable, id) == reachable.end()) reachable.push_back(id);
+  }
   StepModel step =
       find_model(model)->read(file.root().tables("step")[0], {materials, reachable, ".", frame});
   file.finish();
@@ -37,6 +43,56 @@ struct Points {
     normal.resize(material.size(), {0, 0, 1});
   }
   operator SurfacePoints() const { return {material, normal}; }
+};
+
+/// A model at one point of a material, where all tallies are known.
+class ModelAtPoint {
+ public:
+  ModelAtPoint(const std::string& model, const std::string& keys, const std::string& material,
+               Vec3f normal = {0, 0, 1})
+      : model_(read_step(model, keys, false, {"Si", "SiO2", material}).model),
+        species_(model_->species()),
+        point_({material}, {normal}) {}
+
+  const SurfaceModel& model() const { return *model_; }
+  const std::vector<Species>& species() const { return species_; }
+
+  double speed() const { return model_->speeds(point_, flux()).front(); }
+  double emission() const { return model_->emission(point_, flux()).front().front(); }
+  std::vector<float> amplitudes() const {
+    std::vector<float> parts;
+    for (const auto& part : model_->amplitudes(point_, flux())) parts.push_back(part.front());
+    return parts;
+  }
+  /// 0 where the model knows none.
+  double coverage(std::size_t k) const {
+    const auto coverages = model_->steady_coverages(point_, flux());
+    return k < coverages.size() ? coverages[k].front() : 0;
+  }
+  std::vector<std::vector<float>> sticking() const {
+    return model_->covered_sticking(point_, model_->steady_coverages(point_, flux()));
+  }
+
+ protected:
+  /// Tallies of an ion that comes along the normal with its mean energy.
+  void add_ions(const Species& ion, double arrivals) {
+    tallies_.push_back(static_cast<float>(arrivals));
+    for (const YieldLaw& law : ion.yields)
+      tallies_.push_back(static_cast<float>(arrivals * law.at(ion.ions->energy.mean(), 0)));
+  }
+
+  std::vector<float> tallies_;
+
+ private:
+  std::vector<std::span<const float>> flux() const {
+    std::vector<std::span<const float>> flux;
+    for (const float& tally : tallies_) flux.emplace_back(&tally, 1);
+    return flux;
+  }
+
+  std::shared_ptr<const SurfaceModel> model_;
+  std::vector<Species> species_;
+  Points point_;
 };
 
 }  // namespace scarp

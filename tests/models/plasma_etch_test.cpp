@@ -24,49 +24,23 @@ struct Arrivals {
   double ions = 1;
 };
 
-/// A model at one point of a material.
-class AtPoint {
+/// Under vertical ions, all of them of their mean energy.
+class PlasmaPoint : public ModelAtPoint {
  public:
-  AtPoint(const std::string& model, const std::string& keys, const std::string& material = "Si")
-      : model_(read_step(model, keys, false, {"Si", "SiO2", material}).model), point_({material}) {}
+  PlasmaPoint(const std::string& model, const std::string& keys, const std::string& material = "Si")
+      : ModelAtPoint(model, keys, material) {}
 
-  /// Under vertical ions, all of them of their mean energy.
-  AtPoint& under(const Arrivals& arrivals) {
+  PlasmaPoint& under(const Arrivals& arrivals) {
     tallies_ = {static_cast<float>(arrivals.etchant)};
-    if (model_->coverages().size() == 2)
+    if (model().coverages().size() == 2)
       tallies_.push_back(static_cast<float>(arrivals.passivation));
-    species_ = model_->species();
-    for (const Species& ion : species_) {
-      if (!ion.ions) continue;
-      tallies_.push_back(static_cast<float>(arrivals.ions));
-      for (const YieldLaw& law : ion.yields)
-        tallies_.push_back(static_cast<float>(arrivals.ions * law.at(ion.ions->energy.mean(), 0)));
-    }
+    for (const Species& each : species())
+      if (each.ions) add_ions(each, arrivals.ions);
     return *this;
   }
 
-  double speed() const { return model_->speeds(point_, flux()).front(); }
-  double etchant() const { return model_->steady_coverages(point_, flux())[0].front(); }
-  /// 0 where the model knows none.
-  double passivation() const {
-    const auto coverages = model_->steady_coverages(point_, flux());
-    return coverages.size() > 1 ? coverages[1].front() : 0;
-  }
-  std::vector<std::vector<float>> sticking() const {
-    return model_->covered_sticking(point_, model_->steady_coverages(point_, flux()));
-  }
-
- private:
-  std::vector<std::span<const float>> flux() const {
-    std::vector<std::span<const float>> flux;
-    for (const float& tally : tallies_) flux.emplace_back(&tally, 1);
-    return flux;
-  }
-
-  std::shared_ptr<const SurfaceModel> model_;
-  std::vector<Species> species_;
-  Points point_;
-  std::vector<float> tallies_;
+  double etchant() const { return coverage(0); }
+  double passivation() const { return coverage(1); }
 };
 
 struct Blanket {
@@ -93,7 +67,7 @@ class BlanketRate : public testing::TestWithParam<Blanket> {};
 
 TEST_P(BlanketRate, IsThatOfTheFormulas) {
   const Blanket& c = GetParam();
-  AtPoint point(c.model, c.keys);
+  PlasmaPoint point(c.model, c.keys);
   point.under({});
   EXPECT_NEAR(point.etchant(), c.etchant, 2e-5);
   EXPECT_NEAR(point.passivation(), c.passivation, 2e-5);
@@ -124,17 +98,17 @@ TEST(PlasmaEtch, StickingCountsInTheBalanceUnlessItIsLeftOut) {
   const std::string half = "passivation_sticking = 0.5\n";
   const std::string half_as_many = "passivation_flux = \"5e16 /cm2/s\"\n";
   const std::string left_out = "sticking_in_balance = false\n";
-  AtPoint in_balance("sf6_o2", half);
-  AtPoint same("sf6_o2", half_as_many);
+  PlasmaPoint in_balance("sf6_o2", half);
+  PlasmaPoint same("sf6_o2", half_as_many);
   EXPECT_FLOAT_EQ(in_balance.under({}).passivation(), same.under({}).passivation());
   EXPECT_FLOAT_EQ(in_balance.sticking()[1].front(), 0.5 * same.sticking()[1].front());
-  AtPoint without("sf6_o2", half + left_out);
-  AtPoint full("sf6_o2", left_out);
+  PlasmaPoint without("sf6_o2", half + left_out);
+  PlasmaPoint full("sf6_o2", left_out);
   EXPECT_EQ(without.under({}).passivation(), full.under({}).passivation());
 }
 
 TEST(PlasmaEtch, CoveragesHaveTheirLimits) {
-  AtPoint point("sf6_o2", "");
+  PlasmaPoint point("sf6_o2", "");
   // a = (300 + 2 R) / 1260 F, b = (0.04 + R_p) / 100 F.
   point.under({.etchant = 0.5, .passivation = 0, .ions = 0});
   EXPECT_FLOAT_EQ(point.etchant(), 1 / (1 + 300 / 630.0));
@@ -163,7 +137,7 @@ TEST(PlasmaEtch, NothingIsNotANumberWhereAllIsZero) {
     if (zero(2)) keys += "etchant_desorption = " + none;
     if (zero(3)) keys += "passivation_desorption = " + none;
     if (zero(4)) keys += "etchant_sticking = 0\n";
-    AtPoint point("sf6_o2", keys);
+    PlasmaPoint point("sf6_o2", keys);
     point.under({.etchant = zero(5) ? 0.0 : 1,
                  .passivation = zero(6) ? 0.0 : 1e-30,
                  .ions = zero(7) ? 0.0 : 1});
@@ -173,15 +147,15 @@ TEST(PlasmaEtch, NothingIsNotANumberWhereAllIsZero) {
     EXPECT_LE(point.etchant() + point.passivation(), 1 + 1e-6) << keys << bits;
     EXPECT_GE(point.sticking()[0].front(), 0) << keys << bits;
   }
-  AtPoint point("sf6_o2", "etchant_desorption = " + none + "passivation_desorption = " + none +
-                              "[[step.ion]]\nflux = " + none);
+  PlasmaPoint point("sf6_o2", "etchant_desorption = " + none + "passivation_desorption = " + none +
+                                  "[[step.ion]]\nflux = " + none);
   point.under({});
   EXPECT_FLOAT_EQ(point.etchant(), 1260.0 / 1360);
   EXPECT_FLOAT_EQ(point.passivation(), 100.0 / 1360);
 }
 
 TEST(PlasmaEtch, CoveragesBalanceWhatArrives) {
-  AtPoint point("sf6_o2", "");
+  PlasmaPoint point("sf6_o2", "");
   RandomStream random({1, 2, 3, 4});
   for (int n = 0; n < 1000; ++n) {
     const auto log_uniform = [&] { return std::pow(10.0, 4 * random.uniform() - 4); };
@@ -206,14 +180,14 @@ TEST(PlasmaEtch, CoveragesBalanceWhatArrives) {
 
 TEST(PlasmaEtch, AMaskIsSputteredOnly) {
   // 12 x 0.0139 (10 - sqrt(18)) / 2.2 of oxide.
-  AtPoint oxide("sf6_o2", "", "SiO2");
+  PlasmaPoint oxide("sf6_o2", "", "SiO2");
   EXPECT_NEAR(oxide.under({}).speed(), -12 * 0.0139 * (10 - std::sqrt(18.0)) / 2.2, 1e-5);
   EXPECT_GT(oxide.etchant(), 0.3);  // it is covered all the same
-  AtPoint etched("sf6_o2", "etches = [\"SiO2\"]\n", "SiO2");
+  PlasmaPoint etched("sf6_o2", "etches = [\"SiO2\"]\n", "SiO2");
   EXPECT_LT(etched.under({}).speed(), -50);
-  AtPoint silicon("sf6_o2", "etches = [\"SiO2\"]\n");
+  PlasmaPoint silicon("sf6_o2", "etches = [\"SiO2\"]\n");
   EXPECT_NEAR(silicon.under({}).speed(), -0.4453, 1e-4);
-  AtPoint own("sf6_o2", "sputter_amplitude = { SiO2 = 0.0278 }\n", "SiO2");
+  PlasmaPoint own("sf6_o2", "sputter_amplitude = { SiO2 = 0.0278 }\n", "SiO2");
   EXPECT_NEAR(own.under({}).speed(), 2 * oxide.speed(), 1e-5);
 }
 
@@ -229,16 +203,16 @@ TEST(PlasmaEtch, MaterialsShareAYieldOnlyIfItIsTheSame) {
   ASSERT_EQ(other_threshold.size(), 4U);
   EXPECT_EQ(other_threshold[3].threshold, 50);
   EXPECT_EQ(yields(alike + "sputter_factor = { Si = 9.3, SiO2 = 2 }\n").size(), 4U);
-  AtPoint oxide("sf6_o2",
-                "sputter_amplitude = 0.03\n"
-                "sputter_threshold = { Si = \"20 eV\", SiO2 = \"50 eV\" }\n",
-                "SiO2");
+  PlasmaPoint oxide("sf6_o2",
+                    "sputter_amplitude = 0.03\n"
+                    "sputter_threshold = { Si = \"20 eV\", SiO2 = \"50 eV\" }\n",
+                    "SiO2");
   EXPECT_NEAR(oxide.under({}).speed(), -12 * 0.03 * (10 - std::sqrt(50.0)) / 2.2, 1e-5);
 }
 
 // 12 x 0.02 (10 - sqrt(15)) / rho of polymer, which fluorine leaves alone and hardly sticks to.
 TEST(PlasmaEtch, ThePolymerOfABoschProcessIsSputteredOnly) {
-  AtPoint polymer("sf6_c4f8", "", "polymer");
+  PlasmaPoint polymer("sf6_c4f8", "", "polymer");
   EXPECT_NEAR(polymer.under({}).speed(), -12 * 0.02 * (10 - std::sqrt(15.0)) / 2, 1e-5);
   EXPECT_LE(polymer.sticking()[0].front(), 0.02);
   EXPECT_EQ(polymer.sticking().size(), 2U);
@@ -254,14 +228,14 @@ TEST(PlasmaEtch, ThePolymerOfABoschProcessIsSputteredOnly) {
 TEST(PlasmaEtch, IonsOfSeveralKindsAddUp) {
   // Without gases what they sputter is the sum of their own.
   const std::string no_gases = "etchant_flux = \"0 /cm2/s\"\npassivation_flux = \"0 /cm2/s\"\n";
-  AtPoint unlike("sf6_o2", no_gases +
-                               "[[step.ion]]\nflux = \"6e15 /cm2/s\"\n"
-                               "[[step.ion]]\nflux = \"3e15 /cm2/s\"\nenergy = \"400 eV\"\n");
+  PlasmaPoint unlike("sf6_o2", no_gases +
+                                   "[[step.ion]]\nflux = \"6e15 /cm2/s\"\n"
+                                   "[[step.ion]]\nflux = \"3e15 /cm2/s\"\nenergy = \"400 eV\"\n");
   const double root = std::sqrt(20.0);
   EXPECT_NEAR(unlike.under({}).speed(), -0.0337 * (6 * (10 - root) + 3 * (20 - root)) / 5.02, 1e-4);
   const std::string half = "[[step.ion]]\nflux = \"6e15 /cm2/s\"\n";
-  AtPoint two("sf6_o2", half + half);
-  AtPoint one("sf6_o2", "");
+  PlasmaPoint two("sf6_o2", half + half);
+  PlasmaPoint one("sf6_o2", "");
   EXPECT_FLOAT_EQ(two.under({}).speed(), one.under({}).speed());
   const std::vector<Species> species = read_step("sf6_o2", half + half).model->species();
   ASSERT_EQ(species.size(), 4U);

@@ -79,53 +79,32 @@ TEST(OpenResponse, OfATurningWaferIsTheMeanOverAzimuths) {
   EXPECT_NEAR(response.factor().value({1, 0, 0}), expected, 5e-3 * expected);
 }
 
-/// A model at one point of a material.
-class AtPoint {
+class SputterPoint : public ModelAtPoint {
  public:
-  AtPoint(const std::string& model, const std::string& keys, const std::string& material = "Si",
-          Vec3f normal = {0, 0, 1})
-      : model_(read_step(model, keys, false, {"Si", "SiO2"}).model), point_({material}, {normal}) {}
+  SputterPoint(const std::string& model, const std::string& keys,
+               const std::string& material = "Si", Vec3f normal = {0, 0, 1})
+      : ModelAtPoint(model, keys, material, normal) {}
 
   /// Tallies of what comes from above, beams left out; what arrives of sputtered atoms, and the
   /// part from which the source is seen.
-  AtPoint& under(std::vector<float> from_above, float sputtered = 0, float seen = 1) {
+  SputterPoint& under(std::vector<float> from_above, float sputtered = 0, float seen = 1) {
     tallies_ = std::move(from_above);
-    for (const Species& species : model_->species()) {
-      if (species.source.kind == SourceLobe::Kind::beam) tallies_.insert(tallies_.end(), {0, seen});
-      if (species.source.kind == SourceLobe::Kind::none) tallies_.push_back(sputtered);
+    for (const Species& each : species()) {
+      if (each.source.kind == SourceLobe::Kind::beam) tallies_.insert(tallies_.end(), {0, seen});
+      if (each.source.kind == SourceLobe::Kind::none) tallies_.push_back(sputtered);
     }
     return *this;
   }
-
-  double speed() const { return model_->speeds(point_, flux()).front(); }
-  double emission() const { return model_->emission(point_, flux()).front().front(); }
-  std::vector<float> amplitudes() const {
-    std::vector<float> parts;
-    for (const auto& part : model_->amplitudes(point_, flux())) parts.push_back(part.front());
-    return parts;
-  }
-  const SurfaceModel& model() const { return *model_; }
-
- private:
-  std::vector<std::span<const float>> flux() const {
-    std::vector<std::span<const float>> flux;
-    for (const float& tally : tallies_) flux.emplace_back(&tally, 1);
-    return flux;
-  }
-
-  std::shared_ptr<const SurfaceModel> model_;
-  Points point_;
-  std::vector<float> tallies_;
 };
 
 TEST(IonMilling, EtchesAnOpenWaferAtTheRate) {
   for (const std::string ion :
        {"", "[[step.ion]]\nsource_power = 20\ntilt = \"35 deg\"\nrotating = true\n"}) {
-    AtPoint point("ion_milling", silicon_alone + ion);
+    SputterPoint point("ion_milling", silicon_alone + ion);
     const auto yield = static_cast<float>(flat(ions_of(silicon_alone + ion)));
     EXPECT_FLOAT_EQ(point.under({1, yield}).speed(), -2);
     EXPECT_FLOAT_EQ(point.under({1, yield / 4}).speed(), -0.5);
-    AtPoint oxide("ion_milling", silicon_alone + ion, "SiO2");
+    SputterPoint oxide("ion_milling", silicon_alone + ion, "SiO2");
     EXPECT_EQ(oxide.under({1, yield}).speed(), 0);
   }
 }
@@ -133,7 +112,7 @@ TEST(IonMilling, EtchesAnOpenWaferAtTheRate) {
 TEST(IonMilling, IonsOfSeveralKindsShareTheRate) {
   const std::string keys =
       silicon_alone + "[[step.ion]]\nshare = 3\n[[step.ion]]\nenergy = \"400 eV\"\n";
-  AtPoint point("ion_milling", keys);
+  SputterPoint point("ion_milling", keys);
   const std::vector<Species> species = point.model().species();
   ASSERT_EQ(species.size(), 4U);
   EXPECT_EQ(species[1].yields.front().name, "sputter_Si_2");
@@ -149,7 +128,7 @@ TEST(IonMilling, MaterialsHaveYieldsOfTheirOwn) {
       "sputter_factor = { Si = 9.3, SiO2 = 2 }\n";
   const Species ions = ions_of(keys);
   ASSERT_EQ(ions.yields.size(), 2U);
-  AtPoint oxide("ion_milling", keys, "SiO2");
+  SputterPoint oxide("ion_milling", keys, "SiO2");
   const auto yield = static_cast<float>(OpenResponse(ions, ions.yields[1]).flat());
   EXPECT_FLOAT_EQ(oxide.under({1, 100, yield}).speed(), -1);
   EXPECT_EQ(ions_of("etch_rate = \"1 nm/s\"\n").yields.size(), 1U);
@@ -191,8 +170,8 @@ TEST(IonMilling, WhatIsSputteredSettlesAsAFilm) {
   EXPECT_EQ(species[2].sticking[Materials().id("Si")], 0.5F);
   const auto yield = static_cast<float>(flat(ions_of(keys)));
   const double unit = 2 * 5.02;  // of the fastest material
-  AtPoint silicon("ion_milling", keys);
-  AtPoint oxide("ion_milling", keys, "SiO2");
+  SputterPoint silicon("ion_milling", keys);
+  SputterPoint oxide("ion_milling", keys, "SiO2");
   EXPECT_FLOAT_EQ(silicon.under({1, yield}).emission(), 1);
   EXPECT_FLOAT_EQ(silicon.speed(), -2);
   EXPECT_FLOAT_EQ(oxide.under({1, yield}).emission(), 2.2 / unit);
@@ -214,7 +193,7 @@ TEST(IonMilling, PartsOfTheSpeedAddUp) {
   const std::string keys =
       "etch_rate = \"2 nm/s\"\nmaterial = \"SiO2\"\nsputter_factor = { Si = 9.3, SiO2 = 2 }\n";
   const Vec3f normal = Vec3f(at_angle(50));
-  AtPoint point("ion_milling", keys, "Si", normal);
+  SputterPoint point("ion_milling", keys, "Si", normal);
   const std::vector<AngularFactor> factors = point.model().angular_factors();
   ASSERT_EQ(factors.size(), 2U);
   const float open = factors[0].value(normal);
@@ -236,8 +215,8 @@ TEST(IonMilling, PartsOfTheSpeedAddUp) {
 
 // A wall along the ions gets next to nothing, whether it sees them or not: a beam tells.
 TEST(IonMilling, WallsAlongTheIonsTurnIfTheyAreInSight) {
-  AtPoint wall("ion_milling", silicon_alone + parallel, "Si", {1, 0, 0});
-  AtPoint top("ion_milling", silicon_alone + parallel);
+  SputterPoint wall("ion_milling", silicon_alone + parallel, "Si", {1, 0, 0});
+  SputterPoint top("ion_milling", silicon_alone + parallel);
   const float yield = top.model().angular_factors()[0].value({0, 0, 1});
   const float whole = top.under({1, yield}).amplitudes()[1];
   EXPECT_FLOAT_EQ(wall.under({0, 0}, 0, 1).amplitudes()[1], whole);
@@ -293,8 +272,8 @@ TEST(SputterDeposition, GrowsAtTheRateOfAnOpenWafer) {
   EXPECT_TRUE(step.model->angular_factors().empty());
   const std::string half_sticks = tantalum + "sticking = { Ta = 0.5, default = 0.25 }\n";
   // Tallies of ions are none, those of atoms come first.
-  AtPoint film("sputter_deposition", half_sticks, "Ta");
-  AtPoint silicon("sputter_deposition", half_sticks);
+  SputterPoint film("sputter_deposition", half_sticks, "Ta");
+  SputterPoint silicon("sputter_deposition", half_sticks);
   EXPECT_FLOAT_EQ(film.under({1}).speed(), 2);
   EXPECT_FLOAT_EQ(film.under({0.5}).speed(), 1);
   EXPECT_FLOAT_EQ(silicon.under({1}).speed(), 1);
@@ -302,8 +281,8 @@ TEST(SputterDeposition, GrowsAtTheRateOfAnOpenWafer) {
 
 // 1 x 0.03 (sqrt(100) - sqrt(20)) 1e15 atoms per cm2 and s are sputtered, 5.46 x 2 arrive.
 TEST(SputterDeposition, IonsTakeAwayWhatTheySputter) {
-  AtPoint film("sputter_deposition", resputtered, "Ta");
-  AtPoint silicon("sputter_deposition", resputtered);
+  SputterPoint film("sputter_deposition", resputtered, "Ta");
+  SputterPoint silicon("sputter_deposition", resputtered);
   const double rho = Materials()[Materials().id("Ta")].density;
   const float strength = static_cast<float>(std::sqrt(100.0) - std::sqrt(20.0));
   EXPECT_NEAR(film.under({1, 1, strength}).speed(), 2 - 0.03 * strength / rho, 1e-5);
