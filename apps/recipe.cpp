@@ -226,11 +226,15 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
         leaning == "beam"
             ? fmt::format("add the mirror image of each beam tilted along {}, with the same share",
                           name)
-            : "let the wafer turn (rotating = true)";
+        : model.species().empty() ? "turn the crystal (azimuth)"
+                                  : "let the wafer turn (rotating = true)";
     table.error(leaning,
                 fmt::format("the {} are not symmetric along {}, where the sides of the domain are "
                             "reflective and mirror them; make the sides periodic, or {}",
-                            leaning.empty() ? "particles" : leaning + 's', name, remedy));
+                            model.species().empty() ? "rates of the planes"
+                            : leaning.empty()       ? "particles"
+                                                    : leaning + 's',
+                            name, remedy));
   }
 }
 

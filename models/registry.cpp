@@ -12,12 +12,15 @@
 #include "models/hbr_o2.h"
 #include "models/ion_milling.h"
 #include "models/isotropic.h"
+#include "models/koh_etch.h"
 #include "models/multi_particle.h"
+#include "models/pecvd_teos.h"
 #include "models/planarise.h"
 #include "models/sf6_c4f8.h"
 #include "models/sf6_o2.h"
 #include "models/single_particle.h"
 #include "models/sputter_deposition.h"
+#include "models/teos.h"
 
 namespace scarp {
 
@@ -90,7 +93,8 @@ std::span<const ModelDescription> models() {
       isotropic_description(),          directional_description(),  single_particle_description(),
       multi_particle_description(),     sf6_o2_description(),       hbr_o2_description(),
       sf6_c4f8_description(),           fluorocarbon_description(), ion_milling_description(),
-      sputter_deposition_description(), conformal_description(),    planarise_description(),
+      sputter_deposition_description(), teos_description(),         pecvd_teos_description(),
+      koh_etch_description(),           conformal_description(),    planarise_description(),
   };
   return table;
 }

@@ -19,6 +19,7 @@
 #include "core/parallel.h"
 #include "levelset/checkpoint.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -27,12 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-Recipe read_text(const std::string& text) {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "r.toml") << text;
-  return read_recipe(folder / "r.toml", {});
-}
 
 constexpr const char* flat_wafer = R"(
 [domain]

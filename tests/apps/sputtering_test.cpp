@@ -13,18 +13,12 @@
 
 #include "apps/simulator.h"
 #include "levelset/cross_section.h"
-#include "tests/temporary_folder.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
 
 constexpr double degrees = 180 / std::numbers::pi;
-
-Recipe read_text(const std::string& text) {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "r.toml") << text;
-  return read_recipe(folder / "r.toml", {});
-}
 
 std::string domain(const std::string& keys) { return "[domain]\n" + keys; }
 
