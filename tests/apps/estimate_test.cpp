@@ -38,6 +38,20 @@ TEST(Estimate, CountsTheTimeStepsOfAllSteps) {
   EXPECT_EQ(estimate({wet, gas}).time_steps, 20);
 }
 
+// Planes that are all alike move as wet; kinks between others run faster than the surface.
+TEST(Estimate, CountsTimeStepsByTheKinksOfRatesOfPlanes) {
+  const std::string koh = "[[step]]\nmodel = \"koh_etch\"\nduration = \"40 s\"\n";
+  const auto rates = [](const char* others) {
+    std::string keys = "etch_rate_100 = \"1 nm/s\"\n";
+    for (const std::string plane : {"110", "111", "311"})
+      keys += "etch_rate_" + plane + " = \"" + others + "\"\n";
+    return keys;
+  };
+  EXPECT_EQ(estimate({(koh + rates("1 nm/s")).c_str()}).time_steps, 10);
+  // Between {100} at 1 nm/s and {311} at 0.1 nm/s the rate falls within 25 degrees.
+  EXPECT_GT(estimate({(koh + rates("0.1 nm/s")).c_str()}).time_steps, 15);
+}
+
 TEST(Estimate, RaysAreTheMeanOverStepsOfAnyModel) {
   const double rays = estimate({gas}).rays_per_time_step;
   EXPECT_GT(rays, 0);
