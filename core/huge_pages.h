@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace scarp {
@@ -15,12 +16,25 @@ template <class T>
 struct HugePages {
   using value_type = T;
 
+  /// Smaller arrays stay with the standard allocator, which keeps what is freed for the next one.
+  /// Of larger ones it gives everything back to the system, which has to clear every new page.
+  static constexpr std::size_t least_bytes = std::size_t{32} << 20;
+
   HugePages() = default;
   template <class U>
   explicit HugePages(const HugePages<U>&) {}
 
-  T* allocate(std::size_t count) { return static_cast<T*>(allocate_huge_pages(count * sizeof(T))); }
-  void deallocate(T* memory, std::size_t) { free_huge_pages(memory); }
+  T* allocate(std::size_t count) {
+    if (count < least_bytes / sizeof(T)) return std::allocator<T>().allocate(count);
+    return static_cast<T*>(allocate_huge_pages(count * sizeof(T)));
+  }
+  void deallocate(T* memory, std::size_t count) {
+    if (count < least_bytes / sizeof(T)) {
+      std::allocator<T>().deallocate(memory, count);
+    } else {
+      free_huge_pages(memory);
+    }
+  }
 
   friend bool operator==(const HugePages&, const HugePages&) { return true; }
 };

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/huge_pages.h"
 #include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/collapse.h"
@@ -439,7 +440,7 @@ class CollapseEngine {
   CollapseChecks& checks_;
   Placement placement_;
   std::vector<std::uint32_t> changes_;  ///< per vertex: how often its facets changed
-  std::vector<Key> keys_;               ///< per half edge
+  LargeVector<Key> keys_;               ///< per half edge
   int pass_ = 0;
 };
 

@@ -59,7 +59,7 @@ class LindstromTurkPlacement {
   /// What a facet with the normal n (twice the area vector) weighs.
   double weight(Vec3d n) const;
 
-  std::vector<VertexTerms> terms_;
+  LargeVector<VertexTerms> terms_;
   Measure measure_;
 };
 
