@@ -5,7 +5,6 @@
 #include <memory>
 #include <span>
 
-#include "models/ion_parameters.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
@@ -38,7 +37,6 @@ constexpr std::string_view symbols =
 constexpr std::size_t removal = 1;
 constexpr std::size_t etchant = 0;  // species, and tally
 constexpr std::size_t former = 1;   // species, and tally
-constexpr std::size_t first_ion = 2;
 
 // Coverages: of each site exactly one, or none.
 enum Covered : std::size_t { by_etchant, by_polymer, by_polymer_with_etchant };
@@ -197,7 +195,7 @@ class Reader {
     values.species = {neutral("etchant", values, &Fluorocarbon::Surface::etchant_sticking),
                       neutral("polymer_former", values, &Fluorocarbon::Surface::polymer_sticking)};
     read_yields(values.surfaces);
-    read_ions_into(values);
+    values.ions = PlasmaIons(step_, scope_, ion_flux, laws_, values.species);
     return {std::make_shared<Fluorocarbon>(std::move(values)), polymer_};
   }
 
@@ -273,23 +271,6 @@ class Reader {
     return species;
   }
 
-  void read_ions_into(Fluorocarbon::Values& values) const {
-    const std::vector<RecipeTable> tables = step_.tables_or_one("ion");
-    for (const RecipeTable& table : tables) {
-      values.ion_flux.push_back(read_value(table, inner(ion_flux)));
-      const std::string number =
-          tables.size() > 1 ? '_' + std::to_string(values.ion_flux.size()) : "";
-      Species ions = read_ions(table, scope_);
-      ions.name = "ion" + number;
-      for (const YieldLaw& law : laws_) {
-        ions.yields.push_back(law);
-        ions.yields.back().name += number;
-      }
-      stop_without_yield(ions);
-      values.species.push_back(std::move(ions));
-    }
-  }
-
   const RecipeTable& step_;
   const StepScope& scope_;
   MaterialId polymer_;
@@ -302,18 +283,6 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
 
 }  // namespace
 
-// Of all ions: arrivals times yield times flux.
-double Fluorocarbon::ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
-                              std::size_t point) const {
-  double sum = 0;
-  std::size_t first = first_ion;
-  for (std::size_t i = 0; i < values_.ion_flux.size(); ++i) {
-    sum += values_.ion_flux[i] * std::max(0.0F, flux[first + tally][point]);
-    first += 1 + values_.species[first_ion + i].yields.size();
-  }
-  return sum;
-}
-
 // Nothing covers what does not arrive, whatever leaves.
 Fluorocarbon::Site Fluorocarbon::site_at(MaterialId material,
                                          std::span<const std::span<const float>> flux,
@@ -322,7 +291,7 @@ Fluorocarbon::Site Fluorocarbon::site_at(MaterialId material,
   const double arrives = values_.etchant_flux * std::max(0.0F, flux[etchant][point]);
   const double sticks =
       surface.polymer_sticking * values_.polymer_flux * std::max(0.0F, flux[former][point]);
-  const double removed = ion_rate(flux, removal, point);
+  const double removed = values_.ions.rate(flux, removal, point);
   Site site;
   const double on_polymer = arrives * values_.surfaces[values_.polymer].etchant_sticking;
   if (on_polymer > 0) site.on_polymer = on_polymer / (on_polymer + removed);
@@ -334,7 +303,7 @@ Fluorocarbon::Site Fluorocarbon::site_at(MaterialId material,
       surface.enhanced_yield < 0
           ? 0
           : atoms_per_product *
-                (ion_rate(flux, static_cast<std::size_t>(surface.enhanced_yield), point) +
+                (values_.ions.rate(flux, static_cast<std::size_t>(surface.enhanced_yield), point) +
                  surface.evaporation);
   site.etchant = on_site * (1 - site.polymer) / (leaves + on_site);
   return site;
@@ -386,10 +355,12 @@ std::vector<float> Fluorocarbon::speeds(const SurfacePoints& points,
     } else if (material == values_.polymer) {
       speed = std::min(site.net_polymer, 0.0) / polymer_density;
     } else if (surface.sputter_yield >= 0) {
-      const double sputtered = ion_rate(flux, static_cast<std::size_t>(surface.sputter_yield), p);
+      const double sputtered =
+          values_.ions.rate(flux, static_cast<std::size_t>(surface.sputter_yield), p);
       double atoms = sputtered;
       if (surface.enhanced_yield >= 0) {
-        const double etched = ion_rate(flux, static_cast<std::size_t>(surface.enhanced_yield), p);
+        const double etched =
+            values_.ions.rate(flux, static_cast<std::size_t>(surface.enhanced_yield), p);
         atoms = site.etchant * (surface.evaporation + etched) + (1 - site.etchant) * sputtered;
       }
       speed = -atoms / surface.density;

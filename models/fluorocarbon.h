@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "models/model_description.h"
+#include "models/plasma_ions.h"
 
 namespace scarp {
 
@@ -38,7 +39,7 @@ class Fluorocarbon final : public SurfaceModel {
     std::vector<Species> species;
     double etchant_flux = 0;
     double polymer_flux = 0;
-    std::vector<double> ion_flux;
+    PlasmaIons ions;
     MaterialId polymer = 0;
     std::vector<Surface> surfaces;
   };
@@ -62,8 +63,6 @@ class Fluorocarbon final : public SurfaceModel {
     double on_polymer = 0;   ///< phi_pe
     double net_polymer = 0;  ///< in 1e15 cm^-2 s^-1
   };
-  double ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
-                  std::size_t point) const;
   Site site_at(MaterialId material, std::span<const std::span<const float>> flux,
                std::size_t point) const;
 

@@ -199,20 +199,7 @@ class Reader {
       values.species.push_back(neutral(chemistry_.passivation));
     }
     const std::vector<YieldLaw> yields = read_yields(values.surfaces);
-    const std::vector<RecipeTable> tables = step_.tables_or_one("ion");
-    for (const RecipeTable& table : tables) {
-      values.ion_flux.push_back(read_value(table, inner(ion_flux)));
-      const std::string number =
-          tables.size() > 1 ? '_' + std::to_string(values.ion_flux.size()) : "";
-      Species ions = read_ions(table, scope_);
-      ions.name = "ion" + number;
-      for (const YieldLaw& law : yields) {
-        ions.yields.push_back(law);
-        ions.yields.back().name += number;
-      }
-      stop_without_yield(ions);
-      values.species.push_back(std::move(ions));
-    }
+    values.ions = PlasmaIons(step_, scope_, ion_flux, yields, values.species);
     return {std::make_shared<PlasmaEtch>(std::move(values))};
   }
 
@@ -284,18 +271,6 @@ class Reader {
 
 }  // namespace
 
-// Of all ions: arrivals times yield times flux.
-double PlasmaEtch::ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
-                            std::size_t point) const {
-  double sum = 0;
-  std::size_t first = gas_count();
-  for (std::size_t i = 0; i < values_.ion_flux.size(); ++i) {
-    sum += values_.ion_flux[i] * std::max(0.0F, flux[first + tally][point]);
-    first += 1 + values_.species[gas_count() + i].yields.size();
-  }
-  return sum;
-}
-
 // theta_E : theta_P : bare sites = arriving / leaving of E : the same of P : 1, with denominators
 // cleared. What does not arrive does not cover, whatever leaves.
 PlasmaEtch::Coverage PlasmaEtch::coverage_at(const Surface& surface,
@@ -304,12 +279,12 @@ PlasmaEtch::Coverage PlasmaEtch::coverage_at(const Surface& surface,
   const double g_etchant = values_.sticking_in_balance ? surface.etchant_sticking : 1;
   const double g_passivation = values_.sticking_in_balance ? surface.passivation_sticking : 1;
   const double e = g_etchant * values_.etchant_flux * std::max(0.0F, flux[etchant][point]);
-  const double e_leaves = values_.etchant_desorption + 2 * ion_rate(flux, enhanced, point);
+  const double e_leaves = values_.etchant_desorption + 2 * values_.ions.rate(flux, enhanced, point);
   const double p = values_.has_passivation ? g_passivation * values_.passivation_flux *
                                                  std::max(0.0F, flux[passivation][point])
                                            : 0;
   if (p == 0) return {.etchant = e == 0 ? 0 : e / (e + e_leaves)};
-  const double p_leaves = values_.passivation_desorption + ion_rate(flux, removal, point);
+  const double p_leaves = values_.passivation_desorption + values_.ions.rate(flux, removal, point);
   if (e == 0) return {.passivation = p / (p + p_leaves)};
   if (e_leaves == 0 && p_leaves == 0) return {.etchant = e / (e + p), .passivation = p / (e + p)};
   const double all = e_leaves * p_leaves + e * p_leaves + p * e_leaves;
@@ -356,10 +331,10 @@ std::vector<float> PlasmaEtch::speeds(const SurfacePoints& points,
     const Surface& surface = values_.surfaces[points.material[p]];
     double atoms = 0;
     if (surface.sputter_yield >= 0)
-      atoms += ion_rate(flux, static_cast<std::size_t>(surface.sputter_yield), p);
+      atoms += values_.ions.rate(flux, static_cast<std::size_t>(surface.sputter_yield), p);
     if (surface.is_etched) {
       atoms += coverage_at(surface, flux, p).etchant *
-               (values_.etchant_desorption / 4 + ion_rate(flux, enhanced, p));
+               (values_.etchant_desorption / 4 + values_.ions.rate(flux, enhanced, p));
     }
     if (atoms > 0) speeds[p] = static_cast<float>(-atoms / surface.density);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "models/model_description.h"
+#include "models/plasma_ions.h"
 
 namespace scarp {
 
@@ -48,7 +49,7 @@ class PlasmaEtch final : public SurfaceModel {
     bool has_passivation = true;
     double etchant_flux = 0;
     double passivation_flux = 0;
-    std::vector<double> ion_flux;
+    PlasmaIons ions;
     double etchant_desorption = 0;      ///< k
     double passivation_desorption = 0;  ///< b
     bool sticking_in_balance = true;    ///< false: g is 1 in the balance
@@ -72,8 +73,6 @@ class PlasmaEtch final : public SurfaceModel {
     double passivation = 0;
   };
   std::size_t gas_count() const { return values_.has_passivation ? 2 : 1; }
-  double ion_rate(std::span<const std::span<const float>> flux, std::size_t tally,
-                  std::size_t point) const;
   Coverage coverage_at(const Surface& surface, std::span<const std::span<const float>> flux,
                        std::size_t point) const;
 
