@@ -109,21 +109,29 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
       ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
   command
       .add_option("--spacing", options.spacing,
-                  "Grid spacing the mesh came from: sizes default to what a recipe has")
+                  "Grid spacing the mesh came from (default: from the length of its edges)")
       ->check(above_zero());
   auto* remove = command.add_option("--remove", options.remove, "Fraction of vertices to remove")
                      ->check(fraction_to_remove());
   command.add_option("--vertices", options.vertices, "Number of vertices to keep")
       ->transform(count())
       ->excludes(remove);
-  command.add_option("--max-error", options.max_error, "Bound on the distance, both ways");
-  command.add_option("--l0", options.l0, "Shortest edge wanted at features");
-  command.add_option("--step-length", options.step_length, "Growth of the edge length per region");
-  command.add_option("--l-max", options.l_max, "Longest edge wanted in flat regions");
+  command.add_option("--max-error", options.max_error,
+                     "Bound on the distance, both ways, in the unit of the mesh (default without a "
+                     "number of vertices: 0.1 spacings)");
+  command.add_option(
+      "--l0", options.l0,
+      "Shortest edge wanted at features, in the unit of the mesh (default: 0.6 spacings)");
+  command.add_option("--step-length", options.step_length,
+                     "Growth of the edge length per region, likewise (default: 2 spacings)");
+  command.add_option("--l-max", options.l_max,
+                     "Longest edge wanted in flat regions, likewise (default: any)");
   command.add_option("--curvature-threshold", options.curvature_threshold,
                      "Mean curvature above which a vertex is a feature (default: from the noise)");
-  command.add_option("--shape-weight", options.shape_weight,
-                     "Good shapes against small distances, for curvature (default: 4e-6)");
+  command.add_option(
+      "--shape-weight", options.shape_weight,
+      "Good shapes against small distances, for curvature, in squared spacings (default: "
+      "4e-6)");
 }
 
 void add_arguments(CLI::App& command, FluxArguments& arguments) {

@@ -35,7 +35,8 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
   write_mesh(arguments.out, simplified.mesh);
   if (simplified.stopped_by == "self_intersections") {
     Log(std::cerr).warn(fmt::format(
-        "{} vertices are left: with fewer, parts of the surface would pass through each other",
+        "{} vertices are left: on the way to fewer, parts of the surface passed through "
+        "each other; try --max-error",
         simplified.mesh.vertices.size()));
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -52,16 +53,25 @@ std::vector<Vec3d> surface_vertices(const TriMesh& mesh) {
 std::vector<Vec3d> surface_samples(const TriMesh& mesh, double spacing) {
   std::vector<Vec3d> places;
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    const auto [a, b, c] = corners(mesh, f);
-    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-    // A point of a triangle is nearer to one of its corners than its longest edge over root 3.
-    const int n = std::max(1, static_cast<int>(std::ceil(longest / (1.7 * spacing))));
-    for (int i = 0; i <= n; ++i) {
-      for (int j = 0; i + j <= n; ++j) {
-        const double s = static_cast<double>(i) / n;
-        const double t = static_cast<double>(j) / n;
-        places.push_back(a + s * (b - a) + t * (c - a));
-      }
+    auto [a, b, c] = corners(mesh, f);
+    for (int turn = 0; turn < 2; ++turn) {
+      if (length(b - a) < std::max(length(c - b), length(a - c)))
+        std::tie(a, b, c) = std::tuple(b, c, a);
+    }
+    // In rows along the longest edge, of which the next lower one covers every place.
+    const double longest = length(b - a);
+    const double height = longest > 0 ? length(cross(b - a, c - a)) / longest : 0;
+    const auto parts = [](double distance, double most) {
+      return std::max(1, static_cast<int>(std::ceil(distance / most)));
+    };
+    const int rows = parts(height, 0.7 * spacing);
+    for (int j = 0; j <= rows; ++j) {
+      const double t = static_cast<double>(j) / rows;
+      const Vec3d first = a + t * (c - a);
+      const Vec3d last = b + t * (c - b);
+      const int n = parts((1 - t) * longest, 1.4 * spacing);
+      for (int i = 0; i <= n; ++i)
+        places.push_back(first + (static_cast<double>(i) / n) * (last - first));
     }
   }
   return places;

@@ -347,7 +347,7 @@ bool ErrorBound::keeps(const Star& star) const {
 }
 
 bool ErrorBound::raise() {
-  if (2 * limit_.limit > limit_.highest) return false;
+  if (limit_.limit == 0 || 2 * limit_.limit > limit_.highest) return false;
   limit_.limit *= 2;
   limit_.rough *= 2;
   return true;

@@ -31,6 +31,29 @@ std::string ending_of(const std::filesystem::path& file) {
                    ": the ending does not name a mesh format; use .obj, .ply, .stl or .vtp");
 }
 
+/// Beyond, squares of squares leave the range of numbers.
+constexpr float largest_coordinate = 1e15F;
+constexpr float smallest_extent = 1e-15F;
+
+void check_size(const std::string& name, const RawMesh& mesh) {
+  Vec3f lower = mesh.vertices.front();
+  Vec3f upper = lower;
+  for (const Vec3f r : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], r[axis]);
+      upper[axis] = std::max(upper[axis], r[axis]);
+    }
+  }
+  const Vec3f extent = upper - lower;
+  const float largest = std::max({-lower.x, -lower.y, -lower.z, upper.x, upper.y, upper.z});
+  if (largest > largest_coordinate) {
+    throw InputError(name + ": a coordinate is larger than 1e15; scale the mesh");
+  }
+  if (std::max({extent.x, extent.y, extent.z}) < smallest_extent) {
+    throw InputError(name + ": all of it lies within 1e-15; scale the mesh");
+  }
+}
+
 void check(const std::string& name, const RawMesh& mesh) {
   if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
   if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
@@ -42,6 +65,7 @@ void check(const std::string& name, const RawMesh& mesh) {
                        std::to_string(r.z) + ") is not finite");
     }
   }
+  check_size(name, mesh);
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     for (const std::uint32_t v : mesh.triangles[f]) {
       if (v >= mesh.vertices.size()) {

@@ -50,6 +50,9 @@ constexpr int most_attempts = 8;
 constexpr double most_kept = 0.05;
 constexpr double lowest_max_error = 0.02;
 
+/// Of the caller's bound: what the removal of facets without area may take.
+constexpr double share_of_zero_area = 0.5;
+
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// Edges by what their collapse costs, or the shortest first.
@@ -149,8 +152,9 @@ struct Restraint {
   std::vector<Box> kept;             ///< facets of the input near these stay as they are
 };
 
-ErrorLimit error_limit(const SimplifyOptions& options, double highest) {
-  if (options.max_error) return {*options.max_error};
+/// moved: how far the surface is from the input already.
+ErrorLimit error_limit(const SimplifyOptions& options, double highest, double moved) {
+  if (options.max_error) return {std::max(*options.max_error - moved, 0.0)};
   const double limit = std::min(soft_max_error * options.spacing, highest);
   return {limit, std::min(rough_error * options.spacing, 0.5 * limit), highest};
 }
@@ -298,27 +302,31 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
                       const Restraint& restraint) {
   CollapseMesh work(reordered(mesh, order), wanted.sides);
   const std::uint32_t target = target_of(wanted, work.live_vertices);
-  remove_zero_area(work);
+  if (work.topology.facet_count() == 0) {
+    throw InputError("simplify: no triangle of the mesh has three different corners");
+  }
+  const double moved =
+      remove_zero_area(work, wanted.max_error ? share_of_zero_area * *wanted.max_error : unlimited);
 
   std::vector<bool> is_feature(work.r.size(), false);
   if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
   if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
-  CollapseChecks checks(work, error_limit(options, restraint.highest_bound),
+  CollapseChecks checks(work, error_limit(options, restraint.highest_bound, moved),
                         options.max_error.value_or(default_max_error * options.spacing));
   if (!restraint.kept.empty()) checks.keep(facets_near(work, restraint.kept));
   Attempt attempt;
   attempt.spacing = options.spacing;
   if (options.method == SimplifyMethod::curvature) {
-    attempt.tracked_distance = run_curvature(options, is_feature, work, checks, target);
+    attempt.tracked_distance = moved + run_curvature(options, is_feature, work, checks, target);
   } else if (options.placement == PlacementMethod::garland_heckbert) {
     run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
   } else {
     run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
   }
   attempt.result.mesh = work.extract(order);
-  attempt.result.proven_distance = checks.proven_error(work.topology);
+  attempt.result.proven_distance = moved + checks.proven_error(work.topology);
   attempt.result.stopped_by = reason(options, work, checks, target);
   attempt.bound = checks.bound();
   attempt.crossings = crossings(work);

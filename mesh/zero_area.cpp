@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <span>
 #include <vector>
 
 #include "core/parallel.h"
@@ -61,7 +63,34 @@ void renew_normals(CollapseMesh& mesh, const Star& star) {
   for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = mesh.normal_of(star.facet[i]);
 }
 
-bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge) {
+/// How far the surface has moved around each vertex.
+class Moves {
+ public:
+  Moves(std::size_t vertex_count, double most) : of_vertex_(vertex_count, 0), most_(most) {}
+
+  bool allow(std::span<const std::uint32_t> vertices, double further) const {
+    return after(vertices, further) <= most_;
+  }
+  void note(std::span<const std::uint32_t> vertices, double further) {
+    const double moved = after(vertices, further);
+    for (const std::uint32_t v : vertices) of_vertex_[v] = moved;
+    largest_ = std::max(largest_, moved);
+  }
+  double largest() const { return largest_; }
+
+ private:
+  double after(std::span<const std::uint32_t> vertices, double further) const {
+    double before = 0;
+    for (const std::uint32_t v : vertices) before = std::max(before, of_vertex_[v]);
+    return before + further;
+  }
+
+  std::vector<double> of_vertex_;
+  double most_;
+  double largest_ = 0;
+};
+
+bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
   const std::uint32_t h = mesh.from_twin(edge);
   const std::uint32_t t = mesh.twin_edge(h);
   const Merge rule = merge_rule(mesh, h);
@@ -80,6 +109,11 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge) {
        !star.is_apart_from(twin) || !keeps_directions(mesh, twin, mesh.twin_place(h, r)))) {
     return false;
   }
+  std::vector<std::uint32_t> ends{star.u, star.v};
+  if (t != HalfEdges::none) ends.insert(ends.end(), {twin.u, twin.v});
+  const double length = std::sqrt(mesh.squared_length(h));
+  if (!moves.allow(ends, length)) return false;
+  moves.note(ends, length);
   mesh.collapse(h, r);
   mesh.live_vertices -= t != HalfEdges::none ? 2 : 1;
   renew_normals(mesh, star);
@@ -87,7 +121,7 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge) {
   return true;
 }
 
-bool flip_cap(CollapseMesh& mesh, std::uint32_t h) {
+bool flip_cap(CollapseMesh& mesh, std::uint32_t h, const Shape& shape, Moves& moves) {
   if (!mesh.topology.can_flip(h) || mesh.is_border(h)) return false;
   const std::uint32_t f = HalfEdges::facet(h);
   const std::uint32_t g = HalfEdges::facet(mesh.topology.opposite(h));
@@ -99,6 +133,12 @@ bool flip_cap(CollapseMesh& mesh, std::uint32_t h) {
   if (!(dot(cross(a - b, u - b), before) > 0) || !(dot(cross(b - a, v - a), before) > 0)) {
     return false;
   }
+  const std::array<std::uint32_t, 4> corners{mesh.topology.origin(h), mesh.topology.target(h),
+                                             mesh.topology.apex(h),
+                                             mesh.topology.apex(mesh.topology.opposite(h))};
+  const double height = std::sqrt(shape.square / shape.longest_square);
+  if (!moves.allow(corners, height)) return false;
+  moves.note(corners, height);
   mesh.topology.flip(h);
   mesh.normals[f] = mesh.normal_of(f);
   mesh.normals[g] = mesh.normal_of(g);
@@ -124,7 +164,8 @@ std::vector<std::uint32_t> facets_without_area(const CollapseMesh& mesh) {
 
 }  // namespace
 
-void remove_zero_area(CollapseMesh& mesh) {
+double remove_zero_area(CollapseMesh& mesh, double most) {
+  Moves moves(mesh.r.size(), most);
   // A facet may wait for its neighbour, so a few passes; each changed facet is better than before.
   for (int pass = 0; pass < 4; ++pass) {
     bool changed = false;
@@ -133,12 +174,13 @@ void remove_zero_area(CollapseMesh& mesh) {
       const Shape shape = shape_of(mesh, f);
       if (shape.has_area()) continue;
       const bool needle = shape.shortest_square <= short_edge * short_edge * shape.longest_square;
-      const bool done =
-          needle ? collapse_needle(mesh, shape.shortest) : flip_cap(mesh, shape.longest);
+      const bool done = needle ? collapse_needle(mesh, shape.shortest, moves)
+                               : flip_cap(mesh, shape.longest, shape, moves);
       changed = changed || done;
     }
-    if (!changed) return;
+    if (!changed) break;
   }
+  return moves.largest();
 }
 
 }  // namespace scarp

@@ -5,9 +5,11 @@
 namespace scarp {
 
 /// Removes facets without an area: needles by collapsing their short edge, caps by turning their
-/// long one. Neither moves the surface by more than the rounding of its coordinates.
+/// long one. Returns how far the surface has moved at most, which is the rounding of coordinates
+/// unless facets are large.
 ///
-/// A facet stays if its neighbours forbid both; later collapses may remove it.
-void remove_zero_area(CollapseMesh& mesh);
+/// A facet stays if its neighbours forbid both, or if the surface would move further than `most`;
+/// later collapses may remove it.
+double remove_zero_area(CollapseMesh& mesh, double most);
 
 }  // namespace scarp

@@ -69,7 +69,7 @@ TEST_F(SimplifyCommand, MoreVerticesThanAskedForAreSaidWithTheReason) {
                                  " --spacing 1 --vertices 30 --json");
   ASSERT_EQ(simplify.exit_code, 0) << simplify.messages;
   EXPECT_EQ(json_of(simplify)["stopped_by"], "self_intersections");
-  EXPECT_THAT(simplify.messages, HasSubstr("pass through each other"));
+  EXPECT_THAT(simplify.messages, HasSubstr("passed through each other"));
 }
 
 TEST_F(SimplifyCommand, NegativeCountsAreExitTwo) {

@@ -48,13 +48,20 @@ TEST(Distance, StatisticsAreThoseOfTheValues) {
 }
 
 TEST(Distance, SamplesLeaveNoGapWiderThanTheirSpacing) {
-  const TriMesh triangle{{{0, 0, 0}, {7, 0, 0}, {2, 5, 1}}, {{0, 1, 2}}, {}};
-  const std::vector<Vec3d> samples = surface_samples(triangle, 0.3);
-  for (const Vec3d r : surface_samples(triangle, 0.02)) {
-    double nearest = 1e9;
-    for (const Vec3d s : samples) nearest = std::min(nearest, length(r - s));
-    EXPECT_LE(nearest, 0.3 + 1e-9);
+  for (const Vec3f tip : {Vec3f{2, 5, 1}, {0.1F, 6, 0}, {3, 0.2F, 0.3F}, {9, 4, 1}}) {
+    const TriMesh triangle{{{0, 0, 0}, {7, 0, 0}, tip}, {{0, 1, 2}}, {}};
+    const std::vector<Vec3d> samples = surface_samples(triangle, 0.3);
+    for (const Vec3d r : surface_samples(triangle, 0.03)) {
+      double nearest = 1e9;
+      for (const Vec3d s : samples) nearest = std::min(nearest, length(r - s));
+      EXPECT_LE(nearest, 0.3 + 1e-9);
+    }
   }
+}
+
+TEST(Distance, SamplesOfNeedlesAreAsManyAsTheirLengthAsksFor) {
+  const TriMesh needle{{{0, 0, 0}, {1000, 0, 0}, {0, 0.01F, 0}}, {{0, 1, 2}}, {}};
+  EXPECT_LT(surface_samples(needle, 0.1).size(), 10'000U);
 }
 
 TEST(Distance, VerticesWithoutATriangleAreNoPartOfTheSurface) {

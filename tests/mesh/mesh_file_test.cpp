@@ -248,6 +248,16 @@ TEST_F(MeshFile, NonFiniteCoordinatesOfBinaryFilesNameTheVertex) {
   }
 }
 
+TEST_F(MeshFile, WhatNumbersCannotMeasureIsRefused) {
+  for (const float size : {1e-25F, 1e16F}) {
+    TriMesh mesh = tent();
+    for (Vec3f& r : mesh.vertices) r = size * r;
+    write_mesh(file("size.ply"), mesh);
+    EXPECT_THAT(message_of(file("size.ply")),
+                AllOf(HasSubstr("size.ply"), HasSubstr("scale the mesh")));
+  }
+}
+
 TEST_F(MeshFile, IndicesWithoutAVertexAreRefused) {
   TriMesh mesh = tent();
   mesh.triangles[2][1] = 6;

@@ -628,6 +628,24 @@ TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
   EXPECT_LT(result.max_distance, 1e-5);
 }
 
+TEST(Simplify, ABoundOfZeroMovesNothing) {
+  const TriMesh mesh = noisy_plane(6, 0.1);
+  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::lindstrom_turk}) {
+    const SimplifyResult result =
+        simplify(mesh, {.method = method, .sides = sides_of(mesh), .spacing = 1, .max_error = 0});
+    EXPECT_EQ(surface_distance(mesh, result.mesh).symmetric_max, 0);
+  }
+}
+
+// Beside a vertex far out facets are as long as it is far, and their heights small against that.
+TEST(Simplify, FacetsThatAreThinAgainstTheirLengthKeepTheBound) {
+  TriMesh mesh = noisy_plane(30, 0.1);
+  mesh.vertices[mesh.vertices.size() / 2].x = 20'000;
+  const SimplifyResult result =
+      simplify(mesh, {.method = SimplifyMethod::lindstrom_turk, .spacing = 1, .max_error = 0.001});
+  EXPECT_LE(surface_distance(mesh, result.mesh).forward.max, 0.001);
+}
+
 TEST(Simplify, BadInputIsRefused) {
   const TriMesh mesh = noisy_plane(6, 0);
   const auto message = [](const TriMesh& input, const SimplifyOptions& options) {
@@ -639,6 +657,7 @@ TEST(Simplify, BadInputIsRefused) {
     return std::string("no error");
   };
   EXPECT_THAT(message({}, {}), HasSubstr("no triangles"));
+  EXPECT_THAT(message({mesh.vertices, {{1, 1, 2}}, {}}, {}), HasSubstr("three different corners"));
   EXPECT_THAT(message(mesh, {.remove = 1.0}), HasSubstr("remove: 1.0"));
   EXPECT_THAT(message(mesh, {.remove = -0.1}), HasSubstr("outside [0, 1)"));
   EXPECT_THAT(message(mesh, {.l0 = -1}), HasSubstr("l0: -1"));

@@ -37,7 +37,7 @@ TEST(ZeroArea, NeedlesAreCollapsedAndCapsTurned) {
     add_facet_without_area(mesh, 50, t);
     ASSERT_GT(without_area(mesh), 0U);
     CollapseMesh work(mesh, {});
-    remove_zero_area(work);
+    remove_zero_area(work, 1e-3);
     const TriMesh result = work.extract();
     EXPECT_EQ(without_area(result), 0U) << "at " << t;
     EXPECT_NEAR(total_area(result), 64, 1e-4);
@@ -45,6 +45,17 @@ TEST(ZeroArea, NeedlesAreCollapsedAndCapsTurned) {
     // The needle's vertex is gone, the cap's belongs to the neighbour now.
     EXPECT_EQ(result.vertices.size(), plane.vertices.size() + (t == 0 ? 0 : 1));
   }
+}
+
+TEST(ZeroArea, NothingMovesFurtherThanItMay) {
+  TriMesh mesh = noisy_plane(8, 0);
+  add_facet_without_area(mesh, 50, 1e-5F);
+  CollapseMesh kept(mesh, {});
+  EXPECT_EQ(remove_zero_area(kept, 1e-6), 0);
+  EXPECT_EQ(kept.live_vertices, mesh.vertices.size());
+  CollapseMesh work(mesh, {});
+  EXPECT_NEAR(remove_zero_area(work, 1e-3), 1e-5, 1e-6);
+  EXPECT_LT(work.live_vertices, mesh.vertices.size());
 }
 
 TEST(ZeroArea, NeedlesOnPeriodicSidesGoInPairs) {
@@ -73,7 +84,7 @@ TEST(ZeroArea, NeedlesOnPeriodicSidesGoInPairs) {
   CollapseMesh work(
       mesh,
       {.lower = {0, 0}, .upper = {8, 8}, .boundary = {Boundary::periodic, Boundary::reflective}});
-  remove_zero_area(work);
+  remove_zero_area(work, 1e-3);
   const TriMesh result = work.extract();
   EXPECT_EQ(result.triangles.size(), facet_count);
   EXPECT_EQ(work.live_vertices, result.vertices.size());
@@ -84,7 +95,7 @@ TEST(ZeroArea, NeedlesOnPeriodicSidesGoInPairs) {
 TEST(ZeroArea, GoodMeshesStayAsTheyAre) {
   const TriMesh plane = noisy_plane(8, 0.05);
   CollapseMesh work(plane, {});
-  remove_zero_area(work);
+  remove_zero_area(work, 1e-3);
   EXPECT_EQ(work.extract().triangles, plane.triangles);
 }
 
