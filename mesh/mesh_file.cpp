@@ -38,17 +38,18 @@ constexpr float smallest_extent = 1e-15F;
 void check_size(const std::string& name, const RawMesh& mesh) {
   Vec3f lower = mesh.vertices.front();
   Vec3f upper = lower;
-  for (const Vec3f r : mesh.vertices) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Vec3f r = mesh.vertices[v];
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis] = std::min(lower[axis], r[axis]);
       upper[axis] = std::max(upper[axis], r[axis]);
+      if (std::abs(r[axis]) <= largest_coordinate) continue;
+      throw InputError(name + ": vertex " + std::to_string(v) +
+                       " (counted from 0) is too far away; no coordinate may be above 1e15: "
+                       "correct the vertex or scale the mesh");
     }
   }
   const Vec3f extent = upper - lower;
-  const float largest = std::max({-lower.x, -lower.y, -lower.z, upper.x, upper.y, upper.z});
-  if (largest > largest_coordinate) {
-    throw InputError(name + ": a coordinate is larger than 1e15; scale the mesh");
-  }
   if (std::max({extent.x, extent.y, extent.z}) < smallest_extent) {
     throw InputError(name + ": all of it lies within 1e-15; scale the mesh");
   }

@@ -84,7 +84,7 @@ TEST_F(FluxCommand, RefusesAMeshThatIsInsideOut) {
 }
 
 TEST_F(FluxCommand, RefusesVerticesTooFarAway) {
-  write("far.obj", cube(false, "5e31 5e31 5e31"));
+  write("far.obj", cube(false, "5e12 5e12 5e12"));
   const Outcome flux = scarp("flux " + path("far.obj") + " --rays 1000");
   EXPECT_EQ(flux.exit_code, 2);
   EXPECT_THAT(flux.messages, AllOf(HasSubstr("far.obj: vertex 7"), HasSubstr("scale the mesh")));
