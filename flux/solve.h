@@ -71,9 +71,8 @@ struct StickingFeedback {
 
 /// Particles that leave the surface because of what arrives: atoms that ions sputter.
 ///
-/// Shape: flux[t] is tally t on every facet, as in StickingFeedback, 0 for these species; the
-/// result
-///        is the emission (see Species::emission) of each of them, in their order.
+/// Shape: flux[t] is tally t on every facet, as in StickingFeedback, 0 for these species. The
+///        result is the emission (see Species::emission) of each of them, in their order.
 struct SurfaceEmission {
   std::vector<bool> species{};  ///< whose emission it is; of no species when empty
   std::function<std::vector<std::vector<float>>(std::span<const std::span<const float>> flux)> of{};

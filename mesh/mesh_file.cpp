@@ -35,38 +35,33 @@ std::string ending_of(const std::filesystem::path& file) {
 constexpr float largest_coordinate = 1e15F;
 constexpr float smallest_extent = 1e-15F;
 
-void check_size(const std::string& name, const RawMesh& mesh) {
-  Vec3f lower = mesh.vertices.front();
-  Vec3f upper = lower;
+void check_vertices(const std::string& name, const RawMesh& mesh) {
+  Box box;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Vec3f r = mesh.vertices[v];
-    for (int axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], r[axis]);
-      upper[axis] = std::max(upper[axis], r[axis]);
-      if (std::abs(r[axis]) <= largest_coordinate) continue;
-      throw InputError(name + ": vertex " + std::to_string(v) +
-                       " (counted from 0) is too far away; no coordinate may be above 1e15: "
-                       "correct the vertex or scale the mesh");
+    const auto where = [&] {
+      return name + ": vertex " + std::to_string(v) + " (counted from 0) ";
+    };
+    if (!std::isfinite(r.x) || !std::isfinite(r.y) || !std::isfinite(r.z)) {
+      throw InputError(where() + "at (" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " +
+                       std::to_string(r.z) + ") is not finite");
     }
+    if (std::max({std::abs(r.x), std::abs(r.y), std::abs(r.z)}) > largest_coordinate) {
+      throw InputError(where() +
+                       "is too far away; no coordinate may be above 1e15: correct the "
+                       "vertex or scale the mesh");
+    }
+    box.add(Vec3d(r));
   }
-  const Vec3f extent = upper - lower;
-  if (std::max({extent.x, extent.y, extent.z}) < smallest_extent) {
+  const Vec3d extent = box.upper - box.lower;
+  if (std::max({extent.x, extent.y, extent.z}) < smallest_extent)
     throw InputError(name + ": all of it lies within 1e-15; scale the mesh");
-  }
 }
 
 void check(const std::string& name, const RawMesh& mesh) {
   if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
   if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Vec3f r = mesh.vertices[v];
-    if (!std::isfinite(r.x) || !std::isfinite(r.y) || !std::isfinite(r.z)) {
-      throw InputError(name + ": vertex " + std::to_string(v) + " (counted from 0) at (" +
-                       std::to_string(r.x) + ", " + std::to_string(r.y) + ", " +
-                       std::to_string(r.z) + ") is not finite");
-    }
-  }
-  check_size(name, mesh);
+  check_vertices(name, mesh);
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     for (const std::uint32_t v : mesh.triangles[f]) {
       if (v >= mesh.vertices.size()) {

@@ -21,9 +21,8 @@ struct AngleStatistics {
 struct Defects {
   std::size_t non_manifold_edges = 0;  ///< more than two triangles, or two that disagree
   std::size_t zero_area = 0;
-  std::size_t flipped = 0;  ///< flipped_facets()
-  std::size_t off_plane =
-      0;  ///< vertices that have left their side of the domain, or lie beyond it
+  std::size_t flipped = 0;       ///< flipped_facets()
+  std::size_t off_plane = 0;     ///< vertices that have left their side, or lie beyond one
   std::size_t lost_corners = 0;  ///< vertices at a corner of the domain that are not there any more
 };
 

@@ -50,7 +50,7 @@ constexpr int most_attempts = 8;
 constexpr double most_kept = 0.05;
 constexpr double lowest_max_error = 0.02;
 
-/// Of the caller's bound: what the removal of facets without area may take.
+/// Of the bound, or of its default: what the removal of facets without area may take.
 constexpr double share_of_zero_area = 0.5;
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
@@ -121,6 +121,13 @@ std::uint32_t target_of(const SimplifyOptions& options, std::uint32_t live_verti
   if (options.remove) target = std::ceil((1 - *options.remove) * live_vertices);
   if (options.vertices) target = std::max(target, static_cast<double>(*options.vertices));
   return static_cast<std::uint32_t>(std::min<double>(target, live_vertices));
+}
+
+/// The side of a square with the area of a mesh per vertex.
+double mean_spacing(const TriMesh& mesh) {
+  double area = 0;
+  for (const double each : facet_areas(mesh)) area += each;
+  return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
 }
 
 bool uses_features(SimplifyMethod method) {
@@ -263,13 +270,6 @@ void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, Co
   } while (work.live_vertices > target && checks.raise_bound());
 }
 
-/// The side of a square with the area of a mesh per vertex.
-double mean_spacing(const TriMesh& mesh) {
-  double area = 0;
-  for (const double each : facet_areas(mesh)) area += each;
-  return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
-}
-
 void measure(const TriMesh& input, SimplifyResult& result) {
   const auto greatest = [](std::span<const Vec3d> places, const TriMesh& to) {
     return statistics(distances(places, TriangleTree(to))).max;
@@ -305,8 +305,9 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   if (work.topology.facet_count() == 0) {
     throw InputError("simplify: no triangle of the mesh has three different corners");
   }
-  const double moved =
-      remove_zero_area(work, wanted.max_error ? share_of_zero_area * *wanted.max_error : unlimited);
+  const double spacing = wanted.spacing > 0 ? wanted.spacing : mean_spacing(mesh);
+  const double moved = remove_zero_area(
+      work, share_of_zero_area * wanted.max_error.value_or(default_max_error * spacing));
 
   std::vector<bool> is_feature(work.r.size(), false);
   if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);

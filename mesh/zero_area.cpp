@@ -1,9 +1,9 @@
 #include "mesh/zero_area.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
+#include <initializer_list>
+#include <unordered_map>
 #include <vector>
 
 #include "core/parallel.h"
@@ -63,31 +63,29 @@ void renew_normals(CollapseMesh& mesh, const Star& star) {
   for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = mesh.normal_of(star.facet[i]);
 }
 
-/// How far the surface has moved around each vertex.
+/// How far the surface has moved around the vertices where it has.
 class Moves {
  public:
-  Moves(std::size_t vertex_count, double most) : of_vertex_(vertex_count, 0), most_(most) {}
+  explicit Moves(double most) : most_(most) {}
 
-  bool allow(std::span<const std::uint32_t> vertices, double further) const {
-    return after(vertices, further) <= most_;
-  }
-  void note(std::span<const std::uint32_t> vertices, double further) {
-    const double moved = after(vertices, further);
-    for (const std::uint32_t v : vertices) of_vertex_[v] = moved;
+  /// Notes a move of all around some vertices, unless it is too far.
+  bool go_on(std::initializer_list<std::uint32_t> vertices, double distance) {
+    double moved = 0;
+    for (const std::uint32_t v : vertices) {
+      if (const auto at = around_.find(v); at != around_.end()) moved = std::max(moved, at->second);
+    }
+    moved += distance;
+    if (moved > most_) return false;
+    for (const std::uint32_t v : vertices) around_[v] = moved;
     largest_ = std::max(largest_, moved);
+    return true;
   }
   double largest() const { return largest_; }
 
  private:
-  double after(std::span<const std::uint32_t> vertices, double further) const {
-    double before = 0;
-    for (const std::uint32_t v : vertices) before = std::max(before, of_vertex_[v]);
-    return before + further;
-  }
-
-  std::vector<double> of_vertex_;
   double most_;
   double largest_ = 0;
+  std::unordered_map<std::uint32_t, double> around_;
 };
 
 bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
@@ -109,11 +107,10 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
        !star.is_apart_from(twin) || !keeps_directions(mesh, twin, mesh.twin_place(h, r)))) {
     return false;
   }
-  std::vector<std::uint32_t> ends{star.u, star.v};
-  if (t != HalfEdges::none) ends.insert(ends.end(), {twin.u, twin.v});
-  const double length = std::sqrt(mesh.squared_length(h));
-  if (!moves.allow(ends, length)) return false;
-  moves.note(ends, length);
+  const Star& there = t != HalfEdges::none ? twin : star;
+  if (!moves.go_on({star.u, star.v, there.u, there.v}, std::sqrt(mesh.squared_length(h)))) {
+    return false;
+  }
   mesh.collapse(h, r);
   mesh.live_vertices -= t != HalfEdges::none ? 2 : 1;
   renew_normals(mesh, star);
@@ -133,12 +130,13 @@ bool flip_cap(CollapseMesh& mesh, std::uint32_t h, const Shape& shape, Moves& mo
   if (!(dot(cross(a - b, u - b), before) > 0) || !(dot(cross(b - a, v - a), before) > 0)) {
     return false;
   }
-  const std::array<std::uint32_t, 4> corners{mesh.topology.origin(h), mesh.topology.target(h),
-                                             mesh.topology.apex(h),
-                                             mesh.topology.apex(mesh.topology.opposite(h))};
+  const HalfEdges& topology = mesh.topology;
   const double height = std::sqrt(shape.square / shape.longest_square);
-  if (!moves.allow(corners, height)) return false;
-  moves.note(corners, height);
+  if (!moves.go_on({topology.origin(h), topology.target(h), topology.apex(h),
+                    topology.apex(topology.opposite(h))},
+                   height)) {
+    return false;
+  }
   mesh.topology.flip(h);
   mesh.normals[f] = mesh.normal_of(f);
   mesh.normals[g] = mesh.normal_of(g);
@@ -165,7 +163,7 @@ std::vector<std::uint32_t> facets_without_area(const CollapseMesh& mesh) {
 }  // namespace
 
 double remove_zero_area(CollapseMesh& mesh, double most) {
-  Moves moves(mesh.r.size(), most);
+  Moves moves(most);
   // A facet may wait for its neighbour, so a few passes; each changed facet is better than before.
   for (int pass = 0; pass < 4; ++pass) {
     bool changed = false;
