@@ -9,6 +9,36 @@
 
 namespace scarp {
 
+namespace {
+
+nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
+  nlohmann::ordered_json ends = nlohmann::ordered_json::array();
+  for (const ExpectedEnd& end : cost.ends) {
+    const ProcessStep& step = recipe.steps[end.step];
+    ends.push_back({{"step", end.step},
+                    {"name", step.name},
+                    {"until", text_of(*step.until, recipe.materials)},
+                    {"expected_s", end.duration},
+                    {"longest_s", step.duration}});
+  }
+  return ends;
+}
+
+void print_ends(const CostEstimate& cost, const Recipe& recipe) {
+  if (cost.ends.empty()) return;
+  fmt::print("# Ends of steps, as the start geometry would go on:\n");
+  for (const ExpectedEnd& end : cost.ends) {
+    const ProcessStep& step = recipe.steps[end.step];
+    const bool is_known = end.duration < step.duration;
+    fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
+               text_of(*step.until, recipe.materials), over_etch_text(*step.until),
+               is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
+               step.duration);
+  }
+}
+
+}  // namespace
+
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const CostEstimate cost = estimate_cost(recipe);
@@ -23,11 +53,13 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"time_steps", cost.time_steps},
                                         {"rays_per_time_step", cost.rays_per_time_step},
                                         {"memory_mb", cost.memory_mb},
-                                        {"seconds", cost.seconds}};
+                                        {"seconds", cost.seconds},
+                                        {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
   }
   fmt::print("{}\n", recipe.resolved);
+  print_ends(cost, recipe);
   fmt::print(
       "# Cost, good to about a factor of three, the memory better:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"

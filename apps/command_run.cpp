@@ -44,7 +44,10 @@ class Progress {
  public:
   Progress(const Recipe& recipe, bool quiet)
       : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
-    for (const ProcessStep& step : recipe.steps) whole_ += step.duration;
+    // What is left when each of them begins.
+    left_.resize(recipe.steps.size() + 1);
+    for (std::size_t n = recipe.steps.size(); n-- > 0;)
+      left_[n] = left_[n + 1] + recipe.steps[n].duration;
   }
 
   ~Progress() {
@@ -68,24 +71,27 @@ class Progress {
     shown_ = true;
     const std::string line = fmt::format(
         "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
-        current_step(state, recipe_).name, state.time, whole_, survey.facets.triangles.size(),
+        current_step(state, recipe_).name, state.time, whole(state), survey.facets.triangles.size(),
         survey.facets_full, time_left(state, now));
     fmt::print(stderr, "{}{}", line, terminal_ ? "\r" : "\n");
   }
 
  private:
+  // Steps that ended early are over.
+  double whole(const State& state) const { return state.step_start + left_[state.step]; }
+
   // From the pace since the first time step of this process.
   std::string time_left(const State& state, Clock::time_point now) const {
     const double done = state.time - start_time_;
     if (done <= 0) return "";
     const double wall = std::chrono::duration<double>(now - start_).count();
-    return "  " + duration_text(wall * (whole_ - state.time) / done) + " left";
+    return "  " + duration_text(wall * (whole(state) - state.time) / done) + " left";
   }
 
   const Recipe& recipe_;
   bool quiet_;
   bool terminal_;
-  double whole_ = 0;
+  std::vector<double> left_;
   bool first_ = true;
   bool shown_ = false;
   double start_time_ = 0;

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <map>
 
+#include "apps/expected_end.h"
 #include "apps/simulator.h"
 #include "core/peak_memory.h"
+#include "models/open_response.h"
 
 namespace scarp {
 
@@ -21,27 +23,45 @@ double largest_yield(const YieldLaw& law, double energy) {
   return largest;
 }
 
-// The fastest that a step moves a surface that sees the whole source; with factors of the normal,
-// the speed that limits the time step as much as their kinks do.
-double top_speed(const SurfaceModel& model, std::size_t material_count) {
-  std::vector<MaterialId> material(material_count);
-  for (std::size_t m = 0; m < material_count; ++m) material[m] = static_cast<MaterialId>(m);
-  const std::vector<Vec3f> up(material_count, Vec3f{0, 0, 1});
-  std::vector<std::vector<float>> full;
+// Every material once, as a wafer that sees the whole source.
+struct OpenWafers {
+  std::vector<MaterialId> material;
+  std::vector<Vec3f> normal;
+  std::vector<std::vector<float>> flux;  // by tally
+
+  SurfacePoints points() const { return {.material = material, .normal = normal}; }
+  std::vector<std::span<const float>> tallies() const { return {flux.begin(), flux.end()}; }
+};
+
+// yield(species, law) is what ions bring of a yield.
+template <class Yield>
+OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, const Yield& yield) {
+  OpenWafers wafers;
+  for (std::size_t m = 0; m < material_count; ++m)
+    wafers.material.push_back(static_cast<MaterialId>(m));
+  wafers.normal.assign(material_count, Vec3f{0, 0, 1});
   for (const Species& species : model.species()) {
     // What comes from the surface itself hinders at most.
     const bool from_above = species.source.kind != SourceLobe::Kind::none;
-    full.emplace_back(material_count, from_above ? 1.0F : 0.0F);
+    wafers.flux.emplace_back(material_count, from_above ? 1.0F : 0.0F);
     // Of a beam, the part from which it is seen.
-    if (species.source.kind == SourceLobe::Kind::beam) full.emplace_back(material_count, 1.0F);
+    if (species.source.kind == SourceLobe::Kind::beam)
+      wafers.flux.emplace_back(material_count, 1.0F);
     for (const YieldLaw& law : species.yields)
-      full.emplace_back(material_count,
-                        static_cast<float>(largest_yield(law, species.ions->energy.mean())));
+      wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
   }
-  const std::vector<std::span<const float>> flux(full.begin(), full.end());
+  return wafers;
+}
+
+// The fastest that a step moves a surface that sees the whole source; with factors of the normal,
+// the speed that limits the time step as much as their kinks do.
+double top_speed(const SurfaceModel& model, std::size_t material_count) {
+  const OpenWafers wafers =
+      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
+        return largest_yield(law, species.ions->energy.mean());
+      });
   const std::vector<AngularFactor> factors = model.angular_factors();
-  const std::vector<std::vector<float>> parts =
-      model.amplitudes({.material = material, .normal = up}, flux);
+  const std::vector<std::vector<float>> parts = model.amplitudes(wafers.points(), wafers.tallies());
   double top = 0;
   for (std::size_t m = 0; m < material_count; ++m) {
     double speed = std::abs(static_cast<double>(parts[0][m]));
@@ -69,6 +89,7 @@ double ray_factor(const Survey& trial, const Recipe& recipe) {
 struct TimeStepCost {
   double rays = 0;
   double seconds = 0;
+  double duration = 0;  ///< of the step
 };
 
 TimeStepCost time_step_cost(const Survey& trial, const Recipe& recipe) {
@@ -92,10 +113,18 @@ double memory_mb(const Layers& layers) {
 
 }  // namespace
 
-double time_steps(const ProcessStep& step, const Recipe& recipe) {
+std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count) {
+  const OpenWafers wafers =
+      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
+        return OpenResponse(species, law).flat();
+      });
+  return model.speeds(wafers.points(), wafers.tallies());
+}
+
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
   if (!step.model) return 1;
   const double cells =
-      step.duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
+      duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
   // Bounds of factors are rounded.
   return std::max(1.0, std::ceil((1 - 1e-6) * cells / recipe.cfl));
 }
@@ -119,10 +148,12 @@ CostEstimate estimate_cost(const Recipe& recipe) {
       begin_step(state, recipe);
       const Survey trial = survey(state, trial_recipe);
       entry->second = time_step_cost(trial, recipe);
+      entry->second.duration = expected_duration(step, state, trial);
+      if (step.until) cost.ends.push_back({state.step, entry->second.duration});
       cost.facets_full = std::max(cost.facets_full, trial.facets_full);
       cost.facets = std::max(cost.facets, trial.facets.triangles.size());
     }
-    const double count = time_steps(step, recipe);
+    const double count = time_steps(step, entry->second.duration, recipe);
     cost.time_steps += count;
     cost.seconds += count * entry->second.seconds;
     rays += count * entry->second.rays;

@@ -6,6 +6,12 @@
 
 namespace scarp {
 
+/// When a step with an end condition is expected to meet it. Units: s from its beginning.
+struct ExpectedEnd {
+  std::size_t step = 0;
+  double duration = 0;
+};
+
 /// What a run is going to cost, from a short trial of every step's flux on the start geometry.
 ///
 /// Good to about a factor of three: the surface changes while the recipe runs.
@@ -20,10 +26,18 @@ struct CostEstimate {
   double rays_per_time_step = 0;  ///< mean over all of them
   double memory_mb = 0;
   double seconds = 0;
+  std::vector<ExpectedEnd> ends;  ///< of steps with an end condition, repeated ones once
 };
 
-/// About how many time steps a step takes, at the speed of a surface that sees the whole source.
-double time_steps(const ProcessStep& step, const Recipe& recipe);
+/// How fast an open flat wafer of each material moves, > 0 grows; what comes from the surface
+/// itself is left out.
+///
+/// Units: nm/s.
+std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count);
+
+/// About how many time steps a step takes in a time, at the speed of a surface that sees the whole
+/// source. Units: s.
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
 
 CostEstimate estimate_cost(const Recipe& recipe);
 

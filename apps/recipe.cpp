@@ -258,7 +258,7 @@ void refuse_far(const RecipeTable& table, const LayerOperation& operation, const
 }
 
 void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, const Recipe& recipe) {
-  const double count = time_steps(step, recipe);
+  const double count = time_steps(step, step.duration, recipe);
   // Without an end where the spacing is wrong, which is told there.
   if (count <= most_time_steps || !std::isfinite(count)) return;
   table.error(
@@ -267,6 +267,12 @@ void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, cons
                   "can be: a shorter duration, lower rates or a coarser spacing",
                   format_quantity(step.duration, Dimension::time), count,
                   recipe.cfl * recipe.frame.spacing, most_time_steps));
+}
+
+// Whether an open wafer of any material is etched.
+bool etches(const SurfaceModel& model, std::size_t material_count) {
+  const std::vector<float> speeds = open_wafer_speeds(model, material_count);
+  return std::ranges::any_of(speeds, [](float speed) { return speed < 0; });
 }
 
 // What later steps can meet grows with every deposited material, so steps are read in order.
@@ -280,6 +286,7 @@ class StepReader {
     for (const RecipeTable& table : tables) {
       const std::vector<ProcessStep> some =
           table.has("step") || table.has("repeat") ? read_cycle(table) : read_one(table);
+      if (cycle_depth_ == 0) refuse_unknown_materials();
       if (is_too_many(table, static_cast<double>(steps.size() + some.size()))) continue;
       steps.insert(steps.end(), some.begin(), some.end());
     }
@@ -298,8 +305,10 @@ class StepReader {
     }
     // In the second round the steps meet what the first one left.
     const auto known = reachable_;
+    ++cycle_depth_;
     std::vector<ProcessStep> round = read(inner);
     if (count > 1 && reachable_ != known) round = read(inner);
+    --cycle_depth_;
     if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
       return {};
     std::vector<ProcessStep> all;
@@ -331,6 +340,7 @@ class StepReader {
     step.deposits = made.deposits;
     step.model = std::move(made.model);
     step.operation = made.operation;
+    if (table.has("until")) step.until = read_until(table, step);
     if (step.deposits &&
         std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
       reachable_.push_back(*step.deposits);
@@ -342,6 +352,41 @@ class StepReader {
     return {step};
   }
 
+  EndCondition read_until(const RecipeTable& table, const ProcessStep& step) {
+    const RecipeTable until = table.table("until");
+    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    if (!until.ok()) return condition;
+    const std::string key = name_of(condition.kind);
+    const bool is_film = condition.kind == EndCondition::Kind::thickness;
+    if (!step.model) {
+      table.error("until", fmt::format("{} acts at once; leave this out", step.model_name));
+    } else if (is_film && !step.deposits) {
+      until.error(key,
+                  "the step deposits nothing; an etch ends at a depth, or when a material is "
+                  "exposed or gone");
+    } else if (!is_film && table.ok() && !etches(*step.model, recipe_.materials.size())) {
+      until.error(key, "the step etches nothing; a deposition ends at a thickness");
+    }
+    if (condition.material) {
+      const bool is_depth = condition.kind == EndCondition::Kind::depth;
+      asked_materials_.push_back({until, is_depth ? "material" : key, *condition.material});
+    }
+    return condition;
+  }
+
+  // Once all is known that a step can meet; of a cycle, what the whole cycle deposits.
+  void refuse_unknown_materials() {
+    for (const auto& [until, key, material] : asked_materials_) {
+      if (std::ranges::find(reachable_, material) != reachable_.end()) continue;
+      std::string known;
+      for (const MaterialId each : reachable_)
+        known += (known.empty() ? "" : ", ") + recipe_.materials[each].name;
+      until.error(key, fmt::format("there is no {} on the wafer when the step begins; there is {}",
+                                   recipe_.materials[material].name, known));
+    }
+    asked_materials_.clear();
+  }
+
   static double read_duration(const RecipeTable& table, const std::string& model_name) {
     const ModelDescription* const model = find_model(model_name);
     const bool at_once = model != nullptr && model->acts_at_once;
@@ -351,9 +396,17 @@ class StepReader {
                                    .exclusive = !at_once});
   }
 
+  struct AskedMaterial {
+    RecipeTable until;
+    std::string key;
+    MaterialId material;
+  };
+
   Recipe& recipe_;
   std::vector<MaterialId> reachable_;
   std::filesystem::path folder_;
+  std::vector<AskedMaterial> asked_materials_;
+  int cycle_depth_ = 0;
 };
 
 std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {

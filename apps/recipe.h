@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/coverages.h"
+#include "apps/end_condition.h"
 #include "core/frame.h"
 #include "core/material.h"
 #include "flux/solve.h"
@@ -20,11 +21,13 @@ namespace scarp {
 /// One step of a recipe, repeats written out: a model that moves the surface for some time, or an
 /// operation that acts on the layers at once, when the step begins.
 ///
-/// Units: duration in s; 0 is possible for operations.
+/// Units: duration in s, the longest time where there is an end condition; 0 is possible for
+/// operations.
 struct ProcessStep {
   std::string name;
   std::string model_name;
   double duration = 0;
+  std::optional<EndCondition> until;
   std::optional<MaterialId> deposits;
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
   std::optional<LayerOperation> operation;

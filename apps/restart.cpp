@@ -62,6 +62,41 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::pat
   return voids;
 }
 
+// For each complete step when it ended, when its condition held (before everything: never), and
+// whether it ran out of time.
+constexpr std::size_t numbers_per_step = 3;
+constexpr double never = -1;
+
+std::vector<double> numbers_of(std::span<const StepEnd> ends) {
+  std::vector<double> numbers;
+  for (const StepEnd& each : ends) {
+    numbers.insert(numbers.end(),
+                   {each.time, each.reached.value_or(never), each.out_of_time ? 1.0 : 0.0});
+  }
+  return numbers;
+}
+
+std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& file) {
+  if (numbers.size() % numbers_per_step != 0) {
+    throw InputError(fmt::format("{}: the entry step_ends is not whole; it is not of this version",
+                                 file.string()));
+  }
+  std::vector<StepEnd> ends;
+  for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
+    ends.push_back({.time = numbers[0],
+                    .reached = numbers[1] >= 0 ? std::optional(numbers[1]) : std::nullopt,
+                    .out_of_time = numbers[2] != 0});
+  }
+  return ends;
+}
+
+// Nothing, or one number.
+std::string text_of(std::optional<double> number) { return number ? format_number(*number) : ""; }
+
+std::optional<double> optional_of(std::span<const double> numbers) {
+  return numbers.empty() ? std::nullopt : std::optional(numbers.front());
+}
+
 // Numbers as they lie in memory: a mesh is large, and every bit of it counts.
 template <class T>
 void append_bytes(std::string& bytes, std::span<const T> values) {
@@ -136,6 +171,9 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
   return {{"time_s", format_number(state.time)},
           {"step", std::to_string(state.step)},
           {"step_start_s", format_number(state.step_start)},
+          {"step_start_height_nm", text_of(state.progress.start_height)},
+          {"step_end_reached_s", text_of(state.progress.reached)},
+          {"step_ends", joined(numbers_of(state.ends))},
           {"time_step", std::to_string(state.time_step)},
           {"seed", std::to_string(recipe.flux.seed)},
           {"output_times_s", joined(output_times)},
@@ -172,6 +210,7 @@ double number_of(const CheckpointNotes& notes, const std::string& key, const fs:
 Restart read_restart(const fs::path& file, const Recipe& recipe) {
   Checkpoint checkpoint = read_checkpoint(file);
   const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
+  const auto numbers = [&](const char* key) { return numbers_of(checkpoint.notes, key, file); };
   if (const auto hash = checkpoint.notes.find("recipe_hash");
       hash == checkpoint.notes.end() || hash->second != recipe_hash(recipe)) {
     throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
@@ -180,14 +219,17 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .time = value("time_s"),
                     .step = static_cast<std::size_t>(value("step")),
                     .step_start = value("step_start_s"),
+                    .progress = {.start_height = optional_of(numbers("step_start_height_nm")),
+                                 .reached = optional_of(numbers("step_end_reached_s"))},
+                    .ends = ends_of(numbers("step_ends"), file),
                     .time_step = static_cast<std::uint32_t>(value("time_step")),
-                    .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
+                    .voids = voids_of(numbers("voids"), file),
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
                     .coverages =
                         CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()},
           .file = file,
-          .output_times = numbers_of(checkpoint.notes, "output_times_s", file)};
+          .output_times = numbers("output_times_s")};
 }
 
 }  // namespace

@@ -118,6 +118,29 @@ std::string moment_of(const State& state, const Recipe& recipe) {
   return state.step == 0 ? "start" : "after " + recipe.steps[state.step - 1].name;
 }
 
+// Why a step ended.
+std::string cause_of(const ProcessStep& step, const StepEnd& end) {
+  if (step.operation) return "at_once";
+  return step.until && !end.out_of_time ? name_of(step.until->kind) : "duration";
+}
+
+nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  double start = 0;
+  for (std::size_t n = 0; n < state.ends.size(); ++n) {
+    const StepEnd& end = state.ends[n];
+    const nlohmann::ordered_json reached =
+        end.reached ? nlohmann::ordered_json(*end.reached) : nlohmann::ordered_json();
+    list.push_back({{"name", recipe.steps[n].name},
+                    {"start_s", start},
+                    {"end_s", end.time},
+                    {"ended_by", cause_of(recipe.steps[n], end)},
+                    {"reached_s", reached}});
+    start = end.time;
+  }
+  return list;
+}
+
 // The numbers that stand for the materials in surface_NNNN.vtp, of those in the stack.
 nlohmann::ordered_json material_numbers(const Layers& layers, const Materials& materials) {
   nlohmann::ordered_json numbers;
@@ -189,7 +212,10 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      format_number(volume_of(survey.gas.voids)), move.islands.size(),
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
-  return row + fmt::format(",{},{}\n", error ? format_number(*error) : "", after.time_step - 1);
+  const bool is_last = after.step != step;
+  return row + fmt::format(",{},{},{}\n", error ? format_number(*error) : "",
+                           is_last ? cause_of(recipe.steps[step], after.ends[step]) : "",
+                           after.time_step - 1);
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
@@ -202,6 +228,7 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["time_steps"] = state.time_step;
   summary["outputs"] = output_times.size();
   summary["output_times_s"] = output_times;
+  summary["steps"] = step_list(state, recipe);
   summary["state_hash"] = state_hash(state, recipe);
   summary["metrology"] = {{"highest_nm", survey.extent.upper.z},
                           {"lowest_nm", survey.extent.lower.z}};

@@ -11,6 +11,7 @@
 #include "apps/region_text.h"
 #include "apps/results.h"
 #include "core/error.h"
+#include "core/quantity.h"
 
 namespace scarp {
 
@@ -56,7 +57,8 @@ class Observer {
     tell_voids(state, now, changes);
   }
 
-  void look_at(const State& state, const Move& move) {
+  void look_at(const State& state, const Move& move, std::size_t step) {
+    if (state.step != step) tell_end(recipe_.steps[step], state, step);
     if (move.islands.empty()) return;
     log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
                           counted(move.islands.size(), "piece")));
@@ -64,6 +66,28 @@ class Observer {
   }
 
  private:
+  void tell_end(const ProcessStep& step, const State& state, std::size_t number) {
+    if (!step.until) return;
+    const StepEnd& end = state.ends[number];
+    const double start = number > 0 ? state.ends[number - 1].time : 0;
+    const std::string wanted = text_of(*step.until, recipe_.materials);
+    if (end.out_of_time) {
+      log_.warn(fmt::format(
+          "step \"{}\" ended at t = {:.6g} s by its duration of {}, before {}{}; raise its "
+          "duration",
+          step.name, end.time, format_quantity(step.duration, Dimension::time), wanted,
+          end.reached ? fmt::format(" (at {:.6g} s){}", *end.reached, over_etch_text(*step.until))
+                      : ""));
+    } else if (end.time == start) {
+      log_.warn(fmt::format("step \"{}\" took no time: {} when it began, at t = {:.6g} s",
+                            step.name, wanted, end.time));
+    } else {
+      const std::string rest = over_etch_text(*step.until);
+      log_.info(fmt::format("step \"{}\" ended at t = {:.6g} s: {}{}", step.name, end.time, wanted,
+                            rest.empty() ? "" : fmt::format(" at {:.6g} s{}", *end.reached, rest)));
+    }
+  }
+
   void tell_missed_targets(const State& state, const Survey& now) {
     if (warned_ == step_number(state)) return;
     for (const FluxField& flux : now.flux) {
@@ -158,7 +182,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
     const std::size_t step = state.step;
     const double output_time = next_output(state, recipe);
     const Move move = advance_or_tell(state, recipe, now, output_time, folder);
-    observer.look_at(state, move);
+    observer.look_at(state, move, step);
     folder.append_metrics(state, step, now, move, recipe);
     total.add(move.timer);
     if (options.progress) options.progress(state, now);

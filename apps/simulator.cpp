@@ -244,12 +244,10 @@ void require_sound_speeds(const Survey& survey, const State& state, const Recipe
   }
 }
 
-// What nothing holds any more is gone.
-std::vector<Region> drop_islands(State& state) {
-  std::vector<Region> islands = remove_islands(state.layers);
+// What nothing held any more is gone.
+void count_islands(State& state, std::span<const Region> islands) {
   state.islands.count += islands.size();
   for (const Region& island : islands) state.islands.volume += island.volume;
-  return islands;
 }
 
 // Where the plane of a planarising step lies. Units: nm.
@@ -263,16 +261,32 @@ double plane_height(const Planarise& plane, const State& state, const Recipe& re
       fmt::format("no {} is left to stop on", recipe.materials[*plane.stop_material].name));
 }
 
+// When over-etch is over; infinity before the end condition holds.
+double end_of_over_etch(const State& state, const ProcessStep& step) {
+  if (!state.progress.reached) return std::numeric_limits<double>::infinity();
+  const double reached = *state.progress.reached;
+  return reached + step.until->over_etch * (reached - state.step_start);
+}
+
+// As far as it is known.
+double end_of_step(const State& state, const ProcessStep& step) {
+  return std::min(state.step_start + step.duration, end_of_over_etch(state, step));
+}
+
 // What is left to the end of the step or to the next output. Moments are set, not summed, where one
 // is hit: no rounding error can leave a remainder. An output wanted within rounding of the end of a
 // step is the end of the step.
 double next_moment(const State& state, const Recipe& recipe, double time_limit) {
   const ProcessStep& step = current_step(state, recipe);
-  const double end = state.step_start + step.duration;
+  const double end = end_of_step(state, step);
   return time_limit < end - 1e-9 * step.duration ? time_limit : end;
 }
 
-void end_step(State& state) {
+void end_step(State& state, const ProcessStep& step) {
+  state.ends.push_back({.time = state.time,
+                        .reached = state.progress.reached,
+                        .out_of_time = step.until && state.time < end_of_over_etch(state, step)});
+  state.progress = {};
   state.step_start = state.time;
   ++state.step;
 }
@@ -289,13 +303,109 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
       const auto& plane = std::get<Planarise>(*step.operation);
       planarise(state.layers, plane_height(plane, state, recipe));
     }
-    move.islands = drop_islands(state);
+    move.islands = remove_islands(state.layers);
   }
+  count_islands(state, move.islands);
   state.coverages = {};
   state.time = state.step_start + step.duration;
   ++state.time_step;
-  end_step(state);
+  end_step(state, step);
   return move;
+}
+
+// A condition that is met to within this counts as met: no time step has to be that short.
+constexpr double end_tolerance = 1e-4;  // spacings
+
+// The layers after a time step, and what is left then to the end condition.
+struct Trial {
+  double dt = 0;
+  Layers layers;
+  std::vector<Region> islands{};
+  double left = 0;
+
+  bool is_end(double spacing) const { return left <= end_tolerance * spacing; }
+};
+
+// Moves layers of a state through a time step; tells what was cut off.
+class Mover {
+ public:
+  Mover(const State& state, const Recipe& recipe, const Survey& survey, StageTimer& timer)
+      : state_(state), recipe_(recipe), survey_(survey), timer_(timer) {}
+
+  std::vector<Region> move(Layers& layers, double dt) const {
+    const SpeedField band = [&] {
+      const auto measurement = timer_.measure("map");
+      return extend_speeds(layers, survey_.gas, survey_.facets, survey_.speeds_of_layers,
+                           survey_.factors, dt);
+    }();
+    const auto measurement = timer_.measure("advect");
+    advect(layers, band, dt, recipe_.scheme);
+    return remove_islands(layers);
+  }
+
+  // A time step that is cut to the moment at which the end condition holds, if it does on the way.
+  Trial move_to_end(double dt) const {
+    Trial whole = try_step(dt);
+    return whole.is_end(spacing()) ? cut_to_end(std::move(whole)) : std::move(whole);
+  }
+
+  double left_to_end(const Layers& layers) const {
+    const auto measurement = timer_.measure("advect");
+    return distance_left(*current_step(state_, recipe_).until, state_.progress.start_height,
+                         layers);
+  }
+
+ private:
+  double spacing() const { return recipe_.frame.spacing; }
+
+  Trial try_step(double dt) const {
+    Trial trial{.dt = dt, .layers = state_.layers.copy()};
+    trial.islands = move(trial.layers, dt);
+    trial.left = left_to_end(trial.layers);
+    return trial;
+  }
+
+  // By regula falsi (Illinois) where distances are known, by halves elsewhere.
+  Trial cut_to_end(Trial beyond) const {
+    constexpr double resolution = 1e-3;  // of the time step
+    const double narrow = resolution * beyond.dt;
+    const bool is_measured = is_length(*current_step(state_, recipe_).until);
+    double before = 0;
+    double left_before = is_measured ? left_to_end(state_.layers) : 0;
+    double left_beyond = beyond.left;
+    std::optional<bool> last_was_end;
+    while (beyond.dt - before > (is_measured ? 1e-3 * narrow : narrow)) {
+      if (is_measured && std::abs(beyond.left) <= end_tolerance * spacing()) break;
+      const bool has_slope = is_measured && std::isfinite(left_before) && left_before > left_beyond;
+      const double part = has_slope ? left_before / (left_before - left_beyond) : 0.5;
+      Trial trial = try_step(before + part * (beyond.dt - before));
+      const bool is_end = trial.is_end(spacing());
+      // The end that stays twice counts half, or it would stay for ever.
+      if (last_was_end == is_end) (is_end ? left_before : left_beyond) *= 0.5;
+      last_was_end = is_end;
+      if (is_end) {
+        left_beyond = trial.left;
+        beyond = std::move(trial);
+      } else {
+        left_before = trial.left;
+        before = trial.dt;
+      }
+    }
+    return beyond;
+  }
+
+  const State& state_;
+  const Recipe& recipe_;
+  const Survey& survey_;
+  StageTimer& timer_;
+};
+
+// A step whose condition holds already: nothing happens in it.
+Move end_before_it_begins(State& state, const ProcessStep& step) {
+  state.progress.reached = state.time;
+  ++state.time_step;
+  end_step(state, step);
+  return {};
 }
 
 // The last two time steps before a limit share what is left, so that none is a tiny remainder.
@@ -389,7 +499,7 @@ const ProcessStep& current_step(const State& state, const Recipe& recipe) {
 
 State start_state(const Recipe& recipe) {
   State state{.layers = build_layers(recipe.frame, recipe.geometry)};
-  drop_islands(state);
+  count_islands(state, remove_islands(state.layers));
   return state;
 }
 
@@ -405,6 +515,8 @@ State prepared_state(const Recipe& recipe) {
 void begin_step(State& state, const Recipe& recipe) {
   const ProcessStep& step = current_step(state, recipe);
   if (step.deposits) add_layer(state.layers, *step.deposits);
+  if (step.until && state.time == state.step_start)
+    state.progress.start_height = start_height(*step.until, state.layers);
 }
 
 Survey survey(const State& state, const Recipe& recipe) {
@@ -469,27 +581,34 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   const ProcessStep& step = current_step(state, recipe);
   if (step.operation) return act_at_once(state, recipe, step);
   Move move;
+  const Mover mover(state, recipe, survey, move.timer);
+  const bool waits = step.until && !state.progress.reached;
+  if (waits && state.time == state.step_start &&
+      mover.left_to_end(state.layers) <= end_tolerance * recipe.frame.spacing) {
+    return end_before_it_begins(state, step);
+  }
   const double target = next_moment(state, recipe, time_limit);
   const double left = target - state.time;
   const double stable =
       stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl);
   move.dt = cut_to(left, std::min(stable, survey.longest_dt));
-
-  const SpeedField band = [&] {
-    const auto measurement = move.timer.measure("map");
-    return extend_speeds(state.layers, survey.gas, survey.facets, survey.speeds_of_layers,
-                         survey.factors, move.dt);
-  }();
-  {
-    const auto measurement = move.timer.measure("advect");
-    advect(state.layers, band, move.dt, recipe.scheme);
-    move.islands = drop_islands(state);
+  bool reached = false;
+  if (waits) {
+    Trial trial = mover.move_to_end(move.dt);
+    reached = trial.is_end(recipe.frame.spacing);
+    move.dt = trial.dt;
+    move.islands = std::move(trial.islands);
+    state.layers = std::move(trial.layers);
+  } else {
+    move.islands = mover.move(state.layers, move.dt);
   }
+  count_islands(state, move.islands);
 
   state.coverages = coverages_of(survey, *step.model);
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
-  if (state.time == state.step_start + step.duration) end_step(state);
+  if (reached) state.progress.reached = state.time;
+  if (state.time >= end_of_step(state, step)) end_step(state, step);
   return move;
 }
 

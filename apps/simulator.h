@@ -30,6 +30,21 @@ struct RemovedSolid {
   double volume = 0;
 };
 
+/// How far a step with an end condition has come.
+///
+/// Units: nm; s from the start of the recipe.
+struct EndProgress {
+  std::optional<double> start_height{};  ///< see start_height(); found when the step begins
+  std::optional<double> reached{};       ///< when the condition held; over-etch goes on
+};
+
+/// How a step of the recipe ended. Units: s from the start of the recipe.
+struct StepEnd {
+  double time = 0;
+  std::optional<double> reached{};  ///< when its end condition held
+  bool out_of_time = false;         ///< its duration came before its end condition, or over-etch
+};
+
 /// Everything the next time step depends on, and what results tell of the past; what a checkpoint
 /// holds.
 ///
@@ -39,6 +54,8 @@ struct State {
   double time = 0;
   std::size_t step = 0;
   double step_start = 0;
+  EndProgress progress{};
+  std::vector<StepEnd> ends{};  ///< of the steps that are complete
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
@@ -96,8 +113,8 @@ State start_state(const Recipe& recipe);
 /// time steps.
 State prepared_state(const Recipe& recipe);
 
-/// Opens the layer that the current step deposits, if it is not there yet. Before the first survey
-/// of a step.
+/// Opens the layer that the current step deposits, if it is not there yet, and notes where its end
+/// condition measures from. Before every survey.
 void begin_step(State& state, const Recipe& recipe);
 
 /// What has become of closed voids since the survey before.
@@ -124,7 +141,10 @@ Survey survey(const State& state, const Recipe& recipe);
 /// Carries the surface through one time step, or does what the current step does at once.
 ///
 /// A time step goes at most to the end of the recipe's step and to the time limit; both are hit
-/// exactly and never leave a tiny remainder.
+/// exactly and never leave a tiny remainder. Where an end condition is met on the way, the time
+/// step is cut to the moment at which it holds: a depth or a thickness within 1e-4 spacings, a
+/// material that is exposed or gone within a thousandth of the time step. A step whose condition
+/// holds when it begins takes no time.
 ///
 /// Units: time limit in s from the start of the recipe.
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);

@@ -42,7 +42,7 @@ struct DimensionRow {
 };
 
 const DimensionRow& row(Dimension dimension) {
-  static const std::array<DimensionRow, 10> rows{{
+  static const std::array<DimensionRow, 11> rows{{
       {"a length", {.length = 1}, 0, {"nm", "um"}},
       {"a time", {.time = 1}, 0, {"s", "min", "h"}},
       {"an energy", {.energy = 1}, 0, {"eV", "keV"}},
@@ -52,6 +52,7 @@ const DimensionRow& row(Dimension dimension) {
       {"a density", {.length = -3}, 1, {"/cm3"}},
       {"a temperature", {.temperature = 1}, 0, {"K"}},
       {"a pressure", {.pressure = 1}, 0, {"Pa"}},
+      {"a percentage", {}, 0, {"%"}},
       {"a number", {}, 0, {""}},
   }};
   return rows[static_cast<std::size_t>(dimension)];
@@ -78,7 +79,7 @@ std::optional<Unit> find_unit(std::string_view name) {
   constexpr Powers temperature{.temperature = 1};
   constexpr Powers pressure{.pressure = 1};
   constexpr double degree = std::numbers::pi / 180;
-  static constexpr std::array<NamedUnit, 33> units{{
+  static constexpr std::array<NamedUnit, 34> units{{
       {"nm", {length, 0}},
       {"um", {length, 3}},
       {"\u00b5m", {length, 3}},
@@ -112,6 +113,7 @@ std::optional<Unit> find_unit(std::string_view name) {
       {"atm", {pressure, 0, 101325}},
       {"Torr", {pressure, 0, 101325.0 / 760}},
       {"mTorr", {pressure, -3, 101325.0 / 760}},
+      {"%", {Powers{}, -2}},
   }};
   for (const NamedUnit& unit : units) {
     if (unit.name == name) return unit.unit;
@@ -378,7 +380,8 @@ std::string quantity_example(Dimension dimension, std::string_view number) {
 }
 
 std::string_view inside_unit(Dimension dimension) {
-  return dimension == Dimension::angle ? "rad" : row(dimension).units.front();
+  if (dimension == Dimension::angle) return "rad";
+  return dimension == Dimension::percentage ? "" : row(dimension).units.front();
 }
 
 }  // namespace scarp

@@ -7,7 +7,8 @@ namespace scarp {
 
 /// The kinds of values that a recipe holds.
 ///
-/// Units: inside, in this order: nm, s, eV, rad, nm/s, 1e15 cm^-2 s^-1, 1e22 cm^-3, K, Pa, 1.
+/// Units: inside, in this order: nm, s, eV, rad, nm/s, 1e15 cm^-2 s^-1, 1e22 cm^-3, K, Pa, 1 (a
+/// percentage as a part of the whole), 1.
 enum class Dimension {
   length,
   time,
@@ -18,6 +19,7 @@ enum class Dimension {
   density,
   temperature,
   pressure,
+  percentage,
   number,
 };
 
@@ -46,7 +48,8 @@ std::string_view dimension_name(Dimension dimension);
 /// A text that parse_quantity accepts, to show how one is written: "5 nm".
 std::string quantity_example(Dimension dimension, std::string_view number = "5");
 
-/// The unit that the inside uses, as a recipe writes it: "nm", "nm/s", ...; empty for numbers.
+/// The unit that the inside uses, as a recipe writes it: "nm", "nm/s", ...; empty for numbers and
+/// percentages.
 std::string_view inside_unit(Dimension dimension);
 
 }  // namespace scarp

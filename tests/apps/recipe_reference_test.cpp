@@ -188,7 +188,14 @@ TEST(RecipeReference, HasTheParametersOfEveryModel) {
 TEST(RecipeReference, HasTheKeysOfSteps) {
   const Keys sections = reference();
   EXPECT_EQ(keys_of(sections.at("[[step]]")),
-            (std::set<std::string>{"model", "name", "duration", "repeat", "step"}));
+            (std::set<std::string>{"model", "name", "duration", "until", "repeat", "step"}));
+  const std::set<std::string> of_until{"depth",    "thickness", "exposed",  "gone",
+                                       "material", "at",        "over_etch"};
+  EXPECT_EQ(keys_of(sections.at("[step.until]")), of_until);
+  EXPECT_THAT(sections.at("[step.until]").at("over_etch"), HasSubstr("`\"0 %\"`"));
+  const RecipeFile file("[until]\ngone = \"Si\"\n", "r.toml");
+  read_end_condition(file.root().table("until"), Materials(), {});
+  EXPECT_THAT(file.resolved(), HasSubstr("over_etch = \"0 %\"\n"));
 }
 
 TEST(RecipeReference, ListsTheBuiltInMaterials) {

@@ -43,6 +43,8 @@ TEST(Quantity, ReadsEveryDimensionInTheUnitOfTheInside) {
   EXPECT_EQ(parse_quantity("5.02e22 /cm3", Dimension::density), 5.02);
   EXPECT_DOUBLE_EQ(parse_quantity("220 degC", Dimension::temperature), 493.15);
   EXPECT_DOUBLE_EQ(parse_quantity("760 Torr", Dimension::pressure), 101325);
+  EXPECT_EQ(parse_quantity("20 %", Dimension::percentage), 0.2);
+  EXPECT_EQ(parse_quantity("0.5%", Dimension::percentage), 0.005);
   EXPECT_EQ(parse_quantity("0.1", Dimension::number), 0.1);
 }
 
@@ -116,6 +118,7 @@ TEST(Quantity, WritesAShortText) {
   EXPECT_EQ(format_quantity(parse_quantity("10 deg", Dimension::angle), Dimension::angle),
             "10 deg");
   EXPECT_EQ(format_quantity(12, Dimension::flux), "1.2e16 /cm2/s");
+  EXPECT_EQ(format_quantity(0.2, Dimension::percentage), "20 %");
   EXPECT_EQ(format_quantity(5.02, Dimension::density), "5.02e22 /cm3");
   EXPECT_EQ(format_quantity(0, Dimension::time), "0 s");
   EXPECT_EQ(format_quantity(0.1, Dimension::number), "0.1");

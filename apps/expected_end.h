@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+
+#include "apps/simulator.h"
+
+namespace scarp {
+
+/// About how long a step takes to its end condition, over-etch included, if the surface of the
+/// survey went on straight down (a film: up) at the speeds that it has there; at most its duration.
+///
+/// Films that are to be exposed or to go and are not there yet are not known: such a step takes its
+/// duration. Units: s.
+double expected_duration(const ProcessStep& step, const State& state, const Survey& survey);
+
+}  // namespace scarp
