@@ -12,6 +12,7 @@
 
 #include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
+#include "apps/restart.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -409,6 +410,59 @@ class StepReader {
   int cycle_depth_ = 0;
 };
 
+// That the grid of a state is the one that the recipe describes.
+void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Frame& found) {
+  const auto differs = [&](const std::string& key, bool is_same, const std::string& there) {
+    if (!is_same)
+      domain.error(key, fmt::format("is not that of the state that start names, which has {}; a "
+                                    "state goes on where it is",
+                                    there));
+    return !is_same;
+  };
+  const auto length = [](double value) { return format_quantity(value, Dimension::length); };
+  const bool other_mode = differs("mode", wanted.two_dimensional == found.two_dimensional,
+                                  found.two_dimensional ? "\"2d\"" : "\"3d\"");
+  const bool other_spacing =
+      differs("spacing", wanted.spacing == found.spacing, length(found.spacing));
+  if (other_mode) return;
+  for (std::size_t axis = 0; axis < (wanted.two_dimensional ? 1 : 2); ++axis) {
+    const bool periodic = found.boundary[axis] == Boundary::periodic;
+    differs(fmt::format("boundary[{}]", axis), wanted.boundary[axis] == found.boundary[axis],
+            periodic ? "\"periodic\"" : "\"reflective\"");
+    if (!other_spacing)
+      differs(fmt::format("extent[{}]", axis), wanted.cells[axis] == found.cells[axis],
+              length(found.cells[axis] * found.spacing));
+  }
+}
+
+std::optional<StartState> read_start(const RecipeTable& root, const std::filesystem::path& folder,
+                                     const Recipe& recipe) {
+  StartState start{.file = root.file("start", folder), .state = {}, .hash = {}};
+  if (root.has("geometry"))
+    root.error("geometry", "there is start, too, which says what the recipe begins with");
+  if (!root.ok("start")) return std::nullopt;
+  try {
+    start.state = std::make_shared<const State>(read_start_state(start.file, recipe.materials));
+  } catch (const InputError& error) {
+    root.error("start", error.what());
+    return std::nullopt;
+  }
+  start.hash = state_hash(*start.state, recipe.materials);
+  if (root.ok("domain"))
+    refuse_other_grid(root.table("domain"), recipe.frame, start.state->layers.frame);
+  return start;
+}
+
+std::vector<MaterialId> materials_of(const Layers& layers) {
+  std::vector<MaterialId> found;
+  for (std::size_t n = 0; n < layers.stack.size(); ++n) {
+    const MaterialId material = layers.stack[n].material;
+    if (adds_material(layers, n) && std::ranges::find(found, material) == found.end())
+      found.push_back(material);
+  }
+  return found;
+}
+
 std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
   std::vector<MaterialId> found;
   const auto add = [&](std::optional<MaterialId> material) {
@@ -470,9 +524,13 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.frame = read_domain(root.table("domain"));
   read_materials(root.table("materials"), recipe.materials);
 
-  const std::vector<RecipeTable> shapes = root.tables("geometry");
-  recipe.geometry = read_geometry(shapes, recipe.materials, path.parent_path());
-  if (file.ok()) check_geometry(root, shapes, recipe);
+  if (root.has("start")) {
+    recipe.start = read_start(root, path.parent_path(), recipe);
+  } else {
+    const std::vector<RecipeTable> shapes = root.tables("geometry");
+    recipe.geometry = read_geometry(shapes, recipe.materials, path.parent_path());
+    if (file.ok()) check_geometry(root, shapes, recipe);
+  }
 
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
@@ -480,7 +538,9 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.coverages = read_coverages(root.table("flux"));
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");
-  recipe.steps = StepReader(recipe, materials_of(recipe.geometry), path.parent_path()).read(steps);
+  const std::vector<MaterialId> there =
+      recipe.start ? materials_of(recipe.start->state->layers) : materials_of(recipe.geometry);
+  recipe.steps = StepReader(recipe, there, path.parent_path()).read(steps);
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);

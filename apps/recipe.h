@@ -18,6 +18,15 @@
 
 namespace scarp {
 
+struct State;
+
+/// The state of another run that a recipe starts from.
+struct StartState {
+  std::filesystem::path file;
+  std::shared_ptr<const State> state;
+  std::string hash;  ///< see state_hash()
+};
+
 /// One step of a recipe, repeats written out: a model that moves the surface for some time, or an
 /// operation that acts on the layers at once, when the step begins.
 ///
@@ -40,7 +49,8 @@ struct Recipe {
   std::string title;
   Frame frame;
   Materials materials;
-  std::vector<Shape> geometry;
+  std::vector<Shape> geometry;  ///< empty where there is a start
+  std::optional<StartState> start;
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
   double position_error = 0;  ///< wanted of a time step, in place of the error of the flux; nm

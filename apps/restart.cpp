@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 std::string recipe_hash(const Recipe& recipe) {
   Hash hash;
   hash.add(recipe.resolved);
+  if (recipe.start) hash.add(recipe.start->hash);
   return hash.hex();
 }
 
@@ -166,9 +167,37 @@ class CoverageReader {
   const fs::path& file_;
 };
 
+// The names of the layers' materials, a line each.
+std::string names_of(const Layers& layers, const Materials& materials) {
+  std::string names;
+  for (const Layer& layer : layers.stack) names += materials[layer.material].name + '\n';
+  return names;
+}
+
+// Numbers of materials are those of the recipe that wrote the file.
+void name_materials(Layers& layers, const std::string& names, const Materials& materials,
+                    const fs::path& file) {
+  std::istringstream lines(names);
+  for (Layer& layer : layers.stack) {
+    std::string name;
+    std::getline(lines, name);
+    const std::optional<MaterialId> material = materials.find(name);
+    if (!material) {
+      throw InputError(
+          fmt::format("{} holds the material {}, which this recipe does not know; add a table "
+                      "[materials.{}] with its density",
+                      file.string(), name, name));
+    }
+    layer.material = *material;
+  }
+}
+
 CheckpointNotes notes_of(const State& state, const Recipe& recipe,
                          std::span<const double> output_times) {
-  return {{"time_s", format_number(state.time)},
+  return {{"materials", names_of(state.layers, recipe.materials)},
+          {"origin_s", format_number(state.origin.time)},
+          {"origin_time_step", std::to_string(state.origin.time_step)},
+          {"time_s", format_number(state.time)},
           {"step", std::to_string(state.step)},
           {"step_start_s", format_number(state.step_start)},
           {"step_start_height_nm", text_of(state.progress.start_height)},
@@ -216,6 +245,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
     throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
   }
   return {.state = {.layers = std::move(checkpoint.layers),
+                    .origin = {value("origin_s"),
+                               static_cast<std::uint32_t>(value("origin_time_step"))},
                     .time = value("time_s"),
                     .step = static_cast<std::size_t>(value("step")),
                     .step_start = value("step_start_s"),
@@ -252,7 +283,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
   for (const fs::path& file : newest_first) {
     try {
       Restart restart = read_restart(file, recipe);
-      if (restart.state.time_step >= row_count) {
+      if (restart.state.time_step - restart.state.origin.time_step >= row_count) {
         throw InputError(
             fmt::format("{}: metrics.csv has no rows for its time steps", file.string()));
       }
@@ -267,10 +298,21 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
   return newest;
 }
 
-std::string state_hash(const State& state, const Recipe& recipe) {
+State read_start_state(const fs::path& file, const Materials& materials) {
+  Checkpoint checkpoint = read_checkpoint(file);
+  const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
+  name_materials(checkpoint.layers, note_of(checkpoint.notes, "materials", file), materials, file);
+  return {.layers = std::move(checkpoint.layers),
+          .time = value("time_s"),
+          .time_step = static_cast<std::uint32_t>(value("time_step")),
+          .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
+          .coverages = CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()};
+}
+
+std::string state_hash(const State& state, const Materials& materials) {
   Hash result;
   for (const Layer& layer : state.layers.stack) {
-    result.add(recipe.materials[layer.material].name);
+    result.add(materials[layer.material].name);
     result.add("\n");
   }
   result.add_value(hash(state.layers));

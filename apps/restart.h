@@ -37,8 +37,14 @@ void write_restart(const std::filesystem::path& file, const State& state,
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
                                       std::size_t row_count, const Recipe& recipe, const Log& log);
 
+/// The state that another run left, for a recipe to start from: layers, materials by their names,
+/// process time, closed voids, coverages.
+///
+/// Throws: InputError if it is not a checkpoint of a run, or holds a material that is not known.
+State read_start_state(const std::filesystem::path& file, const Materials& materials);
+
 /// The hash over phi with its band, materials, coverages and process time by which runs are
 /// compared.
-std::string state_hash(const State& state, const Recipe& recipe);
+std::string state_hash(const State& state, const Materials& materials);
 
 }  // namespace scarp

@@ -126,7 +126,7 @@ std::string cause_of(const ProcessStep& step, const StepEnd& end) {
 
 nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  double start = 0;
+  double start = state.origin.time;
   for (std::size_t n = 0; n < state.ends.size(); ++n) {
     const StepEnd& end = state.ends[n];
     const nlohmann::ordered_json reached =
@@ -225,11 +225,12 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["title"] = recipe.title;
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
-  summary["time_steps"] = state.time_step;
+  summary["start_state_hash"] = recipe.start ? recipe.start->hash : "";
+  summary["time_steps"] = state.time_step - state.origin.time_step;
   summary["outputs"] = output_times.size();
   summary["output_times_s"] = output_times;
   summary["steps"] = step_list(state, recipe);
-  summary["state_hash"] = state_hash(state, recipe);
+  summary["state_hash"] = state_hash(state, recipe.materials);
   summary["metrology"] = {{"highest_nm", survey.extent.upper.z},
                           {"lowest_nm", survey.extent.lower.z}};
   summary["void_count"] = survey.gas.voids.size();

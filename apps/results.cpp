@@ -73,12 +73,17 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 // The lines of metrics.csv up to the first that is not what it should be: the head, then a row for
-// each time step, which has its number at the end.
-std::size_t count_whole_rows(const std::vector<std::string>& lines) {
+// each time step from the first one on, which has its number at the end.
+std::size_t count_whole_rows(const std::vector<std::string>& lines, std::uint32_t first) {
   if (lines.empty() || lines.front() + '\n' != metrics_head) return 0;
   std::size_t count = 1;
-  while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", count - 1))) ++count;
+  while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", first + count - 1)))
+    ++count;
   return count;
+}
+
+std::uint32_t first_time_step(const Recipe& recipe) {
+  return recipe.start ? recipe.start->state->time_step : 0;
 }
 
 std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
@@ -126,7 +131,8 @@ bool ResultFolder::complete(const Recipe& recipe) const {
   if (read_text(file("recipe.toml")) != recipe.resolved) return false;
   const auto summary =
       nlohmann::json::parse(read_text(file("summary.json")), nullptr, /*allow_exceptions=*/false);
-  return summary.is_object() && summary.value("complete", false);
+  return summary.is_object() && summary.value("complete", false) &&
+         summary.value("start_state_hash", "") == (recipe.start ? recipe.start->hash : "");
 }
 
 bool ResultFolder::holds_run() const {
@@ -143,8 +149,18 @@ void ResultFolder::require_own() const {
                   foreign.front().string()));
 }
 
+void ResultFolder::require_not_start(const Recipe& recipe) const {
+  std::error_code error;
+  if (!recipe.start || !fs::equivalent(recipe.start->file.parent_path(), path_, error)) return;
+  throw InputError(
+      fmt::format("{}: the run would replace the state that it starts from; choose another folder "
+                  "with -o",
+                  recipe.start->file.string()));
+}
+
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
   require_own();
+  require_not_start(recipe);
   if (holds_run()) {
     log.info(fmt::format("{}: replaces the run that was here", path_.string()));
   }
@@ -168,7 +184,8 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
                     file("recipe.toml").string()));
   }
   const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
-  std::optional<Restart> restart = newest_restart(checkpoints, count_whole_rows(rows), recipe, log);
+  std::optional<Restart> restart =
+      newest_restart(checkpoints, count_whole_rows(rows, first_time_step(recipe)), recipe, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
@@ -180,7 +197,8 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
 
   // The rows of time steps that will be done again go.
   std::string kept;
-  for (std::size_t n = 0; n <= restart->state.time_step; ++n) kept += rows[n] + '\n';
+  const std::uint32_t row_count = restart->state.time_step - first_time_step(recipe);
+  for (std::size_t n = 0; n <= row_count; ++n) kept += rows[n] + '\n';
   write_file(file("metrics.csv"), kept);
   return std::move(restart->state);
 }

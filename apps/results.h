@@ -62,6 +62,7 @@ class ResultFolder {
   /// True when a run has begun here: its metrics.csv is there from the first moment to the last.
   bool holds_run() const;
   void require_own() const;
+  void require_not_start(const Recipe& recipe) const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
   void write_state(const std::string& name, const State& state, const Recipe& recipe);

@@ -69,7 +69,7 @@ class Observer {
   void tell_end(const ProcessStep& step, const State& state, std::size_t number) {
     if (!step.until) return;
     const StepEnd& end = state.ends[number];
-    const double start = number > 0 ? state.ends[number - 1].time : 0;
+    const double start = number > 0 ? state.ends[number - 1].time : state.origin.time;
     const std::string wanted = text_of(*step.until, recipe_.materials);
     if (end.out_of_time) {
       log_.warn(fmt::format(

@@ -498,6 +498,16 @@ const ProcessStep& current_step(const State& state, const Recipe& recipe) {
 }
 
 State start_state(const Recipe& recipe) {
+  if (recipe.start) {
+    const State& start = *recipe.start->state;
+    return {.layers = start.layers.copy(),
+            .origin = {start.time, start.time_step},
+            .time = start.time,
+            .step_start = start.time,
+            .time_step = start.time_step,
+            .voids = start.voids,
+            .coverages = start.coverages};
+  }
   State state{.layers = build_layers(recipe.frame, recipe.geometry)};
   count_islands(state, remove_islands(state.layers));
   return state;

@@ -18,7 +18,7 @@ namespace scarp {
 
 /// A void as it was measured when it closed, and when that was.
 ///
-/// Units: s from the start of the recipe.
+/// Units: s of process time.
 struct VoidClosure {
   Region region;
   double time = 0;
@@ -32,25 +32,34 @@ struct RemovedSolid {
 
 /// How far a step with an end condition has come.
 ///
-/// Units: nm; s from the start of the recipe.
+/// Units: nm; s of process time.
 struct EndProgress {
   std::optional<double> start_height{};  ///< see start_height(); found when the step begins
   std::optional<double> reached{};       ///< when the condition held; over-etch goes on
 };
 
-/// How a step of the recipe ended. Units: s from the start of the recipe.
+/// How a step of the recipe ended. Units: s of process time.
 struct StepEnd {
   double time = 0;
   std::optional<double> reached{};  ///< when its end condition held
   bool out_of_time = false;         ///< its duration came before its end condition, or over-etch
 };
 
+/// Where the time of a recipe begins: at 0, or where the run ended whose state it starts from.
+///
+/// Units: s.
+struct Origin {
+  double time = 0;
+  std::uint32_t time_step = 0;
+};
+
 /// Everything the next time step depends on, and what results tell of the past; what a checkpoint
 /// holds.
 ///
-/// Units: s from the start of the recipe.
+/// Process time counts from the start of the first of a chain of recipes. Units: s.
 struct State {
   Layers layers;
+  Origin origin{};
   double time = 0;
   std::size_t step = 0;
   double step_start = 0;
@@ -93,7 +102,7 @@ std::optional<double> position_error(const Survey& survey, double dt);
 
 /// The next moment after that of the state at which results are wanted; infinity if there is none.
 ///
-/// Units: s from the start of the recipe.
+/// Units: s of process time.
 double next_output(const State& state, const Recipe& recipe);
 
 /// How far one time step went, what it cut off, and what the grid part of it cost.
@@ -106,7 +115,8 @@ struct Move {
 /// The step that the next time step belongs to; the last one when the recipe is complete.
 const ProcessStep& current_step(const State& state, const Recipe& recipe);
 
-/// The start geometry of a recipe, without solid that nothing joins to the wafer.
+/// The start geometry of a recipe, without solid that nothing joins to the wafer; or the state that
+/// it starts from.
 State start_state(const Recipe& recipe);
 
 /// The start geometry with what the first steps of a recipe do to it at once, before any that takes
@@ -146,7 +156,7 @@ Survey survey(const State& state, const Recipe& recipe);
 /// material that is exposed or gone within a thousandth of the time step. A step whose condition
 /// holds when it begins takes no time.
 ///
-/// Units: time limit in s from the start of the recipe.
+/// Units: time limit in s of process time.
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);
 
 /// True when the last step of the recipe is complete.
