@@ -23,6 +23,36 @@ std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const
   return values;
 }
 
+CoverageChange largest_change(std::span<const std::vector<float>> before,
+                              std::span<const std::vector<float>> after) {
+  CoverageChange largest;
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    for (std::size_t f = 0; f < after[k].size(); ++f) {
+      const double change = std::abs(static_cast<double>(after[k][f]) - before[k][f]);
+      if (change > largest.size) largest = {change, static_cast<std::uint32_t>(f)};
+    }
+  }
+  return largest;
+}
+
+std::vector<bool> species_by_coverage(const SurfaceModel& model, const SurfacePoints& points) {
+  const SurfacePoints point{.material = points.material.first(1), .normal = points.normal.first(1)};
+  const std::vector<std::vector<float>> bare(model.coverages().size(), {0.0F});
+  std::vector<bool> species;
+  for (const std::vector<float>& sticking : model.covered_sticking(point, bare))
+    species.push_back(!sticking.empty());
+  return species;
+}
+
+void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points,
+                          std::span<const std::vector<float>> coverages,
+                          std::vector<std::vector<float>>& sticking) {
+  // Copied, not moved: the flux refers to these numbers where they are.
+  const std::vector<std::vector<float>> covered = model.covered_sticking(points, coverages);
+  for (std::size_t species = 0; species < covered.size(); ++species)
+    if (!covered[species].empty()) sticking[species] = covered[species];
+}
+
 CoverageIteration::CoverageIteration(const SurfaceModel& model, const TriMesh& facets,
                                      const SurfaceCoverages& start, const CoverageOptions& options)
     : model_(model), facets_(facets), options_(options), normals_(facet_normals(facets)) {
@@ -32,11 +62,8 @@ CoverageIteration::CoverageIteration(const SurfaceModel& model, const TriMesh& f
 
 StickingFeedback CoverageIteration::feedback() {
   StickingFeedback feedback;
-  const SurfacePoints point{.material = std::span(facets_.materials).first(1),
-                            .normal = std::span(normals_).first(1)};
-  const std::vector<std::vector<float>> bare(model_.coverages().size(), {0.0F});
-  for (const std::vector<float>& sticking : model_.covered_sticking(point, bare))
-    feedback.species.push_back(!sticking.empty());
+  feedback.species =
+      species_by_coverage(model_, {.material = facets_.materials, .normal = normals_});
   feedback.update = [this](auto flux, auto& sticking) { return update(flux, sticking); };
   return feedback;
 }
@@ -50,7 +77,9 @@ bool CoverageIteration::update(std::span<const std::span<const float>> flux,
     if (has_begun_) {
       ++fit_.iterations;
       ++iterations_of_round_;
-      note_change(next);
+      const CoverageChange change = largest_change(coverages_, next);
+      fit_.change = change.size;
+      fit_.facet = change.facet;
     }
     coverages_ = std::move(next);
   }
@@ -62,23 +91,8 @@ bool CoverageIteration::update(std::span<const std::span<const float>> flux,
     }
   }
   has_begun_ = true;
-  const std::vector<std::vector<float>> covered = model_.covered_sticking(points, coverages_);
-  for (std::size_t species = 0; species < covered.size(); ++species)
-    if (!covered[species].empty()) sticking[species] = covered[species];
+  set_covered_sticking(model_, points, coverages_, sticking);
   return true;
-}
-
-void CoverageIteration::note_change(const std::vector<std::vector<float>>& next) {
-  fit_.change = 0;
-  fit_.facet = 0;
-  for (std::size_t k = 0; k < next.size(); ++k) {
-    for (std::size_t f = 0; f < next[k].size(); ++f) {
-      const double change = std::abs(static_cast<double>(next[k][f]) - coverages_[k][f]);
-      if (change <= fit_.change) continue;
-      fit_.change = change;
-      fit_.facet = static_cast<std::uint32_t>(f);
-    }
-  }
 }
 
 }  // namespace scarp

@@ -13,7 +13,8 @@ namespace scarp {
 
 /// When coverages and fluxes fit each other.
 struct CoverageOptions {
-  double tolerance = 1e-4;    ///< the most that a coverage may still change, on any facet
+  double tolerance = 1e-4;    ///< the most that a coverage may still change, on any facet; in a
+                              ///< cycle, the most that a step may err
   int most_iterations = 200;  ///< for one number of rays
 };
 
@@ -35,10 +36,27 @@ std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const
 /// How an iteration of coverages and fluxes ended.
 struct CoverageFit {
   int iterations = 0;       ///< how often the flux was solved, for all numbers of rays together
-  double change = 0;        ///< the largest that the last one brought to a coverage of a facet ...
+  double change = 0;        ///< the largest that the last one brought to a coverage of a facet, or
+                            ///< the largest error of a coverage in a step of a cycle ...
   std::uint32_t facet = 0;  ///< ... and where
   bool reached = true;      ///< it is within the tolerance
 };
+
+/// The largest difference of a coverage on a facet, and where.
+struct CoverageChange {
+  double size = 0;
+  std::uint32_t facet = 0;
+};
+CoverageChange largest_change(std::span<const std::vector<float>> before,
+                              std::span<const std::vector<float>> after);
+
+/// Which species stick as what covers the surface lets them.
+std::vector<bool> species_by_coverage(const SurfaceModel& model, const SurfacePoints& points);
+
+/// Sets the sticking of these species.
+void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points,
+                          std::span<const std::vector<float>> coverages,
+                          std::vector<std::vector<float>>& sticking);
 
 /// Coverages and fluxes that fit each other, by turns.
 ///
@@ -65,7 +83,6 @@ class CoverageIteration {
  private:
   bool update(std::span<const std::span<const float>> flux,
               std::vector<std::vector<float>>& sticking);
-  void note_change(const std::vector<std::vector<float>>& next);
 
   const SurfaceModel& model_;
   const TriMesh& facets_;

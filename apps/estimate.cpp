@@ -27,11 +27,23 @@ double largest_yield(const YieldLaw& law, double energy) {
 struct OpenWafers {
   std::vector<MaterialId> material;
   std::vector<Vec3f> normal;
-  std::vector<std::vector<float>> flux;  // by tally
+  std::vector<std::vector<float>> flux;       // by tally
+  std::vector<std::vector<float>> coverages;  // at the end of a cycle, if the model has phases
 
-  SurfacePoints points() const { return {.material = material, .normal = normal}; }
+  SurfacePoints points() const {
+    return {.material = material, .normal = normal, .coverages = coverages};
+  }
   std::vector<std::span<const float>> tallies() const { return {flux.begin(), flux.end()}; }
 };
+
+void go_through_cycle(const SurfaceModel& model, OpenWafers& wafers) {
+  const std::vector<double> phases = model.phases();
+  if (phases.empty()) return;
+  wafers.coverages.assign(model.coverages().size(), std::vector<float>(wafers.material.size()));
+  for (std::size_t phase = 0; phase < phases.size(); ++phase)
+    wafers.coverages =
+        model.coverages_after(phases[phase], phase, wafers.points(), wafers.tallies());
+}
 
 // yield(species, law) is what ions bring of a yield.
 template <class Yield>
@@ -50,6 +62,7 @@ OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, co
     for (const YieldLaw& law : species.yields)
       wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
   }
+  go_through_cycle(model, wafers);
   return wafers;
 }
 
@@ -125,8 +138,9 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
   if (!step.model) return 1;
   const double cells =
       duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
+  const double at_least = std::ceil(duration / step.model->longest_time_step());
   // Bounds of factors are rounded.
-  return std::max(1.0, std::ceil((1 - 1e-6) * cells / recipe.cfl));
+  return std::max({1.0, at_least, std::ceil((1 - 1e-6) * cells / recipe.cfl)});
 }
 
 CostEstimate estimate_cost(const Recipe& recipe) {

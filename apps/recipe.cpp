@@ -258,16 +258,16 @@ void refuse_far(const RecipeTable& table, const LayerOperation& operation, const
   }
 }
 
-void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, const Recipe& recipe) {
+void refuse_endless_step(const RecipeTable& table, std::string_view key, const ProcessStep& step,
+                         const Recipe& recipe) {
   const double count = time_steps(step, step.duration, recipe);
   // Without an end where the spacing is wrong, which is told there.
   if (count <= most_time_steps || !std::isfinite(count)) return;
   table.error(
-      "duration",
-      fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
-                  "can be: a shorter duration, lower rates or a coarser spacing",
-                  format_quantity(step.duration, Dimension::time), count,
-                  recipe.cfl * recipe.frame.spacing, most_time_steps));
+      key, fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
+                       "can be: a shorter duration, lower rates or a coarser spacing",
+                       format_quantity(step.duration, Dimension::time), count,
+                       recipe.cfl * recipe.frame.spacing, most_time_steps));
 }
 
 // Whether an open wafer of any material is etched.
@@ -335,9 +335,12 @@ class StepReader {
     ProcessStep step;
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
-    step.duration = read_duration(table, step.model_name);
+    const ModelDescription* const model = find_model(step.model_name);
+    const bool own_duration = model != nullptr && model->has_own_duration;
+    if (!own_duration) step.duration = read_duration(table, model);
     StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
     if (made.model == nullptr && !made.operation) return {};
+    if (own_duration) step.duration = checked_duration(table, made.duration);
     step.deposits = made.deposits;
     step.model = std::move(made.model);
     step.operation = made.operation;
@@ -349,7 +352,8 @@ class StepReader {
     if (!table.ok()) return {step};
     if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
     if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
-    refuse_endless_step(table, step, recipe_);
+    if (step.model) refuse_position_error(table, step);
+    refuse_endless_step(table, own_duration ? made.duration.key : "duration", step, recipe_);
     return {step};
   }
 
@@ -388,8 +392,23 @@ class StepReader {
     asked_materials_.clear();
   }
 
-  static double read_duration(const RecipeTable& table, const std::string& model_name) {
-    const ModelDescription* const model = find_model(model_name);
+  // How an error of the flux in each part of a cycle adds up is not known.
+  void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
+    if (recipe_.position_error == 0 || step.model->phases().empty()) return;
+    table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
+                                     "flux.position_error is not known; use flux.target_error",
+                                     step.model_name));
+  }
+
+  static double checked_duration(const RecipeTable& table, const OwnDuration& duration) {
+    if (duration.seconds > longest && table.ok())
+      table.error(duration.key, fmt::format("the step takes {}; the most is {}",
+                                            format_quantity(duration.seconds, Dimension::time),
+                                            format_quantity(longest, Dimension::time)));
+    return std::min(duration.seconds, longest);
+  }
+
+  static double read_duration(const RecipeTable& table, const ModelDescription* model) {
     const bool at_once = model != nullptr && model->acts_at_once;
     return table.time("duration", {.fallback = at_once ? "0 s" : "",
                                    .minimum = 0,

@@ -118,7 +118,7 @@ class Observer {
                      now.facets.vertices[corners[2]]) /
                     3.0F;
     log_.warn(fmt::format(
-        "step \"{}\", t = {:.4g} s: the coverages of model {} still change by {:.2g} after {} "
+        "step \"{}\", t = {:.4g} s: the coverages of model {} are uncertain by {:.2g} after {} "
         "iterations, most at ({:.4g}, {:.4g}, {:.4g}) nm, material {}; more than the tolerance of "
         "{:g}: raise flux.coverage_iterations or flux.coverage_tolerance",
         step.name, state.time, step.model_name, fit.change, recipe_.coverages.most_iterations, r.x,

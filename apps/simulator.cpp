@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/coverage_cycle.h"
 #include "core/error.h"
 #include "flux/reconstruct.h"
 #include "flux/solve.h"
@@ -55,37 +56,53 @@ std::vector<Species> species_of(const ProcessStep& step) {
   return step.model ? step.model->species() : std::vector<Species>{};
 }
 
-// What the model lets the facets send out; refers to both.
+// What the model lets the facets send out; refers to all of them.
 SurfaceEmission emission_from(const TriMesh& facets, const SurfaceModel& model,
-                              std::span<const Species> species) {
+                              std::span<const Species> species,
+                              const std::vector<std::vector<float>>& coverages) {
   SurfaceEmission emission;
   for (const Species& each : species)
     emission.species.push_back(each.source.kind == SourceLobe::Kind::none);
   if (std::ranges::find(emission.species, true) == emission.species.end()) return {};
   emission.of = [&](std::span<const std::span<const float>> flux) {
     const std::vector<Vec3f> normals = facet_normals(facets);
-    return model.emission({.material = facets.materials, .normal = normals}, flux);
+    return model.emission({.material = facets.materials, .normal = normals, .coverages = coverages},
+                          flux);
   };
   return emission;
+}
+
+// Sticking and emission follow the coverages, of a balance or of a cycle.
+template <class Coverages>
+std::vector<FluxField> solve_with(Coverages& coverages, std::span<const Species> species,
+                                  const FluxOptions& options, const SurfaceModel& model,
+                                  Survey& result) {
+  std::vector<FluxField> flux =
+      solve_flux(result.facets, species, options, coverages.feedback(),
+                 emission_from(result.facets, model, species, coverages.coverages()));
+  const int before = result.coverage_fit.iterations;
+  result.coverages = coverages.coverages();
+  result.coverage_fit = coverages.fit();
+  result.coverage_fit.iterations += before;
+  return flux;
 }
 
 // The flux on a surface that it covers; where it was solved before, on from the coverages then.
 std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
                                      const State& state, const Recipe& recipe, Survey& result) {
   const SurfaceModel& model = *current_step(state, recipe).model;
-  const SurfaceEmission emission = emission_from(result.facets, model, species);
-  if (model.coverages().empty()) return solve_flux(result.facets, species, options, {}, emission);
+  if (model.coverages().empty())
+    return solve_flux(result.facets, species, options, {},
+                      emission_from(result.facets, model, species, result.coverages));
+  if (!model.phases().empty()) {
+    CoverageCycle cycle(model, result.facets, recipe.coverages);
+    return solve_with(cycle, species, options, model, result);
+  }
   const bool again = !result.coverages.empty();
   CoverageIteration iteration(model, result.facets,
                               again ? coverages_of(result, model) : state.coverages,
                               recipe.coverages);
-  std::vector<FluxField> flux =
-      solve_flux(result.facets, species, options, iteration.feedback(), emission);
-  const int before = result.coverage_fit.iterations;
-  result.coverages = iteration.coverages();
-  result.coverage_fit = iteration.fit();
-  result.coverage_fit.iterations += before;
-  return flux;
+  return solve_with(iteration, species, options, model, result);
 }
 
 // Particles that slip through the surface make every number wrong without showing it.
@@ -117,24 +134,26 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
   require_nothing_lost(result.flux, state, recipe);
 }
 
-// The flux at the three corners of every facet, one array per tally of each species.
-std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
-                                                std::span<const FluxField> flux) {
-  std::vector<std::vector<float>> at_corners;
-  for (const FluxField& field : flux) {
-    for (const Tally& tally : field.tallies) {
-      std::vector<float>& values = at_corners.emplace_back();
-      for (const auto& corner : corner_values(facets, tally.mean)) {
-        values.insert(values.end(), corner.begin(), corner.end());
-      }
-    }
-  }
-  return at_corners;
+// Values at the three corners of every facet, in one row.
+std::vector<float> at_corners(const TriMesh& facets, std::span<const float> on_facets) {
+  std::vector<float> values;
+  for (const auto& corners : corner_values(facets, on_facets))
+    values.insert(values.end(), corners.begin(), corners.end());
+  return values;
 }
 
-CornerSpeeds by_facet(const std::vector<float>& at_corners) {
-  CornerSpeeds speeds(at_corners.size() / 3);
-  for (std::size_t p = 0; p < at_corners.size(); ++p) speeds[p / 3][p % 3] = at_corners[p];
+// The flux at the corners, one array per tally of each species.
+std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
+                                                std::span<const FluxField> flux) {
+  std::vector<std::vector<float>> tallies;
+  for (const FluxField& field : flux)
+    for (const Tally& tally : field.tallies) tallies.push_back(at_corners(facets, tally.mean));
+  return tallies;
+}
+
+CornerSpeeds by_facet(const std::vector<float>& row) {
+  CornerSpeeds speeds(row.size() / 3);
+  for (std::size_t p = 0; p < row.size(); ++p) speeds[p / 3][p % 3] = row[p];
   return speeds;
 }
 
@@ -149,9 +168,11 @@ std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField>
 // that speeds break where the surface does.
 LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
                                std::span<const std::vector<float>> corner_flux,
+                               std::span<const std::vector<float>> corner_coverages,
                                const SurfaceModel& model, MaterialId material) {
   const std::vector<MaterialId> everywhere(corner_normals.size(), material);
-  const SurfacePoints points{.material = everywhere, .normal = corner_normals};
+  const SurfacePoints points{
+      .material = everywhere, .normal = corner_normals, .coverages = corner_coverages};
   const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
   return {.speed = by_facet(model.speeds(points, views))};
 }
@@ -177,16 +198,18 @@ LayerSpeeds parts_of_material(const TriMesh& facets, const std::vector<Vec3f>& n
   return speeds;
 }
 
-std::vector<LayerSpeeds> speeds_at_corners(const TriMesh& facets, const State& state,
-                                           std::span<const FluxField> flux,
-                                           const SurfaceModel& model,
-                                           std::span<const AngularFactor> factors) {
+std::vector<LayerSpeeds> speeds_at_corners(const State& state, const Survey& survey,
+                                           const SurfaceModel& model) {
+  const TriMesh& facets = survey.facets;
   const std::vector<Vec3f> normals = facet_normals(facets);
   std::vector<Vec3f> corner_normals;
   std::vector<std::vector<float>> corner_flux;
-  if (factors.empty()) {
+  std::vector<std::vector<float>> corner_coverages;
+  if (survey.factors.empty()) {
     for (const Vec3f& n : normals) corner_normals.insert(corner_normals.end(), 3, n);
-    corner_flux = flux_at_corners(facets, flux);
+    corner_flux = flux_at_corners(facets, survey.flux);
+    for (const std::vector<float>& coverage : survey.coverages)
+      corner_coverages.push_back(at_corners(facets, coverage));
   }
   std::vector<LayerSpeeds> speeds;
   for (std::size_t k = 0; k < state.layers.stack.size(); ++k) {
@@ -195,10 +218,12 @@ std::vector<LayerSpeeds> speeds_at_corners(const TriMesh& facets, const State& s
     while (state.layers.stack[same].material != material) ++same;
     if (same < k) {
       speeds.push_back(speeds[same]);
-    } else if (factors.empty()) {
-      speeds.push_back(speeds_of_material(corner_normals, corner_flux, model, material));
+    } else if (survey.factors.empty()) {
+      speeds.push_back(
+          speeds_of_material(corner_normals, corner_flux, corner_coverages, model, material));
     } else {
-      speeds.push_back(parts_of_material(facets, normals, flux, model, factors, material));
+      speeds.push_back(
+          parts_of_material(facets, normals, survey.flux, model, survey.factors, material));
     }
   }
   return speeds;
@@ -418,8 +443,7 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   const ProcessStep& step = current_step(state, recipe);
   if (!step.model) return;
   result.factors = step.model->angular_factors();
-  result.speeds_of_layers =
-      speeds_at_corners(result.facets, state, result.flux, *step.model, result.factors);
+  result.speeds_of_layers = speeds_at_corners(state, result, *step.model);
   require_sound_speeds(result, state, recipe);
 }
 
@@ -483,7 +507,7 @@ bool aims_at_position(const State& state, const Recipe& recipe) {
 
 // The flux of a survey again, to the error that a rough one shows to be needed.
 void refine_to_position(const State& state, const Recipe& recipe, Survey& result) {
-  result.longest_dt = planned_time_step(state, recipe, result);
+  result.longest_dt = std::min(result.longest_dt, planned_time_step(state, recipe, result));
   FluxOptions options = recipe.flux;
   options.responses = responses(*current_step(state, recipe).model, result);
   options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
@@ -531,6 +555,8 @@ void begin_step(State& state, const Recipe& recipe) {
 
 Survey survey(const State& state, const Recipe& recipe) {
   Survey result;
+  if (const auto& model = current_step(state, recipe).model)
+    result.longest_dt = model->longest_time_step();
   TriMesh surface = exposed_surface(state, recipe, result);
   result.facets = simplified(std::move(surface), recipe, result);
   FluxOptions options = recipe.flux;

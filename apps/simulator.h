@@ -89,7 +89,8 @@ struct Survey {
   CoverageFit coverage_fit;
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
-  /// The longest time step for which the flux is good enough, with a target in position. Units: s.
+  /// The longest time step for which the model holds, and the flux is good enough with a target in
+  /// position. Units: s.
   double longest_dt = std::numeric_limits<double>::infinity();
   StageTimer timer;
 };

@@ -42,7 +42,7 @@ struct DimensionRow {
 };
 
 const DimensionRow& row(Dimension dimension) {
-  static const std::array<DimensionRow, 11> rows{{
+  static const std::array<DimensionRow, 12> rows{{
       {"a length", {.length = 1}, 0, {"nm", "um"}},
       {"a time", {.time = 1}, 0, {"s", "min", "h"}},
       {"an energy", {.energy = 1}, 0, {"eV", "keV"}},
@@ -50,6 +50,7 @@ const DimensionRow& row(Dimension dimension) {
       {"a rate", {.length = 1, .time = -1}, 0, {"nm/s", "nm/min", "um/min"}},
       {"a flux", {.length = -2, .time = -1}, 1, {"/cm2/s"}},
       {"a density", {.length = -3}, 1, {"/cm3"}},
+      {"an areal density", {.length = -2}, 1, {"/cm2"}},
       {"a temperature", {.temperature = 1}, 0, {"K"}},
       {"a pressure", {.pressure = 1}, 0, {"Pa"}},
       {"a percentage", {}, 0, {"%"}},
@@ -228,6 +229,7 @@ std::string example(Dimension dimension, std::string_view number) {
   if (unit.empty()) return in_quotes(number);
   if (dimension == Dimension::flux) number = "1e15";
   if (dimension == Dimension::density) number = "5e22";
+  if (dimension == Dimension::areal_density) number = "1e15";
   return in_quotes(std::string(number).append(" ").append(unit));
 }
 

@@ -269,13 +269,11 @@ FluxField Gathered::field() const {
 
 void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan, const View& view,
                      const Settle& settle) {
-  std::vector<std::vector<float>> seen;
-  for (std::size_t p = 0; p < problems.size(); ++p)
-    seen.push_back(seen_by_rays(problems[p], plan, view, p));
   std::vector<std::vector<float>> arrivals(problems.size());
   do {
     for (std::size_t p = 0; p < problems.size(); ++p)
-      arrivals[p] = arrivals_on_facets(problems[p], plan, view, seen[p]);
+      arrivals[p] =
+          arrivals_on_facets(problems[p], plan, view, seen_by_rays(problems[p], plan, view, p));
   } while (settle(arrivals));
 }
 

@@ -8,8 +8,8 @@
 
 namespace scarp {
 
-/// Changes the sticking that problems refer to, to what the arrivals on facets lead to (one array
-/// per problem); false, and no change, when it fits.
+/// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
+/// (one array per problem); false, and no change, when they fit.
 using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>;
 
 /// Asks every facet what arrives: rays from the facets to the source, and an exchange of what is

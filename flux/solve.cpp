@@ -146,15 +146,10 @@ std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& specie
   return sticking;
 }
 
-void check_surface_emission(std::span<const Species> species, const SurfaceEmission& emission,
-                            const StickingFeedback& feedback) {
-  for (std::size_t index = 0; index < species.size(); ++index) {
-    if (!emission.tells(index)) continue;
-    const std::string where = "species " + species[index].name + ": ";
-    check(species[index].emission.empty(), where + "its emission is told twice");
-    check(!feedback.changes(index),
-          where + "its emission follows from a flux that its sticking has a part in");
-  }
+void check_surface_emission(std::span<const Species> species, const SurfaceEmission& emission) {
+  for (std::size_t index = 0; index < species.size(); ++index)
+    check(!emission.tells(index) || species[index].emission.empty(),
+          "species " + species[index].name + ": its emission is told twice");
 }
 
 bool is_mirror_image(Vec3d a, Vec3d b, const Sides& sides) {
@@ -255,7 +250,10 @@ class Solver {
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
   std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
-  void find_emission();
+  bool is_solved_last(std::size_t index) const {
+    return emission_.tells(index) && !feedback_.changes(index);
+  }
+  void find_emission(bool last);
   void solve_sources();
   void solve_emitted();
 
@@ -316,8 +314,12 @@ void Solver::gather_together(std::span<const std::size_t> indices, const Settle&
   }
 }
 
-// Problems refer to the sticking, which stays where it is and gets other numbers.
-bool Solver::fit_sticking() { return feedback_.update(flux(), sticking_); }
+// Problems refer to sticking and species, which stay where they are and get other numbers.
+bool Solver::fit_sticking() {
+  const bool changed = feedback_.update(flux(), sticking_);
+  if (changed && emission_.of) find_emission(false);
+  return changed;
+}
 
 std::vector<std::span<const float>> Solver::flux() const {
   std::vector<std::span<const float>> flux;
@@ -326,13 +328,16 @@ std::vector<std::span<const float>> Solver::flux() const {
   return flux;
 }
 
-void Solver::find_emission() {
+// Of those that are solved last, or of those that are solved with the sticking.
+void Solver::find_emission(bool last) {
   std::vector<std::vector<float>> emission = emission_.of(flux());
   std::size_t next = 0;
   for (std::size_t index = 0; index < species_.size(); ++index) {
     if (!emission_.tells(index)) continue;
     SCARP_ASSERT(next, <, emission.size());
-    species_[index].emission = std::move(emission[next++]);
+    std::vector<float>& its = emission[next++];
+    if (is_solved_last(index) != last) continue;
+    species_[index].emission = std::move(its);
     check_emission(species_[index], scene_.facet_count());
   }
 }
@@ -345,10 +350,10 @@ std::vector<FluxField> Solver::solve() {
 }
 
 void Solver::solve_emitted() {
-  find_emission();
+  find_emission(true);
   std::vector<std::size_t> gathered;
   for (std::size_t index = 0; index < species_.size(); ++index) {
-    if (!emission_.tells(index)) continue;
+    if (!is_solved_last(index)) continue;
     if (is_gathered(index)) {
       gathered.push_back(index);
     } else {
@@ -361,12 +366,11 @@ void Solver::solve_emitted() {
 void Solver::solve_sources() {
   std::vector<std::size_t> gathered;
   for (std::size_t index = 0; index < species_.size(); ++index) {
-    if (emission_.tells(index)) {
-      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count())}};
-    } else if (is_gathered(index)) {
-      gathered.push_back(index);
-      // Until it is solved; see StickingFeedback::update.
-      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), 1)}};
+    // Until it is solved; see StickingFeedback::update.
+    const float arrives = emission_.tells(index) ? 0 : 1;
+    if (is_solved_last(index) || is_gathered(index)) {
+      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), arrives)}};
+      if (!is_solved_last(index)) gathered.push_back(index);
     } else {
       trace(index);
     }
@@ -395,7 +399,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
     if (!emission.tells(index)) check_emission(species[index], facets.triangles.size());
   check_responses(facets, species, options);
   check_feedback(species, feedback);
-  check_surface_emission(species, emission, feedback);
+  check_surface_emission(species, emission);
   return Solver(facets, species, options, feedback, emission).solve();
 }
 

@@ -60,8 +60,8 @@ struct StickingFeedback {
   std::vector<bool> species{};  ///< whose sticking it is; of no species when empty
 
   /// Changes the sticking to what the flux leads to; false, and no change, if it fits already.
-  /// Asked first with arrivals of 1 of these species, as on an open flat wafer, then after every
-  /// solution. It decides when to give up, too.
+  /// Asked first with arrivals of 1 of these species, as on an open flat wafer (0 of those whose
+  /// emission is told), then after every solution. It decides when to give up, too.
   std::function<bool(std::span<const std::span<const float>> flux,
                      std::vector<std::vector<float>>& sticking)>
       update{};
@@ -69,10 +69,12 @@ struct StickingFeedback {
   bool changes(std::size_t index) const { return index < species.size() && species[index]; }
 };
 
-/// Particles that leave the surface because of what arrives: atoms that ions sputter.
+/// Particles that leave the surface because of what arrives or covers it: atoms that ions sputter,
+/// molecules that desorb.
 ///
-/// Shape: flux[t] is tally t on every facet, as in StickingFeedback, 0 for these species. The
-///        result is the emission (see Species::emission) of each of them, in their order.
+/// Shape: flux[t] is tally t on every facet, as in StickingFeedback, 0 for these species but those
+///        whose sticking a feedback changes; the result is the emission (see Species::emission) of
+///        each of them, in their order.
 struct SurfaceEmission {
   std::vector<bool> species{};  ///< whose emission it is; of no species when empty
   std::function<std::vector<std::vector<float>>(std::span<const std::span<const float>> flux)> of{};
@@ -89,7 +91,9 @@ struct SurfaceEmission {
 ///
 /// With an emission the species that it tells of are solved last, once the flux of all others is
 /// known, with the emission that follows from it: what leaves is what arrives and what escapes of
-/// them, whatever the error of the flux that it follows from. That error is not in their own.
+/// them, whatever the error of the flux that it follows from. That error is not in their own. Those
+/// whose sticking a feedback changes are solved with it, and their emission is asked for anew
+/// whenever the sticking changes.
 ///
 /// Shape:  one FluxField per species; tallies are per facet.
 /// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles, and

@@ -20,7 +20,8 @@ struct ModelDescription {
   /// Reads the keys of the model from the table of a step; errors are noted in the recipe. Without
   /// a model if the step does not make sense.
   StepModel (*read)(const RecipeTable& step, const StepScope& scope);
-  bool acts_at_once = false;  ///< on the layers: the step needs no duration
+  bool acts_at_once = false;      ///< on the layers: the step needs no duration
+  bool has_own_duration = false;  ///< from keys of the model, in place of the step's `duration`
 };
 
 }  // namespace scarp

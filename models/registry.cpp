@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/suggestion.h"
+#include "models/ald.h"
 #include "models/conformal.h"
 #include "models/directional.h"
 #include "models/fluorocarbon.h"
@@ -94,7 +95,8 @@ std::span<const ModelDescription> models() {
       multi_particle_description(),     sf6_o2_description(),       hbr_o2_description(),
       sf6_c4f8_description(),           fluorocarbon_description(), ion_milling_description(),
       sputter_deposition_description(), teos_description(),         pecvd_teos_description(),
-      koh_etch_description(),           conformal_description(),    planarise_description(),
+      koh_etch_description(),           ald_description(),          conformal_description(),
+      planarise_description(),
   };
   return table;
 }

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/angular_factor.h"
@@ -16,10 +18,13 @@ namespace scarp {
 
 /// Points of the surface at which a model is asked for speeds: facets, or corners of facets.
 ///
-/// Shape: one entry per point. Normals are outward unit vectors.
+/// Shape: one entry per point; coverage c at point p is coverages[c][p], given where a model asks
+/// for
+///        them in phases or emission. Normals are outward unit vectors.
 struct SurfacePoints {
   std::span<const MaterialId> material;
   std::span<const Vec3f> normal;
+  std::span<const std::vector<float>> coverages{};
 };
 
 /// The chemistry of one process step: which species to trace, and speeds from their fluxes. Arrays
@@ -39,7 +44,8 @@ class SurfaceModel {
   virtual std::vector<float> speeds(const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) const = 0;
 
-  /// What the surface sends out because of what arrives there, as ions sputter atoms.
+  /// What the surface sends out because of what arrives there, as ions sputter atoms, or of what
+  /// covers it.
   ///
   /// Shape: one array per species without a source, in their order, with an entry per point; flux
   /// as for speeds(), 0 for these species. Units: particles per area, relative to what 1 stands for
@@ -61,6 +67,23 @@ class SurfaceModel {
       [[maybe_unused]] std::span<const std::span<const float>> flux) const {
     return {};
   }
+
+  /// The phases of a cycle that coverages go through one after the other, from a bare surface on:
+  /// pulses and purges. None where coverages are in balance with what arrives. Units: s.
+  virtual std::vector<double> phases() const { return {}; }
+
+  /// What those of the points become in some part of a phase, if the flux stays as it is.
+  ///
+  /// Shape: as steady_coverages().
+  virtual std::vector<std::vector<float>> coverages_after(
+      [[maybe_unused]] double seconds, [[maybe_unused]] std::size_t phase,
+      [[maybe_unused]] const SurfacePoints& points,
+      [[maybe_unused]] std::span<const std::span<const float>> flux) const {
+    return {};
+  }
+
+  /// The longest time step for which what the model was asked for still holds. Units: s.
+  virtual double longest_time_step() const { return std::numeric_limits<double>::infinity(); }
 
   /// The sticking on a covered surface.
   ///
@@ -94,11 +117,18 @@ class SurfaceModel {
   }
 };
 
+/// How long a step takes by a key of its model. Units: s.
+struct OwnDuration {
+  double seconds = 0;
+  std::string_view key;
+};
+
 /// What a step of a recipe comes to: a model or an operation, neither if it could not be read.
 struct StepModel {
   std::shared_ptr<const SurfaceModel> model{};
   std::optional<MaterialId> deposits{};  ///< the material that grows; none if it only etches
   std::optional<LayerOperation> operation{};
+  OwnDuration duration{};  ///< of models that have one, see ModelDescription
 };
 
 }  // namespace scarp

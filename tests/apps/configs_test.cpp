@@ -24,6 +24,8 @@ const fs::path configs = fs::path(SCARP_SOURCE_DIR) / "configs";
 /// What makes each of them quick.
 const std::map<std::string, std::vector<std::string>>& quick_overrides() {
   static const std::map<std::string, std::vector<std::string>> overrides{
+      {"ald_cavity",
+       {"domain.spacing=\"25 nm\"", "step[0].duration=\"2 min\"", "step[1].cycles=200"}},
       {"bosch_emulation", {"domain.spacing=\"25 nm\"", "step[0].repeat=1"}},
       {"bosch_sf6_c4f8",
        {"domain.spacing=\"20 nm\"", "step[0].repeat=1", "step[0].step[1].duration=\"20 s\""}},

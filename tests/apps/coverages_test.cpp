@@ -364,7 +364,7 @@ TEST_F(CoveragesOfRuns, AMissOfTheToleranceIsAWarningWithThePlace) {
   EXPECT_EQ(missed.exit_code, 0);
   EXPECT_THAT(missed.messages,
               AllOf(HasSubstr("warning: step \"sf6_o2\", t = 0 s: the coverages of model sf6_o2 "
-                              "still change by"),
+                              "are uncertain by"),
                     HasSubstr("after 1 iterations, most at ("), HasSubstr("material "),
                     HasSubstr("raise flux.coverage_iterations")));
   EXPECT_EQ(missed.messages.find("warning"), missed.messages.rfind("warning"));  // once

@@ -41,6 +41,8 @@ TEST(Quantity, ReadsEveryDimensionInTheUnitOfTheInside) {
   EXPECT_EQ(parse_quantity("12e15 /cm2/s", Dimension::flux), 12);
   EXPECT_EQ(parse_quantity("1e19 /m2/s", Dimension::flux), 1);
   EXPECT_EQ(parse_quantity("5.02e22 /cm3", Dimension::density), 5.02);
+  EXPECT_EQ(parse_quantity("3.36e15 /cm2", Dimension::areal_density), 3.36);
+  EXPECT_EQ(parse_quantity("3.36e19 /m2", Dimension::areal_density), 3.36);
   EXPECT_DOUBLE_EQ(parse_quantity("220 degC", Dimension::temperature), 493.15);
   EXPECT_DOUBLE_EQ(parse_quantity("760 Torr", Dimension::pressure), 101325);
   EXPECT_EQ(parse_quantity("20 %", Dimension::percentage), 0.2);
@@ -92,6 +94,8 @@ TEST(Quantity, SaysWhatIsWrongAndShowsWhatIsRight) {
             "\"nan nm\" is not a length; write for example \"5 nm\"");
   EXPECT_EQ(message("12", Dimension::flux),
             "\"12\" has no unit; write for example \"1e15 /cm2/s\"");
+  EXPECT_EQ(message("1e15 /cm2/s", Dimension::areal_density),
+            "\"1e15 /cm2/s\" is a flux; an areal density is wanted, for example \"1e15 /cm2\"");
   EXPECT_EQ(message("1e400 nm", Dimension::length),
             "\"1e400 nm\" is beyond the numbers that can be held");
 }
@@ -120,6 +124,7 @@ TEST(Quantity, WritesAShortText) {
   EXPECT_EQ(format_quantity(12, Dimension::flux), "1.2e16 /cm2/s");
   EXPECT_EQ(format_quantity(0.2, Dimension::percentage), "20 %");
   EXPECT_EQ(format_quantity(5.02, Dimension::density), "5.02e22 /cm3");
+  EXPECT_EQ(format_quantity(3.36, Dimension::areal_density), "3.36e15 /cm2");
   EXPECT_EQ(format_quantity(0, Dimension::time), "0 s");
   EXPECT_EQ(format_quantity(0.1, Dimension::number), "0.1");
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -151,6 +152,52 @@ TEST(StickingFeedbackTest, FitsTheRaysThatReachTheTarget) {
   const std::vector<float>& arrivals = solved.flux.front().arrivals().mean;
   for (std::size_t f = 0; f < arrivals.size(); ++f)
     EXPECT_NEAR(solved.sticking[f], langmuir(arrivals[f]), 2e-5) << f;
+}
+
+// What covers the sphere desorbs and sticks again: F_d = (1 - f) ((1 - s) F_d + e). Sticking and
+// emission change together, and the flux is that of the last of both.
+TEST(StickingFeedbackTest, EmissionFollowsWhatCoversTheSurface) {
+  constexpr double cut = 0.5;
+  constexpr double open = (1 - cut) / 2;
+  const exact::Shape pit = exact::spherical_pit(cut);
+  const std::vector<Species> species{
+      gas(), {.name = "desorbed", .source = {.kind = SourceLobe::Kind::none}}};
+  constexpr std::array<float, 3> covered{0, 0.3F, 0.6F};
+  std::size_t turn = 0;
+  StickingFeedback feedback{.species = {true, true}};
+  feedback.update = [&](std::span<const std::span<const float>> flux,
+                        std::vector<std::vector<float>>& sticking) {
+    EXPECT_EQ(flux.size(), 2U);
+    if (turn == 0) {
+      EXPECT_EQ(flux[0].front(), 1);
+      EXPECT_EQ(flux[1].front(), 0);
+    }
+    if (turn == covered.size()) return false;
+    for (std::vector<float>& one : sticking) one.assign(one.size(), bare * (1 - covered[turn]));
+    ++turn;
+    return true;
+  };
+  SurfaceEmission emission{.species = {false, true}};
+  emission.of = [&](std::span<const std::span<const float>> flux) {
+    std::vector<float> leaves;
+    for (std::size_t f = 0; f < flux[0].size(); ++f) {
+      const bool is_inside = pit.mesh.vertices[pit.mesh.triangles[f][0]].z < -1e-3F;
+      leaves.push_back(is_inside ? covered[turn - 1] : 0);
+    }
+    return std::vector<std::vector<float>>{leaves};
+  };
+  const std::vector<FluxField> flux =
+      solve_flux(pit.mesh, species, options_of(pit, Engine::automatic), feedback, emission);
+  const double reemitted = 1 - bare * (1 - covered.back());
+  const auto deep = [](Vec3d r) { return r.z < -5; };
+  const double expected_source = open / (1 - (1 - open) * reemitted);
+  EXPECT_NEAR(exact::mean_of(pit.mesh, flux[0].arrivals(), deep).value, expected_source,
+              0.01 * expected_source);
+  const double expected = (1 - open) * covered.back() / (1 - (1 - open) * reemitted);
+  EXPECT_NEAR(exact::mean_of(pit.mesh, flux[1].arrivals(), deep).value, expected, 0.01 * expected);
+  const FluxAudit& audit = flux[1].audit;
+  EXPECT_GT(audit.emitted, 0);
+  EXPECT_NEAR(audit.balance_error(), 0, 4 * audit.balance_std_error + 1e-6);
 }
 
 // Another gas, whose sticking is its own, and ions are what they are alone.
