@@ -159,7 +159,7 @@ std::vector<std::vector<float>> Ald::coverages_after(
     const double adsorbs = values_.sticking[points.material[p]] * values_.flux * arrives;
     const double sum = adsorbs + values_.desorption;
     const double before = points.coverages.front()[p];
-    const double balance = sum > 0 ? adsorbs / sum : before;
+    const double balance = sum > 0 ? adsorbs / sum : 0;
     after[p] = static_cast<float>(before -
                                   (balance - before) * std::expm1(-sum * seconds / values_.sites));
   }

@@ -164,6 +164,7 @@ TEST(StickingFeedbackTest, EmissionFollowsWhatCoversTheSurface) {
       gas(), {.name = "desorbed", .source = {.kind = SourceLobe::Kind::none}}};
   constexpr std::array<float, 3> covered{0, 0.3F, 0.6F};
   std::size_t turn = 0;
+  std::vector<float> last;  // that the feedback was told of
   StickingFeedback feedback{.species = {true, true}};
   feedback.update = [&](std::span<const std::span<const float>> flux,
                         std::vector<std::vector<float>>& sticking) {
@@ -172,6 +173,7 @@ TEST(StickingFeedbackTest, EmissionFollowsWhatCoversTheSurface) {
       EXPECT_EQ(flux[0].front(), 1);
       EXPECT_EQ(flux[1].front(), 0);
     }
+    last.assign(flux[1].begin(), flux[1].end());
     if (turn == covered.size()) return false;
     for (std::vector<float>& one : sticking) one.assign(one.size(), bare * (1 - covered[turn]));
     ++turn;
@@ -195,6 +197,7 @@ TEST(StickingFeedbackTest, EmissionFollowsWhatCoversTheSurface) {
               0.01 * expected_source);
   const double expected = (1 - open) * covered.back() / (1 - (1 - open) * reemitted);
   EXPECT_NEAR(exact::mean_of(pit.mesh, flux[1].arrivals(), deep).value, expected, 0.01 * expected);
+  EXPECT_EQ(last, flux[1].arrivals().mean);
   const FluxAudit& audit = flux[1].audit;
   EXPECT_GT(audit.emitted, 0);
   EXPECT_NEAR(audit.balance_error(), 0, 4 * audit.balance_std_error + 1e-6);
