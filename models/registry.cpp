@@ -14,6 +14,7 @@
 #include "models/ion_milling.h"
 #include "models/isotropic.h"
 #include "models/koh_etch.h"
+#include "models/langmuir_transport.h"
 #include "models/multi_particle.h"
 #include "models/pecvd_teos.h"
 #include "models/planarise.h"
@@ -91,11 +92,22 @@ std::string inner_tables(const ModelDescription& model) {
 
 std::span<const ModelDescription> models() {
   static const std::array table{
-      isotropic_description(),          directional_description(),  single_particle_description(),
-      multi_particle_description(),     sf6_o2_description(),       hbr_o2_description(),
-      sf6_c4f8_description(),           fluorocarbon_description(), ion_milling_description(),
-      sputter_deposition_description(), teos_description(),         pecvd_teos_description(),
-      koh_etch_description(),           ald_description(),          conformal_description(),
+      isotropic_description(),
+      directional_description(),
+      single_particle_description(),
+      multi_particle_description(),
+      sf6_o2_description(),
+      hbr_o2_description(),
+      sf6_c4f8_description(),
+      fluorocarbon_description(),
+      ion_milling_description(),
+      sputter_deposition_description(),
+      teos_description(),
+      pecvd_teos_description(),
+      koh_etch_description(),
+      ald_description(),
+      langmuir_transport_description(),
+      conformal_description(),
       planarise_description(),
   };
   return table;

@@ -37,6 +37,7 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
       {"ion_milling", {"domain.spacing=\"20 nm\"", "step[0].duration=\"1 min\""}},
       {"isotropic_etch", {"domain.spacing=\"80 nm\""}},
       {"koh_pyramid", {"domain.spacing=\"0.125 um\"", "step[0].duration=\"10 s\""}},
+      {"langmuir_slots", {"domain.spacing=\"20 nm\"", "step[0].duration=\"5 s\""}},
       {"pecvd_teos_gap", {"domain.spacing=\"5 um\""}},
       {"teos_two_precursors", {"domain.spacing=\"5 um\""}},
       {"sf6_o2_hole", {"domain.spacing=\"75 nm\"", "step[0].duration=\"20 s\""}},
