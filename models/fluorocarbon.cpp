@@ -195,7 +195,7 @@ class Reader {
     values.species = {neutral("etchant", values, &Fluorocarbon::Surface::etchant_sticking),
                       neutral("polymer_former", values, &Fluorocarbon::Surface::polymer_sticking)};
     read_yields(values.surfaces);
-    values.ions = PlasmaIons(step_, scope_, ion_flux, laws_, values.species);
+    values.ions = PlasmaIons(step_, scope_, ion_flux, yields_.laws(), values.species);
     return {std::make_shared<Fluorocarbon>(std::move(values)), polymer_};
   }
 
@@ -219,26 +219,12 @@ class Reader {
     }
   }
 
-  // Materials with the same yield share it.
-  int tally_of(const YieldLaw& law, double b, std::vector<double>& b_of_laws) {
-    std::size_t k = 0;
-    while (k < laws_.size() && (laws_[k].amplitude != law.amplitude ||
-                                laws_[k].threshold != law.threshold || b_of_laws[k] != b))
-      ++k;
-    if (k == laws_.size()) {
-      laws_.push_back(law);
-      b_of_laws.push_back(b);
-    }
-    return static_cast<int>(k + removal);
-  }
-
   void read_yields(std::vector<Fluorocarbon::Surface>& surfaces) {
-    constexpr double by_cosine = -2;  // in place of B, which is never below -1
-    std::vector<double> b_of_laws{by_cosine};
-    laws_ = {{.name = "removal",
-              .amplitude = read_value(step_, removal_amplitude),
-              .threshold = read_value(step_, removal_threshold),
-              .factor = cosine()}};
+    yields_.tally_of({.name = "removal",
+                      .amplitude = read_value(step_, removal_amplitude),
+                      .threshold = read_value(step_, removal_threshold),
+                      .factor = cosine()},
+                     cosine_shape);
     const std::vector<float> a_ie = per_material(enhanced_amplitude);
     const std::vector<float> least_ie = per_material(enhanced_threshold);
     const std::vector<float> a_sp = per_material(sputter_amplitude);
@@ -251,14 +237,18 @@ class Reader {
                                             .amplitude = a_sp[m],
                                             .threshold = least_sp[m],
                                             .factor = sputter_factor(b[m])},
-                                           b[m], b_of_laws);
+                                           b[m]);
       if (std::ranges::find(etched, m) == etched.end()) continue;
       surfaces[m].enhanced_yield = tally_of({.name = "enhanced_" + name,
                                              .amplitude = a_ie[m],
                                              .threshold = least_ie[m],
                                              .factor = cosine()},
-                                            by_cosine, b_of_laws);
+                                            cosine_shape);
     }
+  }
+
+  int tally_of(const YieldLaw& law, double shape) {
+    return static_cast<int>(yields_.tally_of(law, shape));
   }
 
   Species neutral(std::string_view name, const Fluorocarbon::Values& values,
@@ -274,7 +264,7 @@ class Reader {
   const RecipeTable& step_;
   const StepScope& scope_;
   MaterialId polymer_;
-  std::vector<YieldLaw> laws_;
+  SharedYields yields_;
 };
 
 StepModel read(const RecipeTable& step, const StepScope& scope) {

@@ -56,6 +56,9 @@ constexpr std::string_view limits =
     "(mean free path above ten widths). Neither temperature nor loading; what is "
     "sputtered or desorbs leaves without meeting a wall.";
 
+// Shape of the yield of passivation: a tally of its own, also where it is that of the etch.
+constexpr double removal_shape = -4;
+
 // Tallies of an ion: its arrivals, then its yields. The removal is that of passivation, if there is
 // any.
 enum IonTally : std::size_t { enhanced = 1, removal = 2 };
@@ -198,8 +201,8 @@ class Reader {
       values.passivation_desorption = read_value(step_, passivation_desorption);
       values.species.push_back(neutral(chemistry_.passivation));
     }
-    const std::vector<YieldLaw> yields = read_yields(values.surfaces);
-    values.ions = PlasmaIons(step_, scope_, ion_flux, yields, values.species);
+    const SharedYields yields = read_yields(values.surfaces);
+    values.ions = PlasmaIons(step_, scope_, ion_flux, yields.laws(), values.species);
     return {std::make_shared<PlasmaEtch>(std::move(values))};
   }
 
@@ -223,35 +226,30 @@ class Reader {
       surfaces[m].is_etched = true;
   }
 
-  // Materials that are sputtered alike share a yield.
-  std::vector<YieldLaw> read_yields(std::vector<PlasmaEtch::Surface>& surfaces) const {
-    std::vector<YieldLaw> yields{{.name = "enhanced",
-                                  .amplitude = read_value(step_, enhanced_amplitude(chemistry_)),
-                                  .threshold = read_value(step_, enhanced_threshold),
-                                  .factor = enhanced_factor()}};
+  SharedYields read_yields(std::vector<PlasmaEtch::Surface>& surfaces) const {
+    SharedYields yields;
+    yields.tally_of({.name = "enhanced",
+                     .amplitude = read_value(step_, enhanced_amplitude(chemistry_)),
+                     .threshold = read_value(step_, enhanced_threshold),
+                     .factor = enhanced_factor()},
+                    enhanced_shape);
     if (has_passivation(chemistry_)) {
-      yields.push_back({.name = "removal",
-                        .amplitude = read_value(step_, removal_amplitude),
-                        .threshold = read_value(step_, removal_threshold),
-                        .factor = enhanced_factor()});
+      yields.tally_of({.name = "removal",
+                       .amplitude = read_value(step_, removal_amplitude),
+                       .threshold = read_value(step_, removal_threshold),
+                       .factor = enhanced_factor()},
+                      removal_shape);
     }
     const std::vector<float> amplitude = per_material(sputter_amplitude(chemistry_));
     const std::vector<float> threshold = per_material(sputter_threshold(chemistry_));
     const std::vector<float> b = per_material(sputter_factor_row(chemistry_));
     for (const MaterialId m : scope_.reachable) {
-      const auto same =
-          std::find_if(scope_.reachable.begin(), scope_.reachable.end(), [&](MaterialId other) {
-            return amplitude[other] == amplitude[m] && threshold[other] == threshold[m] &&
-                   b[other] == b[m];
-          });
-      if (*same == m) {
-        surfaces[m].sputter_yield = static_cast<int>(yields.size() + 1);
-        yields.push_back({.name = "sputter_" + scope_.materials[m].name,
-                          .amplitude = amplitude[m],
-                          .threshold = threshold[m],
-                          .factor = sputter_factor(b[m])});
-      }
-      surfaces[m].sputter_yield = surfaces[*same].sputter_yield;
+      surfaces[m].sputter_yield =
+          static_cast<int>(yields.tally_of({.name = "sputter_" + scope_.materials[m].name,
+                                            .amplitude = amplitude[m],
+                                            .threshold = threshold[m],
+                                            .factor = sputter_factor(b[m])},
+                                           b[m]));
     }
     return yields;
   }

@@ -6,6 +6,18 @@
 
 namespace scarp {
 
+std::size_t SharedYields::tally_of(const YieldLaw& law, double shape) {
+  std::size_t k = 0;
+  while (k < laws_.size() && (laws_[k].amplitude != law.amplitude ||
+                              laws_[k].threshold != law.threshold || shapes_[k] != shape))
+    ++k;
+  if (k == laws_.size()) {
+    laws_.push_back(law);
+    shapes_.push_back(shape);
+  }
+  return k + 1;
+}
+
 PlasmaIons::PlasmaIons(const RecipeTable& step, const StepScope& scope, const Parameter& flux,
                        std::span<const YieldLaw> yields, std::vector<Species>& species)
     : first_tally_(species.size()), tallies_(1 + yields.size()) {

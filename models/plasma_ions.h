@@ -10,6 +10,25 @@
 
 namespace scarp {
 
+/// Laws of yields by tally, of which materials share those that are the same.
+class SharedYields {
+ public:
+  /// The tally that counts the law; a law that is there already keeps its name. shape: the same
+  /// number for the same factor by angle, whatever it is.
+  std::size_t tally_of(const YieldLaw& law, double shape);
+
+  /// In the order of their tallies, which begin with 1.
+  const std::vector<YieldLaw>& laws() const { return laws_; }
+
+ private:
+  std::vector<YieldLaw> laws_;
+  std::vector<double> shapes_;
+};
+
+/// Shapes of factors that have no number B; that is never below -1.
+inline constexpr double enhanced_shape = -2;
+inline constexpr double cosine_shape = -3;
+
 /// The ions of a plasma: a species for each [[step.ion]] table, all with the same yields.
 class PlasmaIons {
  public:

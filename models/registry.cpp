@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/suggestion.h"
 #include "models/ald.h"
+#include "models/cf4_o2.h"
 #include "models/conformal.h"
 #include "models/directional.h"
 #include "models/fluorocarbon.h"
@@ -99,6 +100,7 @@ std::span<const ModelDescription> models() {
       sf6_o2_description(),
       hbr_o2_description(),
       sf6_c4f8_description(),
+      cf4_o2_description(),
       fluorocarbon_description(),
       ion_milling_description(),
       sputter_deposition_description(),
