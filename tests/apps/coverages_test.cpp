@@ -41,67 +41,6 @@ material = "Si"
 target_error = 0.005
 )";
 
-struct BlanketRun {
-  const char* name;
-  std::string step;
-  double rate;
-};
-
-/// Blanket rates of an open wafer under ions of exactly the energy, nearly vertical.
-class BlanketWafer : public ::testing::TestWithParam<BlanketRun> {};
-
-std::string step_of(const std::string& model, const std::string& keys, const std::string& ion = "",
-                    const std::string& deviation = "0 eV") {
-  return "[[step]]\nmodel = \"" + model + "\"\nduration = \"1 s\"\n" + keys +
-         "[[step.ion]]\nsource_power = 1e5\nenergy_deviation = \"" + deviation + "\"\n" + ion;
-}
-
-TEST_P(BlanketWafer, EtchesAtTheRateOfTheFormulas) {
-  std::string text = flat_wafer + GetParam().step;
-  if (text.find("fluorocarbon") != std::string::npos)
-    text.replace(text.find("\"Si\""), 4, "\"SiO2\"");
-  const Recipe recipe = read_text(text);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
-  const Survey now = survey(state, recipe);
-  double error = 0;
-  for (const FluxField& flux : now.flux) error = std::max(error, flux.error);
-  for (const float speed : facet_speeds(state, now))
-    EXPECT_NEAR(-speed, GetParam().rate, (0.01 + error) * std::abs(GetParam().rate));
-}
-
-// Of oxide, with so much of what forms polymer.
-std::string fluorocarbon(const std::string& polymer_flux) {
-  return step_of("fluorocarbon", "etchant_flux = \"1.5e17 /cm2/s\"\npolymer_flux = \"" +
-                                     polymer_flux + " /cm2/s\"\n");
-}
-
-constexpr const char* no_g = "sticking_in_balance = false\n";
-constexpr const char* hole_gases =
-    "etchant_flux = \"4.5e18 /cm2/s\"\npassivation_flux = \"8e17 /cm2/s\"\nremoval_amplitude = 2\n";
-constexpr const char* hole_ions = "flux = \"1e16 /cm2/s\"\n";
-constexpr const char* no_oxygen = "passivation_flux = \"0 /cm2/s\"\n";
-
-INSTANTIATE_TEST_SUITE_P(
-    Recipes, BlanketWafer,
-    ::testing::Values(
-        BlanketRun{"Sf6O2WithoutG", step_of("sf6_o2", no_g), 58.0683},
-        BlanketRun{"Sf6O2", step_of("sf6_o2", ""), 47.7419},
-        BlanketRun{"Sf6O2WithEnergies", step_of("sf6_o2", "", "", "10 eV"), 47.6859},
-        BlanketRun{"HoleWithoutG", step_of("sf6_o2", std::string(hole_gases) + no_g, hole_ions),
-                   36.7140},
-        BlanketRun{"Hole", step_of("sf6_o2", hole_gases, hole_ions), 28.9111},
-        BlanketRun{"WithoutOxygen", step_of("sf6_o2", no_oxygen), 57.6046},
-        BlanketRun{"HbrO2", step_of("hbr_o2", ""), 15.1083},
-        BlanketRun{"HbrO2WithoutG", step_of("hbr_o2", no_g), 54.1532},
-        BlanketRun{"Chemical", step_of("sf6_o2", no_oxygen, "flux = \"0 /cm2/s\"\n"), 12.0671},
-        BlanketRun{"Sf6C4f8", step_of("sf6_c4f8", ""), 57.6046},
-        BlanketRun{"Fluorocarbon5", fluorocarbon("5e15"), 6.0995},
-        BlanketRun{"Fluorocarbon20", fluorocarbon("2e16"), 5.4252},
-        BlanketRun{"Fluorocarbon60", fluorocarbon("6e16"), 3.6269},
-        BlanketRun{"Fluorocarbon100", fluorocarbon("1e17"), -1.1030}),
-    [](const auto& test) { return std::string(test.param.name); });
-
 constexpr const char* small_hole = R"(
 [domain]
 spacing = "50 nm"
@@ -306,7 +245,7 @@ TEST(Coverages, AreCarriedFromTheClosestPoint) {
 
 // Also where the next one acts at once.
 TEST(Coverages, EndWithTheStepThatMadeThem) {
-  const std::string etch = step_of("sf6_o2", "");
+  const std::string etch = "[[step]]\nmodel = \"sf6_o2\"\nduration = \"1 s\"\n";
   for (const std::string next :
        {"model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n",
         "model = \"conformal\"\nthickness = \"30 nm\"\nmaterial = \"SiO2\"\n"}) {
