@@ -61,7 +61,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   fmt::print("{}\n", recipe.resolved);
   print_ends(cost, recipe);
   fmt::print(
-      "# Cost, good to about a factor of three, the memory better:\n"
+      "# Cost, good to about a factor of two, the memory better:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
       "#   facets      {} of {} after simplification\n"
       "#   time steps  {:.0f}\n"

@@ -12,9 +12,11 @@ struct ExpectedEnd {
   double duration = 0;
 };
 
-/// What a run is going to cost, from a short trial of every step's flux on the start geometry.
+/// What a run is going to cost, from the first time steps of every step, each on the start
+/// geometry, with few rays: how long they may be, what they take, and how the surface grows in
+/// them.
 ///
-/// Good to about a factor of three: the surface changes while the recipe runs.
+/// Good to about a factor of two: that goes on as it begins.
 /// Units: heights in nm, seconds of wall time on this machine, memory in MB.
 struct CostEstimate {
   std::size_t active_nodes = 0;

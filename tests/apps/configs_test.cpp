@@ -1,4 +1,4 @@
-// The recipes of configs/, run at a coarse spacing.
+// The recipes of configs/, run at a coarse spacing, and what they were expected to take.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/estimate.h"
 #include "apps/run.h"
 #include "core/read_file.h"
 #include "tests/temporary_folder.h"
@@ -79,6 +80,10 @@ std::vector<std::string> names_of_configs() {
   return names;
 }
 
+bool is_within_a_factor_of_two(double expected, double found) {
+  return expected <= 2 * found && found <= 2 * expected;
+}
+
 class Configs : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Configs, RunsAtACoarseSpacing) {
@@ -88,6 +93,7 @@ TEST_P(Configs, RunsAtACoarseSpacing) {
   wanted.emplace_back("flux.target_error=0.1");
   const TemporaryFolder folder;
   const Recipe recipe = read_recipe(configs / (GetParam() + ".toml"), wanted);
+  const CostEstimate expected = estimate_cost(recipe);
   ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
 
   const auto columns = columns_of(folder / "metrics.csv");
@@ -107,6 +113,14 @@ TEST_P(Configs, RunsAtACoarseSpacing) {
       EXPECT_EQ(cell.find("inf"), std::string::npos) << name;
     }
   }
+  // What is counted, of what scarp check says; its seconds are those of the machine.
+  const auto time_steps = static_cast<double>(columns.at("time_step").size());
+  EXPECT_TRUE(is_within_a_factor_of_two(expected.time_steps, time_steps))
+      << expected.time_steps << " and " << time_steps;
+  double rays = 0;
+  for (const std::string& each : columns.at("rays")) rays += std::stod(each);
+  const double expected_rays = expected.rays_per_time_step * expected.time_steps;
+  EXPECT_TRUE(is_within_a_factor_of_two(expected_rays, rays)) << expected_rays << " and " << rays;
   for (const std::string& lost : columns.at("lost_weight")) EXPECT_EQ(std::stod(lost), 0);
 }
 

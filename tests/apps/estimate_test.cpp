@@ -38,6 +38,29 @@ TEST(Estimate, CountsTheTimeStepsOfAllSteps) {
   EXPECT_EQ(estimate({wet, gas}).time_steps, 20);
 }
 
+// One of 4 s may be taken at a time, and an output every 3 s cuts each.
+TEST(Estimate, CountsTimeStepsThatOutputsCutShort) {
+  EXPECT_EQ(estimate({wet, "[output]\nevery = \"3 s\"\n"}).time_steps, 14);
+}
+
+// Under a beam the walls of a trench, of 60 nm with the resist, grow by 200 nm each: the surface
+// from 220 nm to 620 nm. A growth that is off by a factor of two is as good as it gets.
+TEST(Estimate, CountsTheRaysOfASurfaceThatGrows) {
+  const std::string trench =
+      "[[geometry]]\nshape = \"trench\"\nwidth = \"50 nm\"\ndepth = \"40 nm\"\n"
+      "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"20 nm\"\n"
+      "opening = { shape = \"trench\", width = \"50 nm\" }\n"
+      "[simplify]\nenabled = false\n[flux]\nrays = 100000\n[[step]]\n"
+      "model = \"directional\"\ndirectional_etch_rate = { Si = \"1 nm/s\", resist = \"0 nm/s\" }\n";
+  const auto rays = [&](const char* duration) {
+    return estimate({(trench + "duration = \"" + duration + "\"\n").c_str()}).rays_per_time_step;
+  };
+  const double growth = rays("200 s") / rays("1 s") - 1;
+  const double expected = 0.5 * (620.0 / 220 - 1);
+  EXPECT_GT(growth, 0.5 * expected);
+  EXPECT_LT(growth, 2 * expected);
+}
+
 // Planes that are all alike move as wet; kinks between others run faster than the surface.
 TEST(Estimate, CountsTimeStepsByTheKinksOfRatesOfPlanes) {
   const std::string koh = "[[step]]\nmodel = \"koh_etch\"\nduration = \"40 s\"\n";
