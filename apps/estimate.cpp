@@ -95,7 +95,7 @@ struct TrialStep {
   double grid_seconds = 0;  ///< of all but the flux
   double flux_seconds = 0;
   double rays = 0;
-  std::vector<double> missed;  ///< error over its target, by species
+  std::vector<double> missed{};  ///< error over its target, by species
   double stable_dt = 0;
   double time = 0;  ///< at its beginning
   double area = 0;  ///< of the surface then
