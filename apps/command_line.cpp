@@ -162,7 +162,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
   command
       .add_option("--max-rays", options.max_rays,
                   "Cap on the rays for the target, with the same least numbers as --rays: 32 "
-                  "(forward), 4 from each piece of a facet (gather)")
+                  "(forward), 4 from each piece of the surface (gather)")
       ->transform(count());
   command.add_option(
       "--spacing", options.spacing,

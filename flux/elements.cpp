@@ -1,11 +1,52 @@
 #include "flux/elements.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "flux/spatial_order.h"
+
 namespace scarp {
 
 namespace {
 
-// A facet is cut into at most 2^10 elements.
+// A facet is cut into at most 2^10 pieces.
 constexpr int most_cuts = 10;
+
+// In spacings. In trenches and holes 20 spacings wide, patches (which are made of whole cells) have
+// half the error with joined facets that they have without, from as many rays, and elements of this
+// size shift them by less than .0005 of the source; twice the size gains nothing more.
+constexpr double cell_width = 2;
+constexpr double longest_joined_edge = 2;
+
+constexpr double least_cosine = 0.906;  // of 25 degrees
+
+double longest_edge_of(const std::array<Vec3d, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  return std::max({length(b - a), length(c - b), length(a - c)});
+}
+
+// Finds the sets of what is joined.
+class Joined {
+ public:
+  explicit Joined(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  std::uint32_t lowest(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t i, std::uint32_t j) {
+    i = lowest(i);
+    j = lowest(j);
+    parent_[std::max(i, j)] = std::min(i, j);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
 
 std::array<Vec3d, 3> as_double(const std::array<Vec3f, 3>& corners) {
   return {Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
@@ -21,10 +62,110 @@ std::array<double, 3> shares(const std::array<Vec3d, 3>& corners, Vec3d n, Vec3d
 
 Elements::Elements(const RayScene& scene, double longest_edge) : scene_(&scene) {
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
-    first_.push_back(static_cast<std::uint32_t>(corners_.size()));
+    first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     root_.push_back(cut(f, as_double(scene.corners(f)), scene.area(f), longest_edge, 0));
   }
-  first_.push_back(static_cast<std::uint32_t>(corners_.size()));
+  first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  member_.resize(pieces_.size());
+  std::iota(member_.begin(), member_.end(), 0U);
+  element_of_ = member_;
+  first_member_ = member_;
+  first_member_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  for (const Piece& piece : pieces_) area_.push_back(piece.area);
+  below_.resize(pieces_.size());
+}
+
+bool Elements::can_be_joined(std::uint32_t facet) const {
+  return first_[facet] + 1 == first_[facet + 1] &&
+         longest_edge_of(pieces_[first_[facet]].corners) <= longest_joined_edge;
+}
+
+// The lowest facet that each one is joined with.
+std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
+  using Key = std::tuple<int, int, int, int, std::uint32_t, std::uint32_t>;
+  std::vector<Key> keys;
+  keys.reserve(scene_->facet_count());
+  for (std::uint32_t f = 0; f < scene_->facet_count(); ++f) {
+    if (!can_be_joined(f)) continue;
+    const Vec3d middle = middle_of(pieces_[first_[f]].corners);
+    const auto cell = [&](int axis) {
+      return static_cast<int>(std::floor(middle[axis] / cell_width));
+    };
+    const std::uint32_t material = mesh.materials.empty() ? 0 : mesh.materials[f];
+    keys.emplace_back(cell(0), cell(1), cell(2), main_direction(scene_->normal(f)), material, f);
+  }
+  std::sort(keys.begin(), keys.end());
+
+  struct Edge {
+    std::uint32_t from;
+    std::uint32_t to;
+    std::uint32_t facet;
+  };
+  const auto ends = [](const Edge& e) { return std::tuple(e.from, e.to); };
+  const auto group = [](const Key& k) {
+    const auto& [x, y, z, direction, material, facet] = k;
+    return std::tuple(x, y, z, direction, material);
+  };
+  Joined joined(scene_->facet_count());
+  std::vector<Edge> edges;
+  for (std::size_t begin = 0; begin < keys.size();) {
+    std::size_t end = begin;
+    edges.clear();
+    for (; end < keys.size() && group(keys[end]) == group(keys[begin]); ++end) {
+      const std::uint32_t f = std::get<5>(keys[end]);
+      const Triangle& t = mesh.triangles[f];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+        edges.push_back({low, high, f});
+      }
+    }
+    std::sort(edges.begin(), edges.end(), [&](const Edge& a, const Edge& b) {
+      return std::tuple(ends(a), a.facet) < std::tuple(ends(b), b.facet);
+    });
+    for (std::size_t k = 1; k < edges.size(); ++k) {
+      const auto [f, g] = std::pair(edges[k - 1].facet, edges[k].facet);
+      if (ends(edges[k - 1]) == ends(edges[k]) &&
+          dot(scene_->normal(f), scene_->normal(g)) > least_cosine)
+        joined.join(f, g);
+    }
+    begin = end;
+  }
+  std::vector<std::uint32_t> lowest(scene_->facet_count());
+  for (std::uint32_t f = 0; f < lowest.size(); ++f) lowest[f] = joined.lowest(f);
+  return lowest;
+}
+
+void Elements::join(const TriMesh& mesh) {
+  const std::vector<std::uint32_t> lowest = joined_facets(mesh);
+  area_.clear();
+  for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
+    const std::uint32_t facet = pieces_[p].facet;
+    if (lowest[facet] == facet) {
+      element_of_[p] = static_cast<std::uint32_t>(area_.size());
+      area_.push_back(pieces_[p].area);
+    } else {
+      element_of_[p] = element_of_[first_[lowest[facet]]];
+      area_[element_of_[p]] += pieces_[p].area;
+    }
+  }
+  first_member_.assign(area_.size() + 1, 0);
+  for (const std::uint32_t element : element_of_) ++first_member_[element + 1];
+  std::partial_sum(first_member_.begin(), first_member_.end(), first_member_.begin());
+  std::vector<std::uint32_t> next(first_member_.begin(), first_member_.end() - 1);
+  std::vector<double> filled(area_.size());
+  for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
+    const std::uint32_t element = element_of_[p];
+    below_[next[element]] = filled[element];
+    filled[element] += pieces_[p].area;
+    member_[next[element]++] = p;
+  }
+}
+
+Vec3d Elements::middle(std::size_t element) const {
+  Vec3d sum;
+  for (const std::uint32_t p : pieces_of(element))
+    sum += pieces_[p].area * middle_of(pieces_[p].corners);
+  return sum / area_[element];
 }
 
 // The halves of (p, q, r), cut from p to the middle m of q and r, are (p, q, m) and (p, m, r).
@@ -42,10 +183,8 @@ std::uint32_t Elements::cut(std::uint32_t facet, const std::array<Vec3d, 3>& cor
   const auto node = static_cast<std::uint32_t>(nodes_.size());
   nodes_.emplace_back();
   if (longest <= longest_edge || depth == most_cuts) {
-    nodes_[node].next = static_cast<std::uint32_t>(corners_.size());
-    corners_.push_back(corners);
-    area_.push_back(area);
-    facet_.push_back(facet);
+    nodes_[node].next = static_cast<std::uint32_t>(pieces_.size());
+    pieces_.push_back({corners, area, facet});
     return node;
   }
   const Vec3d p = corners[opposite];
@@ -60,7 +199,7 @@ std::uint32_t Elements::cut(std::uint32_t facet, const std::array<Vec3d, 3>& cor
 
 // A point with shares (p, q, r) has shares (p, q - r, 2 r) in the half (p, q, m) if q >= r, and
 // (p, 2 q, r - q) in the other half if not.
-std::uint32_t Elements::at(std::uint32_t facet, Vec3d r) const {
+std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
   const Node* node = &nodes_[root_[facet]];
   if (node->corner < 0) return node->next;
   auto share = shares(as_double(scene_->corners(facet)), scene_->normal(facet), r);

@@ -79,11 +79,15 @@ class Slabs {
 FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, double padding)
     : lower_(lower), padding_(padding) {
   const Vec3d extent = upper - lower;
-  step_ = std::max({extent.x, extent.y, extent.z}) / std::numeric_limits<std::uint16_t>::max();
+  const double step =
+      std::max({extent.x, extent.y, extent.z}) / std::numeric_limits<std::uint16_t>::max();
+  per_step_ = 1 / step;
+  padding_in_steps_ = padding / step;
   const double most_cells =
       most_cells_per_facet * static_cast<double>(facets.size()) + least_most_cells;
   cell_size_ = std::max(cell_per_facet_edge * mean_edge(facets),
                         std::cbrt(extent.x * extent.y * extent.z / most_cells));
+  per_cell_ = 1 / cell_size_;
   for (int axis = 0; axis < 3; ++axis)
     bricks_[static_cast<std::size_t>(axis)] =
         static_cast<int>(extent[axis] / cell_size_) / brick + 1;
@@ -149,7 +153,7 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
 
 void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const Vec3d steps = (1 / step_) * (Vec3d(facet.corners[corner]) - lower_);
+    const Vec3d steps = per_step_ * (Vec3d(facet.corners[corner]) - lower_);
     for (int axis = 0; axis < 3; ++axis) {
       block.corners[static_cast<std::size_t>(axis)][corner][lane] =
           static_cast<std::uint16_t>(std::floor(steps[axis] + 0.5));

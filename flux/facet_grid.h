@@ -15,6 +15,9 @@
 
 namespace scarp {
 
+/// Three components side by side, for operations on all at once.
+using Lanes [[gnu::vector_size(4 * sizeof(double))]] = double;
+
 /// Facets by the cells of a uniform grid that they reach into, for flights through mostly empty
 /// space.
 ///
@@ -52,8 +55,10 @@ class FacetGrid {
 
   double padding() const { return padding_; }
   Vec3d lower() const { return lower_; }
-  /// The length in which the corners of blocks are counted: they are rounded to whole steps.
-  double step() const { return step_; }
+  /// One over the length in which the corners of blocks are counted: they are rounded to whole
+  /// steps.
+  double per_step() const { return per_step_; }
+  double padding_in_steps() const { return padding_in_steps_; }
 
   class Walks;
 
@@ -96,8 +101,10 @@ class FacetGrid {
 
   Vec3d lower_;
   double padding_ = 0;
-  double step_ = 0;
+  double per_step_ = 0;
+  double padding_in_steps_ = 0;
   double cell_size_ = 0;
+  double per_cell_ = 0;
   Index3 size_{};
   Index3 bricks_{};
   // A cell without facets: half a byte per octant, the kind of its cube. Otherwise
@@ -152,22 +159,27 @@ class FacetGrid::Walks {
   double beyond_ = 0;
 };
 
+// All axes at once, since divisions take long.
 inline void FacetGrid::Walks::start(const FacetGrid& grid, std::size_t walk, Vec3d r, Vec3d u,
                                     double t_end) {
   constexpr double least_speed = 1e-12;
-  const double per_length = 1 / grid.cell_size_;
-  const Vec3d start = per_length * (r - grid.lower_);
+  const Vec3d from_lower = r - grid.lower_;
+  const Lanes start = grid.per_cell_ * Lanes{from_lower.x, from_lower.y, from_lower.z, 0};
+  const Lanes along = grid.per_cell_ * Lanes{u.x, u.y, u.z, 1};
+  const auto is_up = along >= 0;
+  const Lanes at_least = along > least_speed ? along : Lanes{} + least_speed;
+  const Lanes at_most = along < -least_speed ? along : Lanes{} - least_speed;
+  const Lanes speed = is_up ? at_least : at_most;
+  const Lanes inverse = 1 / speed;
+  const Lanes side = is_up ? Lanes{} : Lanes{} + 1;
+  const Lanes near_side = (side - start) * inverse;
   shift_[walk] = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    const bool up = u[axis] >= 0;
-    const double along = per_length * u[axis];
-    const double speed = up ? std::max(along, least_speed) : std::min(along, -least_speed);
-    start_[a][walk] = start[axis];
-    speed_[a][walk] = speed;
-    inverse_[a][walk] = 1 / speed;
-    near_side_[a][walk] = ((up ? 0 : 1) - start[axis]) * inverse_[a][walk];
-    shift_[walk] |= up ? 0U : 4U << axis;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    start_[axis][walk] = start[axis];
+    speed_[axis][walk] = speed[axis];
+    inverse_[axis][walk] = inverse[axis];
+    near_side_[axis][walk] = near_side[axis];
+    shift_[walk] |= is_up[axis] != 0 ? 0U : 4U << axis;
   }
   t_[walk] = 0;
   t_end_[walk] = t_end;

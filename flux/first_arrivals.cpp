@@ -44,7 +44,7 @@ class Looker {
 void Looker::book(const Shot& shot, const Flight& flight, Part& part) {
   const std::uint32_t rank = shot.name.rank;
   const std::size_t at = rank * set_count + shot.name.set;
-  const double cosine = dot(shot.u, shooter_.normal(rank));
+  const double cosine = dot(shot.u, problem_.normal(shot.ray.from));
   const double flux = cosine / shot.u.z * problem_.source_density(flight.r);
   const double half_sine = AngleTable::half_sine(cosine);
   found_.sums.front()[at] += flux;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "flux/facet_values.h"
 #include "flux/half_differences.h"
 #include "flux/view.h"
 
@@ -14,6 +15,9 @@ namespace {
 
 // Draws that are solved at once: more would fall out of the cache.
 constexpr std::size_t draws_at_once = 8;
+
+// What the first round sends, on average.
+constexpr double first_rays_per_element = 8;
 
 constexpr double mean_tolerance = 1e-7;
 constexpr double deviation_tolerance = 2e-2;
@@ -73,6 +77,59 @@ std::vector<float> standard_errors(const RayPlan& plan, std::span<const float> r
       [&](std::size_t rank) { return reemitted[rank] > 0 && solution.flux[rank] == 0; });
 }
 
+// Takes quantities of elements to facets: linear across joined ones, but nowhere below zero.
+class OnFacets {
+ public:
+  OnFacets(const RayPlan& plan, const FacetValues& values, std::span<const double> flux);
+
+  /// Shape: as many columns for each rank as for each facet, side by side.
+  template <class Number, std::size_t Columns>
+  std::vector<Number> of(std::span<const Number> of_ranks) const;
+
+ private:
+  const RayPlan& plan_;
+  const FacetValues& values_;
+  std::vector<double> slope_;  // per facet: 1, less where the flux would be negative
+};
+
+OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<const double> flux)
+    : plan_(plan), values_(values), slope_(values.facet_count(), 1) {
+  const Elements& elements = plan.elements();
+  for (std::size_t e = 0; e < plan.size(); ++e) {
+    const auto pieces = elements.pieces_of(e);
+    if (pieces.size() == 1) continue;
+    const double of_element = flux[plan.rank_of(e)];
+    double slope = 1;
+    for (const std::uint32_t p : pieces) {
+      double beyond = 0;
+      for (const auto& [element, weight] : values.beyond_element(elements.piece(p).facet))
+        beyond += static_cast<double>(weight) * flux[plan.rank_of(element)];
+      if (of_element + beyond < 0) slope = std::min(slope, of_element / -beyond);
+    }
+    for (const std::uint32_t p : pieces) slope_[elements.piece(p).facet] = slope;
+  }
+}
+
+template <class Number, std::size_t Columns>
+std::vector<Number> OnFacets::of(std::span<const Number> of_ranks) const {
+  const Elements& elements = plan_.elements();
+  std::vector<Number> of_facets(slope_.size() * Columns);
+  parallel_for(slope_.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      Number* const sum = &of_facets[f * Columns];
+      const auto add = [&](std::uint32_t element, double weight) {
+        const Number* const row = &of_ranks[plan_.rank_of(element) * Columns];
+        for (std::size_t c = 0; c < Columns; ++c) sum[c] += static_cast<Number>(weight) * row[c];
+      };
+      for (std::uint32_t p = elements.first_of(f); p < elements.first_of(f + 1); ++p)
+        add(elements.element_of(p), elements.share_of_facet(p));
+      for (const auto& [element, weight] : values_.beyond_element(f))
+        add(element, slope_[f] * static_cast<double>(weight));
+    }
+  });
+  return of_facets;
+}
+
 // What the rays found for one problem, and its solution.
 class Gathered {
  public:
@@ -83,7 +140,7 @@ class Gathered {
   void draw(std::size_t count);
   /// What is compared with the target.
   double target_measure() const;
-  FluxField field() const;
+  FluxField field(const FacetValues& values) const;
 
  private:
   FluxSpread spread() const;
@@ -101,7 +158,10 @@ class Gathered {
 std::vector<float> reemitted_parts(const FluxProblem& problem, const RayPlan& plan) {
   std::vector<float> reemitted(plan.size());
   for (std::size_t rank = 0; rank < reemitted.size(); ++rank)
-    reemitted[rank] = 1 - problem.sticking[plan.elements().facet_of(plan.element_at(rank))];
+    reemitted[rank] =
+        static_cast<float>(plan.elements().mean(plan.element_at(rank), [&](std::uint32_t f) {
+          return static_cast<double>(1 - problem.sticking[f]);
+        }));
   return reemitted;
 }
 
@@ -117,16 +177,13 @@ std::vector<double> mean_direct(const RayPlan& plan, const std::vector<float>& d
 
 // The flux on every facet, without its error.
 std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan& plan,
-                                      const View& view, const std::vector<float>& direct) {
+                                      const FacetValues& values, const View& view,
+                                      const std::vector<float>& direct) {
   const std::vector<float> reemitted = reemitted_parts(problem, plan);
   const std::vector<double> flux = ExchangeSolver(view.matrix, reemitted)
                                        .solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
-  std::vector<float> arrivals(problem.scene.facet_count());
-  for (std::size_t f = 0; f < arrivals.size(); ++f) {
-    arrivals[f] =
-        static_cast<float>(mean_on_facet(plan, f, [&](std::size_t rank) { return flux[rank]; }));
-  }
-  return arrivals;
+  const auto arrivals = OnFacets(plan, values, flux).of<double, 1>(flux);
+  return {arrivals.begin(), arrivals.end()};
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
@@ -178,7 +235,8 @@ std::array<double, fate_count> ends_of(const ExchangeMatrix& matrix, std::size_t
 double emission_of(const FluxProblem& problem, const RayPlan& plan, std::size_t rank) {
   const std::vector<float>& emission = problem.species.emission;
   if (emission.empty()) return 0;
-  return static_cast<double>(emission[plan.elements().facet_of(plan.element_at(rank))]);
+  return plan.elements().mean(plan.element_at(rank),
+                              [&](std::uint32_t f) { return static_cast<double>(emission[f]); });
 }
 
 // What rays see of the source and of what facets emit.
@@ -234,6 +292,7 @@ FluxAudit Gathered::audit() const {
   return audit;
 }
 
+// Patches are made of whole elements, so their errors need not know what facets differ.
 FluxSpread Gathered::spread() const {
   return {.flux =
               [this](std::size_t f) {
@@ -256,24 +315,32 @@ double Gathered::target_measure() const {
   return of_response ? *of_response : estimate(problem_.scene, problem_.patches, spread()).error;
 }
 
-FluxField Gathered::field() const {
-  FluxEstimate estimated = estimate(problem_.scene, problem_.patches, spread());
+FluxField Gathered::field(const FacetValues& values) const {
+  const OnFacets on_facets(plan_, values, solution_.flux);
+  const auto flux = on_facets.of<double, 1>(solution_.flux);
+  const auto deviation = on_facets.of<float, draw_count>(solution_.deviation);
+  FluxSpread on_joined = spread();
+  on_joined.flux = [&](std::size_t f) { return flux[f]; };
+  on_joined.deviation = [&](std::size_t f, std::size_t draw) {
+    return static_cast<double>(deviation[f * draw_count + draw]);
+  };
+  FluxEstimate estimated = estimate(problem_.scene, problem_.patches, on_joined);
   return {.tallies = {std::move(estimated.tally)},
           .audit = audit(),
           .rays = plan_.total(),
           .segments = view_.flights,
           .error = estimated.error,
-          .response_error = response_error(problem_, [this](std::size_t) { return spread(); }),
+          .response_error = response_error(problem_, [&](std::size_t) { return on_joined; }),
           .max_facet_error = estimated.max_facet_error};
 }
 
-void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan, const View& view,
-                     const Settle& settle) {
+void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
+                     const FacetValues& values, const View& view, const Settle& settle) {
   std::vector<std::vector<float>> arrivals(problems.size());
   do {
     for (std::size_t p = 0; p < problems.size(); ++p)
-      arrivals[p] =
-          arrivals_on_facets(problems[p], plan, view, seen_by_rays(problems[p], plan, view, p));
+      arrivals[p] = arrivals_on_facets(problems[p], plan, values, view,
+                                       seen_by_rays(problems[p], plan, view, p));
   } while (settle(arrivals));
 }
 
@@ -290,7 +357,11 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (problems.empty()) return {};
   const RayScene& scene = problems.front().scene;
   const FluxOptions& options = problems.front().options;
-  const Elements elements(scene, longest_element_edge);
+  Elements elements(scene, longest_element_edge);
+  // Shadows in a narrow lobe may be sharper than a joined element.
+  const bool is_diffuse = std::ranges::none_of(problems, is_looked_for);
+  if (is_diffuse) elements.join(problems.front().mesh);
+  const FacetValues values(problems.front().mesh, elements);
   const std::uint64_t cap = ray_limit(options, elements.count(), sizeof(std::uint32_t));
 
   RayPlan plan(scene, elements);
@@ -300,7 +371,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   plan.grow(rays / plan.surface(), cap);
   for (bool is_last = options.rays > 0;;) {
     view = look(problems, plan, view);
-    if (settle) settle_sticking(problems, plan, view, settle);
+    if (settle) settle_sticking(problems, plan, values, view, settle);
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
@@ -314,7 +385,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
         }
       }
       gathered.draw(draw_count);
-      fields.push_back(gathered.field());
+      fields.push_back(gathered.field(values));
       const double measure = fields.back().target_measure();
       error = std::max(error, measure);
       fields.back().target_reached = options.rays > 0 || measure <= options.target_error;

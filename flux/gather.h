@@ -18,22 +18,24 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// With F the flux on a facet, E its direct part, K the part of its view that each facet fills, s
 /// the sticking and G what facets emit of their own, F = E + K ((1 - s) F + G). Rays leave each
 /// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
-/// others K, and both serve all species at once. On an element, a piece of a facet no longer than
-/// three spacings, the flux is taken as constant.
+/// others K, and both serve all species at once. What an element (a piece of a facet no longer than
+/// three spacings, or some small facets together) re-emits is taken as constant on it; what arrives
+/// is linear across joined facets.
 ///
-/// Each facet sends two independent scrambled Sobol sets, so facets are independent of each other
-/// and half the difference of a facet's two sets is a fair sample of the error of its equation.
-/// Its square is averaged over facets nearby. The error of F takes in the errors of all equations:
-/// draws of them, with random signs, go through the exchange and give draws of the error of F.
+/// Each element sends two independent scrambled Sobol sets, so elements are independent of each
+/// other and half the difference of an element's two sets is a fair sample of the error of its
+/// equation. Its square is averaged over elements nearby. The error of F takes in the errors of all
+/// equations: draws of them, with random signs, go through the exchange and give draws of the error
+/// of F.
 ///
 /// Power cosine sources with n != 1 are also looked for by rays along the source's lobe; the two
-/// kinds are combined by the balance heuristic.
+/// kinds are combined by the balance heuristic. Facets are not joined then.
 ///
 /// With settle the exchange is solved on the rays that are there, without errors, until the
 /// sticking fits, before more rays are sent.
 ///
 /// Shape:  all problems share scene, patches and options; one field per problem.
-/// Throws: InputError if 4 rays per facet exceed options.memory_limit.
+/// Throws: InputError if 4 rays per element exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
 ///         for the solves; 4 bytes per ray and 500 per element. Rounds that miss the target cost a
 ///         quarter of their solves.

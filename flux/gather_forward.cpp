@@ -12,6 +12,8 @@ namespace scarp {
 
 namespace {
 
+// What the first round sends.
+constexpr double first_rays_per_element = 4;
 constexpr double first_particles = 1 << 13;
 
 // A part of the solution: rays or particles, what they cost and what their noise does.
@@ -153,9 +155,12 @@ std::vector<double> Solver::response_sums() const {
   const auto responses = problem_.responses();
   std::vector<double> sums(found_.sums.front().size());
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const std::uint32_t f = elements_.facet_of(plan_.element_at(i / set_count));
-    for (std::size_t t = 0; t < responses.size(); ++t)
-      sums[i] += static_cast<double>(responses[t][f]) * found_.sums[t][i];
+    const std::uint32_t element = plan_.element_at(i / set_count);
+    for (std::size_t t = 0; t < responses.size(); ++t) {
+      const double response = elements_.mean(
+          element, [&](std::uint32_t f) { return static_cast<double>(responses[t][f]); });
+      sums[i] += response * found_.sums[t][i];
+    }
   }
   return sums;
 }

@@ -31,13 +31,8 @@ inline double sign(std::uint32_t signs, std::size_t draw) { return (signs >> dra
 /// The mean over the elements of a facet, by area, of a quantity given by rank.
 template <class Quantity>
 double mean_on_facet(const RayPlan& plan, std::size_t facet, const Quantity& quantity) {
-  const Elements& elements = plan.elements();
-  const std::uint32_t first = elements.first_of(facet);
-  const std::uint32_t end = elements.first_of(facet + 1);
-  if (end == first + 1) return quantity(plan.rank_of(first));
-  double sum = 0;
-  for (std::uint32_t e = first; e < end; ++e) sum += elements.area(e) * quantity(plan.rank_of(e));
-  return sum / elements.facet_area(facet);
+  return plan.elements().mean_on_facet(
+      facet, [&](std::uint32_t element) { return quantity(plan.rank_of(element)); });
 }
 
 }  // namespace scarp

@@ -104,16 +104,18 @@ inline void NearestFacet::start(const FacetGrid& grid, const Ray& ray, double t_
   axis_x_ = cyclic[axis_z_ + 1];
   axis_y_ = cyclic[axis_z_ + 2];
   const Components of_u = components(u_);
-  shear_x_ = of_u[axis_x_] / of_u[axis_z_];
-  shear_y_ = of_u[axis_y_] / of_u[axis_z_];
-  const Components steps = components((1 / grid.step()) * (r_ - grid.lower()));
+  using Pair [[gnu::vector_size(2 * sizeof(double))]] = double;
+  const Pair shear = Pair{of_u[axis_x_], of_u[axis_y_]} / of_u[axis_z_];
+  shear_x_ = shear[0];
+  shear_y_ = shear[1];
+  const Components steps = components(grid.per_step() * (r_ - grid.lower()));
   foot_ = Vec3f(Vec3d{steps[axis_x_], steps[axis_y_], steps[axis_z_]});
   goes_down_ = of_u[axis_z_] < 0;
   slope_x_ = static_cast<float>(shear_x_);
   slope_y_ = static_cast<float>(shear_y_);
   // A corner is off by half a step, and by half a step of its depth times a slope up to 1; sums of
   // 16 bits lose little in single precision.
-  tolerance_ = static_cast<float>(1.05 + grid.padding() / grid.step());
+  tolerance_ = static_cast<float>(1.05 + grid.padding_in_steps());
 }
 
 inline void NearestFacet::test(const std::array<Vec3f, 3>& corners, Vec3d normal,

@@ -14,6 +14,7 @@ namespace scarp {
 
 /// What all engines get: a surface, a species, and what is wanted.
 struct FluxProblem {
+  const TriMesh& mesh;
   const RayScene& scene;
   const Patches& patches;
   std::span<const float> sticking;  ///< one per facet

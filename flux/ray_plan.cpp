@@ -23,10 +23,10 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
   const double largest = std::max({size.x, size.y, size.z});
   for (std::size_t e = 0; e < keys.size(); ++e) {
-    const auto& [a, b, c] = elements.corners(e);
-    const Vec3d r = (a + b + c) / 3.0;
+    const Vec3d r = elements.middle(e);
+    const std::uint32_t facet = elements.piece(elements.pieces_of(e).front()).facet;
     keys[e] = curve_key({r.x / largest, r.y / largest, (r.z - scene.lowest()) / largest},
-                        main_direction(scene.normal(elements.facet_of(e))));
+                        main_direction(scene.normal(facet)));
   }
   element_at_.resize(keys.size());
   std::iota(element_at_.begin(), element_at_.end(), 0U);

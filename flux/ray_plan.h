@@ -15,9 +15,6 @@ inline constexpr std::size_t set_count = 2;
 /// In spacings: flux is taken as constant on an element.
 inline constexpr double longest_element_edge = 3;
 
-/// What the first round sends from an element, on average.
-inline constexpr double first_rays_per_element = 4;
-
 /// How many rays leave each element, in each of its sets.
 ///
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
@@ -40,6 +37,10 @@ class RayPlan {
   std::size_t size() const { return rays_.size(); }
   std::uint32_t element_at(std::size_t rank) const { return element_at_[rank]; }
   std::uint32_t rank_of(std::size_t element) const { return rank_of_[element]; }
+  /// Of the element in which a point of a facet lies.
+  std::uint32_t rank_at(std::uint32_t facet, Vec3d r) const {
+    return rank_of_[elements_->element_of(elements_->piece_at(facet, r))];
+  }
   std::uint32_t rays(std::size_t rank) const { return rays_[rank]; }
   /// Number of rays in one set of all ranks before this one.
   std::uint64_t first(std::size_t rank) const { return first_[rank]; }

@@ -40,7 +40,11 @@ Vec3d placed_normal(const std::array<Vec3f, 3>& corners, Vec3d exact) {
 class RayScene::Wave {
  public:
   Wave(const RayScene& scene, std::span<const Ray> rays, std::span<Flight> flights)
-      : scene_(scene), rays_(rays), flights_(flights) {}
+      : scene_(scene),
+        rays_(rays),
+        flights_(flights),
+        lower_end_{0, 0, scene.lowest_ - 1, 0},
+        upper_end_{scene.upper_.x, scene.upper_.y, scene.source_height_, 0} {}
 
   void fly() {
     for (; count_ < std::min(capacity, rays_.size()); ++count_) launch(count_);
@@ -79,19 +83,20 @@ class RayScene::Wave {
     start_part(walk);
   }
 
-  // To the lower or the upper end along an axis. Without branches: directions cannot be foreseen.
-  static double time_to(double r, double u, double lower, double upper) {
-    const double t = ((u > 0 ? upper : lower) - r) / u;
-    const double at_least_0 = t > 0 ? t : 0;
-    return u == 0 ? std::numeric_limits<double>::infinity() : at_least_0;
-  }
-
   void start_part(std::size_t walk) {
     Part& part = parts_[walk];
     const Ray& ray = part.ray;
-    part.t_end = time_to(ray.r.z, ray.u.z, scene_.lowest_ - 1, scene_.source_height_);
-    const double t_x = time_to(ray.r.x, ray.u.x, 0, scene_.upper_.x);
-    const double t_y = time_to(ray.r.y, ray.u.y, 0, scene_.upper_.y);
+    // To the lower or the upper end along each axis. Without branches: directions cannot be
+    // foreseen.
+    const Lanes r{ray.r.x, ray.r.y, ray.r.z, 0};
+    const Lanes u{ray.u.x, ray.u.y, ray.u.z, 1};
+    const Lanes end = u > 0 ? upper_end_ : lower_end_;
+    const Lanes t = (end - r) / u;
+    const Lanes at_least_0 = t > 0 ? t : Lanes{};
+    const Lanes to_end = u == 0 ? Lanes{} + std::numeric_limits<double>::infinity() : at_least_0;
+    part.t_end = to_end[2];
+    const double t_x = to_end[0];
+    const double t_y = to_end[1];
     part.axis = t_y < t_x ? 1 : 0;
     part.t_side = t_y < t_x ? t_y : t_x;
     // A little is searched on both sides of a crossing: rounding there may put the place behind
@@ -191,6 +196,8 @@ class RayScene::Wave {
   const RayScene& scene_;
   std::span<const Ray> rays_;
   std::span<Flight> flights_;
+  Lanes lower_end_;  // of the domain
+  Lanes upper_end_;
   std::size_t next_ = 0;
   std::size_t count_ = 0;  // under way
   std::array<Part, capacity> parts_;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -8,14 +10,38 @@
 
 namespace scarp {
 
+/// The facets that count at the corners of others: those around the same vertex whose normal is
+/// within 40 degrees and whose material is the same.
+class SmoothCorners {
+ public:
+  /// Keeps the mesh.
+  explicit SmoothCorners(const TriMesh& mesh);
+
+  /// Calls use(g, area of g) for each facet g that counts at a corner of facet f, itself included.
+  template <class Use>
+  void for_each(std::uint32_t f, std::size_t corner, const Use& use) const {
+    const std::uint32_t v = mesh_.triangles[f][corner];
+    for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i)
+      if (belongs(f, around_[i])) use(around_[i], areas_[around_[i]]);
+  }
+
+ private:
+  bool belongs(std::uint32_t f, std::uint32_t g) const;
+
+  const TriMesh& mesh_;
+  std::vector<std::uint32_t> first_;   // per vertex
+  std::vector<std::uint32_t> around_;  // facets, those of a vertex together
+  std::vector<double> areas_;
+  std::vector<Vec3f> normals_;
+};
+
 /// Values at the three corners of every facet from values on facets: linear on a facet, continuous
 /// where the surface is smooth, with a step at edges and at borders of materials.
 ///
-/// A corner takes the mean, weighted by area, over the facets around its vertex whose normal is
-/// within 40 degrees of its own facet's and whose material is the same. Facets at a domain side
-/// average over their side of it. The integral is kept where every facet around a vertex counts
-/// for every other, which holds but for strong curvature. Means of standard errors bound those of
-/// the corners.
+/// A corner takes the mean, weighted by area, over the facets that count there. Facets at a domain
+/// side average over their side of it. The integral is kept where every facet around a vertex
+/// counts for every other, which holds but for strong curvature. Means of standard errors bound
+/// those of the corners.
 ///
 /// Shape: facet_values and result have one entry per facet; corners in the order of the triangle.
 /// Cost:  O(n).

@@ -46,7 +46,8 @@ Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
 }  // namespace
 
 Vec3d about_axis(double x, double y, double height, Vec3d axis) {
-  const double sign = axis.z < 0 ? -1.0 : 1.0;
+  // Walls are upright but for rounding: theirs is one frame.
+  const double sign = axis.z < -0.5 ? -1.0 : 1.0;
   const double a = -1.0 / (sign + axis.z);
   const double b = axis.x * axis.y * a;
   const Vec3d tangent{1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};

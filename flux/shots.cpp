@@ -1,8 +1,9 @@
 #include "flux/shots.h"
 
+#include <algorithm>
+
 #include "core/random.h"
 #include "flux/sampling.h"
-#include "flux/spatial_order.h"
 
 namespace scarp {
 
@@ -43,14 +44,14 @@ Shooter::Sets Shooter::sets_of(std::size_t rank) const {
 
 // All images are tried: a ray counts if it was mirrored at the sides of its own.
 void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const {
-  const Vec3d n = normal(rank);
   const Sets sets = sets_of(rank);
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
     for (std::uint16_t set = 0; set < set_count; ++set) {
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
         shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, sets[set]));
-        if (law_ == Law::lobe && dot(shots.back().u, n) <= 0) shots.pop_back();
+        const Shot& last = shots.back();
+        if (law_ == Law::lobe && dot(last.u, problem_.normal(last.ray.from)) <= 0) shots.pop_back();
       }
     }
   }
@@ -59,20 +60,33 @@ void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& sh
 Shot Shooter::shot(const ShotName& name) const { return shot(name, sets_of(name.rank)[name.set]); }
 
 Shot Shooter::shot(const ShotName& name, const ScrambledSobol& set) const {
-  const std::uint32_t element = plan_.element_at(name.rank);
-  const auto& [a, b, c] = plan_.elements().corners(element);
   const auto xi = set.point(name.index);
-  const Vec3d weights = sample_triangle({xi[2], xi[3]});
-  const Vec3d u = direction(name, {xi[0], xi[1]});
+  const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
+  const auto& [a, b, c] = piece.corners;
+  const Vec3d weights = sample_triangle({xi2, xi[3]});
+  const Vec3d u = direction(name, piece.facet, {xi[0], xi[1]});
   return {.name = name,
           .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,
-                  .from = plan_.elements().facet_of(element)},
+                  .from = piece.facet},
           .u = u};
 }
 
-Vec3d Shooter::direction(const ShotName& name, UnitSquare xi) const {
-  if (law_ == Law::lambert) return sample_cosine(xi, normal(name.rank));
+// A number says on which piece, by area, and what it has left where there.
+std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t element,
+                                                            double xi) const {
+  const Elements& elements = plan_.elements();
+  const auto pieces = elements.pieces_of(element);
+  const auto below = elements.areas_below(element);
+  const double place = xi * elements.area(element);
+  std::size_t k = 0;
+  for (std::size_t next = 1; next < below.size(); ++next) k += place >= below[next] ? 1 : 0;
+  const Elements::Piece& piece = elements.piece(pieces[k]);
+  return {piece, pieces.size() == 1 ? xi : std::min((place - below[k]) / piece.area, 1.0)};
+}
+
+Vec3d Shooter::direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const {
+  if (law_ == Law::lambert) return sample_cosine(xi, problem_.normal(facet));
   // The streams of an element's rays lie above that of its sets.
   const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;
   RandomStream random({problem_.options.seed, problem_.options.time_step, user_,
@@ -81,15 +95,12 @@ Vec3d Shooter::direction(const ShotName& name, UnitSquare xi) const {
   return {(name.image & 1U) != 0 ? -u.x : u.x, (name.image & 2U) != 0 ? -u.y : u.y, u.z};
 }
 
+// Rays of an element start close together, which is order enough.
 std::vector<Flight> Shooter::fly(const std::vector<Shot>& shots) const {
-  const auto order = flight_order(problem_.scene, shots.size(),
-                                  [&](std::size_t i) -> const Ray& { return shots[i].ray; });
   std::vector<Ray> rays(shots.size());
-  for (std::size_t k = 0; k < rays.size(); ++k) rays[k] = shots[order[k]].ray;
-  std::vector<Flight> sorted(shots.size());
-  problem_.scene.fly(rays, sorted);
+  for (std::size_t k = 0; k < rays.size(); ++k) rays[k] = shots[k].ray;
   std::vector<Flight> flights(shots.size());
-  for (std::size_t k = 0; k < rays.size(); ++k) flights[order[k]] = sorted[k];
+  problem_.scene.fly(rays, flights);
   return flights;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "flux/problem.h"
@@ -45,16 +46,13 @@ class Shooter {
   /// Whether a flight along the lobe ended where and as particles begin.
   bool meets_source(const Shot& shot, const Flight& flight) const;
 
-  Vec3d normal(std::size_t rank) const {
-    return problem_.normal(plan_.elements().facet_of(plan_.element_at(rank)));
-  }
-
  private:
   using Sets = std::array<ScrambledSobol, set_count>;
 
   Sets sets_of(std::size_t rank) const;
   Shot shot(const ShotName& name, const ScrambledSobol& set) const;
-  Vec3d direction(const ShotName& name, UnitSquare xi) const;
+  std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
+  Vec3d direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;

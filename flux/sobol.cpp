@@ -1,5 +1,6 @@
 #include "flux/sobol.h"
 
+#include <bit>
 #include <cstddef>
 
 namespace scarp {
@@ -34,23 +35,29 @@ constexpr DirectionNumbers direction_numbers() {
   return v;
 }
 
-constexpr DirectionNumbers directions = direction_numbers();
+// The sum of the direction numbers of the bits of each value of a byte, by place of the byte.
+using Axes [[gnu::vector_size(16)]] = std::uint32_t;
+constexpr std::size_t byte_count = 4;
+using ByteTable = std::array<std::array<std::array<std::uint32_t, 4>, 256>, byte_count>;
 
-// Each bit is flipped depending on all bits above it: on reversed bits that is a function in which
-// information only moves upwards, made of products by even numbers and additions.
-std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
-  x = reverse_bits(x);
-  x ^= x * 0x3D20ADEAU;
-  x += seed;
-  x *= (seed >> 16) | 1U;
-  x ^= x * 0x05526C56U;
-  x ^= x * 0x53A22864U;
-  return reverse_bits(x);
+constexpr ByteTable byte_table() {
+  constexpr DirectionNumbers directions = direction_numbers();
+  ByteTable table{};
+  for (std::size_t byte = 0; byte < byte_count; ++byte) {
+    for (unsigned value = 1; value < 256; ++value) {
+      const unsigned lowest = static_cast<unsigned>(std::countr_zero(value));
+      for (std::size_t axis = 0; axis < 4; ++axis)
+        table[byte][value][axis] =
+            table[byte][value & (value - 1)][axis] ^ directions[axis][8 * byte + lowest];
+    }
+  }
+  return table;
 }
 
-}  // namespace
+alignas(16) constexpr ByteTable sums = byte_table();
 
-std::uint32_t reverse_bits(std::uint32_t x) {
+template <class Word>
+Word reversed(Word x) {
   x = (x >> 16) | (x << 16);
   x = ((x & 0xFF00FF00U) >> 8) | ((x & 0x00FF00FFU) << 8);
   x = ((x & 0xF0F0F0F0U) >> 4) | ((x & 0x0F0F0F0FU) << 4);
@@ -58,15 +65,29 @@ std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0xAAAAAAAAU) >> 1) | ((x & 0x55555555U) << 1);
 }
 
+// Each bit is flipped depending on all bits above it: on reversed bits that is a function in which
+// information only moves upwards, made of products by even numbers and additions.
+Axes owen_scramble(Axes x, Axes seed) {
+  x = reversed(x);
+  x ^= x * 0x3D20ADEAU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526C56U;
+  x ^= x * 0x53A22864U;
+  return reversed(x);
+}
+
+}  // namespace
+
+std::uint32_t reverse_bits(std::uint32_t x) { return reversed(x); }
+
 std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
-  std::array<std::uint32_t, 4> x{};
-  for (unsigned bit = 0; index != 0; index >>= 1, ++bit) {
-    const std::uint32_t mask = 0U - (index & 1U);
-    for (std::size_t axis = 0; axis < 4; ++axis) x[axis] ^= directions[axis][bit] & mask;
-  }
+  Axes x{};
+  for (std::size_t byte = 0; index != 0; index >>= 8, ++byte)
+    x ^= std::bit_cast<Axes>(sums[byte][index & 255U]);
+  x = owen_scramble(x, std::bit_cast<Axes>(seeds_));
   std::array<double, 4> point{};
-  for (std::size_t axis = 0; axis < 4; ++axis)
-    point[axis] = (owen_scramble(x[axis], seeds_[axis]) + 0.5) * 0x1.0p-32;
+  for (std::size_t axis = 0; axis < 4; ++axis) point[axis] = (x[axis] + 0.5) * 0x1.0p-32;
   return point;
 }
 

@@ -238,7 +238,8 @@ class Solver {
 
  private:
   FluxProblem problem(std::size_t index) const {
-    return {.scene = scene_,
+    return {.mesh = mesh_,
+            .scene = scene_,
             .patches = patches_,
             .sticking = sticking_[index],
             .species = species_[index],
@@ -257,6 +258,7 @@ class Solver {
   void solve_sources();
   void solve_emitted();
 
+  const TriMesh& mesh_;
   std::vector<Species> species_;
   const FluxOptions& options_;
   const StickingFeedback& feedback_;
@@ -269,7 +271,8 @@ class Solver {
 
 Solver::Solver(const TriMesh& facets, std::span<const Species> species, const FluxOptions& options,
                const StickingFeedback& feedback, const SurfaceEmission& emission)
-    : species_(species.begin(), species.end()),
+    : mesh_(facets),
+      species_(species.begin(), species.end()),
       options_(options),
       feedback_(feedback),
       emission_(emission),

@@ -24,13 +24,10 @@ double lobe_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
 }
 
 // The same of a source that is not equally bright everywhere.
-double sky_weight(const Shot& shot, const Flight& flight, Vec3d n, const FluxProblem& problem) {
+double sky_weight(const Shot& shot, const Flight& flight, const FluxProblem& problem) {
   if (!problem.has_source()) return 0;
-  return lobe_weight(shot.u, n, problem.species.source) * problem.source_density(flight.r);
-}
-
-bool is_looked_for(const FluxProblem& problem) {
-  return problem.has_source() && !problem.species.source.is_lambert();
+  return lobe_weight(shot.u, problem.normal(shot.ray.from), problem.species.source) *
+         problem.source_density(flight.r);
 }
 
 class Viewer {
@@ -71,7 +68,7 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
     std::uint32_t& hit = view.matrix.hits[(plan_.first(rank) + index) * set_count + set];
     switch (flights[i].end) {
       case Flight::End::front:
-        hit = plan_.rank_of(plan_.elements().at(flights[i].facet, flights[i].r));
+        hit = plan_.rank_at(flights[i].facet, flights[i].r);
         break;
       case Flight::End::back:
         hit = element_count + to_back;
@@ -85,8 +82,7 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
       case Flight::End::sky:
         hit = element_count + to_sky;
         for (std::size_t p = 0; p < problems_.size(); ++p) {
-          const double weight =
-              sky_weight(shots[i], flights[i], shooter.normal(rank), problems_[p]);
+          const double weight = sky_weight(shots[i], flights[i], problems_[p]);
           view.direct[p][rank * set_count + set] += static_cast<float>(weight);
         }
     }
@@ -101,8 +97,7 @@ void Viewer::view_by_lobe(std::size_t begin, std::size_t end, std::size_t proble
   for (std::size_t i = 0; i < shots.size(); ++i) {
     if (flights[i].end != Flight::End::sky) continue;
     const ShotName& name = shots[i].name;
-    const double weight =
-        sky_weight(shots[i], flights[i], shooter.normal(name.rank), problems_[problem]);
+    const double weight = sky_weight(shots[i], flights[i], problems_[problem]);
     view.direct[problem][name.rank * set_count + name.set] += static_cast<float>(weight);
   }
 }
@@ -147,6 +142,10 @@ View Viewer::look() const {
 }
 
 }  // namespace
+
+bool is_looked_for(const FluxProblem& problem) {
+  return problem.has_source() && !problem.species.source.is_lambert();
+}
 
 View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier) {
   return Viewer(problems, plan, earlier).look();

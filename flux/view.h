@@ -24,6 +24,9 @@ struct View {
   std::uint64_t flights = 0;
 };
 
+/// Whether rays leave along the lobe of a problem's source as well.
+bool is_looked_for(const FluxProblem& problem);
+
 /// Sends the rays of a plan, except those that an earlier view with smaller sets already holds.
 ///
 /// Shape: all problems share scene and options. Cost: 1/4 to 1/2 us per new ray on one core.

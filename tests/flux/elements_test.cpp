@@ -1,5 +1,6 @@
 #include "flux/elements.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/random.h"
@@ -9,6 +10,9 @@
 namespace scarp {
 namespace {
 
+using exact::Builder;
+using exact::Shape;
+
 TEST(Elements, CoverTheirFacetsAndAreShort) {
   const RayScene scene = scene_of(exact::hole(5));
   const Elements elements(scene, 3);
@@ -16,8 +20,9 @@ TEST(Elements, CoverTheirFacetsAndAreShort) {
   for (std::size_t f = 0; f < scene.facet_count(); ++f) {
     double area = 0;
     for (std::uint32_t e = elements.first_of(f); e < elements.first_of(f + 1); ++e) {
-      EXPECT_EQ(elements.facet_of(e), f);
-      const auto& [a, b, c] = elements.corners(e);
+      EXPECT_EQ(elements.piece(e).facet, f);
+      EXPECT_EQ(elements.element_of(e), e);
+      const auto& [a, b, c] = elements.piece(e).corners;
       EXPECT_LE(std::max({length(b - a), length(c - b), length(a - c)}), 3);
       // Places are rounded to 1e-5 of a spacing, 100 spacings from the middle.
       EXPECT_NEAR(length(cross(b - a, c - a)) / 2, elements.area(e), 1e-5 * 3);
@@ -32,7 +37,7 @@ TEST(Elements, AreFacetsWhereTheseAreShort) {
   const RayScene scene = scene_of(exact::flat_wafer(20, 10));
   const Elements elements(scene, 3);
   EXPECT_EQ(elements.count(), scene.facet_count());
-  EXPECT_EQ(elements.at(17, {0, 0, 0}), 17U);
+  EXPECT_EQ(elements.piece_at(17, {0, 0, 0}), 17U);
 }
 
 TEST(Elements, AreFoundFromAPlaceOnTheFacet) {
@@ -44,12 +49,84 @@ TEST(Elements, AreFoundFromAPlaceOnTheFacet) {
       const Vec3d w = sample_triangle({random.uniform_double(), random.uniform_double()});
       const auto& [a, b, c] = scene.corners(f);
       const Vec3d r = w.x * Vec3d(a) + w.y * Vec3d(b) + w.z * Vec3d(c);
-      const auto& [p, q, s] = elements.corners(elements.at(f, r));
+      const auto& [p, q, s] = elements.piece(elements.piece_at(f, r)).corners;
       const Vec3d n = scene.normal(f);
       EXPECT_GE(dot(n, cross(q - p, r - p)), -1e-9);
       EXPECT_GE(dot(n, cross(s - q, r - q)), -1e-9);
       EXPECT_GE(dot(n, cross(p - s, r - s)), -1e-9);
     }
+  }
+}
+
+TEST(JoinedElements, AreMadeOfNeighboursInACell) {
+  Shape shape = exact::fine_trench();
+  shape.mesh.materials.assign(shape.mesh.triangles.size(), 0);
+  for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f)
+    if (corners(shape.mesh, f)[0].z < -9.5) shape.mesh.materials[f] = 1;
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh);
+  EXPECT_LT(elements.count(), 0.2 * static_cast<double>(scene.facet_count()));
+  std::vector<int> seen(scene.facet_count());
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    double area = 0;
+    const std::uint32_t first = elements.piece(elements.pieces_of(e).front()).facet;
+    Box box;
+    for (const std::uint32_t p : elements.pieces_of(e)) {
+      const Elements::Piece& piece = elements.piece(p);
+      EXPECT_EQ(elements.element_of(p), e);
+      EXPECT_EQ(shape.mesh.materials[piece.facet], shape.mesh.materials[first]);
+      EXPECT_EQ(scene.normal(piece.facet).x, scene.normal(first).x);
+      for (const Vec3d& corner : piece.corners) box.add(corner);
+      area += piece.area;
+      ++seen[piece.facet];
+    }
+    EXPECT_NEAR(area, elements.area(e), 1e-12);
+    const Vec3d size = box.upper - box.lower;
+    EXPECT_LE(std::max({size.x, size.y, size.z}), 4);
+  }
+  EXPECT_THAT(seen, ::testing::Each(1));
+}
+
+TEST(JoinedElements, LeaveLongFacetsAlone) {
+  const Shape shape = exact::flat_wafer(30, 12);  // edges of 2.5 and 3.5
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 4);
+  elements.join(shape.mesh);
+  EXPECT_EQ(elements.count(), scene.facet_count());
+}
+
+// Two sheets in one cell that face the same way are apart.
+TEST(JoinedElements, AreConnected) {
+  Builder builder;
+  builder.grid({0, 0, 0}, {8, 0, 0}, 8, {0, 8, 0}, 8);
+  builder.grid({0, 0, 0.5}, {8, 0, 0}, 8, {0, 8, 0}, 8);
+  const Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {8, 8}}};
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh);
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    const auto pieces = elements.pieces_of(e);
+    for (const std::uint32_t p : pieces)
+      EXPECT_EQ(elements.piece(p).corners[0].z, elements.piece(pieces.front()).corners[0].z);
+  }
+  EXPECT_LE(elements.count(), 2U * 25);
+}
+
+// What holds for all facets of an element is its mean by area; on a facet it is that of its pieces.
+TEST(JoinedElements, TakeMeansByArea) {
+  const Shape shape = exact::fine_trench();
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh);
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    double sum = 0;
+    for (const std::uint32_t p : elements.pieces_of(e))
+      sum += elements.piece(p).area * elements.piece(p).facet;
+    EXPECT_NEAR(elements.mean(e, [](std::uint32_t f) { return f; }), sum / elements.area(e), 1e-9);
+    for (const std::uint32_t p : elements.pieces_of(e))
+      EXPECT_EQ(elements.mean_on_facet(elements.piece(p).facet, [](std::uint32_t k) { return k; }),
+                e);
   }
 }
 

@@ -21,7 +21,8 @@ class FirstArrivalsTest : public ::testing::Test {
   std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
   Species species_ = exact::plasma_ions();
   FluxOptions options_{.sides = shape_.sides};
-  FluxProblem problem_{.scene = scene_,
+  FluxProblem problem_{.mesh = shape_.mesh,
+                       .scene = scene_,
                        .patches = patches_,
                        .sticking = sticking_,
                        .species = species_,
@@ -57,7 +58,7 @@ TEST_F(FirstArrivalsTest, NameTheRaysThatMetTheSource) {
   for (const FirstArrivals::Lit& lit : found.lit) {
     const Shot shot = shooter.shot(lit.name);
     EXPECT_TRUE(shooter.meets_source(shot, scene_.fly(shot.ray)));
-    const double cosine = dot(shot.u, shooter.normal(lit.name.rank));
+    const double cosine = dot(shot.u, problem_.normal(shot.ray.from));
     const double sticks = species_.ions->sticking.at(AngleTable::half_sine(cosine));
     EXPECT_NEAR(lit.goes_on, cosine / shot.u.z * (1 - 0.5 * sticks), 1e-6);
     goes_on += lit.goes_on;

@@ -64,6 +64,22 @@ TEST(Gather, SolvesManySpeciesFromTheSameRays) {
   EXPECT_EQ(both[0].segments, both[1].segments);
 }
 
+// Facets of one spacing share an equation with their neighbours; on each the flux is its own.
+TEST(Gather, GivesTheDirectFluxOnEverySmallFacetOfAWall) {
+  const Shape shape = exact::fine_trench();
+  const Species gas{.name = "gas"};
+  const FluxField flux = solve_flux(shape.mesh, {&gas, 1}, options_of(shape, 1 << 21)).front();
+  const auto normals = facet_normals(shape.mesh);
+  for (std::size_t f = 0; f < normals.size(); ++f) {
+    const auto [a, b, c] = corners(shape.mesh, f);
+    const Vec3d r = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3.0;
+    if (r.z > -0.1) continue;
+    const double exact = exact::direct_trench_flux(r, Vec3d(normals[f]), 1);
+    EXPECT_NEAR(flux.arrivals().mean[f], exact, 4 * flux.arrivals().std_error[f] + 0.005 * exact)
+        << "at z = " << r.z;
+  }
+}
+
 TEST(Gather, BalancesWithinItsOwnError) {
   const Shape shape = exact::hole(3);
   double squares = 0;

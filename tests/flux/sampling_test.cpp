@@ -38,6 +38,14 @@ INSTANTIATE_TEST_SUITE_P(Normals, CosineLobe,
                          ::testing::Values(Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{1, 0, 0},
                                            Vec3d{0, -1, 0}, Vec3d{0.3, -0.5, -0.8}));
 
+// Walls that are upright but for rounding send the same numbers the same way.
+TEST(CosineLobe, IsContinuousAcrossUprightNormals) {
+  const UnitSquare xi{0.3, 0.8};
+  const Vec3d up = sample_cosine(xi, normalized(Vec3d{0.6, 0.8, 1e-9}));
+  const Vec3d down = sample_cosine(xi, normalized(Vec3d{0.6, 0.8, -1e-9}));
+  EXPECT_LT(length(up - down), 1e-8);
+}
+
 // In a lobe of power n the mean of cos^k is (n + 1) / (n + 1 + k), and no azimuth is preferred.
 class SourceLobes : public ::testing::TestWithParam<double> {};
 

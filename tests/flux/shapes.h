@@ -82,6 +82,18 @@ inline Shape trench(double aspect_ratio, double field = 4, double length = 8, in
   return {builder.mesh, {.lower = {-half - field, 0}, .upper = {half + field, length}}};
 }
 
+/// The same of depth 20 in cells of one spacing, as marching cubes give them.
+inline Shape fine_trench() {
+  Builder builder;
+  const Vec3d y{0, 8, 0};
+  builder.grid({-14, 0, 0}, {4, 0, 0}, 4, y, 8);
+  builder.grid({-10, 0, 0}, {0, 0, -20}, 20, y, 8);
+  builder.grid({-10, 0, -20}, {20, 0, 0}, 20, y, 8);
+  builder.grid({10, 0, -20}, {0, 0, 20}, 20, y, 8);
+  builder.grid({10, 0, 0}, {4, 0, 0}, 4, y, 8);
+  return {builder.mesh, {.lower = {-14, 0}, .upper = {14, 8}}};
+}
+
 /// A round hole of diameter 20 about the z axis in a square field: a prism with the area of the
 /// circle.
 inline Shape hole(double aspect_ratio, double half_width = 11, int rings = 10, int sides = 128) {

@@ -139,7 +139,9 @@ class SlowReference : public ::testing::TestWithParam<std::tuple<Engine, double,
 
 TEST_P(SlowReference, TrenchAndHoleGiveTheExactFlux) {
   const auto [engine, aspect_ratio, sticking] = GetParam();
-  const FluxOptions options{.engine = engine, .rays = 1 << 17};
+  // The walls of a deep hole are cut into more pieces, which take their least sets first.
+  const std::uint64_t rays = aspect_ratio > 10 ? 1 << 20 : 1 << 17;
+  const FluxOptions options{.engine = engine, .rays = rays};
   expect_reference_flux("trench", exact::trench(aspect_ratio), aspect_ratio, sticking, options);
   expect_reference_flux("hole", exact::hole(aspect_ratio), aspect_ratio, sticking, options);
 }
@@ -335,7 +337,7 @@ TEST(BadInput, IsRefusedWithAClearText) {
   EXPECT_THAT(message(wafer, gas(1), {.target_error = 0}), HasSubstr("flux.target_error"));
   EXPECT_THAT(message(wafer, gas(1), {.target_error = nan}), HasSubstr("flux.target_error"));
   EXPECT_THAT(message(wafer, gas(1), {.max_rays = 0}), HasSubstr("flux.max_rays"));
-  EXPECT_THAT(message(wafer, gas(1), {.memory_limit = 100}), HasSubstr("flux.memory_limit"));
+  EXPECT_THAT(message(wafer, gas(1), {.memory_limit = 10}), HasSubstr("flux.memory_limit"));
   EXPECT_THAT(message(wafer, gas(1), {.spacing = -1}), HasSubstr("spacing"));
   EXPECT_THAT(message({{}, wafer.sides}, gas(1), {}), HasSubstr("no triangles"));
   EXPECT_THAT(message({wafer.mesh, {}}, gas(1), {}), HasSubstr("no width along x"));

@@ -11,7 +11,8 @@ namespace {
 class Views : public ::testing::Test {
  protected:
   FluxProblem problem() const {
-    return {.scene = scene_,
+    return {.mesh = shape_.mesh,
+            .scene = scene_,
             .patches = patches_,
             .sticking = sticking_,
             .species = species_,
@@ -57,15 +58,52 @@ TEST_F(Views, DoNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(views[0].direct, views[1].direct);
 }
 
+// The facets of an element share its rays by area.
+TEST(JoinedViews, SendRaysFromAllFacetsOfAnElement) {
+  const exact::Shape shape = exact::flat_wafer(16, 16);
+  const RayScene scene = scene_of(shape);
+  const Patches patches(shape.mesh, scene);
+  const std::vector<float> sticking(scene.facet_count(), 1);
+  const Species gas{.name = "gas"};
+  const FluxOptions options{.sides = shape.sides};
+  const FluxProblem problem{.mesh = shape.mesh,
+                            .scene = scene,
+                            .patches = patches,
+                            .sticking = sticking,
+                            .species = gas,
+                            .options = options};
+  Elements elements(scene, longest_element_edge);
+  elements.join(shape.mesh);
+  RayPlan plan(scene, elements);
+  plan.grow(64, 1'000'000);
+  const Shooter shooter(problem, plan, Shooter::Law::lambert);
+  std::vector<Shot> shots;
+  for (std::size_t rank = 0; rank < plan.size(); ++rank) shooter.shoot(rank, 0, shots);
+  std::vector<double> rays(scene.facet_count());
+  for (const Shot& shot : shots) {
+    ++rays[shot.ray.from];
+    const auto& [a, b, c] = scene.corners(shot.ray.from);
+    const Box box{{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), 0},
+                  {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), 0}};
+    EXPECT_GE(shot.ray.r.x, box.lower.x - 1e-9);
+    EXPECT_LE(shot.ray.r.x, box.upper.x + 1e-9);
+    EXPECT_GE(shot.ray.r.y, box.lower.y - 1e-9);
+    EXPECT_LE(shot.ray.r.y, box.upper.y + 1e-9);
+  }
+  // A scrambled net puts as many points as its size tells in each part, but for one or two at ends.
+  for (const double count : rays) EXPECT_NEAR(count, 32, 6);
+}
+
 // What a row sees of another, area_i K_ij = area_j K_ji: on average over the two walls.
 TEST_F(Views, AreReciprocal) {
   RayPlan plan(scene_, elements_);
   plan.grow(200, 1'000'000);
   const View view = look_with(plan, {});
   const auto group_of = [&](std::size_t rank) {
-    const Vec3d n = scene_.normal(elements_.facet_of(plan.element_at(rank)));
-    const bool is_bottom =
-        scene_.corners(elements_.facet_of(plan.element_at(rank)))[0].z < 0 && n.z > 0.5;
+    const std::uint32_t facet =
+        elements_.piece(elements_.pieces_of(plan.element_at(rank)).front()).facet;
+    const Vec3d n = scene_.normal(facet);
+    const bool is_bottom = scene_.corners(facet)[0].z < 0 && n.z > 0.5;
     return is_bottom ? 0 : n.x > 0.5 ? 1 : n.x < -0.5 ? 2 : 3;
   };
   std::array<std::array<double, 4>, 4> exchange{};

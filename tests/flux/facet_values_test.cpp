@@ -1,0 +1,73 @@
+#include "flux/facet_values.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+class OnAWafer : public ::testing::Test {
+ protected:
+  OnAWafer() { elements_.join(shape_.mesh); }
+
+  double on_facet(const FacetValues& values, std::uint32_t f, Vec3d slope) const {
+    const auto of_element = [&](std::uint32_t e) { return 3 + dot(slope, elements_.middle(e)); };
+    double value = elements_.mean_on_facet(f, of_element);
+    for (const auto& [element, weight] : values.beyond_element(f))
+      value += static_cast<double>(weight) * of_element(element);
+    return value;
+  }
+  Vec3d middle(std::uint32_t f) const {
+    const auto& [a, b, c] = scene_.corners(f);
+    return (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3.0;
+  }
+
+  exact::Shape shape_ = exact::flat_wafer(16, 16);
+  RayScene scene_ = scene_of(shape_);
+  Elements elements_{scene_, 3};
+};
+
+TEST_F(OnAWafer, AConstantStaysOne) {
+  const FacetValues values(shape_.mesh, elements_);
+  for (std::uint32_t f = 0; f < scene_.facet_count(); ++f)
+    EXPECT_NEAR(on_facet(values, f, {}), 3, 1e-6);
+}
+
+TEST_F(OnAWafer, ASlopeIsKept) {
+  const FacetValues values(shape_.mesh, elements_);
+  const Vec3d slope{0.3, -0.2, 0};
+  for (std::uint32_t f = 0; f < scene_.facet_count(); ++f)
+    EXPECT_NEAR(on_facet(values, f, slope), 3 + dot(slope, middle(f)), 1e-3);
+}
+
+TEST_F(OnAWafer, TheMeanOfAnElementIsKept) {
+  const FacetValues values(shape_.mesh, elements_);
+  const Vec3d slope{0.3, -0.2, 0};
+  for (std::uint32_t e = 0; e < elements_.count(); ++e) {
+    const double mean =
+        elements_.mean(e, [&](std::uint32_t f) { return on_facet(values, f, slope); });
+    EXPECT_NEAR(mean, 3 + dot(slope, elements_.middle(e)), 1e-6);
+  }
+}
+
+// Nothing is smoothed across an edge.
+TEST(FacetValues, OfAnElementAtAnEdgeDoNotKnowTheOtherSide) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {4, 0, 0}, 4, {0, 4, 0}, 4);
+  builder.grid({4, 0, 0}, {0, 0, -4}, 4, {0, 4, 0}, 4);
+  const exact::Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {4, 4}}};
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh);
+  const FacetValues values(shape.mesh, elements);
+  for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
+    for (const auto& [element, weight] : values.beyond_element(f)) {
+      const std::uint32_t other = elements.piece(elements.pieces_of(element).front()).facet;
+      EXPECT_EQ(scene.normal(other).z, scene.normal(f).z);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp
