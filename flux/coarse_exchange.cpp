@@ -1,8 +1,8 @@
 #include "flux/coarse_exchange.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "core/disjoint_sets.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -19,22 +19,14 @@ constexpr std::uint64_t rays_to_join = 16;
 
 std::vector<char> joined_to_sky(const ExchangeMatrix& matrix) {
   const auto size = static_cast<std::uint32_t>(matrix.size());
-  std::vector<std::uint32_t> parent(size + 1);  // the last one is the sky
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets sets(size + 1);  // the last one is the sky
   for (std::uint32_t i = 0; i < size; ++i) {
     const std::uint64_t end = std::min(matrix.first[i + 1], matrix.first[i] + rays_to_join);
-    for (std::uint64_t k = matrix.first[i]; k < end; ++k) {
-      const std::uint32_t a = root(i);
-      const std::uint32_t b = root(std::min(matrix.hits[k], size));
-      parent[std::min(a, b)] = std::max(a, b);
-    }
+    for (std::uint64_t k = matrix.first[i]; k < end; ++k)
+      sets.join(i, std::min(matrix.hits[k], size));
   }
   std::vector<char> open(size);
-  for (std::uint32_t i = 0; i < size; ++i) open[i] = root(i) == size ? 1 : 0;
+  for (std::uint32_t i = 0; i < size; ++i) open[i] = sets.lowest(i) == sets.lowest(size) ? 1 : 0;
   return open;
 }
 

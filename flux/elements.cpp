@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/disjoint_sets.h"
 #include "flux/spatial_order.h"
 
 namespace scarp {
@@ -27,26 +28,6 @@ double longest_edge_of(const std::array<Vec3d, 3>& corners) {
   const auto& [a, b, c] = corners;
   return std::max({length(b - a), length(c - b), length(a - c)});
 }
-
-// Finds the sets of what is joined.
-class Joined {
- public:
-  explicit Joined(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t lowest(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t i, std::uint32_t j) {
-    i = lowest(i);
-    j = lowest(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 std::array<Vec3d, 3> as_double(const std::array<Vec3f, 3>& corners) {
   return {Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
@@ -106,7 +87,7 @@ std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
     const auto& [x, y, z, direction, material, facet] = k;
     return std::tuple(x, y, z, direction, material);
   };
-  Joined joined(scene_->facet_count());
+  DisjointSets joined(scene_->facet_count());
   std::vector<Edge> edges;
   for (std::size_t begin = 0; begin < keys.size();) {
     std::size_t end = begin;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.h"
 #include "core/parallel.h"
 #include "flux/spatial_order.h"
 
@@ -15,23 +15,16 @@ namespace {
 constexpr double patch_width = 4;
 constexpr double small_flux = 0.05;
 
-// The lowest vertex that is joined to each vertex, by union-find.
+// The lowest vertex that is joined to each vertex.
 std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets vertices(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles) {
-    for (const std::uint32_t v : {t[1], t[2]}) {
-      const std::uint32_t a = root(t[0]);
-      const std::uint32_t b = root(v);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    vertices.join(t[0], t[1]);
+    vertices.join(t[0], t[2]);
   }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-  return parent;
+  std::vector<std::uint32_t> lowest(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < lowest.size(); ++v) lowest[v] = vertices.lowest(v);
+  return lowest;
 }
 
 // Of a patch with a main direction along an axis, in a domain that may be narrower than a cell.

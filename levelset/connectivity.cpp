@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
+#include "core/disjoint_sets.h"
 #include "levelset/band.h"
 #include "levelset/carry.h"
 #include "levelset/extract_surface.h"
@@ -17,20 +17,15 @@ namespace scarp {
 namespace {
 
 /// Triangles that share vertices have the same number.
-std::vector<std::size_t> parts_of(const TriMesh& mesh) {
-  std::vector<std::size_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](std::size_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+std::vector<std::uint32_t> parts_of(const TriMesh& mesh) {
+  DisjointSets vertices(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles) {
-    parent[root(t[1])] = root(t[0]);
-    parent[root(t[2])] = root(t[0]);
+    vertices.join(t[0], t[1]);
+    vertices.join(t[0], t[2]);
   }
-  std::vector<std::size_t> parts;
+  std::vector<std::uint32_t> parts;
   parts.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) parts.push_back(root(t[0]));
+  for (const Triangle& t : mesh.triangles) parts.push_back(vertices.lowest(t[0]));
   return parts;
 }
 
@@ -125,7 +120,7 @@ class RegionList {
 
   void measure() {
     const TriMesh surface = extract_surface(layers_, only_regions());
-    const std::vector<std::size_t> parts = parts_of(surface);
+    const std::vector<std::uint32_t> parts = parts_of(surface);
     // Each part of the surface is that of one region, which any of its cells tells where no two
     // regions meet.
     std::vector<std::size_t> region_of(surface.vertices.size(), none);

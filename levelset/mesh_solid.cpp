@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <sstream>
 #include <tuple>
 #include <utility>
 
+#include "core/disjoint_sets.h"
 #include "core/triangle_tree.h"
 
 namespace scarp {
@@ -246,25 +246,16 @@ TriMesh welded(const TriMesh& mesh) {
 }
 
 std::vector<TriMesh> separate_parts(const TriMesh& mesh) {
-  std::vector<std::size_t> parent(mesh.triangles.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](std::size_t f) {
-    while (parent[f] != f) f = parent[f] = parent[parent[f]];
-    return f;
-  };
-  std::map<VertexPair, std::size_t> first_at;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+  DisjointSets facets(mesh.triangles.size());
+  std::map<VertexPair, std::uint32_t> first_at;
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
     const Triangle& t = mesh.triangles[f];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t other =
-          first_at.insert({std::minmax(t[c], t[(c + 1) % 3]), f}).first->second;
-      const std::size_t joined = std::min(root(f), root(other));
-      parent[root(f)] = parent[root(other)] = joined;
-    }
+    for (std::size_t c = 0; c < 3; ++c)
+      facets.join(f, first_at.insert({std::minmax(t[c], t[(c + 1) % 3]), f}).first->second);
   }
-  std::map<std::size_t, TriMesh> triangles_at;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    triangles_at[root(f)].triangles.push_back(mesh.triangles[f]);
+  std::map<std::uint32_t, TriMesh> triangles_at;
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    triangles_at[facets.lowest(f)].triangles.push_back(mesh.triangles[f]);
   }
   std::vector<TriMesh> parts;
   for (auto& [first, part] : triangles_at) {

@@ -192,9 +192,8 @@ class Reader {
     read_surfaces(values.surfaces);
     for (const std::string_view name : {"F", "O", "C"}) {
       // Follows what covers the surface.
-      Species gas{.sticking = std::vector<float>(scope_.materials.size(), 1.0F)};
-      gas.name = name;
-      values.species.push_back(std::move(gas));
+      values.species.push_back({.name = std::string(name),
+                                .sticking = std::vector<float>(scope_.materials.size(), 1.0F)});
     }
     read_yields(values);
     if (step_.has("ion"))

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "flux/solve.h"
+#include "tests/flux/ion_traces.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {
