@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "core/random.h"
 #include "flux/sampling.h"
 #include "tests/flux/shapes.h"
@@ -94,6 +97,25 @@ TEST(JoinedElements, LeaveLongFacetsAlone) {
   Elements elements(scene, 4);
   elements.join(shape.mesh);
   EXPECT_EQ(elements.count(), scene.facet_count());
+}
+
+// Both slopes of a roof of 20 degrees face upwards.
+TEST(JoinedElements, EndAtAnEdge) {
+  Builder builder;
+  const double rise = std::tan(20 * std::numbers::pi / 180);
+  builder.grid({0, 0, 0}, {5, 0, 5 * rise}, 5, {0, 8, 0}, 8);
+  builder.grid({5, 0, 5 * rise}, {5, 0, -5 * rise}, 5, {0, 8, 0}, 8);
+  const Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {10, 8}}};
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh);
+  EXPECT_LT(elements.count(), 0.3 * static_cast<double>(scene.facet_count()));
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    const auto pieces = elements.pieces_of(e);
+    const double x = scene.normal(elements.piece(pieces.front()).facet).x;
+    for (const std::uint32_t p : pieces)
+      EXPECT_NEAR(scene.normal(elements.piece(p).facet).x, x, 1e-6);
+  }
 }
 
 // Two sheets in one cell that face the same way are apart.

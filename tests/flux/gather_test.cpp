@@ -1,5 +1,6 @@
 #include "flux/gather.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,6 +79,15 @@ TEST(Gather, GivesTheDirectFluxOnEverySmallFacetOfAWall) {
     EXPECT_NEAR(flux.arrivals().mean[f], exact, 4 * flux.arrivals().std_error[f] + 0.005 * exact)
         << "at z = " << r.z;
   }
+}
+
+// Slopes end where they would lead below zero, next to elements that few rays from saw the source.
+TEST(Gather, IsNowhereNegative) {
+  const Shape shape = exact::fine_trench(200);
+  const Species gas{.name = "gas"};
+  const FluxField flux = solve_flux(shape.mesh, {&gas, 1}, options_of(shape, 1 << 13)).front();
+  EXPECT_THAT(flux.arrivals().mean, ::testing::Contains(0));
+  EXPECT_THAT(flux.arrivals().mean, ::testing::Each(::testing::Ge(0)));
 }
 
 TEST(Gather, BalancesWithinItsOwnError) {
