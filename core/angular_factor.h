@@ -121,6 +121,9 @@ class AngularFactor {
   /// F at a unit normal.
   float value(Vec3f n) const { return rate(n).value; }
 
+  /// Whether F has minima at which its slope jumps, as at the planes of a crystal.
+  bool has_cusps() const { return std::holds_alternative<CrystalRates>(kind_); }
+
   const Bounds& bounds() const { return bounds_; }
 
   /// The speed without dependence on the normal that limits the time step of an explicit scheme as

@@ -152,8 +152,19 @@ void move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme sch
   });
 }
 
+/// phi of every leaf of a band.
+std::vector<float> values_of(const Band& band) {
+  std::vector<float> values;
+  values.reserve(band.leaves().size() * leaf_size);
+  for (const Leaf& leaf : band.leaves())
+    values.insert(values.end(), leaf.phi, leaf.phi + leaf_size);
+  return values;
+}
+
 void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const Band& band = layers.top().band();
+  const bool has_layers = layers.stack.size() > 1;
+  const std::vector<float> before = has_layers ? values_of(band) : std::vector<float>();
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
   move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
@@ -161,6 +172,7 @@ void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme sc
     gather<Block::halo>(band, n, source, around);
     move_lax_friedrichs(leaf, around, scheme, field, n);
   });
+  if (has_layers) book_rise(layers, field, before);
 }
 
 SCARP_VECTOR_KERNEL bool all_finite(const std::vector<float>& values) {

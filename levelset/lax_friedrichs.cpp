@@ -4,11 +4,17 @@
 #include <cmath>
 #include <span>
 
+#include "core/parallel.h"
+#include "levelset/band.h"
 #include "levelset/differences.h"
+#include "levelset/exposure.h"
+#include "levelset/stencil.h"
 
 namespace scarp {
 
 namespace {
+
+constexpr std::size_t grain = 16;
 
 using Row = std::array<float, leaf_edge>;
 
@@ -132,10 +138,37 @@ RowVectors dissipation_in_box(const SpeedField& field, std::size_t first, const 
   return dissipation;
 }
 
+/// Whether V is above 0 at a node; around points at its phi in a Block.
+bool grows(const SpeedField& field, std::size_t node, const float* around) {
+  Vec3f gradient;
+  for (int axis = 0; axis < 3; ++axis)
+    gradient[axis] = around[axis_strides[axis]] - around[-axis_strides[axis]];
+  const Vec3f n = gradient / std::max(length(gradient), 1e-6F);
+  float speed = field.speed[node];
+  for (const AngularSpeed& part : field.angular)
+    speed += part.amplitude[node] * part.factor.value(n);
+  return speed > 0;
+}
+
+/// Lets the layers that were the top at a node be the top again.
+void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float before,
+               float now) {
+  const auto [i, j, k] = origin;
+  for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
+    const Band& band = layers.stack[layer].phi.band();
+    const int found = band.find(i >> 3, j >> 3, k >> 3);
+    if (found < 0) continue;
+    float& phi = band.leaves()[static_cast<std::size_t>(found)].phi[node];
+    if (phi <= before + same_phi) phi = std::min(phi, now);
+  }
+}
+
 }  // namespace
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index) {
+  const bool has_cusps = std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       const float* row = leaf.before.row(i, j);
@@ -158,9 +191,14 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       RowVectors dissipation = dissipation_in_box(field, first, near);
       include(central.slope, dissipation);
       for (int k = 0; k < leaf_edge; ++k) {
+        const bool etches = central.value[k] < 0;
         std::array<float, 3> smoothing;
         for (int axis = 0; axis < 3; ++axis) {
-          const float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
+          float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
+          if (has_cusps) {
+            const float near_jump = near.forward[axis][k] - near.backward[axis][k];
+            jump = 0.5F * (jump + (etches ? std::min(jump, near_jump) : std::max(jump, near_jump)));
+          }
           smoothing[axis] = dissipation[axis][k] * (0.5F * jump);
         }
         const float rate = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
@@ -168,6 +206,24 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       }
     }
   }
+}
+
+void book_rise(Layers& layers, const SpeedField& field, std::span<const float> before) {
+  const Band& top = layers.top().band();
+  parallel_for(top.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    Block block;
+    for (std::size_t n = begin; n < end; ++n) {
+      const Leaf& leaf = top.leaves()[n];
+      const float* old = &before[n * leaf_size];
+      gather<1>(
+          top, n, [&](std::size_t m) { return &before[m * leaf_size]; }, block);
+      for (int node = 0; node < leaf_size; ++node) {
+        const float* around = block.row(node >> 6, (node >> 3) & 7) + (node & 7);
+        if (leaf.phi[node] >= old[node] || grows(field, n * leaf_size + node, around)) continue;
+        keep_seen(layers, leaf.origin, node, old[node], leaf.phi[node]);
+      }
+    }
+  });
 }
 
 std::vector<float> mobilities(const Band& band, const SpeedField& field) {

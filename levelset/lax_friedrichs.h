@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
+#include "levelset/layers.h"
 #include "levelset/leaf_stage.h"
 #include "levelset/scheme.h"
 #include "levelset/speed_field.h"
@@ -17,12 +19,26 @@ namespace scarp {
 /// beam. Within three nodes of what does not move the differences are of first order: there phi
 /// has an edge that is no edge of the surface that moves, and a wrong normal undercuts a mask.
 ///
+/// Planes at cusps of the rates of a crystal stay while the rounded tip of a pit or a hill between
+/// them moves fast. Where the jumps between neighbours hold the tip back more than those of WENO5
+/// the dissipation takes the mean of the two: with WENO5 alone a pit sinks, with the others alone
+/// its tip is blunt by two spacings.
+///
 /// mobility is zero at nodes that do not move, with a halo of three nodes. scheme is first_order or
 /// weno5.
 /// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant); Toifl et al. 2019 (bounds
 /// over the stencil for rates that depend on the orientation).
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index);
+
+/// Books what the dissipation has raised as what was seen there.
+///
+/// The scheme fills the tips of grooves by a part of a spacing in a time step although V etches
+/// them, and only the top rises. That is no film: layers that were the top at a node stay it.
+///
+/// Shape: before has phi of the top before the time step, 512 values per leaf of its band, whose
+///        leaves are still the same.
+void book_rise(Layers& layers, const SpeedField& field, std::span<const float> before);
 
 /// Zero where V is zero whatever the normal, positive elsewhere, also outside the band.
 ///

@@ -11,6 +11,8 @@
 #include "core/parallel.h"
 #include "levelset/advect.h"
 #include "levelset/band.h"
+#include "levelset/cross_section.h"
+#include "levelset/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -237,6 +239,41 @@ TEST(LaxFriedrichs, SquareInKohGetsFourSlopesAndAFlatBottom) {
     EXPECT_NEAR(height(phi, 0, x), height(phi, 6.3), 1e-4);
     EXPECT_NEAR(height(phi, x, 3), height(phi, 6.3), 0.1);
   }
+}
+
+// What the smoothing raises at the tips of grooves, here where four walls meet in pairs, is of what
+// lies there and not of the uppermost layer, which is the mask.
+TEST(LaxFriedrichs, SmoothingDepositsNothing) {
+  const Frame frame{.spacing = 1, .cells = {22, 22}};
+  const RectangleOutline opening{.size = {16, 16}};
+  const double mask = material_volumes(etched_in_koh(frame, opening, 0))[1];
+  const Layers layers = etched_in_koh(frame, opening, 13);
+  EXPECT_NEAR(height(layers.top(), 0), -16 * std::sqrt(0.5), 3);
+  const TriMesh surface = extract_surface(layers);
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(surface, f);
+    const bool is_groove = std::max({a.z, b.z, c.z}) < -1;
+    EXPECT_TRUE(!is_groove || surface.materials[f] == 0) << a.x << ' ' << a.y << ' ' << a.z;
+  }
+  EXPECT_LT(material_volumes(layers)[1], mask);
+}
+
+// Four {111} planes go by their own rate as long as the corners of the domain, which etch, are far.
+TEST(LaxFriedrichs, APitOfCrystalPlanesRests) {
+  const Frame frame{.spacing = 1, .cells = {40, 40}};
+  const double steep = angle_111 / degrees;
+  const auto bottom = [&](double x, double y) {
+    return std::tan(steep) * std::max(std::abs(x), std::abs(y)) - 30;
+  };
+  Layers layers = single_layer(
+      frame, [&](Vec3d r) { return std::cos(steep) * (r.z - bottom(r.x, r.y)) - 1e-3; }, -34, 0);
+  constexpr double time = 4;
+  move_for(layers, time, [](const Layers& now) {
+    return prescribe_speeds(now, koh(), [](Vec3d, MaterialId) { return -1.0; });
+  });
+  const double sunk = time * 0.0073 / std::cos(steep);
+  for (const auto& [x, y] : {std::pair{3.0, 0.0}, {4.0, 1.0}, {5.0, 2.0}, {-2.0, 5.0}})
+    EXPECT_NEAR(height(layers.top(), x, y), bottom(x, y) - sunk, 0.1) << x << ' ' << y;
 }
 
 TEST(LaxFriedrichs, TimeStepKnowsTheDissipation) {
