@@ -53,9 +53,10 @@ class Extension {
         values_at_(std::move(values_at)) {}
 
   /// Shape: 512 per leaf, of each of the given number of values; stands_still one per layer, or
-  /// empty.
+  ///        empty. With still_within nodes in solid that stands still have values of 0.
   std::vector<std::vector<float>> run(std::size_t value_count,
-                                      const std::vector<bool>& stands_still = {}) const;
+                                      const std::vector<bool>& stands_still = {},
+                                      bool still_within = false) const;
 
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
@@ -204,6 +205,13 @@ float faster(float a, float b) {
   return std::abs(a) > std::abs(b) ? a : std::min(a, b);
 }
 
+/// The layer whose material a solid node lies in.
+std::size_t layer_at(const Layers& layers, const Node& node) {
+  std::size_t layer = 0;
+  while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
+  return layer;
+}
+
 /// Nodes in solid that stands still, and in solid that moves, where there is some of both.
 ///
 /// What stands still tells solid that moves nothing: under the edge of a mask the surface that
@@ -241,12 +249,6 @@ class SolidNodes {
   }
 
  private:
-  static std::size_t layer_at(const Layers& layers, const Node& node) {
-    std::size_t layer = 0;
-    while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
-    return layer;
-  }
-
   template <class Visit>
   static void for_each_of(const std::vector<LeafMask>& nodes, const Visit& visit) {
     parallel_for(nodes.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -282,7 +284,8 @@ float carried_speed(const float* phi, const float* speed) {
 }
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,
-                                               const std::vector<bool>& stands_still) const {
+                                               const std::vector<bool>& stands_still,
+                                               bool still_within) const {
   std::vector<std::vector<float>> fields(value_count);
   for (std::vector<float>& field : fields) {
     field.assign(band_.leaves().size() * leaf_size, no_value);
@@ -307,6 +310,7 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
     }
     // What no surface reaches does not move.
     std::replace(field.begin(), field.end(), no_value, 0.0F);
+    if (still_within) solid.set_standing(field, 0.0F);
   }
   return fields;
 }
@@ -345,6 +349,41 @@ float mean_speed(const Layers& layers, std::span<const LayerSpeeds> speeds_of_la
   return speed_through_layers(speeds, depth, seen.layer, static_cast<float>(dt));
 }
 
+/// Whether no part of a speed takes anything away.
+bool only_grow(std::span<const LayerSpeeds> speeds_of_layers) {
+  const auto grows = [](const CornerSpeeds& speeds) {
+    return std::all_of(speeds.begin(), speeds.end(), [](const std::array<float, 3>& corners) {
+      return *std::min_element(corners.begin(), corners.end()) >= 0;
+    });
+  };
+  return std::all_of(speeds_of_layers.begin(), speeds_of_layers.end(), [&](const LayerSpeeds& of) {
+    return std::all_of(of.parts.begin(), of.parts.end(), grows);
+  });
+}
+
+/// A node belongs to what grows or to what stands still, by the last field, never to both.
+void part_from_standing(std::vector<std::vector<float>>& fields) {
+  constexpr float half = 0.5F;
+  const std::vector<float>& grows = fields.back();
+  parallel_for(grows.size(), grain * leaf_size, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t at = begin; at < end; ++at) {
+      const float scale = grows[at] < half ? 0 : 1 / grows[at];
+      for (std::size_t v = 0; v + 1 < fields.size(); ++v) fields[v][at] *= scale;
+    }
+  });
+}
+
+/// Lets what grows by its normal pass over what stands still: a speed without a normal, where it
+/// has none of its own.
+void pass_standing(const Layers& layers, const std::vector<bool>& stands_still, double dt,
+                   const std::vector<float>& whole, std::vector<float>& speed) {
+  std::vector<float> passing = whole;
+  overgrow(layers, stands_still, dt, passing);
+  for (std::size_t at = 0; at < passing.size(); ++at) {
+    if (passing[at] != whole[at]) speed[at] = passing[at];
+  }
+}
+
 bool is_zero(const CornerSpeeds& speeds) {
   return std::all_of(speeds.begin(), speeds.end(), [](const std::array<float, 3>& corners) {
     return corners == std::array<float, 3>{0, 0, 0};
@@ -378,9 +417,14 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
+  SpeedField field;
   const auto values_at = [&](const NearNode& at, const ClosestPoint& point,
                              std::span<float> values) {
-    const std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
+    std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
+    // A film that meets a wall is seen from within, even if the wall is as near.
+    if (field.grows_beside_standing && field.stands_still[seen] && *at.phi < 0) {
+      seen = layer_at(layers, at.index);
+    }
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
     const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
     const float mean = mean_speed(layers, speeds_of_layers, {at, seen, speed}, point, dt);
@@ -389,19 +433,30 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
       return;
     }
     const float scale = speed != 0 ? mean / speed : 1.0F;
-    for (std::size_t v = 0; v < values.size(); ++v) {
+    for (std::size_t v = 0; v <= factors.size(); ++v) {
       values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);
     }
+    if (field.grows_beside_standing) {
+      values[1 + factors.size()] = mean;
+      values[2 + factors.size()] = field.stands_still[seen] ? 0 : 1;
+    }
   };
-  SpeedField field;
   for (const LayerSpeeds& layer : speeds_of_layers) {
     SCARP_ASSERT(facets.triangles.size(), ==, layer.speed.size());
     SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
     field.stands_still.push_back(is_zero(layer.speed) &&
                                  std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
   }
-  auto fields =
-      Extension(layers, gas, facets, values_at).run(1 + factors.size(), field.stands_still);
+  field.grows_beside_standing =
+      !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
+  // Then the last ones are the whole speed, and how much of it is that of what grows.
+  const std::size_t count = 1 + factors.size() + (field.grows_beside_standing ? 2 : 0);
+  auto fields = Extension(layers, gas, facets, values_at)
+                    .run(count, field.stands_still, field.grows_beside_standing);
+  if (field.grows_beside_standing) {
+    part_from_standing(fields);
+    pass_standing(layers, field.stands_still, dt, fields[1 + factors.size()], fields[0]);
+  }
   field.speed = std::move(fields[0]);
   const bool grows =
       std::any_of(field.speed.begin(), field.speed.end(), [](float speed) { return speed > 0; });

@@ -95,6 +95,32 @@ void replace_near_still(const float* mobility, const Gradients& near, Gradients&
   }
 }
 
+/// Slopes below this are those of a film that goes along a wall, others of one that leans against
+/// it.
+constexpr float leaning = 0.5F;
+
+/// Differences to what stands still are those on the other side, or nothing for a film that goes
+/// along it: with its own slope every small lead or lag at the wall would grow.
+void see_past_standing(const float* mobility, Gradients& gradients) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::ptrdiff_t stride = axis_strides[axis];
+      const bool stands_before = mobility[k - stride] == 0;
+      const bool stands_behind = mobility[k + stride] == 0;
+      float& backward = gradients.backward[axis][k];
+      float& forward = gradients.forward[axis][k];
+      const auto past = [](float other) { return std::abs(other) < leaning ? 0.0F : other; };
+      if (stands_before && stands_behind) {
+        backward = forward = 0;
+      } else if (stands_before) {
+        backward = past(forward);
+      } else if (stands_behind) {
+        forward = past(backward);
+      }
+    }
+  }
+}
+
 /// The sum over the isotropic part and all angular parts of a field, for the row that starts at
 /// node first, at grad phi = p(k).
 template <class Gradient>
@@ -179,6 +205,9 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       }
       Gradients near;
       find_gradients<Scheme::first_order>(row, near);
+      if (field.grows_beside_standing) {
+        see_past_standing(mobility.row(i, j), near);
+      }
       Gradients gradients = near;
       if (scheme == Scheme::weno5) {
         find_gradients<Scheme::weno5>(row, gradients);
@@ -201,7 +230,10 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
           }
           smoothing[axis] = dissipation[axis][k] * (0.5F * jump);
         }
-        const float rate = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
+        float rate = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
+        if (field.grows_beside_standing && mobility.row(i, j)[k] == 0) {
+          rate = field.speed[first + static_cast<std::size_t>(k)];
+        }
         leaf.set(node + k, row[k], row[k] - leaf.stage.dt * rate);
       }
     }
@@ -229,7 +261,7 @@ void book_rise(Layers& layers, const SpeedField& field, std::span<const float> b
 std::vector<float> mobilities(const Band& band, const SpeedField& field) {
   std::vector<float> mobility(field.speed.size());
   for (std::size_t n = 0; n < mobility.size(); ++n) {
-    mobility[n] = std::abs(field.speed[n]);
+    mobility[n] = field.grows_beside_standing ? 0 : std::abs(field.speed[n]);
     for (const AngularSpeed& part : field.angular) {
       mobility[n] += std::abs(part.amplitude[n]);
     }

@@ -24,6 +24,10 @@ namespace scarp {
 /// the dissipation takes the mean of the two: with WENO5 alone a pit sinks, with the others alone
 /// its tip is blunt by two spacings.
 ///
+/// Where something grows beside what stands still, differences to nodes that stand still count as
+/// those on the other side, so that a film that meets a mask knows its own normal alone. Such nodes
+/// move by their speed as distances do: the film passes over them, see overgrow().
+///
 /// mobility is zero at nodes that do not move, with a halo of three nodes. scheme is first_order or
 /// weno5.
 /// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant); Toifl et al. 2019 (bounds
@@ -40,7 +44,9 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
 ///        leaves are still the same.
 void book_rise(Layers& layers, const SpeedField& field, std::span<const float> before);
 
-/// Zero where V is zero whatever the normal, positive elsewhere, also outside the band.
+/// Zero where V is zero whatever the normal, positive elsewhere, also outside the band. Where
+/// something grows beside what stands still the part of V that does not depend on the normal does
+/// not count.
 ///
 /// Shape: 512 values per leaf.
 std::vector<float> mobilities(const Band& band, const SpeedField& field);

@@ -28,6 +28,10 @@ struct SpeedField {
   float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
   std::vector<bool> stands_still{};
+  /// Some layers stand still, and speeds that depend on the normal let the others grow: where
+  /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
+  /// that grows.
+  bool grows_beside_standing = false;
 };
 
 /// Speeds given as a function of position and exposed material, at every node of the band.

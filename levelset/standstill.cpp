@@ -78,7 +78,7 @@ class Keeper {
   /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
   /// standing layer.
   float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
-    if (!(*old < 0)) {
+    if (!(*old < 0) || field_.grows_beside_standing) {
       return wanted;
     }
     const float free = *old - dt_ * speed(node);
@@ -122,7 +122,9 @@ class Keeper {
   float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
     if (wanted < *old) {
       // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
-      return *old >= 0 && touches_standing(node) ? *old - dt_ * speed(node) : wanted;
+      return *old >= 0 && !field_.grows_beside_standing && touches_standing(node)
+                 ? *old - dt_ * speed(node)
+                 : wanted;
     }
     if (*old >= 0) {
       if (const auto kept = phi_at_standing(node, old)) return *kept;

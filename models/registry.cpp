@@ -10,6 +10,7 @@
 #include "models/cf4_o2.h"
 #include "models/conformal.h"
 #include "models/directional.h"
+#include "models/epitaxy.h"
 #include "models/fluorocarbon.h"
 #include "models/hbr_o2.h"
 #include "models/ion_milling.h"
@@ -107,6 +108,7 @@ std::span<const ModelDescription> models() {
       teos_description(),
       pecvd_teos_description(),
       koh_etch_description(),
+      epitaxy_description(),
       ald_description(),
       langmuir_transport_description(),
       conformal_description(),

@@ -32,6 +32,7 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
        {"domain.spacing=\"20 nm\"", "step[0].repeat=1", "step[0].step[1].duration=\"20 s\""}},
       {"bosch_trench", {"step[0].repeat=1", "step[0].step[1].duration=\"7 s\""}},
       {"cf4_o2_recess", {"domain.spacing=\"2 nm\"", "step[0].duration=\"1 s\""}},
+      {"epitaxy_source_drain", {"domain.spacing=\"5 nm\""}},
       {"flat_deposition", {"domain.spacing=\"50 nm\""}},
       {"fluorocarbon_stack", {"domain.spacing=\"4 nm\"", "step[0].duration=\"8 s\""}},
       {"hole_directional_etch", {"domain.spacing=\"30 nm\""}},

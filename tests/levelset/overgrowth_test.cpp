@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "levelset/advect.h"
+#include "levelset/cross_section.h"
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "levelset/shapes.h"
@@ -106,6 +108,85 @@ TEST(Overgrowth, DoesNotCreepOnAMask) {
         }
       }
     }
+  }
+}
+
+/// A crystal that grows fastest on {100}, on a wafer of that plane or of {110}; or at one rate.
+AngularFactor crystal(const std::string& wafer) {
+  const double a = std::sqrt(0.5);
+  const CrystalRates::Values rates{.r100 = 1, .r110 = 0.65, .r111 = 0.5, .r311 = 0.89};
+  if (wafer == "100") return CrystalRates(rates, {Vec3d{a, a, 0}, Vec3d{-a, a, 0}, Vec3d{0, 0, 1}});
+  if (wafer == "110") return CrystalRates(rates, {Vec3d{0, a, a}, Vec3d{0, -a, a}, Vec3d{1, 0, 0}});
+  return CrystalRates({.r100 = 1, .r110 = 1, .r111 = 1, .r311 = 1},
+                      {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}});
+}
+
+/// Grows on all but the mask, by the normal.
+void grow_by_normal(Layers& layers, const AngularFactor& rate, double duration) {
+  const auto steps = static_cast<int>(std::ceil(duration / (0.2 * layers.frame.spacing)));
+  const double dt = duration / steps;
+  for (int step = 0; step < steps; ++step) {
+    const OpenGas gas = open_gas(layers);
+    const TriMesh mesh = extract_surface(layers, gas);
+    const std::vector<Vec3f> normals = facet_normals(mesh);
+    std::vector<LayerSpeeds> speeds(3);
+    for (std::size_t layer = 0; layer < 3; ++layer) {
+      const float amplitude = layer == 1 ? 0.0F : 1.0F;
+      CornerSpeeds whole;
+      for (const Vec3f& n : normals) {
+        const float speed = amplitude * rate.value(n);
+        whole.push_back({speed, speed, speed});
+      }
+      speeds[layer] = {.speed = whole,
+                       .parts = {CornerSpeeds(normals.size(), {0, 0, 0}),
+                                 CornerSpeeds(normals.size(), {amplitude, amplitude, amplitude})}};
+    }
+    advect(layers, extend_speeds(layers, gas, mesh, speeds, {&rate, 1}, dt), dt);
+  }
+}
+
+// A film that grows by its normal knows nothing of the wall that it meets: it stays flat, and
+// reaches the wall all along its height, wherever the wall lies in the grid.
+TEST(Overgrowth, AFilmThatGrowsByItsNormalStaysFlatBesideAMask) {
+  for (const char* const wafer : {"any", "100", "110"}) {
+    const AngularFactor rate = crystal(wafer);
+    for (const double h : {1.0, 0.5}) {
+      for (const double offset : {0.0, 0.15, 0.3, 0.5, 0.7, 0.95}) {
+        SCOPED_TRACE(testing::Message() << wafer << ' ' << h << ' ' << offset);
+        Layers layers = build_layers(
+            flat(h),
+            std::vector<Shape>{WaferShape{.material = 0},
+                               MaskShape{.material = 1,
+                                         .thickness = 20,
+                                         .outline = SlotOutline{.width = 2 * (20 + offset * h)}}});
+        add_layer(layers, 2);
+        constexpr double height = 12;
+        grow_by_normal(layers, rate, height / rate.value({0, 0, 1}));
+        const double wall = 20 + offset * h;
+        for (double x = 0; x < wall - 0.5 * h; x += 0.5 * h) {
+          EXPECT_NEAR(layers.top().distance({x, 0, height}) / h, 0, 0.4) << x;
+          EXPECT_NEAR(layers.top().distance({-x, 0, height}) / h, 0, 0.4) << x;
+        }
+        for (double z = h; z < height - h; z += 0.5 * h) {
+          EXPECT_LT(layers.top().distance({wall - 0.05 * h, 0, z}) / h, -0.5) << z;
+          EXPECT_LT(layers.top().distance({0.05 * h - wall, 0, z}) / h, -0.5) << z;
+        }
+        // In a slice one spacing wide; a cell at each wall.
+        EXPECT_NEAR(material_volumes(layers)[2] / h, 2 * wall * height, 2 * h * h);
+      }
+    }
+  }
+}
+
+// Above the mask it spreads as its planes have it: equal rates, a quarter of a circle.
+TEST(Overgrowth, AFilmThatGrowsByItsNormalSpreadsOverTheMask) {
+  const AngularFactor rate = crystal("any");
+  Layers layers = masked(flat(0.5), SlotOutline{.width = 40.3});
+  grow_by_normal(layers, rate, 2 + 12);
+  for (double angle = 5; angle < 90; angle += 10) {
+    const double x = 20.15 + 12 * std::cos(angle * pi / 180);
+    const double z = 2 + 12 * std::sin(angle * pi / 180);
+    EXPECT_NEAR(layers.top().distance({x, 0, z}) / 0.5, 0, 1.2) << angle;
   }
 }
 

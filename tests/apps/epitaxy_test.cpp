@@ -1,0 +1,99 @@
+// Selective epitaxy in an opening of a mask.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "apps/simulator.h"
+#include "levelset/cross_section.h"
+#include "tests/apps/recipe_text.h"
+
+namespace scarp {
+namespace {
+
+// The opening is filled from wall to wall: its width times what the plane of the wafer grows by.
+TEST(Epitaxy, FillsAnOpeningFromWallToWall) {
+  for (const double width : {80.0, 80.6, 81.3, 83.0}) {
+    const Recipe recipe = read_text(R"(
+[domain]
+mode = "2d"
+spacing = "2 nm"
+extent = ["160 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "SiO2"
+thickness = "40 nm"
+opening = { shape = "trench", width = ")" +
+                                    std::to_string(width) + R"( nm" }
+[[step]]
+model = "epitaxy"
+duration = "30 s"
+material = "SiGe"
+growth_rate = "1 nm/s"
+)");
+    State state = start_state(recipe);
+    begin_step(state, recipe);
+    while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+    // In a slice one spacing wide; half a cell at each wall.
+    const double area = material_volumes(state.layers).back() / 2;
+    EXPECT_NEAR(area, width * 30, 2 * 0.5 * 4) << width;
+    for (double x = 0; x < 0.5 * width - 2; x += 1)
+      EXPECT_NEAR(state.layers.top().distance({x, 0, 30}), 0, 0.5) << width << ' ' << x;
+  }
+}
+
+// Above the mask {111} planes become facets, at 54.74 degrees.
+TEST(Epitaxy, SpreadsOverTheMaskWithFacets) {
+  const Recipe recipe = read_text(R"(
+[domain]
+mode = "2d"
+spacing = "1 nm"
+extent = ["160 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "SiO2"
+thickness = "10 nm"
+opening = { shape = "trench", width = "80 nm" }
+[[step]]
+model = "epitaxy"
+duration = "50 s"
+material = "SiGe"
+growth_rate = "1 nm/s"
+ratio_111 = 0.2
+ratio_110 = 0.5
+ratio_311 = 0.7
+)");
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+  const std::vector<Polyline> film = cross_section(state.layers, 1, 0.0).back();
+  double upper = 0;
+  double lower = 0;
+  for (const Polyline& line : film) {
+    for (std::size_t n = 0; n + 1 < line.points.size(); ++n) {
+      const auto& [x, z] = line.points[n];
+      const auto& [next_x, next_z] = line.points[n + 1];
+      if (x < 0) continue;
+      const auto at = [&](double level) {
+        return (z - level) * (next_z - level) <= 0 && z != next_z
+                   ? x + (next_x - x) * (level - z) / (next_z - z)
+                   : 0.0;
+      };
+      upper = std::max(upper, at(40));
+      lower = std::max(lower, at(20));
+    }
+  }
+  EXPECT_NEAR(20 / (lower - upper), std::sqrt(2.0), 0.1);
+}
+
+}  // namespace
+}  // namespace scarp
