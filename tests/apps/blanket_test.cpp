@@ -47,6 +47,13 @@ std::string koh(const std::string& plane) {
   return "model = \"koh_etch\"\nazimuth = \"90 deg\"\nwafer = \"" + plane + "\"\n";
 }
 
+/// Its growth on a plane; 2 nm/s on {100}.
+std::string epitaxy(const std::string& plane) {
+  return "model = \"epitaxy\"\nmaterial = \"SiGe\"\ngrowth_rate = \"2 nm/s\"\n"
+         "azimuth = \"90 deg\"\nwafer = \"" +
+         plane + "\"\n";
+}
+
 const std::string no_g = "sticking_in_balance = false\n";
 const std::string hole_gases =
     "etchant_flux = \"4.5e18 /cm2/s\"\npassivation_flux = \"8e17 /cm2/s\"\nremoval_amplitude = 2\n";
@@ -82,6 +89,18 @@ const std::vector<Blanket> blankets{
     {"Fluorocarbon20", "SiO2", fluorocarbon("2e16"), 5.4252},
     {"Fluorocarbon60", "SiO2", fluorocarbon("6e16"), 3.6269},
     {"Fluorocarbon100", "SiO2", fluorocarbon("1e17"), -1.1030},
+    // Fluorine alone, four to an atom: what is covered leaves at 300 of 1e15 /cm2/s.
+    {"Langmuir", "Si",
+     "model = \"langmuir_transport\"\nflux = \"1.8e18 /cm2/s\"\nsticking = 0.7\n"
+     "reaction = \"3e17 /cm2/s\"\nmolecules_per_atom = 4\n",
+     12.0671},
+    // CF4/O2 without ions: the balance of 500 of F, 50 of O and 5 of C, on silicon and with 30 % of
+    // germanium.
+    {"Cf4O2Silicon", "Si", "model = \"cf4_o2\"\n", 300 * (1000 / 751660.0) / 4 / 5.02},
+    {"Cf4O2Germanium", "SiGe", "model = \"cf4_o2\"\n", 5.474},
+    {"Epitaxy100", "Si", epitaxy("100"), -2},
+    {"Epitaxy110", "Si", epitaxy("110"), -1.3},
+    {"Epitaxy111", "Si", epitaxy("111"), -1},
     {"Koh100", "Si", koh("100"), 1000.0 / 60},
     {"Koh110", "Si", koh("110"), 1855.0 / 60},
     {"Koh111", "Si", koh("111"), 7.3 / 60},

@@ -85,29 +85,6 @@ double below(double transmission, double taken) {
   return transmission / (transmission + taken - transmission * taken);
 }
 
-// Fluorine on silicon without ions.
-TEST(LangmuirTransportRun, AnOpenWaferHasTheBlanketRate) {
-  const Recipe recipe = read_text(R"(
-[domain]
-mode = "2d"
-spacing = "10 nm"
-extent = ["100 nm"]
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[step]]
-model = "langmuir_transport"
-duration = "1 s"
-flux = "1.8e18 /cm2/s"
-sticking = 0.7
-reaction = "3e17 /cm2/s"
-molecules_per_atom = 4
-)");
-  const State state = start_state(recipe);
-  for (const float speed : facet_speeds(state, survey(state, recipe)))
-    EXPECT_NEAR(-speed, 12.0671, 0.01 * 12.0671);
-}
-
 // Where little is covered the bottom takes up s of what arrives: K / (K + s - K s), which is within
 // 0.2 % of the exact solution (0.75998 at A = 10).
 TEST(LangmuirTransportRun, FollowsTheTransmissionOfTheSlot) {
