@@ -1,8 +1,9 @@
 #include "apps/coverage_cycle.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+
+#include "flux/portable_math.h"
 
 namespace scarp {
 
@@ -123,8 +124,8 @@ bool CoverageCycle::correct(const Tallies& arrived) {
   const int order = last_step_ > 0 ? 3 : 2;
   const double error = of_difference * change.size;
   const bool is_good = error <= options_.tolerance;
-  const double factor =
-      error > 0 ? safety * std::pow(options_.tolerance / error, 1.0 / order) : most_growth;
+  const double ratio = std::clamp(options_.tolerance / std::max(error, 1e-30), 1e-3, 1e3);
+  const double factor = safety * portable_power(ratio, 1.0 / order);
   wanted_step_ = step_ * std::clamp(factor, most_shrinkage, most_growth);
   if (!is_good && step_ > least_step()) return false;
   if (error > fit_.change) {

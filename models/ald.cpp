@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <memory>
 
+#include "flux/portable_math.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
@@ -160,8 +160,9 @@ std::vector<std::vector<float>> Ald::coverages_after(
     const double sum = adsorbs + values_.desorption;
     const double before = points.coverages.front()[p];
     const double balance = sum > 0 ? adsorbs / sum : 0;
-    after[p] = static_cast<float>(before -
-                                  (balance - before) * std::expm1(-sum * seconds / values_.sites));
+    // What is e^-100 away from the balance is there.
+    const double part = portable_exp(-std::min(100.0, sum * seconds / values_.sites));
+    after[p] = static_cast<float>(balance + (before - balance) * part);
   }
   return {after};
 }

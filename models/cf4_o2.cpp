@@ -1,9 +1,9 @@
 #include "models/cf4_o2.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
+#include "flux/portable_math.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
@@ -263,7 +263,7 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   return Reader(step, scope).read();
 }
 
-double rate_with_germanium(double k, double x) { return k * std::exp(germanium_exponent * x); }
+double rate_with_germanium(double k, double x) { return k * portable_exp(germanium_exponent * x); }
 
 }  // namespace
 
