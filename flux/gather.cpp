@@ -94,6 +94,7 @@ class OnFacets {
 
 OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<const double> flux)
     : plan_(plan), values_(values), slope_(values.facet_count(), 1) {
+  constexpr double rounding_room = 1 - 1e-9;
   const Elements& elements = plan.elements();
   for (std::size_t e = 0; e < plan.size(); ++e) {
     const auto pieces = elements.pieces_of(e);
@@ -104,7 +105,7 @@ OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<con
       double beyond = 0;
       for (const auto& [element, weight] : values.beyond_element(elements.piece(p).facet))
         beyond += static_cast<double>(weight) * flux[plan.rank_of(element)];
-      if (of_element + beyond < 0) slope = std::min(slope, of_element / -beyond);
+      if (of_element + beyond < 0) slope = std::min(slope, rounding_room * of_element / -beyond);
     }
     for (const std::uint32_t p : pieces) slope_[elements.piece(p).facet] = slope;
   }
