@@ -12,11 +12,12 @@ namespace {
 
 constexpr std::size_t grain = 64;  // elements
 
-// Of the sum of squares: where neighbours lie in a row, there is no slope across it.
-constexpr double ridge = 1e-3;
+// What speaks for no slope, where a neighbour as large as the element counts 1: along rows of
+// neighbours there is none across, and slivers with few rays, close by as they are, make none.
+constexpr double ridge = 0.03;
 
 // The slope of a plane through an element's value that fits those of its neighbours best, each
-// counted by one over its distance squared.
+// counted by its area over its distance squared.
 class SlopeFit {
  public:
   SlopeFit(const Elements& elements, const SmoothCorners& corners, std::uint32_t element);
@@ -67,12 +68,12 @@ SlopeFit::SlopeFit(const Elements& elements, const SmoothCorners& corners, std::
   std::array<Vec3d, 3> squares{};  // the normal equations
   for (Neighbour& neighbour : neighbours_) {
     const Vec3d d = elements.middle(neighbour.element) - middle;
-    neighbour.slope = d / dot(d, d);
+    const double weight = std::min(1.0, elements.area(neighbour.element) / elements.area(element));
+    neighbour.slope = weight / dot(d, d) * d;
     for (int axis = 0; axis < 3; ++axis)
       squares[static_cast<std::size_t>(axis)] += neighbour.slope[axis] * d;
   }
-  const double stiff = ridge * static_cast<double>(neighbours_.size());
-  for (int axis = 0; axis < 3; ++axis) squares[static_cast<std::size_t>(axis)][axis] += stiff;
+  for (int axis = 0; axis < 3; ++axis) squares[static_cast<std::size_t>(axis)][axis] += ridge;
   const auto& [a, b, c] = squares;
   const double determinant = dot(a, cross(b, c));
   for (Neighbour& neighbour : neighbours_) {

@@ -359,9 +359,10 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   const RayScene& scene = problems.front().scene;
   const FluxOptions& options = problems.front().options;
   Elements elements(scene, longest_element_edge);
-  // Shadows in a narrow lobe may be sharper than a joined element.
+  // Shadows in a narrow lobe may be sharper than a joined element. In two dimensions an element has
+  // no neighbours aside that its noise would average with, and rays are cheap.
   const bool is_diffuse = std::ranges::none_of(problems, is_looked_for);
-  if (is_diffuse) elements.join(problems.front().mesh);
+  if (is_diffuse && !options.two_dimensional) elements.join(problems.front().mesh);
   const FacetValues values(problems.front().mesh, elements);
   const std::uint64_t cap = ray_limit(options, elements.count(), sizeof(std::uint32_t));
 

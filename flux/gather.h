@@ -29,7 +29,7 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// of F.
 ///
 /// Power cosine sources with n != 1 are also looked for by rays along the source's lobe; the two
-/// kinds are combined by the balance heuristic. Facets are not joined then.
+/// kinds are combined by the balance heuristic. Facets are not joined then, nor in two dimensions.
 ///
 /// With settle the exchange is solved on the rays that are there, without errors, until the
 /// sticking fits, before more rays are sent.

@@ -39,6 +39,11 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   first_.resize(keys.size() + 1);
 }
 
+// Small ones beside an edge are as well known as if their facets were not joined.
+std::uint32_t RayPlan::least(std::size_t rank) const {
+  return elements_->pieces_of(element_at_[rank]).size() > 1 ? 2 * least_set : least_set;
+}
+
 // In steps of two rays. Of elements in a row a fraction takes a step more; they are spread evenly
 // by the rank's bits in reverse.
 std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
@@ -48,13 +53,15 @@ std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
     const double steps = rays_per_area * elements_->area(element_at_[rank]) / (set_count * step);
     const double threshold = reverse_bits(rank) * 0x1.0p-32;
     const double whole = std::floor(std::min(steps, 0.5 * most_in_set) + threshold);
-    wanted[rank] = std::max({least_set, rays_[rank], step * static_cast<std::uint32_t>(whole)});
+    wanted[rank] = std::max({least(rank), rays_[rank], step * static_cast<std::uint32_t>(whole)});
   }
   return wanted;
 }
 
 void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
-  cap = std::max({cap, total(), std::uint64_t{size() * set_count * least_set}});
+  std::uint64_t least_total = 0;
+  for (std::size_t rank = 0; rank < size(); ++rank) least_total += least(rank) * set_count;
+  cap = std::max({cap, total(), least_total});
   std::vector<std::uint32_t> rays = wanted(rays_per_area);
   while (std::accumulate(rays.begin(), rays.end(), std::uint64_t{0}) * set_count > cap) {
     rays_per_area *= 0.95;

@@ -21,7 +21,7 @@ inline constexpr double longest_element_edge = 3;
 /// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
 class RayPlan {
  public:
-  static constexpr std::uint32_t least_set = 2;
+  static constexpr std::uint32_t least_set = 2;  ///< twice of it where facets are joined
 
   RayPlan(const RayScene& scene, const Elements& elements);
 
@@ -47,6 +47,7 @@ class RayPlan {
   std::uint64_t total() const { return first_.back() * set_count; }
 
  private:
+  std::uint32_t least(std::size_t rank) const;
   std::vector<std::uint32_t> wanted(double rays_per_area) const;
 
   const Elements* elements_;

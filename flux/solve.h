@@ -39,13 +39,12 @@ struct FluxOptions {
   ///
   /// Forward: particles of each species, rounded up to whole batches of 32. Gather: rays from all
   /// facets together, which serve all species, shared out by area; at most as many, but never fewer
-  /// than 4 from each element (see Elements: a piece of a facet with edges up to 3 spacings, or
-  /// several small facets), even if that makes more. Rays along the lobe of a source with cosine
+  /// than 4 from each piece of a facet with edges up to 3 spacings and 8 from small facets together
+  /// (see Elements), even if that makes more. Rays along the lobe of a source with cosine
   /// power != 1 are not counted. Ions and tilted sources: half of it for rays from facets, those
   /// behind the facet included, half for particles that go on; all for rays if nothing does.
   std::uint64_t rays = 0;
-  /// The most rays for the target, counted as rays and with the same least numbers: 32 (forward), 4
-  /// per element (gather).
+  /// The most rays for the target, counted as rays and with the same least numbers.
   std::uint64_t max_rays = std::uint64_t{1} << 28;
   std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;

@@ -260,9 +260,11 @@ double front_of(const std::vector<double>& theta) {
 TEST(AldRun, AStarvedHoleFillsToTheFrontOfTheReference) {
   constexpr int aspect = 20;
   const Tube tube(aspect);
+  // Between seeds, what is covered at a depth differs by 0.002 at this target.
+  constexpr double target = 0.005;
   for (const double pulse : {0.05, 0.1}) {
     const std::string keys = starved + "pulse_time = \"" + std::to_string(pulse) + " s\"\n";
-    const Survey now = first_survey(read_text(hole(aspect, keys)));
+    const Survey now = first_survey(read_text(hole(aspect, keys, target)));
     const std::vector<double> theta = tube.covered_after(pulse);
     std::vector<double> found;
     std::vector<double> expected;
