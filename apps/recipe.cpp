@@ -215,7 +215,7 @@ std::string leaning_tables(const RecipeTable& step) {
 }
 
 // What reflective sides mirror has to be its own mirror image, or it would be another process on
-// every other copy of the domain.
+// every other copy of the domain. A cross-section has no sides along y, and no normal leans there.
 void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
                            const Frame& frame) {
   for (int axis = 0; axis < 2; ++axis) {
@@ -223,6 +223,8 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     if (periodic || model.is_mirror_symmetric(axis)) continue;
     const char name = axis == 0 ? 'x' : 'y';
     const std::string leaning = leaning_tables(table);
+    const bool is_crystal = model.species().empty() && leaning.empty();
+    if (is_crystal && axis == 1 && frame.two_dimensional) continue;
     const std::string remedy =
         leaning == "beam"
             ? fmt::format("add the mirror image of each beam tilted along {}, with the same share",
@@ -559,7 +561,12 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   const std::vector<RecipeTable> steps = root.tables("step");
   const std::vector<MaterialId> there =
       recipe.start ? materials_of(recipe.start->state->layers) : materials_of(recipe.geometry);
-  recipe.steps = StepReader(recipe, there, path.parent_path()).read(steps);
+  if (root.has("start") && !recipe.start) {
+    // Nothing can be said about steps on an unknown wafer.
+    for (const RecipeTable& step : steps) step.accept_rest();
+  } else {
+    recipe.steps = StepReader(recipe, there, path.parent_path()).read(steps);
+  }
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/simulator.h"
+#include "core/error.h"
 #include "levelset/cross_section.h"
 #include "tests/apps/recipe_text.h"
 
@@ -93,6 +94,39 @@ ratio_311 = 0.7
     }
   }
   EXPECT_NEAR(20 / (lower - upper), std::sqrt(2.0), 0.1);
+}
+
+// A cross-section has no sides along y that could mirror the crystal: it is the slice of a periodic
+// structure.
+TEST(Epitaxy, ACrystalThatIsNotSymmetricAlongTheTrenchGrowsInACrossSection) {
+  const auto grown = [](const std::string& domain) {
+    const Recipe recipe = read_text("[domain]\nspacing = \"4 nm\"\n" + domain + R"(
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "SiO2"
+thickness = "20 nm"
+opening = { shape = "trench", width = "80 nm" }
+[[step]]
+model = "epitaxy"
+duration = "60 s"
+material = "SiGe"
+growth_rate = "1 nm/s"
+wafer = "111"
+)");
+    State state = start_state(recipe);
+    begin_step(state, recipe);
+    while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+    return material_volumes(state.layers).back();
+  };
+  const double slice = grown("mode = \"2d\"\nextent = [\"160 nm\"]\n") / 4;
+  const double whole =
+      grown("extent = [\"160 nm\", \"16 nm\"]\nboundary = [\"reflective\", \"periodic\"]\n") / 16;
+  EXPECT_GT(slice, 80 * 25);
+  EXPECT_NEAR(slice, whole, 0.02 * whole);
+  EXPECT_THROW(grown("extent = [\"160 nm\", \"16 nm\"]\n"), InputError);
 }
 
 }  // namespace
