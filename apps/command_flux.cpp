@@ -110,7 +110,7 @@ void warn_of_leaks(const FluxAudit& audit) {
   const double lost = share(audit.lost(), audit);
   if (lost <= most_lost) return;
   fmt::print(stderr,
-             "warning: {:.2g} % of the particles are lost: the mesh has holes, does not reach its "
+             "warning: {:.0f} % of the particles are lost: the mesh has holes, does not reach its "
              "sides, or faces down in places; its outside is where vertices go round "
              "counter-clockwise\n",
              100 * lost);
