@@ -364,12 +364,14 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   const bool is_diffuse = std::ranges::none_of(problems, is_looked_for);
   if (is_diffuse && !options.two_dimensional) elements.join(problems.front().mesh);
   const FacetValues values(problems.front().mesh, elements);
-  const std::uint64_t cap = ray_limit(options, elements.count(), sizeof(std::uint32_t));
-
   RayPlan plan(scene, elements);
+  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(std::uint32_t));
   View view;
-  double rays = options.rays > 0 ? static_cast<double>(cap)
-                                 : first_rays_per_element * static_cast<double>(elements.count());
+  double rays = static_cast<double>(cap);
+  if (options.rays == 0) {
+    const double first = first_rays_per_element * static_cast<double>(elements.count());
+    rays = std::min(rays, std::max(first, least_first_rays));
+  }
   plan.grow(rays / plan.surface(), cap);
   for (bool is_last = options.rays > 0;;) {
     view = look(problems, plan, view);

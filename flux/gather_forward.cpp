@@ -141,12 +141,13 @@ Solver::Solver(const FluxProblem& problem)
       plan_(problem.scene, elements_),
       tracer_(problem) {
   const auto all =
-      static_cast<double>(ray_limit(options_, elements_.count(), sizeof(FirstArrivals::Lit)));
+      static_cast<double>(ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit)));
   // Half of the rays for each part, if there are two.
   direct_.most = sticks_at_once(problem) ? all : all / 2;
   onward_.most = std::max(all - direct_.most, 1.0);
   const bool fixed = options_.rays > 0;
-  direct_.rays = fixed ? direct_.most : first_rays_per_element * elements_.count();
+  const double first = first_rays_per_element * static_cast<double>(elements_.count());
+  direct_.rays = fixed ? direct_.most : std::min(direct_.most, std::max(first, least_first_rays));
   onward_.rays = fixed ? onward_.most : std::min(first_particles, onward_.most);
 }
 

@@ -44,6 +44,12 @@ std::uint32_t RayPlan::least(std::size_t rank) const {
   return elements_->pieces_of(element_at_[rank]).size() > 1 ? 2 * least_set : least_set;
 }
 
+std::uint64_t RayPlan::least_total() const {
+  std::uint64_t sum = 0;
+  for (std::size_t rank = 0; rank < size(); ++rank) sum += least(rank) * set_count;
+  return sum;
+}
+
 // In steps of two rays. Of elements in a row a fraction takes a step more; they are spread evenly
 // by the rank's bits in reverse.
 std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
@@ -59,9 +65,7 @@ std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
 }
 
 void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
-  std::uint64_t least_total = 0;
-  for (std::size_t rank = 0; rank < size(); ++rank) least_total += least(rank) * set_count;
-  cap = std::max({cap, total(), least_total});
+  cap = std::max({cap, total(), least_total()});
   std::vector<std::uint32_t> rays = wanted(rays_per_area);
   while (std::accumulate(rays.begin(), rays.end(), std::uint64_t{0}) * set_count > cap) {
     rays_per_area *= 0.95;
@@ -71,15 +75,14 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
 }
 
-std::uint64_t ray_limit(const FluxOptions& options, std::size_t element_count,
+std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,
                         std::size_t bytes_per_ray) {
-  const std::uint64_t least = element_count * set_count * RayPlan::least_set;
   const std::uint64_t fit = options.memory_limit / bytes_per_ray;
   if (fit < least) {
     throw InputError("flux.memory_limit: " + std::to_string(options.memory_limit) +
-                     " bytes hold fewer than 4 rays for each of " + std::to_string(element_count) +
-                     " pieces of facets; allow at least " + std::to_string(least * bytes_per_ray) +
-                     " bytes");
+                     " bytes hold fewer than the " + std::to_string(least) +
+                     " rays that all pieces of the surface send at least; allow at least " +
+                     std::to_string(least * bytes_per_ray) + " bytes");
   }
   return std::min(fit, options.rays > 0 ? options.rays : options.max_rays);
 }

@@ -44,6 +44,8 @@ class RayPlan {
   std::uint32_t rays(std::size_t rank) const { return rays_[rank]; }
   /// Number of rays in one set of all ranks before this one.
   std::uint64_t first(std::size_t rank) const { return first_[rank]; }
+  /// The rays of the least sets of all elements.
+  std::uint64_t least_total() const;
   std::uint64_t total() const { return first_.back() * set_count; }
 
  private:
@@ -58,9 +60,12 @@ class RayPlan {
   std::vector<std::uint64_t> first_;
 };
 
+/// What the first round sends in all, for targets. The two sets of a few rays often find the same,
+/// which is no sign of a small error.
+inline constexpr double least_first_rays = 4096;
+
 /// The most rays that a memory limit and the options allow. Throws: InputError if they are fewer
-/// than the least sets.
-std::uint64_t ray_limit(const FluxOptions& options, std::size_t element_count,
-                        std::size_t bytes_per_ray);
+/// than the least sets take.
+std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least, std::size_t bytes_per_ray);
 
 }  // namespace scarp

@@ -35,11 +35,23 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   EXPECT_EQ(plan.total(), full);
 }
 
+TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {
+  const exact::Shape shape = exact::flat_wafer(16, 16);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  Elements elements(scene, longest_element_edge);
+  EXPECT_EQ(RayPlan(scene, elements).least_total(), 4 * elements.count());
+  elements.join(shape.mesh);
+  RayPlan plan(scene, elements);
+  EXPECT_EQ(plan.least_total(), 8 * elements.count());
+  plan.grow(0, 1);
+  EXPECT_EQ(plan.total(), plan.least_total());
+}
+
 TEST(RayPlan, IsLimitedByOptionsAndMemory) {
-  EXPECT_EQ(ray_limit({.max_rays = 5000, .memory_limit = 80'000}, 100, 16), 5000U);
-  EXPECT_EQ(ray_limit({.rays = 3000, .max_rays = 100, .memory_limit = 80'000}, 100, 16), 3000U);
-  EXPECT_EQ(ray_limit({.memory_limit = 8000}, 100, 16), 500U);
-  EXPECT_THAT([] { ray_limit({.memory_limit = 6399}, 100, 16); },
+  EXPECT_EQ(ray_limit({.max_rays = 5000, .memory_limit = 80'000}, 400, 16), 5000U);
+  EXPECT_EQ(ray_limit({.rays = 3000, .max_rays = 100, .memory_limit = 80'000}, 400, 16), 3000U);
+  EXPECT_EQ(ray_limit({.memory_limit = 8000}, 400, 16), 500U);
+  EXPECT_THAT([] { ray_limit({.memory_limit = 6399}, 400, 16); },
               ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least 6400 bytes")));
 }
 
