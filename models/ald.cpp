@@ -77,19 +77,6 @@ std::span<const Parameter> parameters() {
   return rows;
 }
 
-// Where nothing sticks a cycle does nothing.
-void require_sticking(const RecipeTable& step, const StepScope& scope,
-                      const std::vector<float>& g) {
-  std::string names;
-  for (const MaterialId m : scope.reachable) {
-    if (g[m] > 0) return;
-    names += (names.empty() ? "" : ", ") + scope.materials[m].name;
-  }
-  if (step.ok(sticking.name))
-    step.error(sticking.name, "is 0 on all that the step finds (" + names +
-                                  "), so cycles of ald do nothing; a material needs more than 0");
-}
-
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   const MaterialId film = step.material(deposited.name, scope.materials);
   Ald::Values values;
@@ -103,7 +90,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   values.desorption = read_value(step, desorption);
   values.sites = read_value(step, sites);
   values.source = read_upright_source(step, source_power, scope);
-  require_sticking(step, scope, values.sticking);
+  require_one(
+      step, scope, sticking, [&](MaterialId m) { return values.sticking[m] > 0; },
+      "is 0 on all that", "so cycles of ald do nothing; a material needs more than 0");
   const double cycle = values.pulse + values.purge;
   values.longest_time_step = at_once * cycle;
   StepModel made{std::make_shared<Ald>(std::move(values)), film};

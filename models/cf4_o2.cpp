@@ -196,14 +196,28 @@ class Reader {
                                 .sticking = std::vector<float>(scope_.materials.size(), 1.0F)});
     }
     read_yields(values);
-    if (step_.has("ion"))
+    if (step_.has("ion")) {
       values.ions = PlasmaIons(step_, scope_, ion_flux, yields_.laws(), values.species);
+    } else {
+      require_etch(values);
+    }
     return {std::make_shared<Cf4O2>(std::move(values))};
   }
 
  private:
   std::vector<float> per_material(const Parameter& parameter) const {
     return read_per_material(step_, parameter, scope_, std::nullopt);
+  }
+
+  // Without ions fluorine takes what it is told to etch, and nothing else goes.
+  void require_etch(const Cf4O2::Values& values) const {
+    require_one(
+        step_, scope_, etches, [&](MaterialId m) { return values.surfaces[m].is_etched; },
+        "is nothing that",
+        "and there are no ions, so cf4_o2 etches nothing; name a material that is there");
+    if (step_.ok(fluorine_flux.name) && values.flux.front() == 0)
+      step_.error(fluorine_flux.name,
+                  "is 0, and there are no ions, so cf4_o2 etches nothing; give one of them");
   }
 
   void read_surfaces(std::vector<Cf4O2::Surface>& surfaces) const {

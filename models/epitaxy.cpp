@@ -54,18 +54,6 @@ std::string_view symbols() {
   return text;
 }
 
-void require_crystal(const RecipeTable& step, const StepScope& scope,
-                     const std::vector<float>& amplitude) {
-  std::string names;
-  for (const MaterialId m : scope.reachable) {
-    if (amplitude[m] > 0) return;
-    names += (names.empty() ? "" : ", ") + scope.materials[m].name;
-  }
-  if (step.ok(grows_on.name))
-    step.error(grows_on.name, "is nothing that the step finds (" + names +
-                                  "), so epitaxy grows nothing; name a crystal that is there");
-}
-
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   const MaterialId film = step.material(deposited.name, scope.materials);
   const double r100 = read_value(step, rate);
@@ -76,7 +64,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   std::vector<float> amplitude(scope.materials.size());
   for (const MaterialId m : read_material_list(step, grows_on, scope)) amplitude[m] = 1;
   amplitude[film] = 1;
-  require_crystal(step, scope, amplitude);
+  require_one(
+      step, scope, grows_on, [&](MaterialId m) { return amplitude[m] > 0; }, "is nothing that",
+      "so epitaxy grows nothing; name a crystal that is there");
   return {std::make_shared<Crystal>(Crystal::Values{by_plane, std::move(amplitude)}), film};
 }
 

@@ -55,6 +55,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
                                                  .r311 = read_value(step, rate_311)});
   std::vector<float> amplitude(scope.materials.size());
   for (const MaterialId m : read_material_list(step, etches, scope)) amplitude[m] = -1;
+  require_one(
+      step, scope, etches, [&](MaterialId m) { return amplitude[m] < 0; }, "is nothing that",
+      "so koh_etch etches nothing; name the crystal that is there");
   return {std::make_shared<Crystal>(Crystal::Values{rate, std::move(amplitude)})};
 }
 

@@ -51,20 +51,6 @@ std::span<const Parameter> parameters() {
   return rows;
 }
 
-// Without adsorption and reaction on one material nothing is etched.
-void require_front(const RecipeTable& step, const StepScope& scope,
-                   const std::vector<LangmuirTransport::Surface>& surfaces) {
-  std::string names;
-  for (const MaterialId m : scope.reachable) {
-    if (surfaces[m].reaction > 0 && surfaces[m].sticking > 0) return;
-    names += (names.empty() ? "" : ", ") + scope.materials[m].name;
-  }
-  if (step.ok(reaction.name) && step.ok(sticking.name))
-    step.error(reaction.name, "is 0, or the sticking is, on all that the step finds (" + names +
-                                  "), so langmuir_transport etches nothing; a material needs more "
-                                  "than 0 of both");
-}
-
 StepModel read(const RecipeTable& step, const StepScope& scope) {
   LangmuirTransport::Values values;
   values.flux = read_value(step, flux_of_source);
@@ -78,7 +64,14 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
                                .desorption = leaves[m],
                                .reaction = reacts[m],
                                .density = scope.materials[static_cast<MaterialId>(m)].density});
-  require_front(step, scope, values.surfaces);
+  if (step.ok(sticking.name))
+    require_one(
+        step, scope, reaction,
+        [&](MaterialId m) {
+          return values.surfaces[m].reaction > 0 && values.surfaces[m].sticking > 0;
+        },
+        "is 0, or the sticking is, on all that",
+        "so langmuir_transport etches nothing; a material needs more than 0 of both");
   return {std::make_shared<LangmuirTransport>(std::move(values))};
 }
 

@@ -19,6 +19,19 @@ Parameter inner(Parameter parameter) {
   return parameter;
 }
 
+void require_one(const RecipeTable& step, const StepScope& scope, const Parameter& parameter,
+                 const std::function<bool(MaterialId)>& holds, std::string_view what,
+                 std::string_view so) {
+  std::string names;
+  for (const MaterialId m : scope.reachable) {
+    if (holds(m)) return;
+    names += (names.empty() ? "" : ", ") + scope.materials[m].name;
+  }
+  if (!step.ok(parameter.name)) return;
+  step.error(parameter.name,
+             std::string(what) + " the step finds (" + names + "), " + std::string(so));
+}
+
 double read_value(const RecipeTable& table, const Parameter& parameter) {
   return table.quantity(parameter.name, parameter.dimension, parameter.limits);
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -48,6 +49,12 @@ struct StepScope {
 
 /// The materials that a step can meet: when it starts, and what it deposits.
 std::vector<MaterialId> met_by(const StepScope& scope, std::optional<MaterialId> deposited);
+
+/// An error at a key unless something holds for a material that the step finds. The text is
+/// "<what> the step finds (NAMES), <so>".
+void require_one(const RecipeTable& step, const StepScope& scope, const Parameter& parameter,
+                 const std::function<bool(MaterialId)>& holds, std::string_view what,
+                 std::string_view so);
 
 /// Readers of parameters by their rows.
 double read_value(const RecipeTable& table, const Parameter& parameter);
