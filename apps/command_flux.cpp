@@ -88,8 +88,14 @@ void book_missed(const TriMesh& mesh, Species species, FluxOptions options, Flux
   audit.balance_std_error = std::sqrt(audit.balance_std_error * audit.balance_std_error + variance);
 }
 
+// What passes a small mesh may be more than what arrives at its back faces.
+bool is_inside_out(const FluxAudit& audit) {
+  const bool reaches_outside = audit.absorbed + audit.escaped > 0;
+  return share(audit.lost_back_face, audit) > 0.5 || (audit.lost_back_face > 0 && !reaches_outside);
+}
+
 void require_balance(const std::filesystem::path& file, const FluxAudit& audit) {
-  if (share(audit.lost_back_face, audit) > 0.5) {
+  if (is_inside_out(audit)) {
     throw InputError(fmt::format(
         "{}: is inside out as seen from the source: {:.3g} % of the particles arrive at back "
         "faces; turn its triangles over, their outside is where the vertices go round "
@@ -104,6 +110,17 @@ void require_balance(const std::filesystem::path& file, const FluxAudit& audit) 
       "use more rays or --engine forward",
       file.string(), 100 * std::abs(off), off < 0 ? "are missing" : "are too many",
       100 * audit.balance_std_error));
+}
+
+// A source one spacing above would be seen past more mirror images of the mesh than can be crossed.
+void require_spacing_of_mesh(const std::filesystem::path& file, double spacing, const Box& box) {
+  const double width = std::min(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
+  constexpr double rounding = 1e-6;
+  if (!(spacing > (1 + rounding) * width)) return;
+  throw InputError(fmt::format(
+      "--spacing {:g} is larger than {}, which is {:.3g} wide; give the spacing of the grid in the "
+      "unit of the mesh",
+      spacing, file.string(), width));
 }
 
 void warn_of_leaks(const FluxAudit& audit) {
@@ -149,6 +166,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   const TriMesh mesh = read_mesh(arguments.mesh);
   refuse_far_vertices(arguments.mesh, mesh);
   const Box box = bounding_box(mesh);
+  require_spacing_of_mesh(arguments.mesh, arguments.options.spacing, box);
   FluxOptions options = arguments.options;
   options.sides = {.lower = {box.lower.x, box.lower.y},
                    .upper = {box.upper.x, box.upper.y},

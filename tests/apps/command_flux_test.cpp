@@ -38,11 +38,15 @@ TEST_F(FluxCommand, OnAConvexBumpHasNothingReEmittedInto) {
 }
 
 TEST_F(FluxCommand, AMeshThatFacesDownIsRefused) {
-  write("down.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 3 2 1\nf 4 3 1\n");
-  for (const char* engine : {"gather", "forward"}) {
-    const Outcome flux = scarp("flux " + path("down.obj") + " --engine " + engine + " --json");
-    EXPECT_EQ(flux.exit_code, 2) << engine;
-    EXPECT_THAT(flux.messages, HasSubstr("down.obj: is inside out")) << engine;
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  write("square.obj", corners + "f 3 2 1\nf 4 3 1\n");
+  write("half.obj", corners + "f 3 2 1\n");
+  for (const std::string engine : {"gather", "forward"}) {
+    for (const std::string mesh : {"square.obj", "half.obj"}) {
+      const Outcome flux = scarp("flux " + path(mesh) + " --engine " + engine + " --json");
+      EXPECT_EQ(flux.exit_code, 2) << mesh << engine;
+      EXPECT_THAT(flux.messages, HasSubstr(mesh + ": is inside out")) << mesh << engine;
+    }
   }
 }
 
@@ -115,6 +119,15 @@ TEST_F(FluxCommand, AnAuditThatDoesNotBalanceIsExitThree) {
     EXPECT_THAT(flux.messages, HasSubstr("the particles do not balance: ")) << tip;
     EXPECT_FALSE(fs::exists(folder_ / "flux.csv")) << tip;
   }
+}
+
+TEST_F(FluxCommand, RefusesASpacingLargerThanTheMesh) {
+  write("a.obj", "v 0 0 0\nv 1e-9 0 0\nv 1e-9 1e-9 0\nv 0 1e-9 0\nf 1 2 3\nf 1 3 4\n");
+  const Outcome large = scarp("flux " + path("a.obj") + " --spacing 1");
+  EXPECT_EQ(large.exit_code, 2);
+  EXPECT_THAT(large.messages,
+              AllOf(HasSubstr("--spacing 1 is larger than"), HasSubstr("which is 1e-09 wide")));
+  EXPECT_EQ(scarp("flux " + path("a.obj") + " --spacing 1e-9").exit_code, 0);
 }
 
 TEST_F(FluxCommand, SaysIfMoreRaysThanAskedWereNeeded) {

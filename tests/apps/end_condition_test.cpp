@@ -12,6 +12,7 @@
 
 #include "apps/run.h"
 #include "core/error.h"
+#include "tests/apps/final_state.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
@@ -58,17 +59,6 @@ duration = "100 s"
 growth_rate = "1 nm/s"
 material = "Si3N4"
 )";
-
-State final_state(const Recipe& recipe) {
-  State state = start_state(recipe);
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
-    const Survey now = survey(state, recipe);
-    note_voids(state, now.gas);
-    advance(state, recipe, now, next_output(state, recipe));
-  }
-  return state;
-}
 
 /// A step, its end, and when it has to come.
 struct Ending {

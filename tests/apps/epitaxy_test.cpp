@@ -10,6 +10,7 @@
 #include "apps/simulator.h"
 #include "core/error.h"
 #include "levelset/cross_section.h"
+#include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {
@@ -38,9 +39,7 @@ duration = "30 s"
 material = "SiGe"
 growth_rate = "1 nm/s"
 )");
-    State state = start_state(recipe);
-    begin_step(state, recipe);
-    while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+    const State state = final_state(recipe);
     // In a slice one spacing wide; half a cell at each wall.
     const double area = material_volumes(state.layers).back() / 2;
     EXPECT_NEAR(area, width * 30, 2 * 0.5 * 4) << width;
@@ -73,9 +72,7 @@ ratio_111 = 0.2
 ratio_110 = 0.5
 ratio_311 = 0.7
 )");
-  State state = start_state(recipe);
-  begin_step(state, recipe);
-  while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+  const State state = final_state(recipe);
   const std::vector<Polyline> film = cross_section(state.layers, 1, 0.0).back();
   double upper = 0;
   double lower = 0;
@@ -116,10 +113,7 @@ material = "SiGe"
 growth_rate = "1 nm/s"
 wafer = "111"
 )");
-    State state = start_state(recipe);
-    begin_step(state, recipe);
-    while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
-    return material_volumes(state.layers).back();
+    return material_volumes(final_state(recipe).layers).back();
   };
   const double slice = grown("mode = \"2d\"\nextent = [\"160 nm\"]\n") / 4;
   const double whole =

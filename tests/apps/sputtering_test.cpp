@@ -13,6 +13,7 @@
 
 #include "apps/simulator.h"
 #include "levelset/cross_section.h"
+#include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {
@@ -26,16 +27,6 @@ constexpr const char* wafer = "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\
 
 std::string step_of(const std::string& model, const std::string& keys) {
   return "[[step]]\nmodel = \"" + model + "\"\n" + keys;
-}
-
-/// The state when the recipe is complete.
-State after(const Recipe& recipe) {
-  State state = start_state(recipe);
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
-    advance(state, recipe, survey(state, recipe), 1e9);
-  }
-  return state;
 }
 
 struct Blanket {
@@ -125,7 +116,7 @@ double height_at(const std::vector<Polyline>& lines, double x) {
 }
 
 std::vector<Polyline> surface_after(const Recipe& recipe) {
-  return cross_section(after(recipe).layers, 1, 0.0).back();
+  return cross_section(final_state(recipe).layers, 1, 0.0).back();
 }
 
 // A parallel beam on half a mesa: slopes within 1.5 degrees, the depth at the wall within 3 %.

@@ -135,6 +135,9 @@ TEST(Cf4O2, SaysWhatIsWrong) {
   expect("germanium = { SiGe = \"a\" }\n", "step[0].germanium");
   expect("fluorine_on_oxygen = 2\n", "step[0].fluorine_on_oxygen: 2 is outside [0, 1]");
   expect("etches = [\"Sii\"]\n", "step[0].etches");
+  expect("etches = [\"W\"]\n", "step[0].etches: is nothing that the step finds");
+  expect("fluorine_flux = \"0 /cm2/s\"\n", "step[0].fluorine_flux: is 0, and there are no ions");
+  EXPECT_NO_THROW(read_step("cf4_o2", "fluorine_flux = \"0 /cm2/s\"\n[[step.ion]]\n"));
   EXPECT_FALSE(
       read_step("cf4_o2", "[[step.ion]]\ntilt = \"5 deg\"\n").model->is_mirror_symmetric(0));
 }

@@ -105,5 +105,13 @@ TEST(KohEtch, SaysWhatIsWrong) {
   expect("etch_rate = \"1 um/min\"\n", "step[0].etch_rate: unknown key");
 }
 
+TEST(KohEtch, SaysThatThereIsNoCrystal) {
+  EXPECT_THAT([] { read_step("koh_etch", "etches = [\"W\"]\n"); },
+              ThrowsMessage<InputError>(HasSubstr("so koh_etch etches nothing")));
+  EXPECT_THAT(
+      [] { read_step("koh_etch", "etches = []\n"); },
+      ThrowsMessage<InputError>(HasSubstr("step[0].etches: is nothing that the step finds")));
+}
+
 }  // namespace
 }  // namespace scarp
