@@ -67,6 +67,11 @@ OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, co
     for (const YieldLaw& law : species.yields)
       wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
   }
+  if (const auto solute = model.solute()) {
+    wafers.flux.emplace_back();
+    for (const Exchange& wafer : model.exchange(wafers.points()))
+      wafers.flux.back().push_back(static_cast<float>(open_wafer_concentration(*solute, wafer)));
+  }
   go_through_cycle(model, wafers);
   return wafers;
 }

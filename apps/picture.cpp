@@ -66,6 +66,36 @@ Window window_of(const ProfileView& view) {
   return {view.left, view.right, lowest - room, highest + room};
 }
 
+using Pixel = std::array<double, 2>;
+
+double distance_to_segment(const Pixel& p, const Pixel& a, const Pixel& b) {
+  const double x = b[0] - a[0];
+  const double y = b[1] - a[1];
+  const double square = x * x + y * y;
+  const double along =
+      square > 0 ? std::clamp(((p[0] - a[0]) * x + (p[1] - a[1]) * y) / square, 0.0, 1.0) : 0;
+  return std::hypot(p[0] - a[0] - along * x, p[1] - a[1] - along * y);
+}
+
+// Without points that nobody sees: a straight wall needs its ends alone.
+std::vector<Pixel> seen_points(const Polyline& line, const Window& window) {
+  constexpr double unseen = 0.1;  // pixels
+  std::vector<Pixel> points;
+  for (const auto& [x, z] : line.points) points.push_back({window.px(x), window.py(z)});
+  std::vector<Pixel> kept{points.front()};
+  std::size_t last = 0;
+  for (std::size_t n = 2; n < points.size(); ++n) {
+    bool is_straight = true;
+    for (std::size_t between = last + 1; between < n && is_straight; ++between)
+      is_straight = distance_to_segment(points[between], points[last], points[n]) < unseen;
+    if (is_straight) continue;
+    last = n - 1;
+    kept.push_back(points[last]);
+  }
+  if (points.size() > 1) kept.push_back(points.back());
+  return kept;
+}
+
 // The region below a layer's surface as one even-odd path. A loop is closed by itself; any other
 // line goes from side to side, or back to the same one, and is closed along the sides and the
 // bottom: each point is then inside an odd number of outlines exactly if it is in the solid.
@@ -74,8 +104,8 @@ std::string path_of(const LayerProfile& layer, const Window& window) {
   for (const Polyline& line : layer.lines) {
     if (line.points.empty()) continue;
     char move = 'M';
-    for (const auto& [x, z] : line.points) {
-      path += fmt::format("{}{:.2f} {:.2f}", move, window.px(x), window.py(z));
+    for (const auto& [x, y] : seen_points(line, window)) {
+      path += fmt::format("{}{:.2f} {:.2f}", move, x, y);
       move = 'L';
     }
     const auto& first = line.points.front();

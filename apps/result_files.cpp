@@ -165,7 +165,10 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
       .facets = {}, .vertices = {}, .material_names = recipe.materials.names(), .time = state.time};
   const ProcessStep& step = current_step(state, recipe);
   const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
-  for (std::size_t s = 0; s < survey.flux.size(); ++s) {
+  if (const auto solute = step.model ? step.model->solute() : std::nullopt)
+    fields.facets.push_back(
+        {"concentration_" + solute->name, std::span(survey.flux.front().arrivals().mean)});
+  for (std::size_t s = 0; s < species.size(); ++s) {
     const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
     fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
     fields.facets.push_back(

@@ -10,6 +10,7 @@
 #include "flux/reconstruct.h"
 #include "flux/solve.h"
 #include "levelset/advect.h"
+#include "levelset/diffusion.h"
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "levelset/layer_steps.h"
@@ -120,8 +121,29 @@ void require_nothing_lost(std::span<const FluxField> flux, const State& state,
   }
 }
 
+// The concentration in a bath as the flux that it is in place of: without rays and errors.
+FluxField dissolved(const State& state, const SurfaceModel& model, const Solute& solute,
+                    const TriMesh& facets) {
+  const std::vector<Vec3f> normals = facet_normals(facets);
+  const std::vector<Exchange> exchange =
+      model.exchange({.material = facets.materials, .normal = normals});
+  Concentration concentration = diffuse(state.layers, facets, exchange, solute);
+  FluxField field;
+  field.tallies.push_back({.mean = std::move(concentration.at_facets),
+                           .std_error = std::vector<float>(facets.triangles.size())});
+  field.audit = {.emitted = concentration.released,
+                 .absorbed = concentration.settled,
+                 .escaped = concentration.escaped};
+  return field;
+}
+
 void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
   const auto measurement = result.timer.measure("flux");
+  const auto& model = current_step(state, recipe).model;
+  if (const auto solute = model ? model->solute() : std::nullopt) {
+    result.flux = {dissolved(state, *model, *solute, result.facets)};
+    return;
+  }
   const std::vector<Species> species = species_of(current_step(state, recipe));
   if (species.empty()) return;
   options.time_step = state.time_step;

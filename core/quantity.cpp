@@ -42,7 +42,7 @@ struct DimensionRow {
 };
 
 const DimensionRow& row(Dimension dimension) {
-  static const std::array<DimensionRow, 12> rows{{
+  static const std::array<DimensionRow, 13> rows{{
       {"a length", {.length = 1}, 0, {"nm", "um"}},
       {"a time", {.time = 1}, 0, {"s", "min", "h"}},
       {"an energy", {.energy = 1}, 0, {"eV", "keV"}},
@@ -53,6 +53,7 @@ const DimensionRow& row(Dimension dimension) {
       {"an areal density", {.length = -2}, 1, {"/cm2"}},
       {"a temperature", {.temperature = 1}, 0, {"K"}},
       {"a pressure", {.pressure = 1}, 0, {"Pa"}},
+      {"a diffusivity", {.length = 2, .time = -1}, 0, {"cm2/s"}},
       {"a percentage", {}, 0, {"%"}},
       {"a number", {}, 0, {""}},
   }};

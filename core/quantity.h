@@ -8,7 +8,7 @@ namespace scarp {
 /// The kinds of values that a recipe holds.
 ///
 /// Units: inside, in this order: nm, s, eV, rad, nm/s, 1e15 cm^-2 s^-1, 1e22 cm^-3, 1e15 cm^-2, K,
-/// Pa, 1 (a percentage as a part of the whole), 1.
+/// Pa, nm^2/s, 1 (a percentage as a part of the whole), 1.
 enum class Dimension {
   length,
   time,
@@ -20,6 +20,7 @@ enum class Dimension {
   areal_density,
   temperature,
   pressure,
+  diffusivity,
   percentage,
   number,
 };

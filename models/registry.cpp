@@ -18,6 +18,7 @@
 #include "models/koh_etch.h"
 #include "models/langmuir_transport.h"
 #include "models/multi_particle.h"
+#include "models/oxide_regrowth.h"
 #include "models/pecvd_teos.h"
 #include "models/planarise.h"
 #include "models/sf6_c4f8.h"
@@ -111,6 +112,7 @@ std::span<const ModelDescription> models() {
       epitaxy_description(),
       ald_description(),
       langmuir_transport_description(),
+      oxide_regrowth_description(),
       conformal_description(),
       planarise_description(),
   };

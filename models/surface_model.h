@@ -10,6 +10,7 @@
 
 #include "core/angular_factor.h"
 #include "core/material.h"
+#include "core/solute.h"
 #include "core/vec3.h"
 #include "flux/species.h"
 #include "models/layer_operation.h"
@@ -53,6 +54,17 @@ class SurfaceModel {
   virtual std::vector<std::vector<float>> emission(
       [[maybe_unused]] const SurfacePoints& points,
       [[maybe_unused]] std::span<const std::span<const float>> flux) const {
+    return {};
+  }
+
+  /// What dissolves from the surface, spreads in the bath above it and settles again; of models
+  /// without species. Its concentration is the only tally, in place of a flux.
+  virtual std::optional<Solute> solute() const { return {}; }
+
+  /// What the surface exchanges with the bath, where there is a solute.
+  ///
+  /// Shape: one entry per point.
+  virtual std::vector<Exchange> exchange([[maybe_unused]] const SurfacePoints& points) const {
     return {};
   }
 

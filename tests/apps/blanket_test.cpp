@@ -54,6 +54,11 @@ std::string epitaxy(const std::string& plane) {
          plane + "\"\n";
 }
 
+/// A bath whose silica saturates at 4e18 /cm3 and reaches oxide at 10 um/s.
+const std::string bath =
+    "model = \"oxide_regrowth\"\nmaterial = \"SiO2\"\nsettling_rate = \"10 um/s\"\n"
+    "saturation = \"4e18 /cm3\"\ndiffusivity = \"1e-6 cm2/s\"\nboundary_layer = \"10 um\"\n";
+
 const std::string no_g = "sticking_in_balance = false\n";
 const std::string hole_gases =
     "etchant_flux = \"4.5e18 /cm2/s\"\npassivation_flux = \"8e17 /cm2/s\"\nremoval_amplitude = 2\n";
@@ -94,6 +99,15 @@ const std::vector<Blanket> blankets{
      "model = \"langmuir_transport\"\nflux = \"1.8e18 /cm2/s\"\nsticking = 0.7\n"
      "reaction = \"3e17 /cm2/s\"\nmolecules_per_atom = 4\n",
      12.0671},
+    // A bath 10 um at rest: what settles is what comes through the layer, k c_s (S - 1) = D (1.5
+    // c_s
+    // - S c_s) / d.
+    {"OxideRegrowthNitride", "Si3N4", bath + "bath_concentration = \"5e18 /cm3\"\n", 6.5 / 60},
+    {"OxideRegrowthOxide", "SiO2", bath + "bath_concentration = \"6e18 /cm3\"\n",
+     -4e-4 / 2.2 * 1e4 * 0.5 / 2},
+    {"OxideRegrowthBelowSaturation", "SiO2",
+     bath + "bath_concentration = \"3e18 /cm3\"\netch_rate = { SiO2 = \"0.2 nm/min\" }\n",
+     0.2 / 60},
     // CF4/O2 without ions: the balance of 500 of F, 50 of O and 5 of C, on silicon and with 30 % of
     // germanium.
     {"Cf4O2Silicon", "Si", "model = \"cf4_o2\"\n", 300 * (1000 / 751660.0) / 4 / 5.02},

@@ -41,6 +41,7 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
       {"isotropic_etch", {"domain.spacing=\"80 nm\""}},
       {"koh_pyramid", {"domain.spacing=\"0.125 um\"", "step[0].duration=\"10 s\""}},
       {"langmuir_slots", {"domain.spacing=\"20 nm\"", "step[0].duration=\"5 s\""}},
+      {"oxide_regrowth", {"domain.spacing=\"5 nm\"", "step[0].duration=\"4 min\""}},
       {"oxide_opening", {"domain.spacing=\"5 nm\""}},
       {"pecvd_teos_gap", {"domain.spacing=\"5 um\""}},
       {"teos_two_precursors", {"domain.spacing=\"5 um\""}},

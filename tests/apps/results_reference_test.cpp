@@ -158,7 +158,8 @@ TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
   run(read_recipe(file, {}), results() / "ion", {});
   const std::set<std::string> arrays = arrays_of(results() / "ion" / "surface_0001.vtp");
   std::set<std::string> described_arrays = described("surface_NNNN.vtp");
-  EXPECT_EQ(described_arrays.erase("coverage_NAME"), 1U);
+  for (const char* name : {"coverage_NAME", "concentration_NAME"})
+    EXPECT_EQ(described_arrays.erase(name), 1U);
   EXPECT_EQ(described_arrays, arrays);
 
   std::set<std::string> without_ions = arrays;
@@ -176,6 +177,19 @@ TEST_F(ResultsReference, HasTheArraysOfCoverages) {
   run(read_recipe(file, {}), results() / "covered", {});
   const std::set<std::string> arrays = arrays_of(results() / "covered" / "surface_0001.vtp");
   for (const char* name : {"coverage_F", "coverage_O"}) EXPECT_TRUE(arrays.contains(name)) << name;
+}
+
+TEST_F(ResultsReference, HasTheArrayOfASolute) {
+  const fs::path file = results() / "bath.toml";
+  std::string text = recipe_with_ion;
+  text.replace(text.find("[[step]]"), std::string::npos,
+               "[[step]]\nmodel = \"oxide_regrowth\"\nduration = \"0.1 s\"\nmaterial = \"SiO2\"\n"
+               "settling_rate = \"1 nm/s\"\nsettles_on = [\"Si\"]\n");
+  std::ofstream(file) << text;
+  run(read_recipe(file, {}), results() / "bath", {});
+  const std::set<std::string> arrays = arrays_of(results() / "bath" / "surface_0001.vtp");
+  EXPECT_TRUE(arrays.contains("concentration_silica"));
+  EXPECT_FALSE(arrays.contains("flux"));
 }
 
 }  // namespace

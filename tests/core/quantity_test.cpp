@@ -45,6 +45,8 @@ TEST(Quantity, ReadsEveryDimensionInTheUnitOfTheInside) {
   EXPECT_EQ(parse_quantity("3.36e19 /m2", Dimension::areal_density), 3.36);
   EXPECT_DOUBLE_EQ(parse_quantity("220 degC", Dimension::temperature), 493.15);
   EXPECT_DOUBLE_EQ(parse_quantity("760 Torr", Dimension::pressure), 101325);
+  EXPECT_EQ(parse_quantity("1e-6 cm2/s", Dimension::diffusivity), 1e8);
+  EXPECT_EQ(parse_quantity("50 nm2/s", Dimension::diffusivity), 50);
   EXPECT_EQ(parse_quantity("20 %", Dimension::percentage), 0.2);
   EXPECT_EQ(parse_quantity("0.5%", Dimension::percentage), 0.005);
   EXPECT_EQ(parse_quantity("0.1", Dimension::number), 0.1);
@@ -125,6 +127,8 @@ TEST(Quantity, WritesAShortText) {
   EXPECT_EQ(format_quantity(0.2, Dimension::percentage), "20 %");
   EXPECT_EQ(format_quantity(5.02, Dimension::density), "5.02e22 /cm3");
   EXPECT_EQ(format_quantity(3.36, Dimension::areal_density), "3.36e15 /cm2");
+  EXPECT_EQ(format_quantity(1e8, Dimension::diffusivity), "1e-6 cm2/s");
+  EXPECT_EQ(format_quantity(50, Dimension::diffusivity), "5e-13 cm2/s");
   EXPECT_EQ(format_quantity(0, Dimension::time), "0 s");
   EXPECT_EQ(format_quantity(0.1, Dimension::number), "0.1");
 }

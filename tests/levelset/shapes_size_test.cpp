@@ -7,7 +7,6 @@
 namespace scarp {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 const Frame frame{.spacing = 2, .cells = {20, 10}};  // 40 nm by 20 nm
 
 TEST(ShapesSize, WallsHaveTheirArea) {
@@ -18,7 +17,7 @@ TEST(ShapesSize, WallsHaveTheirArea) {
             4 * 20 * 7);
   EXPECT_EQ(wall_area(frame, FinShape{.width = 4, .height = 7, .along = 0}), 2 * 40 * 7);
   EXPECT_NEAR(wall_area(frame, HoleShape{.radius = 2, .cut = {.depth = 7}, .repeat = six}),
-              6 * 2 * pi * 2 * 7, 1e-9);
+              6 * 2 * std::numbers::pi * 2 * 7, 1e-9);
 }
 
 TEST(ShapesSize, WallsOfMasksCountWithinTheDomain) {

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Shape trench(double width, double depth, double centre = 0) {
+Shape plain_trench(double width, double depth, double centre = 0) {
   TrenchShape shape{.width = width, .centre = centre};
   shape.cut.depth = depth;
   return shape;
@@ -46,9 +46,9 @@ double film_error(bool round, double spacing, Scheme scheme) {
   const int cells = static_cast<int>(std::lround(extent / spacing));
   Frame frame{.spacing = spacing, .cells = {cells, round ? cells : 1}};
   frame.two_dimensional = !round;
-  Layers layers = build_layers(
-      frame,
-      std::vector<Shape>{WaferShape{}, round ? hole(width / 2, depth) : trench(width, depth)});
+  Layers layers =
+      build_layers(frame, std::vector<Shape>{WaferShape{}, round ? hole(width / 2, depth)
+                                                                 : plain_trench(width, depth)});
   add_layer(layers, 1);
   move(
       layers, thickness, 0.5 * spacing, [](Vec3d, MaterialId) { return 1.0; }, scheme);
@@ -108,7 +108,8 @@ TEST(Trench, ClosesAtHalfItsWidth) {
   Frame frame{.spacing = 1, .cells = {60, 1}};
   frame.two_dimensional = true;
   for (const double offset : {0.0, 0.3}) {
-    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(20 + offset, 30)});
+    Layers layers =
+        build_layers(frame, std::vector<Shape>{WaferShape{}, plain_trench(20 + offset, 30)});
     const double dt = 0.5;
     double t = 0;
     const auto open = [&] { return layers.top().distance({0, 0, -5}) > 0; };
@@ -125,7 +126,8 @@ TEST(Edge, ConvexRoundsToAnArcAndConcaveStaysSharp) {
   frame.two_dimensional = true;
   for (const double offset : {0.0, 0.3, 0.7}) {
     const double half = 15 + offset;
-    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(2 * half, 20.4)});
+    Layers layers =
+        build_layers(frame, std::vector<Shape>{WaferShape{}, plain_trench(2 * half, 20.4)});
     move(layers, 8, 0.5, [](Vec3d, MaterialId) { return 1.0; });
     const TriMesh mesh = extract_surface(layers);
     double nearest = 1e300;
@@ -143,7 +145,7 @@ TEST(Edge, ConvexRoundsToAnArcAndConcaveStaysSharp) {
 TEST(Edge, EtchingRoundsTheConcaveAndKeepsTheConvexSharp) {
   Frame frame{.spacing = 1, .cells = {80, 1}};
   frame.two_dimensional = true;
-  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(30.6, 20.4)});
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, plain_trench(30.6, 20.4)});
   move(layers, 8, 0.5, [](Vec3d, MaterialId) { return -1.0; });
   const TriMesh mesh = extract_surface(layers);
   double nearest = 1e300;
@@ -164,7 +166,8 @@ TEST(Notch, OfTwoFilmsThatHaveMetGoesDownAtTheEtchRate) {
   for (const Scheme scheme : {Scheme::eno2, Scheme::weno5}) {
     Frame frame{.spacing = 1, .cells = {120, 1}};
     frame.two_dimensional = true;
-    Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(2 * half, 40)});
+    Layers layers =
+        build_layers(frame, std::vector<Shape>{WaferShape{}, plain_trench(2 * half, 40)});
     move(
         layers, film, 0.4, [](Vec3d, MaterialId) { return 1.0; }, scheme);
     const double notch = std::sqrt(film * film - half * half);
@@ -557,7 +560,7 @@ TEST_P(EveryScheme, GivesTheSameBitsForAnyNumberOfThreads) {
 TEST(TwoDimensions, BothRowsOfNodesAreEqual) {
   Frame frame{.spacing = 1, .cells = {40, 1}};
   frame.two_dimensional = true;
-  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench(13.7, 20)});
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, plain_trench(13.7, 20)});
   for (int step = 0; step < 8; ++step) {
     const OpenGas gas = open_gas(layers);
     const TriMesh mesh = extract_surface(layers, gas);
