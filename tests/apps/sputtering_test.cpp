@@ -119,17 +119,20 @@ std::vector<Polyline> surface_after(const Recipe& recipe) {
   return cross_section(final_state(recipe).layers, 1, 0.0).back();
 }
 
+std::string half_mesa(double top, const std::string& ion) {
+  return mesa(1600, -800, 1000, top, "reflective") +
+         step_of("ion_milling",
+                 "duration = \"200 s\"\netch_rate = \"1 nm/s\"\n[[step.ion]]\n"
+                 "source_power = 1e5\nsticks_to = \"90 deg\"\n" +
+                     ion);
+}
+
 // A parallel beam on half a mesa: slopes within 1.5 degrees, the depth at the wall within 3 %.
 TEST(IonMilling, FacetsAMesaAsTheExactSolution) {
   constexpr double b = 9.3;
   constexpr double top = 1500;
   constexpr double wall = 200;
-  const Recipe recipe =
-      read_text(mesa(1600, -800, 1000, top, "reflective") +
-                step_of("ion_milling",
-                        "duration = \"200 s\"\netch_rate = \"1 nm/s\"\n[[step.ion]]\n"
-                        "source_power = 1e5\nsticks_to = \"90 deg\"\n"));
-  const std::vector<Polyline> lines = surface_after(recipe);
+  const std::vector<Polyline> lines = surface_after(read_text(half_mesa(top, "")));
   EXPECT_NEAR(height_at(lines, -799), top - flat_depth, 0.01 * flat_depth);
   EXPECT_NEAR(height_at(lines, 700), -flat_depth, 0.01 * flat_depth);
   constexpr double h = 0.1;
@@ -144,6 +147,38 @@ TEST(IonMilling, FacetsAMesaAsTheExactSolution) {
   const double depth = (top - height_at(lines, wall - 10)) / flat_depth;
   const double exact = -faceted_height(b, -10 / flat_depth);
   EXPECT_NEAR(depth, exact, 0.03 * exact);
+}
+
+/// How fast a surface goes along its normal under ions from all azimuths, relative to a flat one.
+double turning_speed(double b, double tilt, double slope) {
+  constexpr int azimuths = 720;
+  const auto at = [b](double cosine) {
+    return cosine > 0 ? cosine * cosine * (1 + b * (1 - cosine * cosine)) : 0;
+  };
+  double sum = 0;
+  for (int n = 0; n < azimuths; ++n) {
+    const double across = std::sin(tilt) * std::cos(2 * std::numbers::pi * (n + 0.5) / azimuths);
+    sum += at(std::sin(slope) * across + std::cos(slope) * std::cos(tilt));
+  }
+  return sum / azimuths / at(std::cos(tilt));
+}
+
+// Ions that lean by 35 degrees from all azimuths take the wall back, too. Every slope between goes
+// down more slowly than the corner of top and wall does, so there is no facet: the corner stays.
+TEST(SlowIonMilling, KeepsTheCornerOfAMesaOnATurningWafer) {
+  constexpr double b = 9.3;
+  constexpr double top = 1500;
+  const double tilt = 35 / degrees;
+  const double back = turning_speed(b, tilt, std::numbers::pi / 2);
+  for (double slope = 0.05; slope < 1.5; slope += 0.05)
+    ASSERT_LT(turning_speed(b, tilt, slope), std::cos(slope) + back * std::sin(slope));
+  const std::vector<Polyline> lines =
+      surface_after(read_text(half_mesa(top, "tilt = \"35 deg\"\nrotating = true\n")));
+  const double edge = 200 - back * flat_depth;
+  for (double x = -790; x < edge - 25; x += 10)
+    EXPECT_NEAR(height_at(lines, x), top - flat_depth, 0.03 * flat_depth) << x;
+  EXPECT_GT(height_at(lines, edge - 15), top - flat_depth - 10);
+  EXPECT_LT(height_at(lines, edge + 10), top - 3 * flat_depth);
 }
 
 // Ions that lean facet the side that they come from; on a turning wafer both alike.

@@ -24,13 +24,22 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double width = 4000;  // nm, 40 cells
-constexpr double depth = 2 * width;
 constexpr double tenth_cell = 0.1 / 40;
 
 using Profile = std::map<std::string, double>;
 
-// Thickness at walls and bottom and the narrowest gap, by time in hundredths.
-std::map<int, Profile> reference() {
+/// A trench, and a mesh that the flux is solved on.
+struct Growth {
+  const char* name;
+  int aspect;
+  const char* sticking;
+  std::vector<std::string> changes;  ///< to the recipe
+
+  double depth() const { return aspect * width; }
+};
+
+// Thickness at walls and bottom and the narrowest gap, by time in tenths.
+std::map<int, Profile> reference(const Growth& growth) {
   std::map<int, Profile> profiles;
   std::ifstream in(fs::path(SCARP_SOURCE_DIR) / "tests/reference/trench_growth.csv");
   for (std::string line; std::getline(in, line);) {
@@ -43,8 +52,9 @@ std::map<int, Profile> reference() {
     std::getline(cells, coarse, ',');
     std::getline(cells, fine, ',');
     std::getline(cells, best, ',');
-    if (ratio != "2" || sticking != "0.1" || time.empty()) continue;
-    profiles[static_cast<int>(std::lround(100 * std::stod(time)))][quantity] = std::stod(best);
+    if (ratio != std::to_string(growth.aspect) || sticking != growth.sticking || time.empty())
+      continue;
+    profiles[static_cast<int>(std::lround(10 * std::stod(time)))][quantity] = std::stod(best);
   }
   return profiles;
 }
@@ -72,7 +82,7 @@ double wall_thickness(const std::vector<Polyline>& lines, double z) {
   return 0.5 * (width - (x[1] - x[0])) / width;
 }
 
-Profile measured(const Layers& layers) {
+Profile measured(const Layers& layers, double depth) {
   const std::vector<Polyline> lines = cross_section(layers, 1, 0.0).back();
   Profile profile;
   profile["wall_z0"] = wall_thickness(lines, -0.01);
@@ -81,52 +91,64 @@ Profile measured(const Layers& layers) {
   profile["wall_z0.75A"] = wall_thickness(lines, -0.75 * depth);
   profile["bottom_centre"] = (crossings(lines, 0, 0.01).front() + depth) / width;
   double gap = 1;
-  for (double z = -0.75 * depth; z < 0.25 * width; z += 0.005 * width) {
+  for (double z = -0.5 * depth; z < 0.25 * width; z += 0.005 * width) {
     gap = std::min(gap, 1 - 2 * wall_thickness(lines, z));
   }
   profile["narrowest_gap"] = gap;
   return profile;
 }
 
-class TrenchGrowth : public ::testing::TestWithParam<bool> {};
+class TrenchGrowth : public ::testing::TestWithParam<Growth> {
+ protected:
+  // Up to the thickness of half the trench; every tenth of it is an output.
+  static void expect_reference(const Growth& growth) {
+    const TemporaryFolder folder;
+    std::vector<std::string> changes{
+        "geometry[1].depth=\"" + std::to_string(4 * growth.aspect) + " um\"",
+        std::string("step[0].sticking=") + growth.sticking, "step[0].duration=\"2 min\""};
+    changes.insert(changes.end(), growth.changes.begin(), growth.changes.end());
+    const Recipe recipe =
+        read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml", changes);
+    ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
 
-TEST_P(TrenchGrowth, FollowsTheMovingBoundarySolution) {
-  const bool simplified = GetParam();
-  const TemporaryFolder folder;
-  const Recipe recipe =
-      read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml",
-                  {"domain.extent=[\"10 um\", \"1 um\"]",
-                   simplified ? "simplify.enabled=true" : "simplify.enabled=false"});
-  ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
-
-  const auto expected = reference();
-  for (int output = 1; output <= 4; ++output) {
-    const Checkpoint state =
-        read_checkpoint(folder / ("state_000" + std::to_string(output) + ".vdb"));
-    const Profile profile = measured(state.layers);
-    for (const auto& [quantity, value] : expected.at(10 * output)) {
-      EXPECT_NEAR(profile.at(quantity), value, 0.02 * value + tenth_cell)
-          << quantity << " at flat thickness " << 0.1 * output;
+    const auto expected = reference(growth);
+    for (int output = 1; output <= 5; ++output) {
+      const Checkpoint state =
+          read_checkpoint(folder / ("state_000" + std::to_string(output) + ".vdb"));
+      const Profile profile = measured(state.layers, growth.depth());
+      for (const auto& [quantity, value] : expected.at(output)) {
+        // At first that station lies beside an edge that grows round: good to 5 %.
+        const double known = quantity == "wall_z0" && output == 1 ? 0.05 * value : 0;
+        EXPECT_NEAR(profile.at(quantity), value, 0.02 * value + tenth_cell + known)
+            << quantity << " at flat thickness " << 0.1 * output;
+      }
     }
   }
-}
+};
 
-INSTANTIATE_TEST_SUITE_P(Mesh, TrenchGrowth, ::testing::Bool(),
-                         [](const auto& test) { return test.param ? "Simplified" : "Full"; });
+TEST_P(TrenchGrowth, FollowsTheMovingBoundarySolution) { expect_reference(GetParam()); }
 
-// The same in two dimensions: a slice one cell thick, with rays in the plane.
-TEST(TrenchGrowth2d, FollowsTheMovingBoundarySolution) {
-  const TemporaryFolder folder;
-  const Recipe recipe = read_recipe(
-      fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml",
-      {"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]", "domain.boundary=[\"reflective\"]"});
-  ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
-  const Profile profile = measured(read_checkpoint(folder / "state_0004.vdb").layers);
-  const Profile expected = reference().at(40);
-  for (const auto& [quantity, value] : expected) {
-    EXPECT_NEAR(profile.at(quantity), value, 0.02 * value + tenth_cell) << quantity;
-  }
-}
+using SlowTrenchGrowth = TrenchGrowth;
+TEST_P(SlowTrenchGrowth, FollowsTheMovingBoundarySolution) { expect_reference(GetParam()); }
+
+const std::vector<std::string> strip{"domain.extent=[\"10 um\", \"1 um\"]"};
+const std::vector<std::string> full_strip{strip[0], "simplify.enabled=false"};
+const std::vector<std::string> plane{"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]",
+                                     "domain.boundary=[\"reflective\"]"};
+
+const auto name_of = [](const auto& test) { return std::string(test.param.name); };
+
+INSTANTIATE_TEST_SUITE_P(Of, TrenchGrowth,
+                         ::testing::Values(Growth{"Deep", 2, "0.1", strip},
+                                           Growth{"DeepFull", 2, "0.1", full_strip},
+                                           Growth{"DeepInPlane", 2, "0.1", plane},
+                                           Growth{"ShallowInPlane", 1, "0.1", plane}),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
+                         ::testing::Values(Growth{"Shallow", 1, "0.1", strip},
+                                           Growth{"DeepAllStick", 2, "1.0", strip},
+                                           Growth{"DeepAllStickInPlane", 2, "1.0", plane}),
+                         name_of);
 
 }  // namespace
 }  // namespace scarp
