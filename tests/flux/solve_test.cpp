@@ -149,11 +149,11 @@ TEST_P(SlowReference, TrenchAndHoleGiveTheExactFlux) {
 INSTANTIATE_TEST_SUITE_P(Cases, SlowReference,
                          ::testing::Combine(::testing::Values(Engine::forward, Engine::gather),
                                             ::testing::Values(1.0, 2.0, 5.0),
-                                            ::testing::Values(1.0, 0.5, 0.1)));
+                                            ::testing::Values(1.0, 0.5, 0.1, 0.01)));
 INSTANTIATE_TEST_SUITE_P(Deep, SlowReference,
                          ::testing::Combine(::testing::Values(Engine::gather),
                                             ::testing::Values(0.5, 10.0, 20.0),
-                                            ::testing::Values(0.5, 0.1, 0.01)));
+                                            ::testing::Values(1.0, 0.5, 0.1, 0.01)));
 
 // Every point of a sphere sees every part of it alike, so the flux in a pit is the same all over:
 // with f the part of the sphere that is missing, F = f / (1 - (1 - s) (1 - f)).
