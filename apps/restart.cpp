@@ -209,6 +209,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"voids", joined(numbers_of(state.voids))},
           {"islands_removed", std::to_string(state.islands.count)},
           {"island_volume_nm3", format_number(state.islands.volume)},
+          {"residue_volume_nm3", format_number(state.residue_volume)},
           {"coverages", bytes_of(state.coverages)},
           {"recipe_hash", recipe_hash(recipe)}};
 }
@@ -257,6 +258,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .voids = voids_of(numbers("voids"), file),
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
+                    .residue_volume = value("residue_volume_nm3"),
                     .coverages =
                         CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()},
           .file = file,

@@ -216,9 +216,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
   const bool is_last = after.step != step;
-  return row + fmt::format(",{},{},{}\n", error ? format_number(*error) : "",
+  return row + fmt::format(",{},{},{},{}\n", error ? format_number(*error) : "",
                            is_last ? cause_of(recipe.steps[step], after.ends[step]) : "",
-                           after.time_step - 1);
+                           format_number(move.residue_volume), after.time_step - 1);
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
@@ -241,6 +241,7 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["voids"] = void_list(state, survey.gas.voids);
   summary["islands_removed"] = {{"count", state.islands.count},
                                 {"volume_nm3", state.islands.volume}};
+  summary["residue_volume_nm3"] = state.residue_volume;
   summary["materials"] = material_numbers(state.layers, recipe.materials);
   summary["wall_s"] = wall_seconds;
   for (const auto& [stage, seconds] : total.stages()) summary["stages_s"][stage] = seconds;

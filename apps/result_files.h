@@ -28,7 +28,7 @@ inline constexpr const char* metrics_head =
     "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
     "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,t_map_s,"
     "t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,"
-    "coverage_iterations,position_error_nm,ended_by,time_step\n";
+    "coverage_iterations,position_error_nm,ended_by,residue_volume_nm3,time_step\n";
 
 /// A line of metrics.csv: the state after the time step, which belonged to the given step.
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,

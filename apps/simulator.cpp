@@ -363,31 +363,37 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
 // A condition that is met to within this counts as met: no time step has to be that short.
 constexpr double end_tolerance = 1e-4;  // spacings
 
+// What went in a time step that was not etched.
+struct Removed {
+  std::vector<Region> islands;
+  double residue_volume = 0;
+};
+
 // The layers after a time step, and what is left then to the end condition.
 struct Trial {
   double dt = 0;
   Layers layers;
-  std::vector<Region> islands{};
+  Removed removed{};
   double left = 0;
 
   bool is_end(double spacing) const { return left <= end_tolerance * spacing; }
 };
 
-// Moves layers of a state through a time step; tells what was cut off.
+// Moves layers of a state through a time step; tells what was removed.
 class Mover {
  public:
   Mover(const State& state, const Recipe& recipe, const Survey& survey, StageTimer& timer)
       : state_(state), recipe_(recipe), survey_(survey), timer_(timer) {}
 
-  std::vector<Region> move(Layers& layers, double dt) const {
+  Removed move(Layers& layers, double dt) const {
     const SpeedField band = [&] {
       const auto measurement = timer_.measure("map");
       return extend_speeds(layers, survey_.gas, survey_.facets, survey_.speeds_of_layers,
                            survey_.factors, dt);
     }();
     const auto measurement = timer_.measure("advect");
-    advect(layers, band, dt, recipe_.scheme);
-    return remove_islands(layers);
+    const double residues = advect(layers, band, dt, recipe_.scheme);
+    return {remove_islands(layers), residues};
   }
 
   // A time step that is cut to the moment at which the end condition holds, if it does on the way.
@@ -407,7 +413,7 @@ class Mover {
 
   Trial try_step(double dt) const {
     Trial trial{.dt = dt, .layers = state_.layers.copy()};
-    trial.islands = move(trial.layers, dt);
+    trial.removed = move(trial.layers, dt);
     trial.left = left_to_end(trial.layers);
     return trial;
   }
@@ -651,16 +657,20 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
       stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl);
   move.dt = cut_to(left, std::min(stable, survey.longest_dt));
   bool reached = false;
+  Removed removed;
   if (waits) {
     Trial trial = mover.move_to_end(move.dt);
     reached = trial.is_end(recipe.frame.spacing);
     move.dt = trial.dt;
-    move.islands = std::move(trial.islands);
+    removed = std::move(trial.removed);
     state.layers = std::move(trial.layers);
   } else {
-    move.islands = mover.move(state.layers, move.dt);
+    removed = mover.move(state.layers, move.dt);
   }
+  move.islands = std::move(removed.islands);
+  move.residue_volume = removed.residue_volume;
   count_islands(state, move.islands);
+  state.residue_volume += move.residue_volume;
 
   state.coverages = coverages_of(survey, *step.model);
   state.time = move.dt == left ? target : state.time + move.dt;

@@ -68,6 +68,7 @@ struct State {
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
+  double residue_volume = 0;     ///< of films that went beside layers that stand still; nm^3
   SurfaceCoverages coverages{};  ///< at the beginning of the last time step
 };
 
@@ -110,6 +111,7 @@ double next_output(const State& state, const Recipe& recipe);
 struct Move {
   double dt = 0;
   std::vector<Region> islands;  ///< solid that was cut off from the wafer and removed
+  double residue_volume = 0;    ///< see advect
   StageTimer timer;
 };
 

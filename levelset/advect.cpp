@@ -106,9 +106,11 @@ void write_back(const Band& band, const LeafValues& values) {
 
 /// Moves phi for a time step; move(leaf index, stage of the leaf) is asked for one stage of one
 /// leaf. Stages go from the tree to scratch and on; the last one back to the tree, unless standing
-/// layers have a say in what it gives, or it is the first.
+/// layers have a say in what it gives, or it is the first. The volume of residues, in spacings
+/// cubed.
 template <class Move>
-void move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme, const Move& move) {
+double move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme,
+                 const Move& move) {
   Band& band = layers.top().band();
   const std::vector<Leaf>& leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
@@ -135,19 +137,21 @@ void move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme,
     });
     before = after;
   }
+  double residues = 0;
   if (keeps_standing) {
     // What the stage before the last one left is not needed any more.
     const int last = static_cast<int>(parts.size() - 1) % 2;
-    keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
+    residues = keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
   if (before != nullptr) {
     write_back(band, *before);
   }
+  return residues;
 }
 
-void move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
+double move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const LeafKernel kernel = upwind_kernel(scheme);
-  move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+  return move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
     kernel(leaf, &field.speed[n * leaf_size]);
   });
 }
@@ -161,18 +165,20 @@ std::vector<float> values_of(const Band& band) {
   return values;
 }
 
-void move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
+double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const Band& band = layers.top().band();
   const bool has_layers = layers.stack.size() > 1;
   const std::vector<float> before = has_layers ? values_of(band) : std::vector<float>();
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
-  move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
-    Block around;
-    gather<Block::halo>(band, n, source, around);
-    move_lax_friedrichs(leaf, around, scheme, field, n);
-  });
+  const double residues =
+      move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
+        Block around;
+        gather<Block::halo>(band, n, source, around);
+        move_lax_friedrichs(leaf, around, scheme, field, n);
+      });
   if (has_layers) book_rise(layers, field, before);
+  return residues;
 }
 
 SCARP_VECTOR_KERNEL bool all_finite(const std::vector<float>& values) {
@@ -206,7 +212,7 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
                              : std::numeric_limits<double>::infinity();
 }
 
-void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
+double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   require_finite(layers, field.speed);
   for (const AngularSpeed& part : field.angular) {
     require_finite(layers, part.amplitude);
@@ -215,14 +221,13 @@ void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme) {
   // one-sided derivatives, which ENO2 leaves too large.
   const bool by_normal = !field.angular.empty();
   const Scheme used = by_normal && scheme == Scheme::eno2 ? Scheme::weno5 : scheme;
-  const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
-  if (by_normal) {
-    move_by_normal(layers, field, scaled_dt, used);
-  } else {
-    move_by_speed(layers, field, scaled_dt, used);
-  }
+  const double h = layers.frame.spacing;
+  const auto scaled_dt = static_cast<float>(dt / h);
+  const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, used)
+                                    : move_by_speed(layers, field, scaled_dt, used);
   redistance(layers.top().band(), used);
   cut_lower_layers(layers);
+  return residues * h * h * h;
 }
 
 }  // namespace scarp

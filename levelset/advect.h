@@ -22,10 +22,12 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
 /// Bit for bit the same for any number of threads; symmetric to the last bit under mirroring in x
 /// and y and under exchange of the two.
 ///
-/// Units:  dt in s, at most stable_time_step of max_cfl.
+/// Returns the volume of residues, see keep_standing_layers; of all else that goes, speeds tell.
+///
+/// Units:  dt in s, at most stable_time_step of max_cfl; the volume in nm^3.
 /// Throws: NumericalError for a speed that is not finite.
 /// Cost:   see docs; linear in the area of the surface.
 /// Source: Osher and Sethian 1988; Shu and Osher 1988 (TVD Runge-Kutta); differences.h.
-void advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme = Scheme::eno2);
+double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme = Scheme::eno2);
 
 }  // namespace scarp

@@ -15,7 +15,19 @@ namespace {
 /// Only nodes this near to the surface, in spacings, can be next to it after a time step.
 constexpr float near_surface = 2;
 
+/// What is left of a film where the layer below it stands still and is seen next to it goes with
+/// the film once it is thinner than this, in spacings: there both ends of an edge hold it.
+constexpr float residue_thickness = 0.05F;
+
 constexpr int none = -1;
+
+/// New phi of a node.
+struct NewPhi {
+  float value;
+  float residue = 0;  ///< thickness of the film that goes besides what its speed takes, in spacings
+
+  NewPhi(float phi, float thickness = 0) : value(phi), residue(thickness) {}
+};
 
 class Keeper {
  public:
@@ -26,38 +38,70 @@ class Keeper {
         dt_(dt),
         band_(layers.top().band()) {}
 
-  void run(LeafValues& moved, LeafValues& limited) const {
-    for_each_near_node(moved, limited, [&](std::array<int, 3> at, const float* old, float wanted) {
-      return standing_layer_at(at) == none ? limit_outside(at, old, not_held_back(at, old, wanted))
-                                           : wanted;
-    });
-    for_each_near_node(limited, moved, [&](std::array<int, 3> at, const float* old, float wanted) {
-      const int layer = standing_layer_at(at);
-      return layer == none ? wanted : limit_inside(layer, at, old, wanted, limited);
-    });
+  /// The volume of residues, in spacings cubed.
+  double run(LeafValues& moved, LeafValues& limited) const {
+    const double outside = for_each_near_node(
+        moved, limited, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+          if (standing_layer_at(at) != none) return wanted;
+          return limit_outside(at, old, not_held_back(at, old, wanted));
+        });
+    const double inside = for_each_near_node(
+        limited, moved, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+          const int layer = standing_layer_at(at);
+          if (layer == none) return wanted;
+          return limit_inside(layer, at, old, wanted, limited);
+        });
+    return outside + inside;
   }
 
  private:
   /// Takes new phi over from one array to another and lets keep(node, old phi, new phi) change it
-  /// at nodes near the surface.
+  /// at nodes near the surface; the volume of residues.
   template <class Keep>
-  void for_each_near_node(const LeafValues& from, LeafValues& to, const Keep& keep) const {
-    parallel_for(band_.leaves().size(), 8, [&](std::size_t begin, std::size_t end) {
-      Block block;
-      for (std::size_t n = begin; n < end; ++n) {
-        const Leaf& leaf = band_.leaves()[n];
-        gather(
-            band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
-        for (int node = 0; node < leaf_size; ++node) {
-          const int i = node >> 6;
-          const int j = (node >> 3) & 7;
-          const int k = node & 7;
-          const float wanted = from[n][node];
-          const bool is_near = std::abs(leaf.phi[node]) < near_surface;
-          to[n][node] = is_near ? keep(node_at(leaf, node), block.row(i, j) + k, wanted) : wanted;
-        }
-      }
-    });
+  double for_each_near_node(const LeafValues& from, LeafValues& to, const Keep& keep) const {
+    return parallel_reduce(
+        band_.leaves().size(), 8, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+          Block block;
+          double volume = 0;
+          for (std::size_t n = begin; n < end; ++n) {
+            const Leaf& leaf = band_.leaves()[n];
+            gather(
+                band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+            for (int node = 0; node < leaf_size; ++node) {
+              const float old = leaf.phi[node];
+              to[n][node] = from[n][node];
+              if (!(std::abs(old) < near_surface)) continue;
+              const Node at = node_at(leaf, node);
+              const float* around = block.row(node >> 6, (node >> 3) & 7) + (node & 7);
+              const NewPhi next = keep(at, around, from[n][node]);
+              to[n][node] = next.value;
+              if (next.residue == 0) continue;
+              // Of each row of nodes along the axis that the surface faces most, one is nearest.
+              const float slope = steepest(around);
+              if (std::abs(old + next.value) < slope) volume += share(at) * next.residue / slope;
+            }
+          }
+          return volume;
+        },
+        [](double sum, double part) { return sum + part; });
+  }
+
+  static float steepest(const float* phi) {
+    float slope = 0.5F;  // at least, where two surfaces meet
+    for (const std::ptrdiff_t stride : axis_strides)
+      slope = std::max(slope, 0.5F * std::abs(phi[stride] - phi[-stride]));
+    return slope;
+  }
+
+  /// The part of a node's cell that lies in the domain.
+  double share(const Node& at) const {
+    double part = 1;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const bool is_side = at[axis] == 0 || at[axis] == layers_.frame.cells[axis];
+      if (is_side && layers_.frame.boundary[axis] == Boundary::reflective) part *= 0.5;
+    }
+    return part;
   }
 
   float phi(int layer, std::array<int, 3> node) const {
@@ -119,7 +163,7 @@ class Keeper {
 
   /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
   /// buried interface gets at most its distance to that.
-  float limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
+  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
     if (wanted < *old) {
       // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
       return *old >= 0 && !field_.grows_beside_standing && touches_standing(node)
@@ -127,7 +171,7 @@ class Keeper {
                  : wanted;
     }
     if (*old >= 0) {
-      if (const auto kept = phi_at_standing(node, old)) return *kept;
+      if (const auto kept = phi_at_standing(node, old, wanted)) return *kept;
     }
     float limit = wanted;
     for (int axis = 0; axis < 3; ++axis) {
@@ -165,9 +209,9 @@ class Keeper {
 
   /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
   /// buried interface becomes the surface; elsewhere phi stays behind both.
-  float limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
-                     const LeafValues& moved) const {
-    if (const auto seen = phi_at_standing(node, old)) {
+  NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
+                      const LeafValues& moved) const {
+    if (const auto seen = phi_at_standing(node, old, wanted)) {
       return wanted < *old ? wanted : *seen;
     }
     bool comes_to_light = false;
@@ -201,8 +245,10 @@ class Keeper {
   }
 
   /// What a node keeps because a standing layer's surface is seen on one of its edges: phi as it
-  /// is. If nothing else is seen there, phi of the layer: what was left of a film above is gone.
-  std::optional<float> phi_at_standing(std::array<int, 3> node, const float* old) const {
+  /// is. If nothing else is seen there, or a residue, phi of the layer: what was left of a film
+  /// above is gone.
+  std::optional<NewPhi> phi_at_standing(std::array<int, 3> node, const float* old,
+                                        float wanted) const {
     bool any = false;
     bool nothing_else = true;
     float of_layer = LevelSet::half_width;
@@ -217,7 +263,10 @@ class Keeper {
       }
     }
     if (!any) return std::nullopt;
-    return nothing_else && of_layer > *old + same_phi ? of_layer : *old;
+    const float film = of_layer - *old;
+    if (!(film > same_phi)) return *old;
+    if (!nothing_else && film >= residue_thickness) return std::clamp(wanted, *old, of_layer);
+    return NewPhi(of_layer, std::min(film, std::max(0.0F, of_layer - wanted)));
   }
 
   /// The standing layer that is seen on a cut edge, or none.
@@ -246,11 +295,9 @@ bool has_standing_layers(const SpeedField& field) {
          std::find(still.begin(), still.end(), false) != still.end();
 }
 
-void keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
-                          LeafValues& moved, LeafValues& room) {
-  if (has_standing_layers(field)) {
-    Keeper(layers, field, dt).run(moved, room);
-  }
+double keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
+                            LeafValues& moved, LeafValues& room) {
+  return has_standing_layers(field) ? Keeper(layers, field, dt).run(moved, room) : 0;
 }
 
 }  // namespace scarp

@@ -442,6 +442,48 @@ TEST(Mask, IsStrippedInTimeFromWhatStandsStill) {
   }
 }
 
+/// What went as residue, and what is left of a film of the given thickness over half a slope of 45
+/// degrees that stands still, while the film hardly moves. Units: spacings.
+struct Residue {
+  double removed = 0;
+  double left = 0;  ///< mean thickness over that half
+};
+
+Residue residue_of(double thickness, bool two_dimensional) {
+  Frame frame{.spacing = 2, .cells = {40, two_dimensional ? 1 : 12}};
+  frame.two_dimensional = two_dimensional;
+  const auto slope = [](Vec3d r) { return (r.z - r.x - 0.7) / std::numbers::sqrt2; };
+  Layers layers = single_layer(frame, slope, -40, 42);
+  const auto film = [&](Vec3d r) { return slope(r) - (r.x > 0.5 ? 2 * thickness : 0); };
+  layers.stack.push_back({1, LevelSet(frame, film, -40, 42)});
+  Residue residue;
+  for (int step = 0; step < 60; ++step) {
+    const SpeedField field = prescribe_speeds(
+        layers, [](Vec3d, MaterialId material) { return material == 1 ? -1e-6 : 0; }, 1);
+    residue.removed += advect(layers, field, 1) / 8;
+  }
+  for (double x = 1; x < 40; x += 2) {
+    const Vec3d r{x, 0, x + 0.7};
+    residue.left += (layers.stack[0].phi.distance(r) - layers.top().distance(r)) / 2 / 20;
+  }
+  return residue;
+}
+
+// Where its edge is, both ends of an edge of the grid hold what is left of a film: below a
+// twentieth of a spacing it goes, node by node, and is counted; above it stays.
+TEST(Film, ResiduesBesideWhatStandsStillGoAndAreCounted) {
+  for (const bool two_dimensional : {true, false}) {
+    const double area = 20 * std::numbers::sqrt2 * (two_dimensional ? 1 : 12);
+    const Residue thin = residue_of(0.04, two_dimensional);
+    // Either end of the film lies within half a node.
+    EXPECT_NEAR(thin.removed, 0.04 * area, 0.06 * 0.04 * area);
+    EXPECT_NEAR(thin.left, 0, 1e-3);
+    const Residue thick = residue_of(0.06, two_dimensional);
+    EXPECT_LT(thick.removed, 0.03 * 0.06 * area);
+    EXPECT_NEAR(thick.left, 0.06, 0.05 * 0.06);
+  }
+}
+
 // From corners too, convex ones where the film is bared from the side and concave ones where both
 // walls are near.
 TEST(Film, IsStrippedFromACornerThatStandsStillWithoutARest) {
