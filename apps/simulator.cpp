@@ -11,6 +11,7 @@
 #include "flux/solve.h"
 #include "levelset/advect.h"
 #include "levelset/diffusion.h"
+#include "levelset/exposure.h"
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
 #include "levelset/layer_steps.h"
@@ -40,10 +41,16 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   return surface;
 }
 
-TriMesh simplified(TriMesh surface, const Recipe& recipe, Survey& result) {
+// A film loses none of its thickness by the facets that it is seen on.
+TriMesh simplified(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
+  constexpr double part_of_film = 0.05;
+  constexpr float least_film = 0.5F;  // spacings
   const auto measurement = result.timer.measure("simplify");
   if (!recipe.simplify) return surface;
-  SimplifyResult coarse = simplify(surface, *recipe.simplify);
+  SimplifyOptions options = *recipe.simplify;
+  const double of_film = part_of_film * thinnest_film(state.layers, least_film);
+  if (options.max_error) options.max_error = std::min(*options.max_error, of_film);
+  SimplifyResult coarse = simplify(surface, options);
   result.simplify_max_distance = coarse.max_distance;
   return std::move(coarse.mesh);
 }
@@ -586,7 +593,7 @@ Survey survey(const State& state, const Recipe& recipe) {
   if (const auto& model = current_step(state, recipe).model)
     result.longest_dt = model->longest_time_step();
   TriMesh surface = exposed_surface(state, recipe, result);
-  result.facets = simplified(std::move(surface), recipe, result);
+  result.facets = simplified(std::move(surface), state, recipe, result);
   FluxOptions options = recipe.flux;
   const bool refines = aims_at_position(state, recipe);
   if (refines) options.target_error = first_flux_error;

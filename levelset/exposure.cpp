@@ -137,6 +137,52 @@ std::vector<bool> layers_within(const Layers& layers, float depth) {
   return found;
 }
 
+namespace {
+
+/// phi of the first layer below the one that is seen at a node.
+const LevelSet* layer_below(const Layers& layers, const Node& node, float top) {
+  for (std::size_t layer = layers.stack.size() - 1; layer-- > 0;) {
+    const LevelSet& phi = layers.stack[layer].phi;
+    if (phi.node(node[0], node[1], node[2]) > top + same_phi) return &phi;
+  }
+  return nullptr;
+}
+
+// Above a corner of the layer below its phi is small as well, but does not grow along the normal of
+// what is seen: looked at on the surface itself.
+bool is_film(const Layers& layers, const LevelSet& below, std::size_t leaf, int node) {
+  constexpr double least_cosine = 0.9;
+  const Vec3d r = surface_point(layers, leaf, node);
+  return dot(below.normal(r), layers.top().normal(r)) > least_cosine;
+}
+
+}  // namespace
+
+double thinnest_film(const Layers& layers, float least) {
+  constexpr float near_surface = 0.5F;
+  const std::vector<Leaf>& leaves = layers.top().band().leaves();
+  const float thinnest = parallel_reduce(
+      leaves.size(), grain, LevelSet::half_width,
+      [&](std::size_t begin, std::size_t end) {
+        float found = LevelSet::half_width;
+        for (std::size_t n = begin; n < end; ++n) {
+          for (int offset = 0; offset < leaf_size; ++offset) {
+            const float top = leaves[n].phi[offset];
+            if (std::abs(top) >= near_surface || found <= least) continue;
+            const Node node = node_at(leaves[n], offset);
+            const LevelSet* const below = layer_below(layers, node, top);
+            if (below == nullptr) continue;
+            const float thickness = below->node(node[0], node[1], node[2]) - top;
+            if (thickness < found && is_film(layers, *below, n, offset)) found = thickness;
+          }
+        }
+        return found;
+      },
+      [](float a, float b) { return std::min(a, b); });
+  return thinnest < LevelSet::half_width - 1 ? std::max(thinnest, least) * layers.frame.spacing
+                                             : std::numeric_limits<double>::infinity();
+}
+
 Vec3d surface_point(const Layers& layers, std::size_t leaf, int node) {
   const Frame& frame = layers.frame;
   const Leaf& values = layers.top().band().leaves()[leaf];

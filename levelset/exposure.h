@@ -39,6 +39,14 @@ std::vector<std::uint16_t> exposed_layers(const Layers& layers);
 /// Which layers are seen, or lie within the given depth (in spacings) below the surface.
 std::vector<bool> layers_within(const Layers& layers, float depth);
 
+/// The least thickness of a film on the surface: where the layer that is seen lies on another one
+/// whose surface runs along it. A wall through a stack is no film; what is thinner than least
+/// counts as that thick, as the edge of a film does where it ends.
+///
+/// Units: least in spacings, above 0; result in nm, infinite where no film is thinner than the band
+///        is wide.
+double thinnest_film(const Layers& layers, float least);
+
 /// The point of the surface that is nearest to a node of the top's band, by phi and its gradient.
 Vec3d surface_point(const Layers& layers, std::size_t leaf, int node);
 

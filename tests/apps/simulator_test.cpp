@@ -37,6 +37,40 @@ Layers final_layers(const std::string& text) {
   return std::move(state.layers);
 }
 
+constexpr const char* coated_hole = R"(
+[domain]
+spacing = "5 nm"
+extent = ["200 nm", "200 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "hole"
+radius = "60 nm"
+depth = "100 nm"
+[[step]]
+model = "conformal"
+thickness = "THICK"
+material = "SiO2"
+[[step]]
+model = "isotropic"
+duration = "1 s"
+etch_rate = "1 nm/s"
+)";
+
+// Facets lie within 0.1 spacings of the surface, but with a film on it within 0.05 of the film.
+TEST(Simplification, BindsItsErrorToTheThinnestFilm) {
+  for (const auto& [thickness, bound] : {std::pair{"5 nm", 0.25}, {"8 nm", 0.4}, {"40 nm", 0.5}}) {
+    std::string text = coated_hole;
+    text.replace(text.find("THICK"), 5, thickness);
+    const Recipe recipe = recipe_of(text);
+    const Survey now = survey(prepared_state(recipe), recipe);
+    EXPECT_LE(now.simplify_max_distance, 1.1 * bound) << thickness;
+    EXPECT_GT(now.simplify_max_distance, 0.4 * bound) << thickness;
+    EXPECT_LT(now.facets.triangles.size(), now.facets_full / 2) << thickness;
+  }
+}
+
 /// Height of the highest surface below z = 0, at a place. Units: nm.
 double height(const LevelSet& phi, double x) {
   double upper = 0;

@@ -8,6 +8,7 @@
 
 #include "levelset/extend.h"
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -33,6 +34,39 @@ TEST(SpeedThroughLayers, SpendsTheTimeLayerByLayer) {
   // A layer that does not etch stops the surface.
   EXPECT_FLOAT_EQ(speed_through_layers({0, -2}, {0.5F, 0}, 1, 1), -0.5F);
   EXPECT_FLOAT_EQ(speed_through_layers({-1, 2}, {0.5F, 0}, 1, 1), 2);
+}
+
+/// A trench through a stack on a wafer, and a conformal film on all of it.
+Layers coated_trench(double film) {
+  const Frame frame{.spacing = 2, .cells = {40, 8}};
+  Layers layers =
+      build_layers(frame, std::vector<Shape>{WaferShape{.material = 0},
+                                             LayerShape{.material = 1, .thickness = 9},
+                                             LayerShape{.material = 2, .thickness = 9},
+                                             TrenchShape{.width = 30, .cut = {.depth = 25}}});
+  if (film > 0) {
+    add_layer(layers, 3);
+    coat(layers, film);
+  }
+  return layers;
+}
+
+// What a wall shows of a stack is no film, whatever is left of a layer next to its lower border.
+TEST(ThinnestFilm, IsThatOfWhatLiesAlongTheSurface) {
+  EXPECT_EQ(thinnest_film(coated_trench(0), 0.5F), std::numeric_limits<double>::infinity());
+  for (const double film : {1.3, 2.2, 3.7})
+    EXPECT_NEAR(thinnest_film(coated_trench(film), 0.5F), film, 0.1);
+  EXPECT_EQ(thinnest_film(coated_trench(0.4), 0.5F), 1);
+  // Nor is the foot of a mask whose opening was etched on straight down.
+  for (const double wall : {10.0, 10.6, 11.4}) {
+    const Layers etched = build_layers(
+        {.spacing = 2, .cells = {40, 8}},
+        std::vector<Shape>{WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = 12},
+                           TrenchShape{.width = 2 * wall, .cut = {.depth = 30}}});
+    EXPECT_EQ(thinnest_film(etched, 0.5F), std::numeric_limits<double>::infinity()) << wall;
+  }
+  // Thicker than the band can tell, and of no concern.
+  EXPECT_EQ(thinnest_film(coated_trench(7.5), 0.5F), std::numeric_limits<double>::infinity());
 }
 
 /// Etches a stack with speeds by material through the whole loop of mesh and extension.
