@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <set>
 #include <span>
 #include <string>
 
@@ -55,10 +56,14 @@ class Observer {
     tell_missed_targets(state, now);
     tell_unfit_coverages(state, now);
     tell_voids(state, now, changes);
+    note_movement(state, now);
   }
 
   void look_at(const State& state, const Move& move, std::size_t step) {
-    if (state.step != step) tell_end(recipe_.steps[step], state, step);
+    if (state.step != step) {
+      tell_end(recipe_.steps[step], state, step);
+      tell_standstill(recipe_.steps[step]);
+    }
     if (move.islands.empty()) return;
     log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
                           counted(move.islands.size(), "piece")));
@@ -86,6 +91,27 @@ class Observer {
       log_.info(fmt::format("step \"{}\" ended at t = {:.6g} s: {}{}", step.name, end.time, wanted,
                             rest.empty() ? "" : fmt::format(" at {:.6g} s{}", *end.reached, rest)));
     }
+  }
+
+  void note_movement(const State& state, const Survey& now) {
+    if (movement_.step != step_number(state)) movement_ = {.step = step_number(state)};
+    if (movement_.any) return;
+    const std::vector<float> speeds = facet_speeds(state, now);
+    movement_.any = std::ranges::any_of(speeds, [](float speed) { return speed != 0; });
+    if (!movement_.any)
+      movement_.seen.insert(now.facets.materials.begin(), now.facets.materials.end());
+  }
+
+  // A step that was written in vain; of one that repeats, once.
+  void tell_standstill(const ProcessStep& step) {
+    if (!step.model || movement_.any || movement_.seen.empty()) return;
+    if (!still_models_.insert(step.model.get()).second) return;
+    std::string names;
+    for (const MaterialId material : movement_.seen)
+      names += (names.empty() ? "" : ", ") + recipe_.materials[material].name;
+    log_.warn(
+        fmt::format("step \"{}\" moved nothing: the rates of {} are 0 on all that was seen ({})",
+                    step.name, step.model_name, names));
   }
 
   void tell_missed_targets(const State& state, const Survey& now) {
@@ -149,6 +175,15 @@ class Observer {
   std::size_t step_number(const State& state) const {
     return std::min(state.step + 1, recipe_.steps.size());
   }
+
+  /// Whether a step moves anything; as long as it does not, what was seen in it.
+  struct Movement {
+    std::size_t step = 0;
+    bool any = false;
+    std::set<MaterialId> seen{};
+  };
+  Movement movement_;
+  std::set<const SurfaceModel*> still_models_;
 
   std::size_t warned_ = 0;  // in which step
   std::size_t warned_of_coverages_ = 0;

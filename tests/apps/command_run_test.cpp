@@ -200,6 +200,25 @@ TEST_F(RunCommand, AMissedTargetIsAWarning) {
   EXPECT_THAT(run.messages, AllOf(HasSubstr("warning"), HasSubstr("flux.max_rays")));
 }
 
+// The wafer shows silicon alone, which the clean leaves; in the cycles it is told of once.
+TEST_F(RunCommand, AStepThatMovesNothingIsAWarning) {
+  write("r.toml",
+        "[domain]\nmode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"100 nm\"]\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[step]]\nname = \"round\"\nrepeat = 2\n"
+        "[[step.step]]\nname = \"clean\"\nmodel = \"isotropic\"\nduration = \"1 s\"\n"
+        "etch_rate = { SiO2 = \"1 nm/s\", default = \"0 nm/s\" }\n"
+        "[[step.step]]\nname = \"etch\"\nmodel = \"isotropic\"\nduration = \"1 s\"\n"
+        "etch_rate = \"1 nm/s\"\n");
+  const Outcome run = scarp("run " + path("r.toml") + " -o " + path("out"));
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages,
+              AllOf(HasSubstr("step \"round 1: clean\" moved nothing: the rates of isotropic are 0 "
+                              "on all that was seen (Si)"),
+                    ::testing::Not(HasSubstr("round 2: clean\" moved nothing")),
+                    ::testing::Not(HasSubstr("etch\" moved nothing"))));
+}
+
 TEST_F(RunCommand, NamesMayHoldAnyCharacter) {
   const Outcome run =
       scarp("run " + small_trench("--set title='\"a<b & \\\"c\\\", \\u0001 \u00b5\"' --set "
