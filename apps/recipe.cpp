@@ -338,8 +338,11 @@ class StepReader {
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
     const ModelDescription* const model = find_model(step.model_name);
-    const bool own_duration = model != nullptr && model->has_own_duration;
+    const bool own_duration = model != nullptr && !model->duration_text.empty();
     if (!own_duration) step.duration = read_duration(table, model);
+    if (own_duration && table.has("duration"))
+      table.error("duration", fmt::format("{} takes as long as {}; leave this out", step.model_name,
+                                          model->duration_text));
     StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
     if (made.model == nullptr && !made.operation) return {};
     if (own_duration) step.duration = checked_duration(table, made.duration);

@@ -196,7 +196,7 @@ ModelDescription ald_description() {
           "Langmuir kinetics with first order in both directions",
       .parameters = parameters(),
       .read = read,
-      .has_own_duration = true};
+      .duration_text = "cycles (pulse_time + purge_time)"};
 }
 
 }  // namespace scarp

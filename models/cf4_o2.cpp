@@ -144,35 +144,13 @@ const Parameter ion_flux{.name = "ion.flux",
                          .source = "probe: ion current / charge"};
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{fluorine_flux,
-                               oxygen_flux,
-                               carbon_flux,
-                               fluorine_sticking,
-                               oxygen_sticking,
-                               carbon_sticking,
-                               fluorine_on_oxygen,
-                               oxygen_on_carbon,
-                               carbon_on_oxygen,
-                               sticking_in_balance,
-                               fluorine_desorption,
-                               oxygen_desorption,
-                               etches,
-                               germanium,
-                               sputter_amplitude,
-                               sputter_threshold,
-                               sputter_b,
-                               enhanced_amplitude,
-                               enhanced_threshold,
-                               oxygen_removal_amplitude,
-                               oxygen_removal_threshold,
-                               carbon_removal_amplitude,
-                               carbon_removal_threshold,
-                               ion_flux};
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    return all;
-  }();
+  static const std::vector<Parameter> rows = parameter_rows(
+      fluorine_flux, oxygen_flux, carbon_flux, fluorine_sticking, oxygen_sticking, carbon_sticking,
+      fluorine_on_oxygen, oxygen_on_carbon, carbon_on_oxygen, sticking_in_balance,
+      fluorine_desorption, oxygen_desorption, etches, germanium, sputter_amplitude,
+      sputter_threshold, sputter_b, enhanced_amplitude, enhanced_threshold,
+      oxygen_removal_amplitude, oxygen_removal_threshold, carbon_removal_amplitude,
+      carbon_removal_threshold, ion_flux, ion_parameters());
   return rows;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "flux/portable_math.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
@@ -149,28 +150,11 @@ const Parameter ion_flux{.name = "ion.flux",
                          .source = "probe: ion current / charge"};
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{etchant_flux,
-                               polymer_flux,
-                               polymer,
-                               etchant_sticking,
-                               polymer_sticking,
-                               etches,
-                               enhanced_amplitude,
-                               enhanced_threshold,
-                               sputter_amplitude,
-                               sputter_threshold,
-                               sputter_b,
-                               removal_amplitude,
-                               removal_threshold,
-                               evaporation,
-                               activation,
-                               temperature,
-                               ion_flux};
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    return all;
-  }();
+  static const std::vector<Parameter> rows =
+      parameter_rows(etchant_flux, polymer_flux, polymer, etchant_sticking, polymer_sticking,
+                     etches, enhanced_amplitude, enhanced_threshold, sputter_amplitude,
+                     sputter_threshold, sputter_b, removal_amplitude, removal_threshold,
+                     evaporation, activation, temperature, ion_flux, ion_parameters());
   return rows;
 }
 
@@ -215,7 +199,7 @@ class Reader {
           .density = scope_.materials[static_cast<MaterialId>(m)].density,
           .etchant_sticking = of_etchant[m],
           .polymer_sticking = of_polymer[m],
-          .evaporation = factor[m] * std::exp(-barrier[m] / thermal) * values.etchant_flux};
+          .evaporation = factor[m] * portable_exp(-barrier[m] / thermal) * values.etchant_flux};
     }
   }
 

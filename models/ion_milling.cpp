@@ -32,15 +32,9 @@ const Parameter share{.name = "ion.share",
                       .meaning = "part of the etch rate relative to that of other ions"};
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{etch_rate};
-    const std::span<const Parameter> yields = sputter_yield_parameters();
-    all.insert(all.end(), yields.begin(), yields.end());
-    all.insert(all.end(), {redeposited, redeposition_sticking, share});
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    return all;
-  }();
+  static const std::vector<Parameter> rows =
+      parameter_rows(etch_rate, sputter_yield_parameters(), redeposited, redeposition_sticking,
+                     share, ion_parameters());
   return rows;
 }
 

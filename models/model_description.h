@@ -20,8 +20,10 @@ struct ModelDescription {
   /// Reads the keys of the model from the table of a step; errors are noted in the recipe. Without
   /// a model if the step does not make sense.
   StepModel (*read)(const RecipeTable& step, const StepScope& scope);
-  bool acts_at_once = false;      ///< on the layers: the step needs no duration
-  bool has_own_duration = false;  ///< from keys of the model, in place of the step's `duration`
+  bool acts_at_once = false;  ///< on the layers: the step needs no duration
+  /// What keys of the model make of the time that a step takes, in place of its `duration`; empty
+  /// for those that have one.
+  std::string_view duration_text{};
 };
 
 }  // namespace scarp

@@ -86,16 +86,11 @@ const Parameter yield_table{.name = "ion.yield.table",
                                          "energy_table", "angular_table"}};
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{
-        rate,        deposited,    neutral_name,    neutral_sticking, neutral_power, neutral_table,
-        neutral_map, neutral_tilt, neutral_azimuth, neutral_rotating, ion_name};
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    all.insert(all.end(), {yield_name, yield_amplitude, yield_threshold, yield_angular,
-                           yield_sputter, yield_energy_table, yield_angular_table, yield_table});
-    return all;
-  }();
+  static const std::vector<Parameter> rows =
+      parameter_rows(rate, deposited, neutral_name, neutral_sticking, neutral_power, neutral_table,
+                     neutral_map, neutral_tilt, neutral_azimuth, neutral_rotating, ion_name,
+                     ion_parameters(), yield_name, yield_amplitude, yield_threshold, yield_angular,
+                     yield_sputter, yield_energy_table, yield_angular_table, yield_table);
   return rows;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "core/error.h"
@@ -31,6 +32,21 @@ struct Parameter {
   std::string_view source = "the tool";        ///< where its value comes from
   std::array<std::string_view, 6> replaces{};  ///< keys beside it that it takes the place of
 };
+
+/// The rows of a page in their order; parts are rows, and spans of rows.
+template <class... Parts>
+std::vector<Parameter> parameter_rows(const Parts&... parts) {
+  std::vector<Parameter> rows;
+  const auto add = [&](const auto& part) {
+    if constexpr (std::is_convertible_v<decltype(part), const Parameter&>) {
+      rows.push_back(part);
+    } else {
+      rows.insert(rows.end(), part.begin(), part.end());
+    }
+  };
+  (add(parts), ...);
+  return rows;
+}
 
 /// The same in the table that it belongs to: `ion.yield.name` is `name` in an [[step.ion.yield]].
 Parameter inner(Parameter parameter);

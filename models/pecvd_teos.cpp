@@ -27,20 +27,10 @@ const Parameter ion_rate = precursor_rate_parameter(
 const Parameter ion_order = precursor_order_parameter("ion.order");
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{deposited,
-                               radical_rate,
-                               radical_order,
-                               radical_sticking,
-                               source_power,
-                               source_table_parameter("source_table"),
-                               source_map_parameter("source_map"),
-                               ion_rate,
-                               ion_order};
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    return all;
-  }();
+  static const std::vector<Parameter> rows =
+      parameter_rows(deposited, radical_rate, radical_order, radical_sticking, source_power,
+                     source_table_parameter("source_table"), source_map_parameter("source_map"),
+                     ion_rate, ion_order, ion_parameters());
   return rows;
 }
 

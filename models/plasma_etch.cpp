@@ -344,21 +344,16 @@ bool PlasmaEtch::is_mirror_symmetric(int axis) const {
 }
 
 std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry) {
-  const bool passivated = has_passivation(chemistry);
-  std::vector<Parameter> rows{etchant_flux};
-  if (passivated) rows.push_back(passivation_flux);
-  rows.push_back(etchant_sticking(chemistry));
-  if (passivated) rows.push_back(passivation_sticking(chemistry));
-  rows.insert(rows.end(), {sticking_in_balance, etchant_desorption});
-  if (passivated) rows.push_back(passivation_desorption);
-  rows.insert(rows.end(),
-              {etches, sputter_amplitude(chemistry), sputter_threshold(chemistry),
-               sputter_factor_row(chemistry), enhanced_amplitude(chemistry), enhanced_threshold});
-  if (passivated) rows.insert(rows.end(), {removal_amplitude, removal_threshold});
-  rows.push_back(ion_flux);
-  const std::span<const Parameter> of_ions = ion_parameters();
-  rows.insert(rows.end(), of_ions.begin(), of_ions.end());
-  return rows;
+  const std::vector<Parameter> common = parameter_rows(
+      etches, sputter_amplitude(chemistry), sputter_threshold(chemistry),
+      sputter_factor_row(chemistry), enhanced_amplitude(chemistry), enhanced_threshold);
+  if (!has_passivation(chemistry))
+    return parameter_rows(etchant_flux, etchant_sticking(chemistry), sticking_in_balance,
+                          etchant_desorption, common, ion_flux, ion_parameters());
+  return parameter_rows(etchant_flux, passivation_flux, etchant_sticking(chemistry),
+                        passivation_sticking(chemistry), sticking_in_balance, etchant_desorption,
+                        passivation_desorption, common, removal_amplitude, removal_threshold,
+                        ion_flux, ion_parameters());
 }
 
 StepModel read_plasma_etch(const RecipeTable& step, const StepScope& scope,

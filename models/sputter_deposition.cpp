@@ -38,24 +38,11 @@ const Parameter ion_flux{.name = "ion.flux",
                          .source = "probe: ion current / charge"};
 
 std::span<const Parameter> parameters() {
-  static const std::vector<Parameter> rows = [] {
-    std::vector<Parameter> all{growth_rate,
-                               deposited,
-                               sticking,
-                               source_power,
-                               source_table_parameter("source_table"),
-                               source_map_parameter("source_map"),
-                               tilt_parameter("tilt"),
-                               azimuth_parameter("azimuth"),
-                               rotating_parameter("rotating"),
-                               resputter_amplitude};
-    const std::span<const Parameter> yields = sputter_yield_parameters();
-    all.insert(all.end(), yields.begin(), yields.end());
-    all.push_back(ion_flux);
-    const std::span<const Parameter> of_ions = ion_parameters();
-    all.insert(all.end(), of_ions.begin(), of_ions.end());
-    return all;
-  }();
+  static const std::vector<Parameter> rows = parameter_rows(
+      growth_rate, deposited, sticking, source_power, source_table_parameter("source_table"),
+      source_map_parameter("source_map"), tilt_parameter("tilt"), azimuth_parameter("azimuth"),
+      rotating_parameter("rotating"), resputter_amplitude, sputter_yield_parameters(), ion_flux,
+      ion_parameters());
   return rows;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "flux/portable_math.h"
 #include "models/ion_parameters.h"
 
 namespace scarp {
@@ -46,7 +47,8 @@ const Parameter angular_table{.name = "angular_table",
 
 double power_sum(const NumberTable& rows, double cosine) {
   double sum = 0;
-  for (const std::vector<double>& row : rows.values) sum += row[1] * std::pow(cosine, row[0]);
+  for (const std::vector<double>& row : rows.values)
+    sum += row[1] * (row[0] == 0 ? 1 : portable_power(cosine, row[0]));
   return std::max(0.0, sum);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "flux/portable_math.h"
 #include "models/source_parameters.h"
 
 namespace scarp {
@@ -54,7 +55,7 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
 // What is left of the sticking where a part theta is covered. None is covered: growth of an order
 // above 1 takes nothing, of one below 1 all.
 double sticking_at(double s, double theta, double order) {
-  if (theta > 0) return std::min(1.0, s * std::pow(theta, order - 1));
+  if (theta > 0) return std::min(1.0, s * portable_power(theta, order - 1));
   return order < 1 ? 1 : 0;
 }
 
@@ -94,7 +95,8 @@ std::vector<float> Teos::speeds(const SurfacePoints& points,
     double sum = 0;
     for (std::size_t k = 0; k < precursors_.size(); ++k) {
       const double arrives = std::max(0.0F, flux[k][p]);
-      sum += precursors_[k].rate * std::pow(arrives, precursors_[k].order);
+      const double order = precursors_[k].order;
+      sum += precursors_[k].rate * (order == 1 ? arrives : portable_power(arrives, order));
     }
     speeds[p] = static_cast<float>(sum);
   }

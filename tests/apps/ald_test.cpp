@@ -312,7 +312,8 @@ TEST(AldRun, SaysWhatIsWrong) {
   };
   expect(wafer("cycles = 10\n") + "[flux]\nposition_error = 0.1\n",
          "step[0].model: ald grows by what its cycles leave on the surface");
-  expect(wafer("cycles = 1000000000\nduration = \"1 s\"\n"), "step[0].duration: unknown key");
+  expect(wafer("cycles = 1000000000\nduration = \"1 s\"\n"),
+         "step[0].duration: ald takes as long as cycles (pulse_time + purge_time); leave this out");
   expect(wafer("cycles = 1000000000\npulse_time = \"100 s\"\n"),
          "step[0].cycles: the step takes 1e11 s; the most is 1e9 s");
   expect(wafer("cycles = 1000000000\n"), "step[0].cycles: 1e8 s makes about");
