@@ -11,6 +11,7 @@
 #include "levelset/connectivity.h"
 #include "levelset/extract_surface.h"
 #include "levelset/layer_steps.h"
+#include "levelset/view_from_above.h"
 
 namespace scarp {
 
@@ -20,42 +21,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double most_over_etch = 10;
 
 using Kind = EndCondition::Kind;
-using Place = std::array<double, 2>;
+using Place = ViewFromAbove::Place;
 
 const Choices<Kind> kinds{{"depth", Kind::depth},
                           {"thickness", Kind::thickness},
                           {"exposed", Kind::exposed},
                           {"gone", Kind::gone}};
-
-// What is seen at a place from above.
-struct Seen {
-  double height = -infinity;
-  MaterialId material = 0;
-};
-
-// Height of a triangle at a place, borders included; nothing beside it, and of upright ones.
-std::optional<double> height_at(const std::array<Vec3d, 3>& corners, const Place& place) {
-  const auto doubled_area = [&](const Vec3d& a, const Vec3d& b) {
-    return (a.x - place[0]) * (b.y - place[1]) - (b.x - place[0]) * (a.y - place[1]);
-  };
-  const auto& [a, b, c] = corners;
-  const std::array<double, 3> weight{doubled_area(b, c), doubled_area(c, a), doubled_area(a, b)};
-  const double sum = weight[0] + weight[1] + weight[2];
-  // What gas lies above of is counter-clockwise.
-  if (!(sum > 0) || weight[0] < 0 || weight[1] < 0 || weight[2] < 0) return std::nullopt;
-  return (weight[0] * a.z + weight[1] * b.z + weight[2] * c.z) / sum;
-}
-
-// Where facets meet, the one that comes first counts.
-std::optional<Seen> seen_at(const TriMesh& surface, const Place& place) {
-  std::optional<Seen> seen;
-  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    const std::optional<double> height = height_at(corners(surface, f), place);
-    if (height && (!seen || *height > seen->height))
-      seen = Seen{.height = *height, .material = surface.materials[f]};
-  }
-  return seen;
-}
 
 bool is_seen(const TriMesh& surface, MaterialId material) {
   return std::ranges::find(surface.materials, material) != surface.materials.end();
@@ -79,20 +50,20 @@ std::optional<double> depth_height(const EndCondition& condition, const TriMesh&
     const double lowest = lowest_point(surface, condition.material);
     return std::isfinite(lowest) ? std::optional(lowest) : std::nullopt;
   }
-  const std::optional<Seen> seen = seen_at(surface, *condition.place);
+  const std::optional<SeenPoint> seen = ViewFromAbove(surface).at(*condition.place);
   if (!seen || (condition.material && seen->material != *condition.material)) return std::nullopt;
   return seen->height;
 }
 
 std::optional<double> film_height(const EndCondition& condition, const TriMesh& surface) {
   if (!condition.place) return bounding_box(surface).upper.z;
-  const std::optional<Seen> seen = seen_at(surface, *condition.place);
+  const std::optional<SeenPoint> seen = ViewFromAbove(surface).at(*condition.place);
   return seen ? std::optional(seen->height) : std::nullopt;
 }
 
 bool sees_material(const EndCondition& condition, const TriMesh& surface) {
   if (!condition.place) return is_seen(surface, *condition.material);
-  const std::optional<Seen> seen = seen_at(surface, *condition.place);
+  const std::optional<SeenPoint> seen = ViewFromAbove(surface).at(*condition.place);
   return seen && seen->material == *condition.material;
 }
 
