@@ -147,20 +147,6 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-// The solid above z = 0 less the gas below: lines have the gas to their left, so that voids count
-// against it, and what closes them along a side adds nothing. Units: nm^2.
-double area_of(const LayerProfile& layer) {
-  double area = 0;
-  for (const Polyline& line : layer.lines) {
-    for (std::size_t n = 1; n < line.points.size(); ++n) {
-      const auto& [x0, z0] = line.points[n - 1];
-      const auto& [x1, z1] = line.points[n];
-      area += 0.5 * (z0 + z1) * (x1 - x0);
-    }
-  }
-  return area;
-}
-
 // A layer that has been consumed lies on the one below, up to a trace: there is nothing to see of
 // what covers less than a pixel.
 std::vector<MaterialId> visible_materials(std::span<const LayerProfile> layers,
@@ -171,7 +157,8 @@ std::vector<MaterialId> visible_materials(std::span<const LayerProfile> layers,
   for (const LayerProfile& layer : layers) {
     if (layer.lines.empty()) continue;
     const LayerProfile* const lower = std::exchange(below, &layer);
-    if (lower != nullptr && area_of(layer) - area_of(*lower) < pixel) continue;
+    if (lower != nullptr && area_above_zero(layer.lines) - area_above_zero(lower->lines) < pixel)
+      continue;
     if (std::find(seen.begin(), seen.end(), layer.material) == seen.end()) {
       seen.push_back(layer.material);
     }

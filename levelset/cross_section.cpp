@@ -1,6 +1,7 @@
 #include "levelset/cross_section.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <unordered_map>
 #include <utility>
@@ -18,14 +19,15 @@ struct Segment {
   std::uint64_t to = 0;
 };
 
+using Point = std::array<double, 2>;
+
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
 }
 
 class Slicer {
  public:
-  Slicer(const TriMesh& mesh, int axis, double position)
-      : mesh_(mesh), axis_(axis), position_(position) {}
+  Slicer(const TriMesh& mesh, const CutPlane& plane) : mesh_(mesh), plane_(plane) {}
 
   std::vector<Polyline> run() {
     collect();
@@ -45,28 +47,29 @@ class Slicer {
   }
 
  private:
-  /// A vertex in the plane counts as above it: lines pass beside vertices, never through them.
-  bool is_above(std::uint32_t v) const { return mesh_.vertices[v][axis_] >= position_; }
+  /// From the plane to the left of its direction.
+  double distance(const Vec3f& r) const {
+    return plane_.along[0] * (r.y - plane_.origin[1]) - plane_.along[1] * (r.x - plane_.origin[0]);
+  }
 
   void collect() {
+    // A vertex in the plane counts as left of it: lines pass beside vertices, never through them.
+    std::vector<bool> is_left(mesh_.vertices.size());
+    for (std::size_t v = 0; v < is_left.size(); ++v) is_left[v] = distance(mesh_.vertices[v]) >= 0;
     for (const Triangle& triangle : mesh_.triangles) {
       Segment segment;
       bool cut = false;
       for (int c = 0; c < 3; ++c) {
         const std::uint32_t a = triangle[c];
         const std::uint32_t b = triangle[(c + 1) % 3];
-        if (is_above(a) && !is_above(b)) {
+        if (is_left[a] && !is_left[b]) {
           segment.from = edge_key(a, b);
           cut = true;
-        } else if (!is_above(a) && is_above(b)) {
+        } else if (!is_left[a] && is_left[b]) {
           segment.to = edge_key(a, b);
         }
       }
       if (cut) {
-        // Seen with the lateral axis to the right, the two cutting planes are of opposite hand.
-        if (axis_ == 0) {
-          std::swap(segment.from, segment.to);
-        }
         leaves_[segment.from] = segments_.size();
         arrives_[segment.to] = segments_.size();
         segments_.push_back(segment);
@@ -75,12 +78,14 @@ class Slicer {
     used_.assign(segments_.size(), false);
   }
 
-  std::array<double, 2> point(std::uint64_t edge) const {
-    const Vec3d a(mesh_.vertices[edge >> 32]);
-    const Vec3d b(mesh_.vertices[edge & 0xffffffffU]);
-    const double t = (position_ - a[axis_]) / (b[axis_] - a[axis_]);
-    const Vec3d r = a + t * (b - a);
-    return {r[1 - axis_], r.z};
+  Point point(std::uint64_t edge) const {
+    const Vec3f& from = mesh_.vertices[edge >> 32];
+    const Vec3f& to = mesh_.vertices[edge & 0xffffffffU];
+    const double t = distance(from) / (distance(from) - distance(to));
+    const Vec3d a(from);
+    const Vec3d r = a + t * (Vec3d(to) - a);
+    return {plane_.along[0] * (r.x - plane_.origin[0]) + plane_.along[1] * (r.y - plane_.origin[1]),
+            r.z};
   }
 
   Polyline follow(std::size_t n) {
@@ -89,7 +94,7 @@ class Slicer {
     while (!used_[n]) {
       used_[n] = true;
       // Edges that meet in a vertex of the plane are cut at the same point.
-      const std::array<double, 2> next_point = point(segments_[n].to);
+      const Point next_point = point(segments_[n].to);
       if (next_point != line.points.back()) {
         line.points.push_back(next_point);
       }
@@ -103,13 +108,59 @@ class Slicer {
   }
 
   const TriMesh& mesh_;
-  int axis_;
-  double position_;
+  CutPlane plane_;
   std::vector<Segment> segments_;
   std::vector<bool> used_;
   std::unordered_map<std::uint64_t, std::size_t> leaves_;
   std::unordered_map<std::uint64_t, std::size_t> arrives_;
 };
+
+/// Mirrored about a lateral position; turned round, so that the gas stays on the left.
+Polyline mirrored(const Polyline& line, double side) {
+  Polyline result;
+  for (auto point = line.points.rbegin(); point != line.points.rend(); ++point)
+    result.points.push_back({2 * side - (*point)[0], (*point)[1]});
+  return result;
+}
+
+Polyline shifted(const Polyline& line, double shift) {
+  Polyline result;
+  for (const Point& point : line.points) result.points.push_back({point[0] + shift, point[1]});
+  return result;
+}
+
+/// Joins open lines where the end of one is the start of another, or of itself.
+std::vector<Polyline> joined(std::vector<Polyline> lines, double tolerance) {
+  const auto meet = [&](const Point& a, const Point& b) {
+    return std::abs(a[0] - b[0]) < tolerance && std::abs(a[1] - b[1]) < tolerance;
+  };
+  const auto append = [](Polyline& line, const Polyline& other) {
+    line.points.insert(line.points.end(), other.points.begin() + 1, other.points.end());
+  };
+  std::vector<Polyline> done;
+  while (!lines.empty()) {
+    Polyline line = std::move(lines.back());
+    lines.pop_back();
+    if (meet(line.points.back(), line.points.front())) {
+      line.points.back() = line.points.front();
+      done.push_back(std::move(line));
+      continue;
+    }
+    const auto neighbour = std::find_if(lines.begin(), lines.end(), [&](const Polyline& other) {
+      return meet(line.points.back(), other.points.front()) ||
+             meet(other.points.back(), line.points.front());
+    });
+    if (neighbour == lines.end()) {
+      done.push_back(std::move(line));
+    } else if (meet(line.points.back(), neighbour->points.front())) {
+      append(line, *neighbour);
+      *neighbour = std::move(line);
+    } else {
+      append(*neighbour, line);
+    }
+  }
+  return done;
+}
 
 /// Volume of the solid under a surface above z = 0, less that of the gas below: the integral of z
 /// over the surface's shadow. Side walls add nothing.
@@ -124,12 +175,37 @@ double volume_above_zero(const TriMesh& mesh) {
 
 }  // namespace
 
+CutPlane CutPlane::across(int axis, double position) {
+  if (axis == 0) return {.origin = {position, 0}, .along = {0, 1}};
+  return {.origin = {0, position}, .along = {1, 0}};
+}
+
+std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane) {
+  return Slicer(mesh, plane).run();
+}
+
 std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double position) {
   const Box box = bounding_box(mesh);
   const double inside = 1e-6 * (box.upper[axis] - box.lower[axis]);
-  return Slicer(mesh, axis,
-                std::clamp(position, box.lower[axis] + inside, box.upper[axis] - inside))
-      .run();
+  return cross_section(mesh, CutPlane::across(axis, std::clamp(position, box.lower[axis] + inside,
+                                                               box.upper[axis] - inside)));
+}
+
+std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, double lower,
+                                        double upper, Boundary boundary) {
+  // Points on a side are rounded in the mesh, and interpolated along the one or the other edge.
+  const double tolerance = 1e-5 * (upper - lower);
+  std::vector<Polyline> all = lines;
+  for (const Polyline& line : lines) {
+    if (boundary == Boundary::periodic) {
+      all.push_back(shifted(line, lower - upper));
+      all.push_back(shifted(line, upper - lower));
+    } else {
+      all.push_back(mirrored(line, lower));
+      all.push_back(mirrored(line, upper));
+    }
+  }
+  return joined(std::move(all), tolerance);
 }
 
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position) {
@@ -142,11 +218,31 @@ std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis,
   return lines;
 }
 
+double area_above_zero(std::span<const Polyline> lines) {
+  // Lines have the gas to their left, so that voids count against it, and what closes them along a
+  // side adds nothing.
+  double area = 0;
+  for (const Polyline& line : lines) {
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const auto& [x0, z0] = line.points[n - 1];
+      const auto& [x1, z1] = line.points[n];
+      area += 0.5 * (z0 + z1) * (x1 - x0);
+    }
+  }
+  return area;
+}
+
 std::vector<double> material_volumes(const Layers& layers) {
+  std::vector<TriMesh> surfaces;
+  for (const Layer& layer : layers.stack) surfaces.push_back(extract_surface(layer.phi));
+  return material_volumes(surfaces);
+}
+
+std::vector<double> material_volumes(std::span<const TriMesh> surfaces) {
   std::vector<double> volumes;
   double below = 0;
-  for (const Layer& layer : layers.stack) {
-    const double all = volume_above_zero(extract_surface(layer.phi));
+  for (const TriMesh& surface : surfaces) {
+    const double all = volume_above_zero(surface);
     volumes.push_back(all - below);
     below = all;
   }

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
+#include "core/frame.h"
 #include "core/tri_mesh.h"
 #include "levelset/layers.h"
 
@@ -19,19 +21,55 @@ struct Polyline {
   friend bool operator==(const Polyline&, const Polyline&) = default;
 };
 
-/// Where the plane r[axis] = position (axis 0 or 1) cuts a mesh.
+/// An upright cutting plane. The lateral position in it is the distance from the origin along the
+/// direction.
 ///
-/// Lines follow the facets, so sharp corners stay. A plane on a domain side is taken just inside.
+/// Units: nm; the direction is a unit vector.
+struct CutPlane {
+  std::array<double, 2> origin{};
+  std::array<double, 2> along{1, 0};
+
+  /// The plane r[axis] = position, axis 0 or 1: its lateral position is the other coordinate.
+  static CutPlane across(int axis, double position);
+
+  std::array<double, 2> place(double lateral) const {
+    return {origin[0] + lateral * along[0], origin[1] + lateral * along[1]};
+  }
+};
+
+/// Where a plane cuts a mesh.
+///
+/// Lines follow the facets, so sharp corners stay.
+std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane);
+
+/// Where the plane r[axis] = position (axis 0 or 1) cuts a mesh; a plane on a domain side is taken
+/// just inside.
 std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double position);
+
+/// The lines of a cross-section and what lies beyond the sides of the domain, mirrored or wrapped
+/// and joined, as far as the domain is wide: what a side has cut is whole. What lies on the other
+/// sides is open.
+///
+/// Units: lower and upper are the lateral positions of the sides.
+std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, double lower,
+                                        double upper, Boundary boundary);
 
 /// The surfaces of all layers, from the lowest up, in the plane r[axis] = position; none for a
 /// layer that adds no material.
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position);
+
+/// The solid above z = 0 less the gas below, between lines and the sides where they end.
+///
+/// Units: nm^2.
+double area_above_zero(std::span<const Polyline> lines);
 
 /// Volume of each layer's material, from the extracted surfaces; the lowest layer counts from
 /// z = 0, so an etched wafer has a negative volume there.
 ///
 /// Units: nm^3.
 std::vector<double> material_volumes(const Layers& layers);
+
+/// The same from the extracted surfaces of all layers, the lowest first.
+std::vector<double> material_volumes(std::span<const TriMesh> surfaces);
 
 }  // namespace scarp

@@ -84,6 +84,53 @@ TEST(CrossSection, HasNoLineOfAMaterialThatIsAbsent) {
   EXPECT_EQ(cross_section(layers, 1, 0)[1].size(), 1U);
 }
 
+TEST(CrossSection, AlongAnyLineIsThatOfTheTurnedBody) {
+  const Frame frame{.spacing = 0.5, .cells = {40, 40}};
+  const Layers ball = single_layer(
+      frame, [](Vec3d r) { return length(r) - 6.3; }, -7, 7);
+  for (const double angle : {0.3, 1.9, 4.0}) {
+    const std::array<double, 2> along{std::cos(angle), std::sin(angle)};
+    // Beside the middle by 2.2, to the left.
+    const CutPlane plane{.origin = {-2.2 * along[1] - 3 * along[0], 2.2 * along[0] - 3 * along[1]},
+                         .along = along};
+    const auto lines = cross_section(extract_surface(ball.top()), plane);
+    ASSERT_EQ(lines.size(), 1U);
+    const double exact = std::numbers::pi * (6.3 * 6.3 - 2.2 * 2.2);
+    EXPECT_NEAR(area_above_zero(lines), exact, 0.02 * exact);
+    for (const auto& [lateral, z] : lines[0].points) {
+      EXPECT_NEAR(std::hypot(lateral - 3, z), std::sqrt(exact / std::numbers::pi), 0.05);
+      const auto [x, y] = plane.place(lateral);
+      EXPECT_NEAR(std::hypot(std::hypot(x, y), z), 6.3, 0.05);
+    }
+  }
+}
+
+TEST(CrossSection, IsGoneOnWithBeyondTheSides) {
+  // A groove that the left side halves, and a void that the right one halves.
+  const std::vector<Polyline> lines{{.points = {{-10, -6}, {-7, -6}, {-7, 0}, {10, 0}}},
+                                    {.points = {{10, -2}, {8, -4}, {10, -6}}}};
+  const auto mirrored = with_surroundings(lines, -10, 10, Boundary::reflective);
+  // The surface over three widths; three halves of the void: one whole, one in each copy.
+  ASSERT_EQ(mirrored.size(), 3U);
+  double area = 0;
+  std::size_t closed = 0;
+  for (const Polyline& line : mirrored) {
+    area += area_above_zero(std::span(&line, 1));
+    closed += line.points.front() == line.points.back() ? 1 : 0;
+    if (line.points.size() < 6) continue;
+    EXPECT_EQ(std::abs(line.points.front()[0]), 30);
+    EXPECT_EQ(line.points.back()[0], -line.points.front()[0]);
+  }
+  EXPECT_EQ(closed, 1U);
+  EXPECT_NEAR(area, -3 * (18 + 4), 1e-12);
+
+  const std::vector<Polyline> step{{.points = {{-10, 2}, {0, 2}, {0, 5}, {10, 2}}}};
+  const auto wrapped = with_surroundings(step, -10, 10, Boundary::periodic);
+  ASSERT_EQ(wrapped.size(), 1U);
+  EXPECT_EQ(wrapped[0].points.size(), 10U);
+  EXPECT_EQ(wrapped[0].points.front(), (std::array<double, 2>{-30, 2}));
+}
+
 TEST(MaterialVolumes, AreExactForBoxes) {
   const Frame frame{.spacing = 1, .cells = {30, 20}};
   const Layers layers = build_layers(
