@@ -182,6 +182,25 @@ void add_arguments(CLI::App& command, DistanceArguments& arguments) {
                      "A with the distance to B at every vertex (.vtp)");
 }
 
+void add_arguments(CLI::App& command, MeasureArguments& arguments) {
+  command
+      .add_option("where", arguments.where,
+                  "Result folder of a run, for its newest state, or a state (.vdb)")
+      ->required();
+  command.add_option("--start", arguments.start,
+                     "State to compare masks and depths with (default: state_0000.vdb beside the "
+                     "state)");
+  command
+      .add_option("--mask", arguments.masks,
+                  "Material that is a mask (default: as the recipe says, see [metrology])")
+      ->allow_extra_args(false);
+  command
+      .add_option("--cd-at", arguments.cd_at,
+                  "Height at which widths are wanted, for example '-0.5 um'; z = 0 is the surface "
+                  "of the wafer (default: as the recipe says)")
+      ->allow_extra_args(false);
+}
+
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {
   command.add_option("name", arguments.name, "Print the reference page of this model");
 }
@@ -225,6 +244,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<SimplifyArguments>(app, "simplify", "Reduce a surface mesh by edge collapse", line);
   add_command<FluxArguments>(app, "flux", "What arrives on a mesh, relative to the source", line);
   add_command<DistanceArguments>(app, "distance", "Distance between two surfaces", line);
+  add_command<MeasureArguments>(
+      app, "measure", "Metrology of a run or a state: depths, widths, films, voids", line);
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {

@@ -69,6 +69,13 @@ struct DistanceArguments {
   std::string output;
 };
 
+struct MeasureArguments {
+  std::string where;  ///< a result folder or a state
+  std::string start;
+  std::vector<std::string> masks;
+  std::vector<std::string> cd_at;  ///< heights with their units
+};
+
 struct ModelsArguments {
   std::string name;
 };
@@ -76,7 +83,7 @@ struct ModelsArguments {
 struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
-               DistanceArguments, ModelsArguments>
+               DistanceArguments, MeasureArguments, ModelsArguments>
       command;
 };
 

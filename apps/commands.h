@@ -13,6 +13,7 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
 ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common);
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common);
 ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common);
+ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
 
 }  // namespace scarp

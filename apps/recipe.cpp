@@ -24,6 +24,7 @@ namespace {
 constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
+constexpr std::size_t most_cd_heights = 100;
 constexpr double most_time_steps = 1e7;     // of a step: weeks on the smallest grid
 constexpr double most_cells = 1e6;          // along an axis
 constexpr double most_spacings_high = 1e5;  // of a film
@@ -296,6 +297,9 @@ class StepReader {
     return steps;
   }
 
+  /// What the wafer consists of before the first step, and what steps have added.
+  const std::vector<MaterialId>& reachable() const { return reachable_; }
+
  private:
   std::vector<ProcessStep> read_cycle(const RecipeTable& table) {
     const auto count = table.integer("repeat", {.fallback = "1", .minimum = 1, .maximum = 1e6});
@@ -521,6 +525,26 @@ double read_output_interval(const RecipeTable& table, std::span<const ProcessSte
   return every;
 }
 
+// By default the masks are those of the start geometry.
+MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) {
+  std::vector<std::string> masks;
+  for (const Shape& shape : recipe.geometry) {
+    const auto* const mask = std::get_if<MaskShape>(&shape);
+    if (mask == nullptr) continue;
+    const std::string name = '"' + recipe.materials[mask->material].name + '"';
+    if (std::ranges::find(masks, name) == masks.end()) masks.push_back(name);
+  }
+  MetrologyOptions options{.masks =
+                               table.material_list("masks", recipe.materials, {.minimum = 0},
+                                                   fmt::format("[{}]", fmt::join(masks, ", ")))};
+  if (table.has("cd_at")) {
+    options.cd_heights =
+        table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
+                         {.minimum = -longest_length, .maximum = longest_length});
+  }
+  return options;
+}
+
 // That the shapes make a geometry, and that the machine can hold it.
 void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
                     const Recipe& recipe) {
@@ -568,11 +592,14 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
     // Nothing can be said about steps on an unknown wafer.
     for (const RecipeTable& step : steps) step.accept_rest();
   } else {
-    recipe.steps = StepReader(recipe, there, path.parent_path()).read(steps);
+    StepReader reader(recipe, there, path.parent_path());
+    recipe.steps = reader.read(steps);
+    recipe.occurring = reader.reachable();
   }
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
+  recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();
   recipe.resolved = file.resolved();
   return recipe;

@@ -11,6 +11,7 @@
 #include "core/frame.h"
 #include "core/material.h"
 #include "flux/solve.h"
+#include "levelset/metrology.h"
 #include "levelset/scheme.h"
 #include "levelset/shapes.h"
 #include "mesh/simplify.h"
@@ -59,7 +60,9 @@ struct Recipe {
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move in one time step
   double output_every = 0;
-  std::string resolved;  ///< the recipe as TOML with every default written out
+  MetrologyOptions metrology;
+  std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first
+  std::string resolved;               ///< the recipe as TOML with every default written out
 };
 
 /// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.

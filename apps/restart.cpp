@@ -192,6 +192,18 @@ void name_materials(Layers& layers, const std::string& names, const Materials& m
   }
 }
 
+std::string names_of(std::span<const MaterialId> ids, const Materials& materials) {
+  std::string names;
+  for (const MaterialId id : ids) names += materials[id].name + '\n';
+  return names;
+}
+
+// What read_wafer needs and resuming finds in the recipe: not in checkpoints of earlier versions.
+std::string optional_note(const CheckpointNotes& notes, const std::string& key) {
+  const auto entry = notes.find(key);
+  return entry == notes.end() ? "" : entry->second;
+}
+
 CheckpointNotes notes_of(const State& state, const Recipe& recipe,
                          std::span<const double> output_times) {
   return {{"materials", names_of(state.layers, recipe.materials)},
@@ -211,6 +223,8 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"island_volume_nm3", format_number(state.islands.volume)},
           {"residue_volume_nm3", format_number(state.residue_volume)},
           {"coverages", bytes_of(state.coverages)},
+          {"masks", names_of(recipe.metrology.masks, recipe.materials)},
+          {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
           {"recipe_hash", recipe_hash(recipe)}};
 }
 
@@ -235,6 +249,13 @@ double number_of(const CheckpointNotes& notes, const std::string& key, const fs:
   if (numbers.size() == 1) return numbers.front();
   throw InputError(fmt::format(
       "{}: the entry {} is not a number; this is not a checkpoint of a run", file.string(), key));
+}
+
+// By their numbers: longer names are later.
+bool is_older(const fs::path& a, const fs::path& b) {
+  const std::string left = a.filename().string();
+  const std::string right = b.filename().string();
+  return std::pair(left.size(), left) < std::pair(right.size(), right);
 }
 
 Restart read_restart(const fs::path& file, const Recipe& recipe) {
@@ -267,6 +288,16 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
 
 }  // namespace
 
+bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending) {
+  if (name.size() < stem.size() + 5 + ending.size() || name.rfind(stem + '_', 0) != 0 ||
+      !name.ends_with(ending)) {
+    return false;
+  }
+  return std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()) + 1,
+                     name.end() - static_cast<std::ptrdiff_t>(ending.size()),
+                     [](char c) { return c >= '0' && c <= '9'; });
+}
+
 void write_restart(const fs::path& file, const State& state, std::span<const double> output_times,
                    const Recipe& recipe) {
   write_checkpoint(file, state.layers, notes_of(state, recipe, output_times));
@@ -276,11 +307,8 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
                                       const Recipe& recipe, const Log& log) {
   // Outputs are numbered in the order of time; only the checkpoint of an interrupted run is not.
   std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
-  std::sort(newest_first.begin(), newest_first.end(), [](const fs::path& a, const fs::path& b) {
-    const std::string left = a.filename().string();
-    const std::string right = b.filename().string();
-    return std::pair(left.size(), left) > std::pair(right.size(), right);
-  });
+  std::sort(newest_first.begin(), newest_first.end(),
+            [](const fs::path& a, const fs::path& b) { return is_older(b, a); });
   std::optional<Restart> newest;
   for (const fs::path& file : newest_first) {
     try {
@@ -309,6 +337,42 @@ State read_start_state(const fs::path& file, const Materials& materials) {
           .time_step = static_cast<std::uint32_t>(value("time_step")),
           .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
           .coverages = CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()};
+}
+
+SavedWafer read_wafer(const fs::path& file, Materials known) {
+  Checkpoint checkpoint = read_checkpoint(file);
+  SavedWafer wafer{.layers = std::move(checkpoint.layers),
+                   .materials = std::move(known),
+                   .time = number_of(checkpoint.notes, "time_s", file)};
+  const std::string names = note_of(checkpoint.notes, "materials", file);
+  const auto each_line = [](const std::string& text, const auto& visit) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) visit(line);
+  };
+  each_line(names, [&](const std::string& name) {
+    if (!wafer.materials.contains(name)) wafer.materials.add({.name = name});
+  });
+  name_materials(wafer.layers, names, wafer.materials, file);
+  each_line(optional_note(checkpoint.notes, "masks"), [&](const std::string& name) {
+    // A mask that is gone has no layer any more.
+    if (!wafer.materials.contains(name)) wafer.materials.add({.name = name});
+    wafer.metrology.masks.push_back(wafer.materials.id(name));
+  });
+  if (checkpoint.notes.contains("cd_heights_nm"))
+    wafer.metrology.cd_heights = numbers_of(checkpoint.notes, "cd_heights_nm", file);
+  return wafer;
+}
+
+std::optional<fs::path> newest_state(const fs::path& folder) {
+  // One between outputs is later than they are, or it would be gone.
+  if (fs::exists(folder / interrupted_state)) return folder / interrupted_state;
+  std::vector<fs::path> states;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (is_numbered(name, "state", ".vdb")) states.push_back(entry.path());
+  }
+  if (states.empty()) return std::nullopt;
+  return *std::max_element(states.begin(), states.end(), is_older);
 }
 
 std::string state_hash(const State& state, const Materials& materials) {

@@ -14,6 +14,9 @@ namespace scarp {
 /// The checkpoint of a run that was stopped between outputs; those at outputs are numbered.
 inline constexpr const char* interrupted_state = "state_interrupted.vdb";
 
+/// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
+bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);
+
 /// Where a run can go on: the state, the file it is from, the times of the outputs up to there.
 ///
 /// Units: s.
@@ -42,6 +45,24 @@ std::optional<Restart> newest_restart(std::span<const std::filesystem::path> che
 ///
 /// Throws: InputError if it is not a checkpoint of a run, or holds a material that is not known.
 State read_start_state(const std::filesystem::path& file, const Materials& materials);
+
+/// What a checkpoint says of the wafer alone, to measure and to draw it without its recipe.
+///
+/// Units: s.
+struct SavedWafer {
+  Layers layers;
+  Materials materials;  ///< those built in, and those of the layers
+  double time = 0;
+  MetrologyOptions metrology{};
+};
+
+/// Materials that are known already keep their numbers, so that wafers can be compared.
+///
+/// Throws: InputError if it is not a checkpoint of a run.
+SavedWafer read_wafer(const std::filesystem::path& file, Materials known = {});
+
+/// The newest state in the folder of a run; nothing if it holds none.
+std::optional<std::filesystem::path> newest_state(const std::filesystem::path& folder);
 
 /// The hash over phi with its band, materials, coverages and process time by which runs are
 /// compared.

@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "apps/metrology_files.h"
 #include "apps/picture.h"
 #include "apps/region_text.h"
 #include "apps/restart.h"
 #include "core/atomic_file.h"
+#include "core/csv.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/peak_memory.h"
@@ -25,20 +27,6 @@ namespace scarp {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A name in CSV: in quotes where it holds a comma or a quote. A row stays one line.
-std::string csv_field(std::string text) {
-  for (char& c : text) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  if (text.find_first_of(",\"") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c;
-    if (c == '"') quoted += '"';
-  }
-  return quoted + '"';
-}
 
 // The worst of all species, and their sums.
 struct FluxTotals {
@@ -221,9 +209,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                            format_number(move.residue_volume), after.time_step - 1);
 }
 
-std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
-                         std::span<const double> output_times, const StageTimer& total,
-                         double wall_seconds) {
+std::string summary_text(const State& state, const Survey& survey, const Metrology& metrology,
+                         const Recipe& recipe, std::span<const double> output_times,
+                         const StageTimer& total, double wall_seconds) {
   nlohmann::ordered_json summary;
   summary["title"] = recipe.title;
   summary["complete"] = true;
@@ -234,8 +222,8 @@ std::string summary_text(const State& state, const Survey& survey, const Recipe&
   summary["output_times_s"] = output_times;
   summary["steps"] = step_list(state, recipe);
   summary["state_hash"] = state_hash(state, recipe.materials);
-  summary["metrology"] = {{"highest_nm", survey.extent.upper.z},
-                          {"lowest_nm", survey.extent.lower.z}};
+  summary["metrology"] =
+      metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});
   summary["void_count"] = survey.gas.voids.size();
   summary["void_volume_nm3"] = volume_of(survey.gas.voids);
   summary["voids"] = void_list(state, survey.gas.voids);

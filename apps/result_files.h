@@ -35,9 +35,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                         const Move& move, const Recipe& recipe);
 
 /// The content of summary.json.
-std::string summary_text(const State& state, const Survey& survey, const Recipe& recipe,
-                         std::span<const double> output_times, const StageTimer& total,
-                         double wall_seconds);
+std::string summary_text(const State& state, const Survey& survey, const Metrology& metrology,
+                         const Recipe& recipe, std::span<const double> output_times,
+                         const StageTimer& total, double wall_seconds);
 
 /// What a recipe's first time step starts from, its surface, the voids in it, and what was left out
 /// because nothing joins it to the wafer.

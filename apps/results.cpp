@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "apps/metrology_files.h"
 #include "apps/restart.h"
 #include "apps/result_files.h"
 #include "core/atomic_file.h"
@@ -22,6 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* metrology_file = "metrology.csv";
+
 std::string numbered(const char* stem, int number, const char* ending) {
   return fmt::format("{}_{:04}{}", stem, number, ending);
 }
@@ -29,23 +33,12 @@ std::string numbered(const char* stem, int number, const char* ending) {
 // Empty where there is no such file.
 std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
 
-// STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
-bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending) {
-  if (name.size() < stem.size() + 5 + ending.size() || name.rfind(stem + '_', 0) != 0 ||
-      !name.ends_with(ending)) {
-    return false;
-  }
-  return std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()) + 1,
-                     name.end() - static_cast<std::ptrdiff_t>(ending.size()),
-                     [](char c) { return c >= '0' && c <= '9'; });
-}
-
 // What a run writes, beside metrics.csv.
 bool is_output(const std::string& name) {
   return name == "recipe.toml" || name == "summary.json" || name == "surface.pvd" ||
-         name == interrupted_state || is_numbered(name, "surface", ".vtp") ||
-         is_numbered(name, "state", ".vdb") || is_numbered(name, "profile", ".csv") ||
-         is_numbered(name, "profile", ".svg");
+         name == metrology_file || name == interrupted_state ||
+         is_numbered(name, "surface", ".vtp") || is_numbered(name, "state", ".vdb") ||
+         is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg");
 }
 
 bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
@@ -80,6 +73,17 @@ std::size_t count_whole_rows(const std::vector<std::string>& lines, std::uint32_
   while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", first + count - 1)))
     ++count;
   return count;
+}
+
+// The rows of metrology.csv of the first outputs, its head included; that alone where it is not of
+// this recipe.
+std::string first_outputs(const std::string& text, int count, const Recipe& recipe) {
+  std::string kept = metrology_head(recipe);
+  const std::vector<std::string> lines = lines_of(text);
+  if (lines.empty() || lines.front() + '\n' != kept) return kept;
+  for (std::size_t n = 1; n < lines.size(); ++n)
+    if (std::atoi(lines[n].c_str()) < count) kept += lines[n] + '\n';
+  return kept;
 }
 
 std::uint32_t first_time_step(const Recipe& recipe) {
@@ -170,6 +174,7 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   remove_files(path_, is_output);
   if (holds_run()) remove_files(path_, is_temporary);
   output_times_.clear();
+  metrology_rows_ = metrology_head(recipe);
   write_file(file("metrics.csv"), metrics_head);
   write_file(file("recipe.toml"), recipe.resolved);
 }
@@ -193,6 +198,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   }
   output_times_ = std::move(restart->output_times);
   last_checkpoint_ = std::move(restart->file);
+  metrology_rows_ = first_outputs(read_text(file(metrology_file)), output_count(), recipe);
   remove_files(path_, is_temporary);
 
   // The rows of time steps that will be done again go.
@@ -207,6 +213,9 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   write_profile(path_, fmt::format("profile_{:04}", number), state, recipe);
+  metrology_rows_ +=
+      metrology_rows(output_times_.size(), state.time, measure(state, recipe), recipe);
+  write_file(file(metrology_file), metrology_rows_);
   output_times_.push_back(state.time);
   std::vector<std::string> series;
   for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
@@ -214,6 +223,11 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   // The checkpoint comes last: where it stands, the output is whole.
   write_state(numbered("state", number, ".vdb"), state, recipe);
   fs::remove(file(interrupted_state));
+}
+
+Metrology ResultFolder::measure(const State& state, const Recipe& recipe) {
+  if (!start_) start_ = scarp::measure(start_state(recipe).layers, recipe.metrology);
+  return scarp::measure(state.layers, recipe.metrology, &*start_);
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
@@ -232,8 +246,8 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
-  write_file(file("summary.json"),
-             summary_text(state, survey, recipe, output_times_, total, wall_seconds));
+  write_file(file("summary.json"), summary_text(state, survey, measure(state, recipe), recipe,
+                                                output_times_, total, wall_seconds));
 }
 
 }  // namespace scarp

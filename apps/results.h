@@ -7,6 +7,7 @@
 
 #include "apps/simulator.h"
 #include "core/log.h"
+#include "levelset/metrology.h"
 
 namespace scarp {
 
@@ -41,7 +42,8 @@ class ResultFolder {
   /// The number of outputs so far; the next one gets this number.
   int output_count() const { return static_cast<int>(output_times_.size()); }
 
-  /// surface_NNNN.vtp, surface.pvd, profile_NNNN.csv, profile_NNNN.svg and state_NNNN.vdb.
+  /// surface_NNNN.vtp, surface.pvd, profile_NNNN.csv, profile_NNNN.svg, lines of metrology.csv and
+  /// state_NNNN.vdb.
   void write_output(const State& state, const Survey& survey, const Recipe& recipe);
 
   /// A checkpoint between outputs, for an interrupted run.
@@ -65,10 +67,14 @@ class ResultFolder {
   void require_not_start(const Recipe& recipe) const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
+  /// Compared with the start of the recipe.
+  Metrology measure(const State& state, const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
   std::vector<double> output_times_;
+  std::string metrology_rows_;  ///< metrology.csv so far
+  std::optional<Metrology> start_;
   std::filesystem::path last_checkpoint_;
   int lock_ = -1;
 };

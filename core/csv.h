@@ -17,4 +17,7 @@ struct CsvLine {
 /// byte order mark are left out. Quotes mean nothing: cells hold no commas.
 std::vector<CsvLine> parse_csv(std::string_view text);
 
+/// A name as a cell: in quotes where it holds a comma or a quote. A row stays one line.
+std::string csv_field(std::string text);
+
 }  // namespace scarp

@@ -87,7 +87,32 @@ class RegionList {
     return std::move(regions_);
   }
 
+  /// The surfaces of all of them.
+  std::vector<TriMesh> surfaces() {
+    list_regions({});
+    const TriMesh all = extract_surface(layers_, only_regions());
+    const std::vector<std::size_t> region = regions_of_facets(all);
+    std::vector<TriMesh> surfaces(regions_.size());
+    std::vector<std::uint32_t> renumbered(all.vertices.size(), unused);
+    for (std::size_t f = 0; f < all.triangles.size(); ++f) {
+      if (region[f] == none) continue;
+      TriMesh& surface = surfaces[region[f]];
+      Triangle triangle = all.triangles[f];
+      for (std::uint32_t& v : triangle) {
+        if (renumbered[v] == unused) {
+          renumbered[v] = static_cast<std::uint32_t>(surface.vertices.size());
+          surface.vertices.push_back(all.vertices[v]);
+        }
+        v = renumbered[v];
+      }
+      surface.triangles.push_back(triangle);
+      surface.materials.push_back(all.materials[f]);
+    }
+    return surfaces;
+  }
+
  private:
+  static constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
   void list_regions(std::span<const Region> known) {
@@ -120,18 +145,23 @@ class RegionList {
 
   void measure() {
     const TriMesh surface = extract_surface(layers_, only_regions());
-    const std::vector<std::uint32_t> parts = parts_of(surface);
-    // Each part of the surface is that of one region, which any of its cells tells where no two
-    // regions meet.
-    std::vector<std::size_t> region_of(surface.vertices.size(), none);
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-      if (region_of[parts[f]] == none) region_of[parts[f]] = region_next_to(surface, f);
-    }
+    const std::vector<std::size_t> region = regions_of_facets(surface);
     const std::vector<double> rise = bulges(surface);
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-      const std::size_t region = region_of[parts[f]];
-      if (region != none) add_facet(surface, f, rise[f], regions_[region]);
-    }
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f)
+      if (region[f] != none) add_facet(surface, f, rise[f], regions_[region[f]]);
+  }
+
+  /// Each part of the surface is that of one region, which any of its cells tells where no two
+  /// regions meet.
+  std::vector<std::size_t> regions_of_facets(const TriMesh& surface) const {
+    const std::vector<std::uint32_t> parts = parts_of(surface);
+    std::vector<std::size_t> region_of(surface.vertices.size(), none);
+    std::vector<std::size_t> regions;
+    regions.reserve(parts.size());
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f)
+      if (region_of[parts[f]] == none) region_of[parts[f]] = region_next_to(surface, f);
+    for (const std::uint32_t part : parts) regions.push_back(region_of[part]);
+    return regions;
   }
 
   /// As if there were nothing but the new regions: for voids their gas, for islands all but their
@@ -256,6 +286,12 @@ OpenGas open_gas(const Layers& layers, std::span<const Region> known) {
     gas.voids = RegionList(layers, Phase::gas, graph).run(known);
   }
   return gas;
+}
+
+std::vector<TriMesh> void_surfaces(const Layers& layers, const OpenGas& gas) {
+  if (gas.voids.empty()) return {};
+  const PhaseGraph graph(layers.top().band(), Phase::gas);
+  return RegionList(layers, Phase::gas, graph).surfaces();
 }
 
 std::vector<Region> remove_islands(Layers& layers) {

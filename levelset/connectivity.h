@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/tri_mesh.h"
 #include "levelset/layers.h"
 
 namespace scarp {
@@ -45,6 +46,11 @@ struct OpenGas {
 ///
 /// Cost: linear in the number of leaves of the band, and for new voids as extract_surface.
 OpenGas open_gas(const Layers& layers, std::span<const Region> known = {});
+
+/// The surfaces of closed voids, in the order in which open_gas lists them.
+///
+/// Cost: as extract_surface.
+std::vector<TriMesh> void_surfaces(const Layers& layers, const OpenGas& gas);
 
 /// Takes away all solid that is not joined to the wafer, of every layer, and tells what it was.
 ///

@@ -12,8 +12,8 @@
 namespace scarp {
 namespace {
 
-constexpr double flux = 1000;     // J, in 1e15 /cm2/s
-constexpr double sticking = 0.1;  // s of silicon
+constexpr double flux = 1000;      // J, in 1e15 /cm2/s
+constexpr double s_silicon = 0.1;  // s of silicon
 constexpr double density = 5.02;
 
 /// A trench through oxide on silicon, 40 spacings wide: the foot of each wall, up to a spacing
@@ -91,10 +91,10 @@ TEST(LangmuirTransportRun, FollowsTheTransmissionOfTheSlot) {
   for (const auto& [aspect, transmission] : {std::pair{1, 0.68438}, {5, 0.35641}, {10, 0.24056}}) {
     const Bottom found =
         bottom_of(trench(aspect, "reaction = { Si = \"1e22 /cm2/s\", SiO2 = \"0 /cm2/s\" }\n"));
-    const double expected = below(transmission, sticking);
+    const double expected = below(transmission, s_silicon);
     EXPECT_NEAR(found.flux, expected, 0.012 * expected) << aspect;
-    EXPECT_NEAR(found.speed, sticking * flux * expected / density,
-                0.012 * sticking * flux * expected / density);
+    EXPECT_NEAR(found.speed, s_silicon * flux * expected / density,
+                0.012 * s_silicon * flux * expected / density);
   }
 }
 
@@ -105,8 +105,8 @@ TEST(LangmuirTransportRun, FollowsTheBalanceAtTheBottom) {
   double arrives = 1;
   double theta = 0;
   for (int n = 0; n < 100; ++n) {
-    theta = sticking * flux * arrives / (sticking * flux * arrives + desorption + reaction);
-    arrives = below(0.35641, sticking * (1 - theta) * reaction / (desorption + reaction));
+    theta = s_silicon * flux * arrives / (s_silicon * flux * arrives + desorption + reaction);
+    arrives = below(0.35641, s_silicon * (1 - theta) * reaction / (desorption + reaction));
   }
   EXPECT_GT(theta, 0.4);
   const Bottom found =

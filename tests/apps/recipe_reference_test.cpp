@@ -85,10 +85,11 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
   Keys known = tables_of(resolved(smallest_recipe));
   known.erase("[[geometry]]");
   known.erase("[[step]]");
-  EXPECT_EQ(known.size(), 6U);
+  EXPECT_EQ(known.size(), 7U);
   known["Top level"]["start"] = "none";
   known["[flux]"]["rays"] = "none";
   known["[flux]"]["position_error"] = "none";
+  known["[metrology]"]["cd_at"] = "none";
   for (const auto& [table, keys] : known) {
     SCOPED_TRACE(table);
     ASSERT_TRUE(sections.contains(table));

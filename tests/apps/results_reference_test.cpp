@@ -36,6 +36,12 @@ shape = "trench"
 width = "100 nm"
 depth = "200 nm"
 taper = "-10 deg"
+center = "-90 nm"
+[[geometry]]
+shape = "trench"
+width = "160 nm"
+depth = "200 nm"
+center = "100 nm"
 [[step]]
 model = "conformal"
 thickness = "60 nm"
@@ -48,6 +54,8 @@ sticking = 1
 material = "SiO2"
 [flux]
 target_error = 0.1
+[metrology]
+cd_at = ["-50 nm"]
 )";
 
 class ResultsReference : public ::testing::Test {
@@ -113,8 +121,45 @@ TEST_F(ResultsReference, HasTheColumnsOfTables) {
 
 TEST_F(ResultsReference, HasTheKeysOfTheSummary) {
   std::set<std::string> keys;
-  add_keys(nlohmann::json::parse(read_file(results() / "summary.json")), "", keys);
+  nlohmann::json summary = nlohmann::json::parse(read_file(results() / "summary.json"));
+  summary["metrology"] = true;  // below
+  add_keys(summary, "", keys);
   EXPECT_EQ(described("summary.json"), keys);
+}
+
+// docs/metrology.md: what is described in some sections, or in all.
+std::set<std::string> described_metrology(const std::string& wanted = "") {
+  std::set<std::string> names;
+  for (const auto& [heading, keys] : reference_page("metrology.md"))
+    if (wanted.empty() || heading == wanted) names.merge(keys_of(keys));
+  return names;
+}
+
+TEST_F(ResultsReference, HasTheColumnsOfMetrology) {
+  std::set<std::string> names{"area_nm2", "height_nm", "volume_nm3"};  // of each void, in JSON
+  for (std::string name : columns("metrology.csv")) {
+    for (const std::string material : {"Si_", "SiO2_"})
+      if (name.rfind(material, 0) == 0) name = "NAME_" + name.substr(material.size());
+    names.insert(name == "cd_at_-50_nm" ? "cd_at_Z_nm" : name);
+  }
+  EXPECT_EQ(described_metrology(), names);
+}
+
+TEST_F(ResultsReference, HasTheMembersOfMetrology) {
+  const nlohmann::json found =
+      nlohmann::json::parse(read_file(results() / "summary.json")).at("metrology");
+  std::set<std::string> names = described_metrology();
+  for (const auto& [name, value] : found.at("openings").at(0).items()) {
+    if (name == "place" || name == "films" || name == "cd_at") continue;
+    EXPECT_TRUE(names.contains(name)) << name;
+  }
+  for (const auto& [name, value] : found.at("openings").at(0).at("films").at(0).items())
+    EXPECT_TRUE(name == "material" || names.contains("NAME_" + name)) << name;
+  std::set<std::string> of_void{"x_nm", "y_nm"};
+  of_void.merge(described_metrology("Voids"));
+  std::set<std::string> members;
+  for (const auto& [name, value] : found.at("voids").at(0).items()) members.insert(name);
+  EXPECT_EQ(members, of_void);
 }
 
 std::set<std::string> arrays_of(const fs::path& surface) {

@@ -131,23 +131,23 @@ TEST_P(TrenchGrowth, FollowsTheMovingBoundarySolution) { expect_reference(GetPar
 using SlowTrenchGrowth = TrenchGrowth;
 TEST_P(SlowTrenchGrowth, FollowsTheMovingBoundarySolution) { expect_reference(GetParam()); }
 
-const std::vector<std::string> strip{"domain.extent=[\"10 um\", \"1 um\"]"};
-const std::vector<std::string> full_strip{strip[0], "simplify.enabled=false"};
-const std::vector<std::string> plane{"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]",
-                                     "domain.boundary=[\"reflective\"]"};
+const std::vector<std::string> strip_settings{"domain.extent=[\"10 um\", \"1 um\"]"};
+const std::vector<std::string> full_strip_settings{strip_settings[0], "simplify.enabled=false"};
+const std::vector<std::string> plane_settings{"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]",
+                                              "domain.boundary=[\"reflective\"]"};
 
 const auto name_of = [](const auto& test) { return std::string(test.param.name); };
 
 INSTANTIATE_TEST_SUITE_P(Of, TrenchGrowth,
-                         ::testing::Values(Growth{"Deep", 2, "0.1", strip},
-                                           Growth{"DeepFull", 2, "0.1", full_strip},
-                                           Growth{"DeepInPlane", 2, "0.1", plane},
-                                           Growth{"ShallowInPlane", 1, "0.1", plane}),
+                         ::testing::Values(Growth{"Deep", 2, "0.1", strip_settings},
+                                           Growth{"DeepFull", 2, "0.1", full_strip_settings},
+                                           Growth{"DeepInPlane", 2, "0.1", plane_settings},
+                                           Growth{"ShallowInPlane", 1, "0.1", plane_settings}),
                          name_of);
 INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
-                         ::testing::Values(Growth{"Shallow", 1, "0.1", strip},
-                                           Growth{"DeepAllStick", 2, "1.0", strip},
-                                           Growth{"DeepAllStickInPlane", 2, "1.0", plane}),
+                         ::testing::Values(Growth{"Shallow", 1, "0.1", strip_settings},
+                                           Growth{"DeepAllStick", 2, "1.0", strip_settings},
+                                           Growth{"DeepAllStickInPlane", 2, "1.0", plane_settings}),
                          name_of);
 
 }  // namespace

@@ -1,0 +1,497 @@
+#include "levelset/contour.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace scarp {
+
+namespace {
+
+using Point = Contour::Point;
+
+/// Where a line passes a height, and whether it goes down there.
+struct Crossing {
+  double lateral = 0;
+  bool falls = false;
+  std::size_t line = 0;
+  std::size_t segment = 0;
+};
+
+void add_crossings(std::span<const Point> points, double height, std::size_t line,
+                   std::vector<Crossing>& crossings) {
+  for (std::size_t n = 1; n < points.size(); ++n) {
+    const auto& [x0, z0] = points[n - 1];
+    const auto& [x1, z1] = points[n];
+    // A point at this height counts as above it.
+    if ((z0 >= height) == (z1 >= height)) continue;
+    crossings.push_back({.lateral = x0 + (height - z0) / (z1 - z0) * (x1 - x0),
+                         .falls = z1 < height,
+                         .line = line,
+                         .segment = n});
+  }
+}
+
+void sort_by_place(std::vector<Crossing>& crossings) {
+  std::stable_sort(crossings.begin(), crossings.end(),
+                   [](const Crossing& a, const Crossing& b) { return a.lateral < b.lateral; });
+}
+
+double overlap(const Gap& a, const Gap& b) {
+  return std::min(a.right, b.right) - std::max(a.left, b.left);
+}
+
+/// Up to a lateral position beyond which the rest of a line is left out; from the given segment
+/// forwards.
+std::vector<Point> until(std::span<const Point> points, std::size_t segment, double lateral) {
+  std::vector<Point> kept;
+  for (std::size_t n = segment; n < points.size(); ++n) {
+    if (points[n][0] > lateral) {
+      const auto& [x0, z0] = points[n - 1];
+      const auto& [x1, z1] = points[n];
+      if (x0 < lateral) kept.push_back({lateral, z0 + (lateral - x0) / (x1 - x0) * (z1 - z0)});
+      return kept;
+    }
+    kept.push_back(points[n]);
+  }
+  return kept;
+}
+
+/// The same backwards, by turning the picture around.
+std::vector<Point> since(std::span<const Point> points, std::size_t segment, double lateral) {
+  std::vector<Point> turned;
+  for (std::size_t n = points.size(); n-- > 0;) turned.push_back({-points[n][0], points[n][1]});
+  std::vector<Point> kept = until(turned, points.size() - segment, -lateral);
+  std::reverse(kept.begin(), kept.end());
+  for (Point& point : kept) point[0] = -point[0];
+  return kept;
+}
+
+/// A parabola y = c0 + c1 x + c2 x^2 by least squares, about the mean of x.
+struct Parabola {
+  double centre = 0;
+  double c0 = 0;
+  double c1 = 0;
+  double c2 = 0;
+
+  double vertex() const { return centre - c1 / (2 * c2); }
+};
+
+Parabola fit_parabola(std::span<const double> x, std::span<const double> y) {
+  const auto count = static_cast<double>(x.size());
+  Parabola fit{.centre = std::accumulate(x.begin(), x.end(), 0.0) / count};
+  std::array<double, 5> moment{};
+  std::array<double, 3> right{};
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    double power = 1;
+    for (std::size_t k = 0; k < moment.size(); ++k) {
+      moment[k] += power;
+      if (k < right.size()) right[k] += power * y[n];
+      power *= x[n] - fit.centre;
+    }
+  }
+  // The normal equations, with the first moment 0: by Cramer's rule.
+  const auto determinant = [](const std::array<std::array<double, 3>, 3>& m) {
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+           m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  };
+  std::array<std::array<double, 3>, 3> matrix{};
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column) matrix[row][column] = moment[row + column];
+  const double whole = determinant(matrix);
+  std::array<double, 3> solution{};
+  for (std::size_t column = 0; column < 3 && whole != 0; ++column) {
+    auto replaced = matrix;
+    for (std::size_t row = 0; row < 3; ++row) replaced[row][column] = right[row];
+    solution[column] = determinant(replaced) / whole;
+  }
+  fit.c0 = solution[0];
+  fit.c1 = solution[1];
+  fit.c2 = solution[2];
+  return fit;
+}
+
+/// The largest of values at heights, and where: a single sample says little of where a flat maximum
+/// lies, a parabola through what is within a quarter of the rise says more.
+WidthAt maximum(std::span<const double> heights, std::span<const double> values) {
+  const auto top =
+      static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
+  const double least = *std::min_element(values.begin(), values.end());
+  const double limit = values[top] - 0.25 * (values[top] - least);
+  std::size_t first = top;
+  while (first > 0 && values[first - 1] >= limit) --first;
+  std::size_t last = top;
+  while (last + 1 < values.size() && values[last + 1] >= limit) ++last;
+  WidthAt result{.width = values[top], .height = heights[top]};
+  if (last - first < 4) return result;
+  const std::size_t count = last - first + 1;
+  const Parabola fit = fit_parabola(heights.subspan(first, count), values.subspan(first, count));
+  if (!(fit.c2 < 0)) return result;
+  const double vertex = fit.vertex();
+  if (vertex < heights[first] && vertex > heights[last]) result.height = vertex;
+  return result;
+}
+
+std::vector<double> widths_of(const Walls& walls, double sign) {
+  std::vector<double> widths;
+  for (std::size_t n = 0; n < walls.heights.size(); ++n)
+    widths.push_back(sign * (walls.right[n] - walls.left[n]));
+  return widths;
+}
+
+/// Indices of values that alternate between low and high ones, each at least the threshold away
+/// from the next: the extremes of what goes up and down by more than noise. The ends count as low
+/// or high as anything else.
+std::vector<std::size_t> extremes(std::span<const double> values, double threshold) {
+  std::vector<std::size_t> found;
+  std::size_t low = 0;
+  std::size_t high = 0;
+  int direction = 0;  // 1: looking for a high one
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (values[n] < values[low]) low = n;
+    if (values[n] > values[high]) high = n;
+    if (direction >= 0 && values[high] - values[n] >= threshold) {
+      found.push_back(high);
+      low = n;
+      direction = -1;
+      high = n;
+    } else if (direction <= 0 && values[n] - values[low] >= threshold) {
+      found.push_back(low);
+      high = n;
+      direction = 1;
+      low = n;
+    }
+  }
+  return found;
+}
+
+constexpr double least_cusp = 0.25;  // spacings
+
+/// Where a wall comes farthest into the gas: the lows of how far it lies behind a straight line
+/// through it. The ends, which may cut a scallop off, are none.
+std::vector<std::size_t> cusps_of(std::span<const Point> wall, double threshold) {
+  std::vector<double> heights;
+  std::vector<double> laterals;
+  for (const auto& [x, z] : wall) {
+    heights.push_back(z);
+    laterals.push_back(x);
+  }
+  const std::optional<WallFit> line = fit_wall(heights, laterals);
+  if (!line) return {};
+  // Walls have the gas on their left: one that goes down has its solid at lower positions.
+  const double outwards = heights.back() < heights.front() ? -1 : 1;
+  std::vector<double> recess;
+  for (std::size_t n = 0; n < heights.size(); ++n)
+    recess.push_back(outwards * (laterals[n] - line->lateral(heights[n])));
+  const std::vector<std::size_t> found = extremes(recess, threshold);
+  std::vector<std::size_t> cusps;
+  for (std::size_t n = 1; n < found.size(); ++n)
+    if (recess[found[n]] < recess[found[n - 1]]) cusps.push_back(found[n]);
+  return cusps;
+}
+
+/// The circle through points by algebraic least squares (Kasa 1976).
+struct Circle {
+  double z = 0;
+  double radius = 0;
+  double deviation = 0;  ///< root mean square
+};
+
+std::optional<Circle> fit_circle(std::span<const Point> points) {
+  if (points.size() < 4) return std::nullopt;
+  const auto count = static_cast<double>(points.size());
+  double mean_x = 0;
+  double mean_z = 0;
+  for (const auto& [x, z] : points) {
+    mean_x += x / count;
+    mean_z += z / count;
+  }
+  double xx = 0;
+  double xz = 0;
+  double zz = 0;
+  double x_rest = 0;
+  double z_rest = 0;
+  for (const auto& [x, z] : points) {
+    const double u = x - mean_x;
+    const double v = z - mean_z;
+    xx += u * u;
+    xz += u * v;
+    zz += v * v;
+    x_rest += 0.5 * u * (u * u + v * v);
+    z_rest += 0.5 * v * (u * u + v * v);
+  }
+  const double determinant = xx * zz - xz * xz;
+  if (!(determinant > 0)) return std::nullopt;
+  const double u = (x_rest * zz - z_rest * xz) / determinant;
+  const double v = (z_rest * xx - x_rest * xz) / determinant;
+  Circle circle{.z = mean_z + v, .radius = std::sqrt(u * u + v * v + (xx + zz) / count)};
+  double squares = 0;
+  for (const auto& [x, z] : points) {
+    const double away = std::hypot(x - mean_x - u, z - circle.z) - circle.radius;
+    squares += away * away;
+  }
+  circle.deviation = std::sqrt(squares / count);
+  return circle;
+}
+
+/// One scallop, from cusp to cusp as far as the mesh has them.
+struct Scallop {
+  double middle = 0;  ///< height
+  double deepest = 0;
+  std::optional<Circle> circle{};
+
+  double depth(double pitch) const {
+    if (!circle || circle->radius < 0.5 * pitch) return deepest;
+    return circle->radius - std::sqrt(circle->radius * circle->radius - 0.25 * pitch * pitch);
+  }
+};
+
+Scallop scallop_of(std::span<const Point> points, double spacing) {
+  const Point& a = points.front();
+  const Point& b = points.back();
+  const double dx = b[0] - a[0];
+  const double dz = b[1] - a[1];
+  Scallop found{.middle = 0.5 * (a[1] + b[1])};
+  std::vector<Point> inner;
+  for (const Point& point : points) {
+    const double behind = (point[0] - a[0]) * dz - (point[1] - a[1]) * dx;
+    found.deepest = std::max(found.deepest, std::abs(behind) / std::hypot(dx, dz));
+    if (std::min(std::abs(point[1] - a[1]), std::abs(point[1] - b[1])) >= 0.75 * spacing)
+      inner.push_back(point);
+  }
+  found.circle = fit_circle(inner);
+  if (found.circle && found.circle->deviation > 0.1 * spacing) found.circle.reset();
+  if (found.circle) found.middle = found.circle->z;
+  return found;
+}
+
+/// The slope at the upper edge of a wall, by the points between which it lies, and the steep part
+/// below it.
+struct Facet {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  std::size_t steep = 0;
+  std::size_t end = 0;
+  double width = 0;  ///< of all that slopes
+};
+
+std::optional<Facet> find_facet(std::span<const Point> wall, double spacing) {
+  constexpr double flat = 0.2679491924311227;   // tan 15 degrees
+  constexpr double steep = 3.7320508075688776;  // tan 75 degrees
+  const double enough = 2 * spacing;
+  const double noise = 0.25 * spacing;
+  Facet facet;
+  double pending = 0;  // what slopes below steep parts
+  double drop = 0;     // of the steep part so far
+  double gentle = 0;   // length of what is not steep since
+  std::size_t pending_last = 0;
+  for (std::size_t n = 1; n < wall.size(); ++n) {
+    const double across = std::abs(wall[n][0] - wall[n - 1][0]);
+    const double fall = wall[n - 1][1] - wall[n][1];
+    if (fall > 0 && fall >= steep * across) {
+      if (drop == 0) facet.steep = n - 1;
+      drop += fall;
+      gentle = 0;
+      facet.end = n;
+      if (drop >= enough) return facet;
+      continue;
+    }
+    gentle += std::hypot(across, fall);
+    if (fall >= flat * across) {
+      pending += across;
+      pending_last = n;
+      if (facet.width == 0 && pending == across) facet.first = n - 1;
+    }
+    if (gentle < noise && drop > 0) continue;
+    drop = 0;
+    facet.width += pending;
+    if (pending > 0) facet.last = pending_last;
+    pending = 0;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Gap> Contour::gap(double height) const {
+  std::vector<Crossing> crossings;
+  add_crossings(points_, height, 0, crossings);
+  sort_by_place(crossings);
+  std::optional<Gap> best;
+  for (std::size_t n = 1; n < crossings.size(); ++n) {
+    if (!crossings[n - 1].falls || crossings[n].falls) continue;
+    const Gap gap{.left = crossings[n - 1].lateral, .right = crossings[n].lateral};
+    if (!best || overlap(gap, mouth_) > overlap(*best, mouth_)) best = gap;
+  }
+  return best;
+}
+
+std::size_t Contour::lowest_index() const {
+  return static_cast<std::size_t>(
+      std::min_element(points_.begin(), points_.end(),
+                       [](const Point& a, const Point& b) { return a[1] < b[1]; }) -
+      points_.begin());
+}
+
+Point Contour::lowest() const { return points_[lowest_index()]; }
+
+std::optional<double> Contour::floor(double lateral) const {
+  std::optional<double> lowest;
+  for (std::size_t n = 1; n < points_.size(); ++n) {
+    const auto& [x0, z0] = points_[n - 1];
+    const auto& [x1, z1] = points_[n];
+    // Floors go to the right, roofs to the left.
+    if (!(x0 <= lateral && lateral < x1)) continue;
+    const double height = z0 + (lateral - x0) / (x1 - x0) * (z1 - z0);
+    if (!lowest || height < *lowest) lowest = height;
+  }
+  return lowest;
+}
+
+std::span<const Point> Contour::left_side() const {
+  return std::span(points_).first(lowest_index() + 1);
+}
+
+std::span<const Point> Contour::right_side() const {
+  return std::span(points_).subspan(lowest_index());
+}
+
+std::optional<Contour> find_contour(std::span<const Polyline> lines, double lateral, double height,
+                                    std::array<double, 2> fields) {
+  std::vector<Crossing> crossings;
+  for (std::size_t n = 0; n < lines.size(); ++n)
+    add_crossings(lines[n].points, height, n, crossings);
+  sort_by_place(crossings);
+  for (std::size_t n = 1; n < crossings.size(); ++n) {
+    const Crossing& left = crossings[n - 1];
+    const Crossing& right = crossings[n];
+    if (!left.falls || right.falls || left.lateral > lateral || right.lateral < lateral) continue;
+    if (left.line != right.line || left.segment > right.segment) return std::nullopt;
+    const std::vector<Point>& points = lines[left.line].points;
+    std::vector<Point> contour = since(points, left.segment, fields[0]);
+    contour.insert(contour.end(), points.begin() + static_cast<std::ptrdiff_t>(left.segment),
+                   points.begin() + static_cast<std::ptrdiff_t>(right.segment));
+    const std::vector<Point> rest = until(points, right.segment, fields[1]);
+    contour.insert(contour.end(), rest.begin(), rest.end());
+    return Contour(std::move(contour), {.left = left.lateral, .right = right.lateral});
+  }
+  return std::nullopt;
+}
+
+Walls sample_walls(const Contour& contour, double highest, double lowest, double spacing) {
+  constexpr double least_count = 64;
+  constexpr double most_count = 4096;
+  const double wanted = std::ceil(4 * (highest - lowest) / spacing);
+  const auto count = static_cast<int>(std::clamp(wanted, least_count, most_count));
+  Walls walls;
+  for (int n = 0; n < count; ++n) {
+    const double height = highest - (n + 0.5) * (highest - lowest) / count;
+    const std::optional<Gap> gap = contour.gap(height);
+    if (!gap) continue;
+    walls.heights.push_back(height);
+    walls.left.push_back(gap->left);
+    walls.right.push_back(gap->right);
+  }
+  return walls;
+}
+
+std::optional<WallFit> fit_wall(std::span<const double> heights, std::span<const double> laterals) {
+  if (heights.size() < 2) return std::nullopt;
+  const auto count = static_cast<double>(heights.size());
+  const double mean_z = std::accumulate(heights.begin(), heights.end(), 0.0) / count;
+  const double mean_x = std::accumulate(laterals.begin(), laterals.end(), 0.0) / count;
+  double zz = 0;
+  double xz = 0;
+  for (std::size_t n = 0; n < heights.size(); ++n) {
+    zz += (heights[n] - mean_z) * (heights[n] - mean_z);
+    xz += (heights[n] - mean_z) * (laterals[n] - mean_x);
+  }
+  if (!(zz > 0)) return std::nullopt;
+  WallFit fit{.at_zero = mean_x - xz / zz * mean_z, .slope = xz / zz};
+  double squares = 0;
+  for (std::size_t n = 0; n < heights.size(); ++n) {
+    const double residual = laterals[n] - fit.lateral(heights[n]);
+    squares += residual * residual;
+  }
+  fit.deviation = std::sqrt(squares / count);
+  return fit;
+}
+
+std::optional<WidthAt> widest(const Walls& walls) {
+  if (walls.heights.empty()) return std::nullopt;
+  return maximum(walls.heights, widths_of(walls, 1));
+}
+
+std::optional<WidthAt> narrowest(const Walls& walls) {
+  if (walls.heights.empty()) return std::nullopt;
+  const WidthAt found = maximum(walls.heights, widths_of(walls, -1));
+  return WidthAt{.width = -found.width, .height = found.height};
+}
+
+std::optional<Scallops> scallops(std::span<const Point> wall, double highest, double lowest,
+                                 double spacing) {
+  std::vector<Point> points;
+  for (const Point& point : wall)
+    if (point[1] <= highest && point[1] >= lowest) points.push_back(point);
+  const std::vector<std::size_t> cusps = cusps_of(points, least_cusp * spacing);
+  if (cusps.size() < 3) return std::nullopt;
+  std::vector<Scallop> each;
+  for (std::size_t n = 1; n < cusps.size(); ++n)
+    each.push_back(
+        scallop_of(std::span(points).subspan(cusps[n - 1], cusps[n] - cusps[n - 1] + 1), spacing));
+
+  const auto pitch_between = [&](std::size_t a, std::size_t b) {
+    return std::abs(each[a].middle - each[b].middle) / static_cast<double>(b - a);
+  };
+  const std::size_t last = each.size() - 1;
+  Scallops mean{.pitch = pitch_between(0, last)};
+  for (std::size_t n = 0; n <= last; ++n) {
+    const double pitch = pitch_between(n > 0 ? n - 1 : 0, std::min(n + 1, last));
+    mean.amplitude += each[n].depth(pitch) / static_cast<double>(each.size());
+  }
+  return mean;
+}
+
+std::optional<double> facet_width(std::span<const Point> wall, double field, double spacing) {
+  const std::optional<Facet> facet = find_facet(wall, spacing);
+  if (!facet) return std::nullopt;
+  // Without what lies next to its ends.
+  std::vector<double> heights;
+  std::vector<double> laterals;
+  for (std::size_t n = facet->first; n <= facet->last && facet->width > 4 * spacing; ++n) {
+    if (std::abs(wall[n][0] - wall[facet->first][0]) < spacing) continue;
+    if (std::abs(wall[n][0] - wall[facet->last][0]) < spacing) continue;
+    heights.push_back(wall[n][1]);
+    laterals.push_back(wall[n][0]);
+  }
+  const std::optional<WallFit> line = fit_wall(heights, laterals);
+  if (!line) return facet->width;
+  // The line meets the wall below where both have the same lateral position.
+  const auto& [x0, z0] = wall[facet->steep];
+  const auto& [x1, z1] = wall[facet->end];
+  const double steep = (x1 - x0) / (z1 - z0);
+  const double corner = (x0 - steep * z0 - line->at_zero) / (line->slope - steep);
+  return std::abs(line->lateral(field) - line->lateral(corner));
+}
+
+double distance(const Point& point, std::span<const Polyline> lines) {
+  double squared = 1e300;
+  for (const Polyline& line : lines) {
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const auto& [x0, z0] = line.points[n - 1];
+      const double dx = line.points[n][0] - x0;
+      const double dz = line.points[n][1] - z0;
+      const double length = dx * dx + dz * dz;
+      const double along = (point[0] - x0) * dx + (point[1] - z0) * dz;
+      const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0.0;
+      const double x = point[0] - (x0 + t * dx);
+      const double z = point[1] - (z0 + t * dz);
+      squared = std::min(squared, x * x + z * z);
+    }
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace scarp

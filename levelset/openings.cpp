@@ -1,0 +1,196 @@
+#include "levelset/openings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace scarp {
+
+namespace {
+
+constexpr double least_depth = 2;  // spacings
+
+}  // namespace
+
+/// One piece of what lies lower than some height, from a node on.
+class OpeningMap::Flood {
+ public:
+  Flood(const OpeningMap& map, std::size_t start, double below, std::vector<Mark>& marks)
+      : map_(map), below_(below), marks_(marks) {
+    const auto width = static_cast<std::size_t>(map.nodes_[1]);
+    const std::array<int, 2> node{static_cast<int>(start / width), static_cast<int>(start % width)};
+    reach(node, node);
+    for (std::size_t n = 0; n < places_.size(); ++n) spread(places_[n]);
+    for (int axis = 0; axis < 2; ++axis) measure(axis);
+    for (const std::size_t place : places_) marks_[place].is_reached = false;
+  }
+
+  const std::vector<std::size_t>& places() const { return places_; }
+  const std::array<bool, 2>& through() const { return through_; }
+  const std::array<double, 2>& centre() const { return centre_; }
+
+ private:
+  void reach(const std::array<int, 2>& node, const std::array<int, 2>& unfolded) {
+    const std::size_t place = map_.place(node[0], node[1]);
+    if (!(map_.heights_[place] < below_)) return;
+    Mark& mark = marks_[place];
+    if (mark.is_reached) {
+      // On another way around a periodic side.
+      for (int axis = 0; axis < 2; ++axis)
+        through_[axis] = through_[axis] || mark.unfolded[axis] != unfolded[axis];
+      return;
+    }
+    mark = {.is_reached = true, .unfolded = unfolded};
+    places_.push_back(place);
+  }
+
+  void spread(std::size_t place) {
+    const std::array<int, 2> unfolded = marks_[place].unfolded;
+    for (int axis = 0; axis < 2; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 2> next = unfolded;
+        next[axis] += step;
+        if (map_.frame_.boundary[axis] == Boundary::reflective &&
+            (next[axis] < 0 || next[axis] >= map_.nodes_[axis])) {
+          on_side_[axis][step > 0 ? 1 : 0] = true;
+        } else {
+          reach({map_.fold(0, next[0]), map_.fold(1, next[1])}, next);
+        }
+      }
+    }
+  }
+
+  void measure(int axis) {
+    double sum = 0;
+    for (const std::size_t place : places_) sum += marks_[place].unfolded[axis];
+    const Sides sides = map_.frame_.sides();
+    const auto [on_lower, on_upper] = on_side_[axis];
+    through_[axis] = through_[axis] || (on_lower && on_upper);
+    double& centre = centre_[axis];
+    centre = map_.frame_.node_position(axis, sum / static_cast<double>(places_.size()));
+    if (through_[axis]) {
+      centre = 0;
+    } else if (on_lower || on_upper) {
+      centre = on_lower ? sides.lower[axis] : sides.upper[axis];
+    } else if (centre < sides.lower[axis]) {
+      centre += sides.width(axis);
+    } else if (centre > sides.upper[axis]) {
+      centre -= sides.width(axis);
+    }
+  }
+
+  const OpeningMap& map_;
+  double below_;
+  std::vector<Mark>& marks_;
+  std::vector<std::size_t> places_;
+  std::array<std::array<bool, 2>, 2> on_side_{};  ///< reflective ones, of each axis
+  std::array<bool, 2> through_{};
+  std::array<double, 2> centre_{};
+};
+
+OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame) : frame_(frame) {
+  for (int axis = 0; axis < 2; ++axis)
+    nodes_[axis] = frame.cells[axis] + (frame.boundary[axis] == Boundary::reflective ? 1 : 0);
+  double highest = -1e300;
+  for (int i = 0; i < nodes_[0]; ++i) {
+    for (int j = 0; j < nodes_[1]; ++j) {
+      const auto seen = view.at({frame.node_position(0, i), frame.node_position(1, j)});
+      // Where nothing is seen there is nothing to measure either.
+      heights_.push_back(seen ? seen->height : 1e300);
+      if (seen) highest = std::max(highest, seen->height);
+    }
+  }
+  labels_.assign(heights_.size(), none);
+  find(highest);
+}
+
+void OpeningMap::find(double highest) {
+  std::vector<std::size_t> lowest_first(heights_.size());
+  std::iota(lowest_first.begin(), lowest_first.end(), 0);
+  std::stable_sort(lowest_first.begin(), lowest_first.end(),
+                   [&](std::size_t a, std::size_t b) { return heights_[a] < heights_[b]; });
+  std::vector<Mark> marks(heights_.size());
+  std::vector<bool> is_done(heights_.size(), false);
+  for (const std::size_t place : lowest_first) {
+    if (highest - heights_[place] < least_depth * frame_.spacing) break;
+    if (is_done[place]) continue;
+    const Flood flood(*this, place, 0.5 * (highest + heights_[place]), marks);
+    bool is_new = true;
+    for (const std::size_t each : flood.places()) {
+      is_new = is_new && labels_[each] == none;
+      is_done[each] = true;
+    }
+    if (!is_new) continue;
+    openings_.push_back(
+        {.centre = flood.centre(), .through = flood.through(), .lowest = heights_[place]});
+    for (const std::size_t each : flood.places())
+      labels_[each] = static_cast<int>(openings_.size()) - 1;
+  }
+  sort();
+}
+
+void OpeningMap::sort() {
+  std::vector<std::size_t> order(openings_.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return openings_[a].centre < openings_[b].centre;
+  });
+  std::vector<Opening> sorted;
+  std::vector<int> label(order.size());
+  for (const std::size_t n : order) {
+    label[n] = static_cast<int>(sorted.size());
+    sorted.push_back(openings_[n]);
+  }
+  openings_ = std::move(sorted);
+  for (int& each : labels_)
+    if (each != none) each = label[static_cast<std::size_t>(each)];
+}
+
+int OpeningMap::fold(int axis, int index) const {
+  const int cells = frame_.cells[axis];
+  const int period = frame_.boundary[axis] == Boundary::periodic ? cells : 2 * cells;
+  const int wrapped = ((index % period) + period) % period;
+  return wrapped < nodes_[axis] ? wrapped : period - wrapped;
+}
+
+std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double position) const {
+  const int other = 1 - axis;
+  const int cells = frame_.cells[axis];
+  const int on_other = fold(
+      other, static_cast<int>(std::lround(position / frame_.spacing + 0.5 * frame_.cells[other])));
+  const auto label = [&](int index) {
+    const int along = fold(axis, index);
+    return labels_[axis == 0 ? place(along, on_other) : place(on_other, along)];
+  };
+  const auto own = static_cast<int>(opening);
+  // The widest of its parts that begin within the domain, or beyond its lower side.
+  std::array<int, 2> widest{0, -1};
+  for (int start = -cells; start <= cells; ++start) {
+    if (label(start) != own || label(start - 1) == own) continue;
+    int end = start;
+    while (end < start + 2 * cells && label(end + 1) == own) ++end;
+    if (end < 0) continue;
+    if (end - start > widest[1] - widest[0]) widest = {start, end};
+    start = end;
+  }
+  if (widest[1] < widest[0] || widest[1] - widest[0] >= 2 * cells) return std::nullopt;
+  const auto [first, last] = widest;
+  int before = first - 1;
+  while (label(before) == none && before > first - 2 * cells) --before;
+  int after = last + 1;
+  while (label(after) == none && after < last + 2 * cells) ++after;
+  return OpeningRow{.centre = frame_.node_position(axis, 0.5 * (first + last)),
+                    .left_field = frame_.node_position(axis, 0.5 * (before + first)),
+                    .right_field = frame_.node_position(axis, 0.5 * (last + after))};
+}
+
+double OpeningMap::height_deviation() const {
+  const auto count = static_cast<double>(heights_.size());
+  double mean = 0;
+  for (const double height : heights_) mean += height / count;
+  double sum = 0;
+  for (const double height : heights_) sum += (height - mean) * (height - mean);
+  return std::sqrt(sum / count);
+}
+
+}  // namespace scarp

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/frame.h"
+#include "levelset/view_from_above.h"
+
+namespace scarp {
+
+/// A trench or a hole, as it is seen from above.
+///
+/// Units: nm. A hole that a reflective side cuts has its centre on the side.
+struct Opening {
+  std::array<double, 2> centre{};
+  std::array<bool, 2> through{};  ///< it reaches from side to side along x, along y: a trench
+  double lowest = 0;              ///< height of the lowest node
+};
+
+/// Where an opening lies on a row of nodes, and where the field begins on either side: half-way to
+/// the next opening.
+///
+/// Units: lateral positions in nm, also beyond the sides of the domain.
+struct OpeningRow {
+  double centre = 0;
+  double left_field = 0;
+  double right_field = 0;
+};
+
+/// The openings of a surface, found on its heights at the nodes, seen from above.
+///
+/// An opening is what lies lower than half-way between its lowest node and the highest one of the
+/// surface, in one piece; those less than two spacings deep do not count. So a ridge divides two
+/// openings where it rises to more than half of the shallower one's depth.
+class OpeningMap {
+ public:
+  OpeningMap(const ViewFromAbove& view, const Frame& frame);
+
+  /// Ordered by x, then y of their centres.
+  const std::vector<Opening>& openings() const { return openings_; }
+
+  /// Along x (axis 0) or y (axis 1) at a position on the other axis. Nothing where the opening does
+  /// not lie there, or has no end.
+  std::optional<OpeningRow> row(std::size_t opening, int axis, double position) const;
+
+  /// Root mean square of the heights about their mean. Units: nm.
+  double height_deviation() const;
+
+ private:
+  static constexpr int none = -1;
+  class Flood;
+
+  /// Of a node during a flood: how it was reached, without going back around periodic sides.
+  struct Mark {
+    bool is_reached = false;
+    std::array<int, 2> unfolded{};
+  };
+
+  std::size_t place(int i, int j) const {
+    return static_cast<std::size_t>(i) * static_cast<std::size_t>(nodes_[1]) +
+           static_cast<std::size_t>(j);
+  }
+  void find(double highest);
+  void sort();
+  int fold(int axis, int index) const;
+
+  Frame frame_;
+  std::array<int, 2> nodes_{};
+  std::vector<double> heights_;
+  std::vector<int> labels_;  ///< of each node the opening, or none
+  std::vector<Opening> openings_;
+};
+
+}  // namespace scarp
