@@ -201,6 +201,18 @@ void add_arguments(CLI::App& command, MeasureArguments& arguments) {
       ->allow_extra_args(false);
 }
 
+void add_arguments(CLI::App& command, SectionArguments& arguments) {
+  command
+      .add_option("where", arguments.where,
+                  "Result folder of a run, with the surfaces of all its outputs, or a state (.vdb)")
+      ->required();
+  command.add_option("line", arguments.line,
+                     "Where to cut: 'y = 0 nm' (default), 'x = 1 um' or 'from -1 um, 0 um to 1 um, "
+                     "2 um'");
+  command.add_option("-o,--output", arguments.output,
+                     "Writes OUTPUT.csv and OUTPUT.svg (default: section)");
+}
+
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {
   command.add_option("name", arguments.name, "Print the reference page of this model");
 }
@@ -246,6 +258,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<DistanceArguments>(app, "distance", "Distance between two surfaces", line);
   add_command<MeasureArguments>(
       app, "measure", "Metrology of a run or a state: depths, widths, films, voids", line);
+  add_command<SectionArguments>(
+      app, "section", "Cut a run or a state along any line: a picture and its points", line);
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {

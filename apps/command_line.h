@@ -76,6 +76,12 @@ struct MeasureArguments {
   std::vector<std::string> cd_at;  ///< heights with their units
 };
 
+struct SectionArguments {
+  std::string where;  ///< a result folder or a state
+  std::string line = "y = 0 nm";
+  std::string output = "section";  ///< without an ending
+};
+
 struct ModelsArguments {
   std::string name;
 };
@@ -83,7 +89,7 @@ struct ModelsArguments {
 struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
-               DistanceArguments, MeasureArguments, ModelsArguments>
+               DistanceArguments, MeasureArguments, SectionArguments, ModelsArguments>
       command;
 };
 

@@ -16,14 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The newest state of a run; a state itself.
-fs::path state_file(const fs::path& where) {
-  if (!fs::is_directory(where)) return where;
-  if (const std::optional<fs::path> newest = newest_state(where)) return *newest;
-  throw InputError(fmt::format("{}: holds no state_NNNN.vdb; give the folder of a run, or a state",
-                               where.string()));
-}
-
 /// What the state is compared with; nothing where there is none.
 std::optional<fs::path> start_file(const MeasureArguments& arguments, const fs::path& state) {
   if (!arguments.start.empty()) return arguments.start;
@@ -50,7 +42,7 @@ MaterialId mask_of(const std::string& name, const Materials& materials) {
 }  // namespace
 
 ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common) {
-  const fs::path file = state_file(arguments.where);
+  const fs::path file = newest_state(arguments.where);
   SavedWafer wafer = read_wafer(file);
   MetrologyOptions& options = wafer.metrology;
   if (!arguments.masks.empty()) options.masks.clear();

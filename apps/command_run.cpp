@@ -126,7 +126,7 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
     std::ifstream summary(folder / "summary.json");
     std::cout << summary.rdbuf();
   } else if (!common.quiet) {
-    fmt::print("{} in {}; look at profile_*.svg, surface.pvd (ParaView) and metrics.csv\n",
+    fmt::print("{} in {}; look at profiles.svg, surface.pvd (ParaView) and metrology.csv\n",
                end == RunEnd::was_complete ? "was complete" : "complete", folder.string());
   }
   return done;

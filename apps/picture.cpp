@@ -53,14 +53,16 @@ struct Window {
 Window window_of(const ProfileView& view) {
   double lowest = 1e300;
   double highest = -1e300;
-  for (const LayerProfile& layer : view.layers) {
-    for (const Polyline& line : layer.lines) {
+  const auto add = [&](std::span<const Polyline> lines) {
+    for (const Polyline& line : lines) {
       for (const auto& [x, z] : line.points) {
         lowest = std::min(lowest, z);
         highest = std::max(highest, z);
       }
     }
-  }
+  };
+  for (const LayerProfile& layer : view.layers) add(layer.lines);
+  for (const EarlierSurface& surface : view.earlier) add(surface.lines);
   if (lowest > highest) lowest = highest = 0;
   const double room = headroom * (view.right - view.left);
   return {view.left, view.right, lowest - room, highest + room};
@@ -211,13 +213,62 @@ Legend legend(const ProfileView& view, const Materials& materials, const Window&
   return result;
 }
 
+// From blue to red over the times of a picture.
+std::string colour_at(double time, const ProfileView& view) {
+  const double first = view.earlier.front().time;
+  const double part = view.time > first ? (time - first) / (view.time - first) : 0;
+  return fmt::format("hsl({:.0f}, 85%, 38%)", 240 * (1 - part));
+}
+
+// Lines without an inside.
+std::string stroke_of(std::span<const Polyline> lines, const std::string& colour,
+                      const Window& window) {
+  std::string path;
+  for (const Polyline& line : lines) {
+    char move = 'M';
+    for (const auto& [x, z] : line.points) {
+      path += fmt::format("{}{:.2f} {:.2f}", move, window.px(x), window.py(z));
+      move = 'L';
+    }
+  }
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1\"/>\n", path,
+                     colour);
+}
+
+// What the colours of the lines mean: the first and the last of them.
+std::string times(const ProfileView& view, double y) {
+  std::string svg;
+  double x = margin;
+  for (const double time : {view.earlier.front().time, view.time}) {
+    const std::string label = fmt::format("t = {:.4g} s", time);
+    svg += fmt::format(
+        "<path d=\"M{:.1f} {:.1f}h14\" stroke=\"{}\" stroke-width=\"2\"/>"
+        "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
+        x, y + 7, colour_at(time, view), x + 20, y + 12, label);
+    x += 40 + letter_width * static_cast<double>(label.size());
+  }
+  return svg;
+}
+
 }  // namespace
+
+std::vector<EarlierSurface> some_of(std::span<const EarlierSurface> surfaces) {
+  constexpr std::size_t most = 40;
+  const std::size_t count = std::min(surfaces.size(), most);
+  std::vector<EarlierSurface> some;
+  for (std::size_t n = 0; n < count; ++n) some.push_back(surfaces[n * surfaces.size() / count]);
+  return some;
+}
 
 void write_svg(const std::filesystem::path& file, const ProfileView& view,
                const Materials& materials) {
   const Window window = window_of(view);
   constexpr double title_height = 30;
-  const Legend names = legend(view, materials, window, title_height + window.height());
+  Legend names = legend(view, materials, window, title_height + window.height());
+  if (!view.earlier.empty()) {
+    names.svg += times(view, title_height + window.height() + names.height - 8);
+    names.height += row_height;
+  }
   const double height = title_height + window.height() + names.height;
 
   AtomicFile out(file);
@@ -235,6 +286,8 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
         "<path d=\"{}\" fill=\"{}\" fill-rule=\"evenodd\" stroke=\"#222\" stroke-width=\"0.6\"/>\n",
         path_of(*layer, window), fill_of(layer->material)));
   }
+  for (const EarlierSurface& surface : view.earlier)
+    out.write(stroke_of(surface.lines, colour_at(surface.time, view), window));
   out.write("</g>\n");
   out.write(names.svg);
   out.write("</svg>\n");

@@ -1,18 +1,18 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "core/frame.h"
+#include "apps/section.h"
 #include "core/material.h"
-#include "levelset/cross_section.h"
 
 namespace scarp {
 
-/// The outline of one layer in a cross-section.
-struct LayerProfile {
-  MaterialId material = 0;
+/// The exposed surface at an earlier moment. Units: s of process time.
+struct EarlierSurface {
+  double time = 0;
   std::vector<Polyline> lines;
 };
 
@@ -22,9 +22,16 @@ struct ProfileView {
   std::vector<LayerProfile> layers;  ///< bottom up, each the union of itself and those below
   double left = 0;
   double right = 0;
+  std::vector<EarlierSurface> earlier{};  ///< drawn as lines over it, in the order of time
+  double time = 0;                        ///< of the cross-section, where there are earlier ones
 };
 
-/// Writes the cross-section as an SVG picture: materials filled, a scale in nm or um, a legend.
+/// At most 40 of a series of surfaces, evenly spaced in their order, the first among them: more
+/// contours would hide each other.
+std::vector<EarlierSurface> some_of(std::span<const EarlierSurface> surfaces);
+
+/// Writes the cross-section as an SVG picture: materials filled, a scale in nm or um, a legend,
+/// and earlier surfaces as nested contours.
 ///
 /// Throws: InputError when the file cannot be written.
 void write_svg(const std::filesystem::path& file, const ProfileView& view,

@@ -25,6 +25,7 @@ constexpr double longest = 1e9;       // s, of a step: thirty years
 constexpr double most_rays = 0x1p33;  // what a fixed-point tally holds
 constexpr double most_outputs = 10000;
 constexpr std::size_t most_cd_heights = 100;
+constexpr std::size_t most_sections = 100;
 constexpr double most_time_steps = 1e7;     // of a step: weeks on the smallest grid
 constexpr double most_cells = 1e6;          // along an axis
 constexpr double most_spacings_high = 1e5;  // of a film
@@ -525,6 +526,23 @@ double read_output_interval(const RecipeTable& table, std::span<const ProcessSte
   return every;
 }
 
+std::vector<SectionLine> read_sections(const RecipeTable& table, const Frame& frame,
+                                       bool is_domain_known) {
+  std::vector<SectionLine> lines;
+  if (!table.has("sections")) return lines;
+  const std::vector<std::string> texts =
+      table.texts("sections", {.minimum = 0, .maximum = most_sections});
+  // Nothing can be said about lines in an unknown domain.
+  for (std::size_t n = 0; n < texts.size() && is_domain_known; ++n) {
+    try {
+      lines.push_back(parse_section(texts[n], frame));
+    } catch (const InputError& error) {
+      table.error(fmt::format("sections[{}]", n), error.what());
+    }
+  }
+  return lines;
+}
+
 // By default the masks are those of the start geometry.
 MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) {
   std::vector<std::string> masks;
@@ -599,6 +617,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
+  recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
   recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();
   recipe.resolved = file.resolved();

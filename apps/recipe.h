@@ -8,6 +8,7 @@
 
 #include "apps/coverages.h"
 #include "apps/end_condition.h"
+#include "apps/section.h"
 #include "core/frame.h"
 #include "core/material.h"
 #include "flux/solve.h"
@@ -60,6 +61,7 @@ struct Recipe {
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move in one time step
   double output_every = 0;
+  std::vector<SectionLine> sections;  ///< besides that through the middle
   MetrologyOptions metrology;
   std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first
   std::string resolved;               ///< the recipe as TOML with every default written out

@@ -363,16 +363,22 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
   return wafer;
 }
 
-std::optional<fs::path> newest_state(const fs::path& folder) {
-  // One between outputs is later than they are, or it would be gone.
-  if (fs::exists(folder / interrupted_state)) return folder / interrupted_state;
+std::vector<fs::path> states_of(const fs::path& folder) {
   std::vector<fs::path> states;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (is_numbered(name, "state", ".vdb")) states.push_back(entry.path());
-  }
-  if (states.empty()) return std::nullopt;
-  return *std::max_element(states.begin(), states.end(), is_older);
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (is_numbered(entry.path().filename().string(), "state", ".vdb")) states.push_back(entry);
+  std::sort(states.begin(), states.end(), is_older);
+  // One between outputs is later than they are, or it would be gone.
+  if (fs::exists(folder / interrupted_state)) states.push_back(folder / interrupted_state);
+  return states;
+}
+
+fs::path newest_state(const fs::path& where) {
+  if (!fs::is_directory(where)) return where;
+  const std::vector<fs::path> states = states_of(where);
+  if (!states.empty()) return states.back();
+  throw InputError(fmt::format("{}: holds no state_NNNN.vdb; give the folder of a run, or a state",
+                               where.string()));
 }
 
 std::string state_hash(const State& state, const Materials& materials) {

@@ -61,8 +61,13 @@ struct SavedWafer {
 /// Throws: InputError if it is not a checkpoint of a run.
 SavedWafer read_wafer(const std::filesystem::path& file, Materials known = {});
 
-/// The newest state in the folder of a run; nothing if it holds none.
-std::optional<std::filesystem::path> newest_state(const std::filesystem::path& folder);
+/// The states in the folder of a run, the newest last.
+std::vector<std::filesystem::path> states_of(const std::filesystem::path& folder);
+
+/// The newest state in the folder of a run; a state itself.
+///
+/// Throws: InputError if the folder holds none.
+std::filesystem::path newest_state(const std::filesystem::path& where);
 
 /// The hash over phi with its band, materials, coverages and process time by which runs are
 /// compared.

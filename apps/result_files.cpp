@@ -67,39 +67,7 @@ nlohmann::ordered_json void_list(const State& state, std::span<const Region> voi
 }
 
 // The cut through the middle of the domain, across the y direction.
-std::vector<LayerProfile> middle_profile(const Layers& layers) {
-  const std::vector<std::vector<Polyline>> lines = cross_section(layers, 1, 0.0);
-  std::vector<LayerProfile> profile;
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    profile.push_back({layers.stack[k].material, lines[k]});
-  }
-  return profile;
-}
-
-void write_profile_csv(const fs::path& file, std::span<const LayerProfile> layers,
-                       const Materials& materials) {
-  AtomicFile out(file);
-  out.write("material,layer,line,x_nm,z_nm\n");
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    for (std::size_t line = 0; line < layers[k].lines.size(); ++line) {
-      for (const auto& [x, z] : layers[k].lines[line].points) {
-        out.write(fmt::format("{},{},{},{:.6g},{:.6g}\n",
-                              csv_field(materials[layers[k].material].name), k, line, x, z));
-      }
-    }
-  }
-  out.commit();
-}
-
-void write_cross_section(const fs::path& folder, const std::string& stem, const std::string& title,
-                         const Layers& layers, const Recipe& recipe) {
-  const std::vector<LayerProfile> profile = middle_profile(layers);
-  write_profile_csv(folder / (stem + ".csv"), profile, recipe.materials);
-  const Sides sides = recipe.frame.sides();
-  write_svg(folder / (stem + ".svg"),
-            {.title = title, .layers = profile, .left = sides.lower[0], .right = sides.upper[0]},
-            recipe.materials);
-}
+SectionLine middle(const Frame& frame) { return parse_section("y = 0 nm", frame); }
 
 std::string moment_of(const State& state, const Recipe& recipe) {
   if (state.time > state.step_start) return "in " + current_step(state, recipe).name;
@@ -176,12 +144,34 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
   write_vtp(file, survey.facets, fields);
 }
 
-void write_profile(const fs::path& folder, const std::string& stem, const State& state,
-                   const Recipe& recipe) {
-  write_cross_section(
-      folder, stem,
-      fmt::format("{}: {}, t = {:.4g} s", recipe.title, moment_of(state, recipe), state.time),
-      state.layers, recipe);
+Sections::Sections(const Recipe& recipe) : lines_{middle(recipe.frame)} {
+  lines_.insert(lines_.end(), recipe.sections.begin(), recipe.sections.end());
+  earlier_.resize(lines_.size());
+}
+
+void Sections::add(double time, const Layers& layers) {
+  const std::vector<TriMesh> surfaces = layer_surfaces(layers);
+  for (std::size_t n = 0; n < lines_.size(); ++n)
+    earlier_[n].push_back({.time = time, .lines = exposed_lines(cut(layers, surfaces, lines_[n]))});
+}
+
+void Sections::write(const fs::path& folder, int number, const State& state, const Recipe& recipe) {
+  const std::vector<TriMesh> surfaces = layer_surfaces(state.layers);
+  for (std::size_t n = 0; n < lines_.size(); ++n) {
+    const std::string name = n == 0 ? "profile" : fmt::format("section_{}", n);
+    const fs::path file = folder / fmt::format("{}_{:04}.csv", name, number);
+    ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe.title,
+                                          moment_of(state, recipe), state.time),
+                     .layers = cut(state.layers, surfaces, lines_[n]),
+                     .left = lines_[n].left,
+                     .right = lines_[n].right,
+                     .time = state.time};
+    write_section_csv(file, view.layers, lines_[n], recipe.materials);
+    write_svg(fs::path(file).replace_extension(".svg"), view, recipe.materials);
+    view.earlier = some_of(earlier_[n]);
+    write_svg(folder / (n == 0 ? "profiles.svg" : name + ".svg"), view, recipe.materials);
+    earlier_[n].push_back({.time = state.time, .lines = exposed_lines(view.layers)});
+  }
 }
 
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
@@ -255,7 +245,13 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
   preview.voids = open_gas(preview.layers).voids;
   write_vtp(folder / "preview.vtp", preview.surface,
             {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});
-  write_cross_section(folder, "preview", recipe.title, preview.layers, recipe);
+  const SectionLine line = middle(recipe.frame);
+  const ProfileView view{.title = recipe.title,
+                         .layers = cut(preview.layers, layer_surfaces(preview.layers), line),
+                         .left = line.left,
+                         .right = line.right};
+  write_section_csv(folder / "preview.csv", view.layers, line, recipe.materials);
+  write_svg(folder / "preview.svg", view, recipe.materials);
   return preview;
 }
 

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "apps/picture.h"
+#include "apps/section.h"
 #include "apps/simulator.h"
 
 namespace scarp {
@@ -16,10 +18,29 @@ namespace scarp {
 void write_surface(const std::filesystem::path& file, const State& state, const Survey& survey,
                    const Recipe& recipe);
 
-/// STEM.csv and STEM.svg: the cross-section through the middle of the domain, across y. The picture
-/// says in or after which step it is, as several may be at one time.
-void write_profile(const std::filesystem::path& folder, const std::string& stem, const State& state,
-                   const Recipe& recipe);
+/// The cross-sections of a run: through the middle of the domain across y, and those of the
+/// recipe; with the surfaces of earlier outputs.
+///
+/// Shape: earlier has the surfaces of each section, in the order of the sections.
+class Sections {
+ public:
+  explicit Sections(const Recipe& recipe);
+
+  std::size_t size() const { return lines_.size(); }
+
+  /// Remembers an output for the pictures of later ones.
+  void add(double time, const Layers& layers);
+
+  /// Writes profile_NNNN.csv and .svg and profiles.svg of the middle; section_K_NNNN.csv and .svg
+  /// and section_K.svg of the others, from 1. Pictures say in or after which step they are, as
+  /// several may be at one time.
+  void write(const std::filesystem::path& folder, int number, const State& state,
+             const Recipe& recipe);
+
+ private:
+  std::vector<SectionLine> lines_;
+  std::vector<std::vector<EarlierSurface>> earlier_;
+};
 
 /// The first line of metrics.csv; new columns come before the last one, which ends whole rows.
 ///

@@ -33,12 +33,23 @@ std::string numbered(const char* stem, int number, const char* ending) {
 // Empty where there is no such file.
 std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
 
+// section_K.svg, section_K_NNNN.csv and .svg.
+bool is_section(const std::string& name) {
+  constexpr std::string_view start = "section_";
+  const fs::path file(name);
+  if (file.extension() != ".svg" && file.extension() != ".csv") return false;
+  const std::string stem = file.stem().string();
+  return stem.starts_with(start) && stem.size() > start.size() &&
+         stem.find_first_not_of("0123456789_", start.size()) == std::string::npos;
+}
+
 // What a run writes, beside metrics.csv.
 bool is_output(const std::string& name) {
   return name == "recipe.toml" || name == "summary.json" || name == "surface.pvd" ||
          name == metrology_file || name == interrupted_state ||
          is_numbered(name, "surface", ".vtp") || is_numbered(name, "state", ".vdb") ||
-         is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg");
+         is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg") ||
+         name == "profiles.svg" || is_section(name);
 }
 
 bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
@@ -212,7 +223,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
   const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
-  write_profile(path_, fmt::format("profile_{:04}", number), state, recipe);
+  sections(recipe).write(path_, number, state, recipe);
   metrology_rows_ +=
       metrology_rows(output_times_.size(), state.time, measure(state, recipe), recipe);
   write_file(file(metrology_file), metrology_rows_);
@@ -223,6 +234,20 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   // The checkpoint comes last: where it stands, the output is whole.
   write_state(numbered("state", number, ".vdb"), state, recipe);
   fs::remove(file(interrupted_state));
+}
+
+Sections& ResultFolder::sections(const Recipe& recipe) {
+  if (sections_) return *sections_;
+  // After a run is resumed, its earlier outputs are read again.
+  sections_.emplace(recipe);
+  for (int n = 0; n < output_count(); ++n) {
+    const fs::path state = file(numbered("state", n, ".vdb"));
+    // One that was removed has no line in the pictures.
+    if (!fs::exists(state)) continue;
+    const SavedWafer wafer = read_wafer(state, recipe.materials);
+    sections_->add(wafer.time, wafer.layers);
+  }
+  return *sections_;
 }
 
 Metrology ResultFolder::measure(const State& state, const Recipe& recipe) {

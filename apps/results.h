@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/result_files.h"
 #include "apps/simulator.h"
 #include "core/log.h"
 #include "levelset/metrology.h"
@@ -42,7 +43,7 @@ class ResultFolder {
   /// The number of outputs so far; the next one gets this number.
   int output_count() const { return static_cast<int>(output_times_.size()); }
 
-  /// surface_NNNN.vtp, surface.pvd, profile_NNNN.csv, profile_NNNN.svg, lines of metrology.csv and
+  /// surface_NNNN.vtp, surface.pvd, what Sections writes, lines of metrology.csv and
   /// state_NNNN.vdb.
   void write_output(const State& state, const Survey& survey, const Recipe& recipe);
 
@@ -67,6 +68,7 @@ class ResultFolder {
   void require_not_start(const Recipe& recipe) const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
+  Sections& sections(const Recipe& recipe);
   /// Compared with the start of the recipe.
   Metrology measure(const State& state, const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
@@ -75,6 +77,7 @@ class ResultFolder {
   std::vector<double> output_times_;
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
+  std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
   int lock_ = -1;
 };

@@ -208,12 +208,50 @@ std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, doub
   return joined(std::move(all), tolerance);
 }
 
+std::vector<TriMesh> layer_surfaces(const Layers& layers) {
+  std::vector<TriMesh> surfaces(layers.stack.size());
+  for (std::size_t n = 0; n < surfaces.size(); ++n)
+    if (adds_material(layers, n)) surfaces[n] = extract_surface(layers.stack[n].phi);
+  return surfaces;
+}
+
+std::vector<Polyline> clipped(std::span<const Polyline> lines, double left, double right) {
+  std::vector<Polyline> kept;
+  for (const Polyline& line : lines) {
+    bool is_inside = false;
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const Point& a = line.points[n - 1];
+      const Point& b = line.points[n];
+      // From where on, and up to where, the segment lies between the two.
+      double from = 0;
+      double to = 1;
+      for (const auto& [side, sign] : {std::pair(left, 1.0), std::pair(right, -1.0)}) {
+        const double a_within = sign * (a[0] - side);
+        const double b_within = sign * (b[0] - side);
+        if (a_within < 0 && b_within < 0) to = -1;
+        if (a_within < 0 && b_within >= 0) from = std::max(from, a_within / (a_within - b_within));
+        if (a_within >= 0 && b_within < 0) to = std::min(to, a_within / (a_within - b_within));
+      }
+      if (from >= to) {
+        is_inside = false;
+        continue;
+      }
+      const auto at = [&](double t) {
+        return Point{a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])};
+      };
+      if (!is_inside || from > 0) kept.push_back({.points = {from > 0 ? at(from) : a}});
+      kept.back().points.push_back(to < 1 ? at(to) : b);
+      is_inside = to == 1;
+    }
+  }
+  return kept;
+}
+
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position) {
   std::vector<std::vector<Polyline>> lines;
-  for (std::size_t n = 0; n < layers.stack.size(); ++n) {
+  for (const TriMesh& surface : layer_surfaces(layers)) {
     lines.emplace_back();
-    if (!adds_material(layers, n)) continue;
-    lines.back() = cross_section(extract_surface(layers.stack[n].phi), axis, position);
+    if (!surface.triangles.empty()) lines.back() = cross_section(surface, axis, position);
   }
   return lines;
 }

@@ -54,6 +54,13 @@ std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double positi
 std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, double lower,
                                         double upper, Boundary boundary);
 
+/// The extracted surfaces of all layers, from the lowest up, to be cut several times; empty for a
+/// layer that adds no material.
+std::vector<TriMesh> layer_surfaces(const Layers& layers);
+
+/// The part of lines between two lateral positions.
+std::vector<Polyline> clipped(std::span<const Polyline> lines, double left, double right);
+
 /// The surfaces of all layers, from the lowest up, in the plane r[axis] = position; none for a
 /// layer that adds no material.
 std::vector<std::vector<Polyline>> cross_section(const Layers& layers, int axis, double position);

@@ -51,6 +51,40 @@ TEST(Picture, AMaterialHasTheSameColourInEveryPicture) {
   EXPECT_THAT(one, HasSubstr("fill=\"" + colour(one, "resist") + "\" fill-rule"));
 }
 
+TEST(Picture, EarlierSurfacesAreNestedContoursFromBlueToRed) {
+  const Materials m;
+  const TemporaryFolder folder;
+  const fs::path file = folder / "picture.svg";
+  const auto at = [](double z) { return std::vector<Polyline>{{{{-500, z}, {500, z}}}}; };
+  const ProfileView view{.title = "t",
+                         .layers = {flat(m, "Si", -40)},
+                         .left = -500,
+                         .right = 500,
+                         .earlier = {{.time = 5, .lines = at(90)}, {.time = 10, .lines = at(20)}},
+                         .time = 15};
+  write_svg(file, view, m);
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  const std::string svg = text.str();
+  EXPECT_THAT(svg, HasSubstr("stroke=\"hsl(240, 85%, 38%)\""));
+  EXPECT_THAT(svg, HasSubstr("stroke=\"hsl(120, 85%, 38%)\""));
+  EXPECT_THAT(svg, HasSubstr(">t = 5 s</text>"));
+  EXPECT_THAT(svg, HasSubstr(">t = 15 s</text>"));
+  // The window holds all of them: one pixel is 1000 / 672 nm, with 60 nm of room at both ends.
+  EXPECT_THAT(svg, HasSubstr("M24.00 64.32L696.00 64.32\" fill=\"none\""));
+}
+
+TEST(Picture, ManyEarlierSurfacesAreThinnedOutEvenly) {
+  std::vector<EarlierSurface> surfaces;
+  for (int n = 0; n < 100; ++n) surfaces.push_back({.time = 1.0 * n, .lines = {}});
+  const std::vector<EarlierSurface> some = some_of(surfaces);
+  ASSERT_EQ(some.size(), 40U);
+  EXPECT_EQ(some.front().time, 0);
+  for (std::size_t n = 1; n < some.size(); ++n)
+    EXPECT_NEAR(some[n].time - some[n - 1].time, 2.5, 0.51);
+  EXPECT_EQ(some_of(std::span(surfaces).first(7)).size(), 7U);
+}
+
 /// Whether a path of straight lines fills a point, by the even-odd rule.
 bool fills(const std::string& path, double x, double y) {
   bool inside = false;

@@ -131,6 +131,16 @@ TEST(CrossSection, IsGoneOnWithBeyondTheSides) {
   EXPECT_EQ(wrapped[0].points.front(), (std::array<double, 2>{-30, 2}));
 }
 
+TEST(CrossSection, IsClippedToARange) {
+  // In, out over the right end, back in; and one that is beyond the left end.
+  const std::vector<Polyline> lines{{.points = {{0, 0}, {4, 4}, {8, 0}, {6, -2}, {2, -2}}},
+                                    {.points = {{-9, 1}, {-5, 1}}}};
+  const auto kept = clipped(lines, -1, 7);
+  ASSERT_EQ(kept.size(), 2U);
+  EXPECT_EQ(kept[0].points, (std::vector<std::array<double, 2>>{{0, 0}, {4, 4}, {7, 1}}));
+  EXPECT_EQ(kept[1].points, (std::vector<std::array<double, 2>>{{7, -1}, {6, -2}, {2, -2}}));
+}
+
 TEST(MaterialVolumes, AreExactForBoxes) {
   const Frame frame{.spacing = 1, .cells = {30, 20}};
   const Layers layers = build_layers(
