@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "flux/error_draws.h"
 #include "flux/facet_values.h"
-#include "flux/half_differences.h"
 #include "flux/view.h"
 
 namespace scarp {
@@ -26,55 +26,62 @@ constexpr double deviation_tolerance = 2e-2;
 // target, more rays are sent at once.
 constexpr double clearly_missed = 1.25;
 
-// What an element's two sets say apart: half their difference is a fair sample of the error of
-// their mean.
-struct HalfDifference {
-  double flux = 0;  // of direct flux plus re-emitted flux seen
-  double out = 0;   // of the part of rays that met no facet
+// How many rays of each element tell where its error goes on to: a few percent of the error are
+// nothing, and these take most of the time that the draws take.
+constexpr std::uint64_t rays_for_draws = 32;
+
+ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
+  ExchangeMatrix few;
+  few.first.push_back(0);
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    const auto begin = matrix.hits.begin() + static_cast<std::ptrdiff_t>(matrix.first[i]);
+    const std::uint64_t rays = std::min(matrix.first[i + 1] - matrix.first[i], rays_for_draws);
+    few.hits.insert(few.hits.end(), begin, begin + static_cast<std::ptrdiff_t>(rays));
+    few.first.push_back(few.hits.size());
+  }
+  return few;
+}
+
+// By rank, half of what elements' two sets say apart.
+struct HalfDifferences {
+  std::vector<double> flux;  // of direct flux plus re-emitted flux seen
+  std::vector<double> out;   // of the part of rays that met no facet
 };
 
 // The flux on every element, by rank, and draws of its error.
 struct Solution {
   std::vector<double> flux;
-  std::vector<HalfDifference> halves;
-  std::vector<float> sigma;      // standard error of each element's own equation
+  HalfDifferences halves;
   std::vector<float> deviation;  // at rank * draw_count + draw
   std::size_t draws = 0;         // how many there are
 };
 
-std::vector<HalfDifference> half_differences(const View& view, const std::vector<float>& direct,
-                                             std::span<const float> reemitted,
-                                             const std::vector<double>& flux) {
+HalfDifferences half_differences(const View& view, const std::vector<float>& direct,
+                                 std::span<const float> reemitted,
+                                 const std::vector<double>& flux) {
   const ExchangeMatrix& matrix = view.matrix;
-  std::vector<HalfDifference> halves(matrix.size());
+  HalfDifferences halves{std::vector<double>(matrix.size()), std::vector<double>(matrix.size())};
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      HalfDifference sum;
+      double sum = 0;
+      double out = 0;
       for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
         const std::uint32_t j = matrix.hits[k];
         const double sign = k % set_count == 0 ? 1 : -1;
         if (j < matrix.size()) {
-          sum.flux += sign * reemitted[j] * flux[j];
+          sum += sign * reemitted[j] * flux[j];
         } else {
-          sum.out += sign;
+          out += sign;
         }
       }
       const auto rays = static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
       const double of_direct = static_cast<double>(direct[i * set_count]) -
                                static_cast<double>(direct[i * set_count + 1]);
-      halves[i] = {.flux = (of_direct + sum.flux) / rays, .out = sum.out / rays};
+      halves.flux[i] = (of_direct + sum) / rays;
+      halves.out[i] = out / rays;
     }
   });
   return halves;
-}
-
-// What re-emits and yet has no flux is in a void and has no error; without sticking, an error there
-// would have no end.
-std::vector<float> standard_errors(const RayPlan& plan, std::span<const float> reemitted,
-                                   const Solution& solution) {
-  return standard_errors(
-      plan, [&](std::size_t rank) { return solution.halves[rank].flux; },
-      [&](std::size_t rank) { return reemitted[rank] > 0 && solution.flux[rank] == 0; });
 }
 
 // Takes quantities of elements to facets: linear across joined ones, but nowhere below zero.
@@ -146,12 +153,12 @@ class Gathered {
  private:
   FluxSpread spread() const;
   FluxAudit audit() const;
+  ErrorDraws error_draws(std::span<const double> halves) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;
   const View& view_;
   std::vector<float> reemitted_;
-  ExchangeSolver exchange_;
   Solution solution_;
   double unseen_ = 0;
 };
@@ -189,34 +196,32 @@ std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan&
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
                    const std::vector<float>& direct)
-    : problem_(problem),
-      plan_(plan),
-      view_(view),
-      reemitted_(reemitted_parts(problem, plan)),
-      exchange_(view.matrix, reemitted_) {
+    : problem_(problem), plan_(plan), view_(view), reemitted_(reemitted_parts(problem, plan)) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     const auto rays = static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = exchange_.solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
+  solution_.flux = ExchangeSolver(view.matrix, reemitted_)
+                       .solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
   solution_.halves = half_differences(view, direct, reemitted_, solution_.flux);
-  solution_.sigma = standard_errors(plan, reemitted_, solution_);
   solution_.deviation.resize(plan.size() * draw_count);
+}
+
+// What re-emits and yet has no flux is in a void and has no error; without sticking, an error there
+// would have no end.
+ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
+  return {problem_.options, plan_, halves,
+          [this](std::size_t rank) { return reemitted_[rank] > 0 && solution_.flux[rank] == 0; }};
 }
 
 // The error of the flux of all elements that belongs to each draw of the errors of their equations.
 void Gathered::draw(std::size_t count) {
-  std::vector<float> errors(plan_.size() * draws_at_once);
+  const ExchangeMatrix matrix = thinned(view_.matrix);
+  const ExchangeSolver exchange(matrix, reemitted_);
+  const ErrorDraws errors = error_draws(solution_.halves.flux);
   for (; solution_.draws < count; solution_.draws += draws_at_once) {
-    for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
-      const std::uint32_t signs = draw_signs(problem_.options, plan_.element_at(rank));
-      const double error = std::copysign(solution_.sigma[rank], solution_.halves[rank].flux);
-      for (std::size_t k = 0; k < draws_at_once; ++k)
-        errors[rank * draws_at_once + k] =
-            static_cast<float>(sign(signs, solution_.draws + k) * error);
-    }
-    const std::vector<float> solved =
-        exchange_.solve<float>(errors, draws_at_once, deviation_tolerance);
+    const std::vector<float> solved = exchange.solve<float>(
+        errors.draws(solution_.draws, draws_at_once), draws_at_once, deviation_tolerance);
     for (std::size_t k = 0; k < solved.size(); ++k) {
       const std::size_t draw = solution_.draws + k % draws_at_once;
       solution_.deviation[k / draws_at_once * draw_count + draw] = solved[k];
@@ -266,25 +271,26 @@ std::vector<float> seen_by_rays(const FluxProblem& problem, const RayPlan& plan,
 FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
   std::array<double, draw_count> totals{};
+  const HalfDifferences& halves = solution_.halves;
+  const std::vector<float> out_errors = error_draws(halves.out).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_.matrix, i);
     const std::uint32_t element = plan_.element_at(i);
-    const HalfDifference& half = solution_.halves[i];
     const double area = plan_.elements().area(element);
     const double arrives = area * solution_.flux[i];
     const double c = reemitted_[i];
     const double leaves = arrives * c + area * emission_of(problem_, plan_, i);
     audit.absorbed += arrives * (1 - c);
-    audit.escaped += leaves * ends[to_sky] - area * c * half.flux * half.out;
+    audit.escaped += leaves * ends[to_sky] - area * c * halves.flux[i] * halves.out[i];
     audit.lost_back_face += leaves * ends[to_back];
     audit.lost_below += leaves * ends[to_below];
     audit.lost_side_limit += leaves * ends[to_side_limit];
 
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
-    const std::uint32_t signs = draw_signs(problem_.options, element);
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       const double deviation = solution_.deviation[i * draw_count + draw];
-      totals[draw] += area * deviation * (1 - c + c * out) + leaves * sign(signs, draw) * half.out;
+      totals[draw] +=
+          area * deviation * (1 - c + c * out) + leaves * out_errors[i * draw_count + draw];
     }
   }
   double squares = 0;
@@ -345,11 +351,26 @@ void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
   } while (settle(arrivals));
 }
 
-// With the number of rays n the error of scrambled sets was seen to fall as n^-0.7 to n^-0.9; a few
-// more make another round unlikely.
-double predicted_growth(double error, double target) {
-  const double ratio = error / (0.97 * target);
-  return std::clamp(ratio * std::sqrt(std::sqrt(ratio)), 1.05, 8.0);
+// What the next round does about an error that is too large.
+struct NextRound {
+  bool starts_anew = false;
+  double growth = 1;  // of the number of rays
+};
+
+// The error of scrambled sets was seen to fall as n^-0.8 with their number of rays. Those of a
+// round are sets of their own: x times as many as before bring the error of the mean of all down to
+// sqrt(1 + x^0.4) / (1 + x) of it, and if that takes many, the earlier ones do more harm than good.
+// A few more make another round unlikely.
+NextRound next_round(double error, double target) {
+  constexpr double most_growth = 12;
+  constexpr double worth_starting_anew = 3;
+  constexpr double step = 0.05;
+  const double ratio = error / (0.96 * target);
+  if (ratio > worth_starting_anew)
+    return {true, std::min(ratio * std::sqrt(std::sqrt(ratio)), most_growth)};
+  double x = 2 * step;
+  while (ratio * std::sqrt(1 + std::sqrt(x)) > 1 + x) x += step;
+  return {false, 1 + x};
 }
 
 }  // namespace
@@ -395,8 +416,13 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
       fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
     }
     if (is_last || error <= options.target_error) return fields;
+    const auto [starts_anew, growth] = next_round(error, options.target_error);
+    if (starts_anew) {
+      plan.restart();
+      view = View{{}, {}, view.flights};
+    }
     for (const std::uint64_t total = plan.total(); plan.total() == total && !is_last;) {
-      rays *= predicted_growth(error, options.target_error);
+      rays *= growth;
       is_last = rays >= static_cast<double>(cap);
       plan.grow(rays / plan.surface(), cap);
     }

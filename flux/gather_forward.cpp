@@ -1,11 +1,12 @@
 #include "flux/gather_forward.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
+#include "flux/error_draws.h"
 #include "flux/first_arrivals.h"
-#include "flux/half_differences.h"
 #include "flux/onward.h"
 
 namespace scarp {
@@ -24,23 +25,50 @@ struct Part {
   double error = 0;
 };
 
+struct Flights {
+  double direct = 0;
+  double onward = 0;
+};
+
+// The fewest flights for an error, as the parts' own errors tell: that of first arrivals, from
+// scrambled sets, falls as one over their flights, its square that of particles. By Lagrange's
+// rule, with D / n and sqrt(O / m) for them, m^2 = O n^3 / (2 D^2).
+Flights fewest(const Part& direct, const Part& onward, double error) {
+  const double D = direct.error * direct.flights;
+  const double O = onward.error * onward.error * onward.flights;
+  const auto for_direct = [&](double n) {
+    return Flights{n, D > 0 ? std::sqrt(O * n / 2) * n / D : O / (error * error)};
+  };
+  const auto reaches = [&](double n) {
+    const double of_direct = D / n;
+    const double square = O > 0 ? O / for_direct(n).onward : 0;
+    return of_direct * of_direct + square <= error * error;
+  };
+  double enough = std::max(D / error, 1.0);
+  while (!reaches(enough)) enough *= 2;
+  for (double step = enough / 2; step > 1e-3 * enough; step /= 2)
+    if (enough > step && reaches(enough - step)) enough -= step;
+  return for_direct(enough);
+}
+
 // What first arrivals bring, of one quantity.
 class Direct {
  public:
-  /// sums as those of first arrivals.
-  Direct(const FluxOptions& options, const RayPlan& plan, const std::vector<double>& sums)
-      : plan_(plan), mean_(plan.size()), deviation_(plan.size()) {
+  /// sums as those of the first arrivals.
+  Direct(const FluxOptions& options, const RayPlan& plan, const FirstArrivals& arrivals,
+         const std::vector<double>& sums)
+      : plan_(plan), mean_(plan.size()) {
     const auto sum_of = [&](std::size_t rank, double sign) {
       return (sums[rank * set_count] + sign * sums[rank * set_count + 1]) /
-             (plan.rays(rank) * set_count);
+             (arrivals.weights[rank] * set_count);
     };
-    const auto half = [&](std::size_t rank) { return sum_of(rank, -1); };
-    const std::vector<float> sigma = standard_errors(plan, half, [](std::size_t) { return false; });
+    std::vector<double> halves(plan.size());
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
       mean_[rank] = sum_of(rank, 1);
-      deviation_[rank] = std::copysign(sigma[rank], half(rank));
-      signs_.push_back(draw_signs(options, plan.element_at(rank)));
+      halves[rank] = sum_of(rank, -1);
     }
+    const auto none = [](std::size_t) { return false; };
+    deviation_ = ErrorDraws(options, plan, halves, none).draws(0, draw_count);
   }
 
   FluxSpread spread() const {
@@ -54,7 +82,7 @@ class Direct {
             .deviation =
                 [this](std::size_t f, std::size_t draw) {
                   return mean_on_facet(plan_, f, [this, draw](std::size_t rank) {
-                    return sign(signs_[rank], draw) * deviation_[rank];
+                    return static_cast<double>(deviation_[rank * draw_count + draw]);
                   });
                 },
             .deviations = draw_count,
@@ -69,12 +97,12 @@ class Direct {
     return sum;
   }
   double total_error() const {
+    std::array<double, draw_count> errors{};
+    for (std::size_t k = 0; k < deviation_.size(); ++k)
+      errors[k % draw_count] += area(k / draw_count) * static_cast<double>(deviation_[k]);
     double squares = 0;
-    for (std::size_t rank = 0; rank < mean_.size(); ++rank) {
-      const double error = area(rank) * deviation_[rank];
-      squares += error * error;
-    }
-    return std::sqrt(squares);
+    for (const double error : errors) squares += error * error;
+    return std::sqrt(squares / draw_count);
   }
 
  private:
@@ -82,8 +110,7 @@ class Direct {
 
   const RayPlan& plan_;
   std::vector<double> mean_;
-  std::vector<double> deviation_;
-  std::vector<std::uint32_t> signs_;
+  std::vector<float> deviation_;  // at rank * draw_count + draw
 };
 
 // Of parts whose errors are independent.
@@ -170,7 +197,7 @@ std::vector<double> Solver::response_sums() const {
 void Solver::find_response_errors(const Spreads& spreads, FluxField& field) {
   const auto responses = problem_.responses();
   if (responses.empty()) return;
-  const Direct direct(options_, plan_, response_sums());
+  const Direct direct(options_, plan_, found_, response_sums());
   const FluxSpread of_direct = direct.spread();
   const FluxSpread of_onward = sum_of_responses(spreads.onward, responses);
   const auto error = [&](const std::vector<FluxSpread>& tallies, const FluxSpread& sum) {
@@ -191,8 +218,8 @@ double Solver::error_of(const FluxSpread& part, const FluxSpread& total) const {
 
 // Particles that go on are followed exactly, so the balance is off by the error of what arrives.
 FluxAudit Solver::audit() const {
-  const Direct arrivals(options_, plan_, found_.sums.front());
-  const Direct goes_on(options_, plan_, found_.sums.back());
+  const Direct arrivals(options_, plan_, found_, found_.sums.front());
+  const Direct goes_on(options_, plan_, found_, found_.sums.back());
   const FluxAudit onward = tracer_.audit();
   const double emitted = problem_.scene.source_area();
   return {.emitted = emitted,
@@ -228,7 +255,8 @@ FluxField Solver::field() {
   Spreads spreads;
   direct.reserve(found_.sums.size());
   for (std::size_t tally = 0; tally + 1 < found_.sums.size(); ++tally) {
-    spreads.direct.push_back(direct.emplace_back(options_, plan_, found_.sums[tally]).spread());
+    spreads.direct.push_back(
+        direct.emplace_back(options_, plan_, found_, found_.sums[tally]).spread());
     spreads.onward.push_back(tracer_.spread(tally, worth_));
     const FluxSpread& total =
         spreads.total.emplace_back(sum_of(spreads.direct.back(), spreads.onward.back()));
@@ -248,27 +276,21 @@ FluxField Solver::field() {
   return field;
 }
 
-// Squared errors add up; where the square of a part falls as one over its flights, shares of it by
-// error x root of flights take the fewest. Scrambled sets do better: their error was seen to fall
-// as n^-1. A tenth more makes another round unlikely. False at the caps.
+// A few more make another round unlikely. False at the caps.
 bool Solver::ask_for_more(double error) {
   if (options_.rays > 0 || error <= options_.target_error) return false;
-  const double of_direct = direct_.error * std::sqrt(direct_.flights);
-  const double of_onward = onward_.error * std::sqrt(onward_.flights);
-  const double share = of_direct / (of_direct + of_onward);
   const auto grow = [](Part& part, double growth) {
-    const double wanted = std::min(part.most, part.rays * std::clamp(growth, 1.0, 8.0));
+    constexpr double most_growth = 16;
+    const double wanted = std::min(part.most, part.rays * std::min(growth, most_growth));
     const bool grows = wanted > part.rays;
     part.rays = std::max(part.rays, wanted);
     return grows;
   };
-  const auto excess = [&](const Part& part, double its_share) {
-    return its_share > 0 ? part.error / (options_.target_error * std::sqrt(its_share)) : 0;
-  };
-  const double ratio = excess(onward_, 1 - share);
-  const bool direct_grows = grow(direct_, 1.1 * excess(direct_, share));
-  const bool onward_grows = grow(onward_, 1.1 * ratio * ratio);
-  return direct_grows || onward_grows;
+  const Flights wanted = fewest(direct_, onward_, 0.9 * options_.target_error);
+  const double direct_growth = wanted.direct / direct_.flights;
+  const bool onward_grows = grow(onward_, wanted.onward / onward_.flights);
+  const double added = std::sqrt(std::max(direct_growth * direct_growth - 1, 0.0));
+  return grow(direct_, 1 + added) || onward_grows;
 }
 
 FluxField Solver::solve() {

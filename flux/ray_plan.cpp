@@ -15,6 +15,13 @@ namespace {
 
 constexpr std::uint32_t most_in_set = 1U << 16;
 
+// Longer blocks hardly help more: places further apart see too different things.
+constexpr std::uint32_t longest_block = 16;
+
+int main_direction_of(const RayScene& scene, const Elements& elements, std::uint32_t element) {
+  return main_direction(scene.normal(elements.piece(elements.pieces_of(element).front()).facet));
+}
+
 }  // namespace
 
 RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&elements) {
@@ -24,9 +31,8 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   const double largest = std::max({size.x, size.y, size.z});
   for (std::size_t e = 0; e < keys.size(); ++e) {
     const Vec3d r = elements.middle(e);
-    const std::uint32_t facet = elements.piece(elements.pieces_of(e).front()).facet;
     keys[e] = curve_key({r.x / largest, r.y / largest, (r.z - scene.lowest()) / largest},
-                        main_direction(scene.normal(facet)));
+                        main_direction_of(scene, elements, static_cast<std::uint32_t>(e)));
   }
   element_at_.resize(keys.size());
   std::iota(element_at_.begin(), element_at_.end(), 0U);
@@ -35,8 +41,21 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   });
   rank_of_.resize(keys.size());
   for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
+  make_blocks(scene);
   rays_.resize(keys.size());
   first_.resize(keys.size() + 1);
+}
+
+void RayPlan::make_blocks(const RayScene& scene) {
+  block_of_.resize(size());
+  for (std::uint32_t rank = 0; rank < size(); ++rank) {
+    const int direction = main_direction_of(scene, *elements_, element_at_[rank]);
+    if (blocks_.empty() || blocks_.back().size() == longest_block ||
+        blocks_.back().main_direction != direction)
+      blocks_.push_back({rank, rank, direction});
+    blocks_.back().end = rank + 1;
+    block_of_[rank] = static_cast<std::uint32_t>(blocks_.size() - 1);
+  }
 }
 
 // Small ones beside an edge are as well known as if their facets were not joined.
@@ -71,8 +90,26 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
     rays_per_area *= 0.95;
     rays = wanted(rays_per_area);
   }
+  earlier_.push_back({rays_, first_});
   rays_ = std::move(rays);
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
+}
+
+void RayPlan::restart() {
+  std::ranges::fill(rays_, 0U);
+  std::ranges::fill(first_, 0U);
+  earlier_.clear();
+}
+
+RayPlan::Place RayPlan::place(std::size_t rank, std::uint32_t index) const {
+  std::size_t sequence = earlier_.size() - 1;
+  while (index < earlier_[sequence].rays[rank]) --sequence;
+  const auto& next = sequence + 1 < earlier_.size() ? earlier_[sequence + 1].first : first_;
+  const auto& before = earlier_[sequence].first;
+  const std::size_t block = block_of(rank).begin;
+  const std::uint64_t of_others = next[rank] - next[block] - (before[rank] - before[block]);
+  return {static_cast<std::uint32_t>(sequence),
+          static_cast<std::uint32_t>(of_others) + index - earlier_[sequence].rays[rank]};
 }
 
 std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,

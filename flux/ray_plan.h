@@ -19,6 +19,8 @@ inline constexpr double longest_element_edge = 3;
 ///
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
 /// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
+/// Elements in a row are blocks, which take their rays from one sequence, one element after the
+/// other: rays of neighbours fill each other's gaps.
 class RayPlan {
  public:
   static constexpr std::uint32_t least_set = 2;  ///< twice of it where facets are joined
@@ -30,11 +32,13 @@ class RayPlan {
   /// them has 3 to 8 % more error than as many rays in sets of nearly one size). Never fewer on any
   /// element than before, and together at most cap unless the least sets of all elements are more.
   void grow(double rays_per_area, std::uint64_t cap);
+  /// Forgets all rays.
+  void restart();
 
   const Elements& elements() const { return *elements_; }
   /// The area of all elements.
   double surface() const { return surface_; }
-  std::size_t size() const { return rays_.size(); }
+  std::size_t size() const { return element_at_.size(); }
   std::uint32_t element_at(std::size_t rank) const { return element_at_[rank]; }
   std::uint32_t rank_of(std::size_t element) const { return rank_of_[element]; }
   /// Of the element in which a point of a facet lies.
@@ -42,6 +46,22 @@ class RayPlan {
     return rank_of_[elements_->element_of(elements_->piece_at(facet, r))];
   }
   std::uint32_t rays(std::size_t rank) const { return rays_[rank]; }
+  /// Elements in a row with the same main direction.
+  struct Block {
+    std::uint32_t begin = 0;  ///< first rank
+    std::uint32_t end = 0;
+    int main_direction = 0;
+    std::uint32_t size() const { return end - begin; }
+  };
+  const std::vector<Block>& blocks() const { return blocks_; }
+  const Block& block_of(std::size_t rank) const { return blocks_[block_of_[rank]]; }
+  /// Where a ray has its place among those of the elements of its block, which share a sequence in
+  /// each set; every call of grow begins others.
+  struct Place {
+    std::uint32_t sequence = 0;
+    std::uint32_t number = 0;
+  };
+  Place place(std::size_t rank, std::uint32_t index) const;
   /// Number of rays in one set of all ranks before this one.
   std::uint64_t first(std::size_t rank) const { return first_[rank]; }
   /// The rays of the least sets of all elements.
@@ -49,6 +69,7 @@ class RayPlan {
   std::uint64_t total() const { return first_.back() * set_count; }
 
  private:
+  void make_blocks(const RayScene& scene);
   std::uint32_t least(std::size_t rank) const;
   std::vector<std::uint32_t> wanted(double rays_per_area) const;
 
@@ -56,8 +77,16 @@ class RayPlan {
   double surface_ = 0;
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> block_of_;  // per rank
   std::vector<std::uint32_t> rays_;
   std::vector<std::uint64_t> first_;
+  // By rank: rays_ and first_ before each call of grow.
+  struct Earlier {
+    std::vector<std::uint32_t> rays;
+    std::vector<std::uint64_t> first;
+  };
+  std::vector<Earlier> earlier_;
 };
 
 /// What the first round sends in all, for targets. The two sets of a few rays often find the same,

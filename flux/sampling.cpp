@@ -46,8 +46,14 @@ Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
 }  // namespace
 
 Vec3d about_axis(double x, double y, double height, Vec3d axis) {
-  // Walls are upright but for rounding: theirs is one frame.
-  const double sign = axis.z < -0.5 ? -1.0 : 1.0;
+  // On walls x is down, whichever way they face: all see as much at the same numbers.
+  constexpr double steepest = 0.75;
+  if (std::abs(axis.z) < steepest) {
+    const double sine = std::sqrt(axis.x * axis.x + axis.y * axis.y);
+    const Vec3d across{-axis.y / sine, axis.x / sine, 0};
+    return x * cross(across, axis) + y * across + height * axis;
+  }
+  const double sign = axis.z < 0 ? -1.0 : 1.0;
   const double a = -1.0 / (sign + axis.z);
   const double b = axis.x * axis.y * a;
   const Vec3d tangent{1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};

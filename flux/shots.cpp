@@ -1,6 +1,7 @@
 #include "flux/shots.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/random.h"
 #include "flux/sampling.h"
@@ -30,10 +31,12 @@ Shooter::Shooter(const FluxProblem& problem, const RayPlan& plan, Law law)
       user_(law == Law::lambert ? 0xFFFFFFFFU : ~problem.species_index - 1),
       leans_(law == Law::lambert ? 0 : leaning_sides(problem.species.source, problem.options)) {}
 
-Shooter::Sets Shooter::sets_of(std::size_t rank) const {
+Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence) const {
   static_assert(set_count == 2);
   const FluxOptions& options = problem_.options;
-  RandomStream random({options.seed, options.time_step, user_, plan_.element_at(rank)});
+  RandomStream random(
+      {options.seed, options.time_step, user_,
+       std::uint64_t{sequence} << 56 | plan_.element_at(plan_.block_of(rank).begin)});
   const auto set = [&] {
     std::array<std::uint32_t, 4> seeds{};
     for (std::uint32_t& seed : seeds) seed = random.bits();
@@ -44,12 +47,16 @@ Shooter::Sets Shooter::sets_of(std::size_t rank) const {
 
 // All images are tried: a ray counts if it was mirrored at the sides of its own.
 void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const {
-  const Sets sets = sets_of(rank);
+  std::optional<Sets> sets;
+  std::uint32_t sequence = 0;
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
+    const RayPlan::Place place = plan_.place(rank, index);
+    if (!sets || sequence != place.sequence) sets = sets_of(rank, sequence = place.sequence);
     for (std::uint16_t set = 0; set < set_count; ++set) {
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
-        shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, sets[set]));
+        shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image},
+                             (*sets)[set].point(place.number)));
         const Shot& last = shots.back();
         if (law_ == Law::lobe && dot(last.u, problem_.normal(last.ray.from)) <= 0) shots.pop_back();
       }
@@ -57,10 +64,12 @@ void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& sh
   }
 }
 
-Shot Shooter::shot(const ShotName& name) const { return shot(name, sets_of(name.rank)[name.set]); }
+Shot Shooter::shot(const ShotName& name) const {
+  const auto [sequence, number] = plan_.place(name.rank, name.index);
+  return shot(name, sets_of(name.rank, sequence)[name.set].point(number));
+}
 
-Shot Shooter::shot(const ShotName& name, const ScrambledSobol& set) const {
-  const auto xi = set.point(name.index);
+Shot Shooter::shot(const ShotName& name, const std::array<double, 4>& xi) const {
   const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
   const auto& [a, b, c] = piece.corners;
   const Vec3d weights = sample_triangle({xi2, xi[3]});
@@ -87,7 +96,7 @@ std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t elemen
 
 Vec3d Shooter::direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const {
   if (law_ == Law::lambert) return sample_cosine(xi, problem_.normal(facet));
-  // The streams of an element's rays lie above that of its sets.
+  // The streams of an element's rays lie between those of its block's sequences.
   const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;
   RandomStream random({problem_.options.seed, problem_.options.time_step, user_,
                        number << 32 | plan_.element_at(name.rank)});

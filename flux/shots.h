@@ -27,7 +27,7 @@ struct Shot {
   Vec3d u;  ///< its direction in space, before projection to a cross-section
 };
 
-/// The rays of a plan, in scrambled Sobol sets of their own for each element.
+/// The rays of a plan, in scrambled Sobol sets of their own for each block of elements.
 class Shooter {
  public:
   enum class Law {
@@ -49,8 +49,8 @@ class Shooter {
  private:
   using Sets = std::array<ScrambledSobol, set_count>;
 
-  Sets sets_of(std::size_t rank) const;
-  Shot shot(const ShotName& name, const ScrambledSobol& set) const;
+  Sets sets_of(std::size_t rank, std::uint32_t sequence) const;
+  Shot shot(const ShotName& name, const std::array<double, 4>& xi) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
   Vec3d direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const;
 

@@ -3,7 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
 #include "core/error.h"
+#include "flux/spatial_order.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {
@@ -33,6 +39,43 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   const std::uint64_t full = plan.total();
   plan.grow(1e6 / surface, full - 1);
   EXPECT_EQ(plan.total(), full);
+}
+
+TEST(RayPlan, BlocksTakeTheirRaysFromOneSequence) {
+  const exact::Shape shape = exact::trench(2);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  const Elements elements(scene, longest_element_edge);
+  RayPlan plan(scene, elements);
+  std::vector<std::uint32_t> before(plan.size());
+  std::set<std::pair<std::size_t, std::uint32_t>> sequences;
+  for (const double rays_per_area : {20.0, 30.0, 70.0}) {
+    plan.grow(rays_per_area, 1'000'000);
+    std::size_t next = 0;
+    for (const RayPlan::Block& block : plan.blocks()) {
+      EXPECT_EQ(block.begin, next);
+      next = block.end;
+      std::uint32_t number = 0;
+      std::optional<std::uint32_t> sequence;
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+        EXPECT_EQ(&plan.block_of(rank), &block);
+        const auto facet = elements.piece(elements.pieces_of(plan.element_at(rank)).front()).facet;
+        EXPECT_EQ(main_direction(scene.normal(facet)), block.main_direction);
+        for (std::uint32_t index = before[rank]; index < plan.rays(rank); ++index) {
+          const RayPlan::Place place = plan.place(rank, index);
+          EXPECT_EQ(place.number, number++);
+          EXPECT_EQ(sequence.value_or(place.sequence), place.sequence);
+          sequence = place.sequence;
+        }
+        before[rank] = plan.rays(rank);
+      }
+      if (!sequence) continue;
+      EXPECT_TRUE(sequences.emplace(block.begin, *sequence).second);
+    }
+    EXPECT_EQ(next, plan.size());
+  }
+  EXPECT_EQ(plan.place(3, 0).sequence, 0U);
+  plan.restart();
+  EXPECT_EQ(plan.total(), 0U);
 }
 
 TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "flux/ray_plan.h"
+#include "flux/solve.h"
+
+namespace scarp {
+
+/// Draws of the error of all elements together.
+inline constexpr std::size_t draw_count = 32;
+
+/// Errors of what the rays of elements found, as half the differences between their two sets tell:
+/// each is a fair sample of the error of the mean of both.
+///
+/// Elements of a block share a sequence of points, so that one has too little of what another has
+/// too much of: their errors belong together, while blocks are independent. A draw gives a block
+/// the half differences of one nearby, shifted within it and with either sign: a single half
+/// difference says little about its element, but those around it are alike.
+///
+/// Half differences of several quantities are drawn alike, and so keep what they have in common.
+///
+/// Source: Wu 1986 (wild bootstrap), Politis and Romano 1992 (circular block bootstrap).
+class ErrorDraws {
+ public:
+  /// Elements that are left out have no error.
+  /// Shape: one half difference per rank.
+  ErrorDraws(const FluxOptions& options, const RayPlan& plan, std::span<const double> halves,
+             const std::function<bool(std::size_t rank)>& is_left_out);
+
+  /// Some of the draws.
+  /// Shape: at rank * count + draw - first.
+  std::vector<float> draws(std::size_t first, std::size_t count) const;
+
+ private:
+  void draw_in(std::span<const RayPlan::Block> window, std::size_t first, std::size_t count,
+               std::vector<float>& errors) const;
+
+  const FluxOptions& options_;
+  const RayPlan& plan_;
+  std::vector<float> scale_;       // by rank: of an error to that of a single ray; 0: left out
+  std::vector<float> normalised_;  // by rank: half differences on that scale
+};
+
+/// The mean over the elements of a facet, by area, of a quantity given by rank.
+template <class Quantity>
+double mean_on_facet(const RayPlan& plan, std::size_t facet, const Quantity& quantity) {
+  return plan.elements().mean_on_facet(
+      facet, [&](std::uint32_t element) { return quantity(plan.rank_of(element)); });
+}
+
+}  // namespace scarp

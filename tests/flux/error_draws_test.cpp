@@ -1,0 +1,101 @@
+#include "flux/error_draws.h"
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+/// A flat wafer in 512 elements with as many rays each: 32 blocks of 16.
+class ErrorDrawsTest : public ::testing::Test {
+ protected:
+  ErrorDrawsTest() {
+    plan_.grow(64, 1'000'000);
+    for (const RayPlan::Block& block : plan_.blocks()) EXPECT_EQ(block.size(), 16U);
+    RandomStream random({.seed = 5});
+    for (double& half : halves_) half = random.uniform() - 0.5;
+  }
+
+  std::vector<float> draws(const std::function<bool(std::size_t)>& is_left_out) const {
+    return ErrorDraws(options_, plan_, halves_, is_left_out).draws(0, draw_count);
+  }
+  std::vector<float> draws() const {
+    return draws([](std::size_t) { return false; });
+  }
+
+  exact::Shape shape_ = exact::flat_wafer(16, 16);
+  RayScene scene_{shape_.mesh, shape_.sides, 1};
+  Elements elements_{scene_, longest_element_edge};
+  RayPlan plan_{scene_, elements_};
+  FluxOptions options_{.sides = shape_.sides};
+  std::vector<double> halves_ = std::vector<double>(plan_.size());
+};
+
+TEST_F(ErrorDrawsTest, KeepTheSquareOfAllErrors) {
+  double square = 0;
+  for (const double half : halves_) square += half * half;
+  const std::vector<float> errors = draws();
+  for (std::size_t draw = 0; draw < draw_count; ++draw) {
+    double of_draw = 0;
+    for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
+      const double error = errors[rank * draw_count + draw];
+      of_draw += error * error;
+    }
+    EXPECT_NEAR(of_draw, square, 1e-5 * square);
+  }
+}
+
+// What one element of a block has too much of, its neighbour lacks.
+TEST_F(ErrorDrawsTest, KeepWhatNeighboursHaveInCommon) {
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank) halves_[rank] = rank % 2 == 0 ? 1 : -1;
+  const std::vector<float> errors = draws();
+  for (const RayPlan::Block& block : plan_.blocks()) {
+    for (std::size_t draw = 0; draw < draw_count; ++draw) {
+      float sum = 0;
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        sum += errors[rank * draw_count + draw];
+      EXPECT_NEAR(sum, 0, 1e-5);
+    }
+  }
+}
+
+// Two blocks far apart: the sign of one says nothing of the other's.
+TEST_F(ErrorDrawsTest, AreIndependentBetweenBlocks) {
+  std::fill(halves_.begin(), halves_.end(), 1.0);
+  const std::vector<float> errors = draws();
+  for (std::size_t block = 1; block < plan_.blocks().size(); ++block) {
+    float sum = 0;
+    for (std::size_t draw = 0; draw < draw_count; ++draw)
+      sum += errors[draw] * errors[plan_.blocks()[block].begin * draw_count + draw];
+    // Of 32 signs: one in 30'000 pairs of independent ones would be farther off.
+    EXPECT_LT(std::abs(sum), 24) << block;
+  }
+}
+
+TEST_F(ErrorDrawsTest, OfAPartAreThoseOfAll) {
+  const std::vector<float> all = draws();
+  const std::vector<float> part =
+      ErrorDraws(options_, plan_, halves_, [](std::size_t) { return false; }).draws(8, 4);
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_EQ(part[rank * 4 + k], all[rank * draw_count + 8 + k]);
+}
+
+TEST_F(ErrorDrawsTest, LeaveOutWhatHasNoError) {
+  const auto is_left_out = [](std::size_t rank) { return rank < 100; };
+  std::fill_n(halves_.begin(), 100, 1e9);
+  const std::vector<float> errors = draws(is_left_out);
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    if (k < 100 * draw_count) {
+      EXPECT_EQ(errors[k], 0);
+    } else {
+      EXPECT_NE(errors[k], 0);
+      EXPECT_LE(std::abs(errors[k]), 0.5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace scarp
