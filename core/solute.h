@@ -10,7 +10,7 @@ namespace scarp {
 ///
 /// Units: nm, s; concentrations relative to saturation.
 struct Solute {
-  std::string name;
+  std::string name{};
   double diffusivity = 1;
   double layer = 0;  ///< thickness of the layer at rest above the highest point of the surface
   double bath = 0;   ///< concentration of the stirred bath

@@ -66,9 +66,10 @@ TEST(Conduction, DecaysAsTheLatticeHasIt) {
     if (plate.place[n][2] == 0) source[n] = (0.5 + std::exp(decay) - 1) * wave(n);
   std::vector<double> potential(plate.size());
   solve_conduction(plate, source, potential);
-  for (std::size_t n = 0; n < plate.size(); ++n)
-    if (plate.place[n][2] < 20)
-      EXPECT_NEAR(potential[n], wave(n) * std::exp(-decay * plate.place[n][2]), 1e-5) << n;
+  for (std::size_t n = 0; n < plate.size(); ++n) {
+    if (plate.place[n][2] >= 20) continue;
+    EXPECT_NEAR(potential[n], wave(n) * std::exp(-decay * plate.place[n][2]), 1e-5) << n;
+  }
 }
 
 // What goes in comes out, through links of very different strength.
