@@ -161,6 +161,7 @@ State copy_of(const State& state) {
           .step = state.step,
           .step_start = state.step_start,
           .progress = state.progress,
+          .repeat_start = state.repeat_start,
           .time_step = state.time_step,
           .voids = state.voids,
           .coverages = state.coverages};

@@ -313,10 +313,13 @@ class StepReader {
     }
     // In the second round the steps meet what the first one left.
     const auto known = reachable_;
+    const auto until = table.has("until") ? std::optional(read_round_end(table)) : std::nullopt;
+    const bool was_in_until = std::exchange(in_until_, in_until_ || until);
     ++cycle_depth_;
     std::vector<ProcessStep> round = read(inner);
     if (count > 1 && reachable_ != known) round = read(inner);
     --cycle_depth_;
+    in_until_ = was_in_until;
     if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
       return {};
     std::vector<ProcessStep> all;
@@ -325,8 +328,35 @@ class StepReader {
         step.name = fmt::format("{} {}: {}", name, cycle, step.name);
         all.push_back(std::move(step));
       }
+      if (until && !all.empty())
+        all.back().round_end = {
+            .until = *until,
+            .name = name,
+            .round = static_cast<int>(cycle),
+            .steps_left = static_cast<std::size_t>(count - cycle) * round.size()};
     }
+    if (until && !all.empty()) all.front().begins_repeat = until;
     return all;
+  }
+
+  // Looked at when a round is over.
+  EndCondition read_round_end(const RecipeTable& table) {
+    const RecipeTable until = table.table("until");
+    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    if (!until.ok()) return condition;
+    if (in_until_)
+      table.error("until", "a repeat around this one has one, too; only one of them can");
+    if (condition.over_etch > 0)
+      until.error("over_etch", "rounds are whole, so there is no over-etch; leave it out");
+    ask_material(until, condition);
+    return condition;
+  }
+
+  void ask_material(const RecipeTable& until, const EndCondition& condition) {
+    if (!condition.material) return;
+    const bool is_depth = condition.kind == EndCondition::Kind::depth;
+    asked_materials_.push_back(
+        {until, is_depth ? "material" : name_of(condition.kind), *condition.material});
   }
 
   static bool is_too_many(const RecipeTable& table, double count) {
@@ -382,10 +412,7 @@ class StepReader {
     } else if (!is_film && table.ok() && !etches(*step.model, recipe_.materials.size())) {
       until.error(key, "the step etches nothing; a deposition ends at a thickness");
     }
-    if (condition.material) {
-      const bool is_depth = condition.kind == EndCondition::Kind::depth;
-      asked_materials_.push_back({until, is_depth ? "material" : key, *condition.material});
-    }
+    ask_material(until, condition);
     return condition;
   }
 
@@ -437,6 +464,7 @@ class StepReader {
   std::filesystem::path folder_;
   std::vector<AskedMaterial> asked_materials_;
   int cycle_depth_ = 0;
+  bool in_until_ = false;
 };
 
 // That the grid of a state is the one that the recipe describes.

@@ -29,6 +29,14 @@ struct StartState {
   std::string hash;  ///< see state_hash()
 };
 
+/// The end of a round of steps that repeat until a condition holds at the end of one.
+struct RoundEnd {
+  EndCondition until;
+  std::string name;            ///< of the repeat
+  int round = 0;               ///< from 1
+  std::size_t steps_left = 0;  ///< in the rounds after this one, which are skipped when it holds
+};
+
 /// One step of a recipe, repeats written out: a model that moves the surface for some time, or an
 /// operation that acts on the layers at once, when the step begins.
 ///
@@ -39,6 +47,8 @@ struct ProcessStep {
   std::string model_name;
   double duration = 0;
   std::optional<EndCondition> until;
+  std::optional<EndCondition> begins_repeat;  ///< of the first step: what ends the repeat
+  std::optional<RoundEnd> round_end;          ///< of the last step of a round
   std::optional<MaterialId> deposits;
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
   std::optional<LayerOperation> operation;

@@ -64,15 +64,19 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::pat
 }
 
 // For each complete step when it ended, when its condition held (before everything: never), and
-// whether it ran out of time.
+// what it ended by besides that.
 constexpr std::size_t numbers_per_step = 3;
 constexpr double never = -1;
+constexpr double out_of_time = 1;
+constexpr double skipped = 2;
 
 std::vector<double> numbers_of(std::span<const StepEnd> ends) {
   std::vector<double> numbers;
   for (const StepEnd& each : ends) {
-    numbers.insert(numbers.end(),
-                   {each.time, each.reached.value_or(never), each.out_of_time ? 1.0 : 0.0});
+    numbers.insert(numbers.end(), {each.time, each.reached.value_or(never),
+                                   each.skipped       ? skipped
+                                   : each.out_of_time ? out_of_time
+                                                      : 0});
   }
   return numbers;
 }
@@ -86,7 +90,8 @@ std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& fi
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
     ends.push_back({.time = numbers[0],
                     .reached = numbers[1] >= 0 ? std::optional(numbers[1]) : std::nullopt,
-                    .out_of_time = numbers[2] != 0});
+                    .out_of_time = numbers[2] == out_of_time,
+                    .skipped = numbers[2] == skipped});
   }
   return ends;
 }
@@ -214,6 +219,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"step_start_s", format_number(state.step_start)},
           {"step_start_height_nm", text_of(state.progress.start_height)},
           {"step_end_reached_s", text_of(state.progress.reached)},
+          {"repeat_start_height_nm", text_of(state.repeat_start)},
           {"step_ends", joined(numbers_of(state.ends))},
           {"time_step", std::to_string(state.time_step)},
           {"seed", std::to_string(recipe.flux.seed)},
@@ -274,6 +280,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .step_start = value("step_start_s"),
                     .progress = {.start_height = optional_of(numbers("step_start_height_nm")),
                                  .reached = optional_of(numbers("step_end_reached_s"))},
+                    .repeat_start = optional_of(numbers("repeat_start_height_nm")),
                     .ends = ends_of(numbers("step_ends"), file),
                     .time_step = static_cast<std::uint32_t>(value("time_step")),
                     .voids = voids_of(numbers("voids"), file),

@@ -71,7 +71,9 @@ SectionLine middle(const Frame& frame) { return parse_section("y = 0 nm", frame)
 
 std::string moment_of(const State& state, const Recipe& recipe) {
   if (state.time > state.step_start) return "in " + current_step(state, recipe).name;
-  return state.step == 0 ? "start" : "after " + recipe.steps[state.step - 1].name;
+  std::size_t last = state.step;
+  while (last > 0 && state.ends[last - 1].skipped) --last;
+  return last == 0 ? "start" : "after " + recipe.steps[last - 1].name;
 }
 
 // Why a step ended.
@@ -85,6 +87,7 @@ nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
   double start = state.origin.time;
   for (std::size_t n = 0; n < state.ends.size(); ++n) {
     const StepEnd& end = state.ends[n];
+    if (end.skipped) continue;
     const nlohmann::ordered_json reached =
         end.reached ? nlohmann::ordered_json(*end.reached) : nlohmann::ordered_json();
     list.push_back({{"name", recipe.steps[n].name},

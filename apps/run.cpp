@@ -63,6 +63,7 @@ class Observer {
     if (state.step != step) {
       tell_end(recipe_.steps[step], state, step);
       tell_standstill(recipe_.steps[step]);
+      tell_rounds(recipe_.steps[step], state, step);
     }
     if (move.islands.empty()) return;
     log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
@@ -90,6 +91,20 @@ class Observer {
       const std::string rest = over_etch_text(*step.until);
       log_.info(fmt::format("step \"{}\" ended at t = {:.6g} s: {}{}", step.name, end.time, wanted,
                             rest.empty() ? "" : fmt::format(" at {:.6g} s{}", *end.reached, rest)));
+    }
+  }
+
+  void tell_rounds(const ProcessStep& step, const State& state, std::size_t number) {
+    if (!step.round_end) return;
+    const RoundEnd& end = *step.round_end;
+    const std::string wanted = text_of(end.until, recipe_.materials);
+    if (state.step > number + 1 || (end.steps_left == 0 && ends_repeat(state, end))) {
+      log_.info(fmt::format("\"{}\" ended after {} at t = {:.6g} s: {}", end.name,
+                            counted(static_cast<std::size_t>(end.round), "round"), state.time,
+                            wanted));
+    } else if (end.steps_left == 0) {
+      log_.warn(fmt::format("\"{}\" made {} before {}; raise its repeat", end.name,
+                            counted(static_cast<std::size_t>(end.round), "round"), wanted));
     }
   }
 

@@ -315,6 +315,9 @@ double plane_height(const Planarise& plane, const State& state, const Recipe& re
       fmt::format("no {} is left to stop on", recipe.materials[*plane.stop_material].name));
 }
 
+// A condition that is met to within this counts as met: no time step has to be that short.
+constexpr double end_tolerance = 1e-4;  // spacings
+
 // When over-etch is over; infinity before the end condition holds.
 double end_of_over_etch(const State& state, const ProcessStep& step) {
   if (!state.progress.reached) return std::numeric_limits<double>::infinity();
@@ -343,6 +346,11 @@ void end_step(State& state, const ProcessStep& step) {
   state.progress = {};
   state.step_start = state.time;
   ++state.step;
+  if (!step.round_end || step.round_end->steps_left == 0) return;
+  if (!ends_repeat(state, *step.round_end)) return;
+  state.ends.insert(state.ends.end(), step.round_end->steps_left,
+                    {.time = state.time, .skipped = true});
+  state.step += step.round_end->steps_left;
 }
 
 // A step that needs no time of its own: where it has a duration, nothing else happens in it.
@@ -366,9 +374,6 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
   end_step(state, step);
   return move;
 }
-
-// A condition that is met to within this counts as met: no time step has to be that short.
-constexpr double end_tolerance = 1e-4;  // spacings
 
 // What went in a time step that was not etched.
 struct Removed {
@@ -584,6 +589,8 @@ State prepared_state(const Recipe& recipe) {
 void begin_step(State& state, const Recipe& recipe) {
   const ProcessStep& step = current_step(state, recipe);
   if (step.deposits) add_layer(state.layers, *step.deposits);
+  if (step.begins_repeat && state.time == state.step_start)
+    state.repeat_start = start_height(*step.begins_repeat, state.layers);
   if (step.until && state.time == state.step_start)
     state.progress.start_height = start_height(*step.until, state.layers);
 }
@@ -685,6 +692,11 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   if (reached) state.progress.reached = state.time;
   if (state.time >= end_of_step(state, step)) end_step(state, step);
   return move;
+}
+
+bool ends_repeat(const State& state, const RoundEnd& round_end) {
+  return distance_left(round_end.until, state.repeat_start, state.layers) <=
+         end_tolerance * state.layers.frame.spacing;
 }
 
 bool finished(const State& state, const Recipe& recipe) {

@@ -43,6 +43,7 @@ struct StepEnd {
   double time = 0;
   std::optional<double> reached{};  ///< when its end condition held
   bool out_of_time = false;         ///< its duration came before its end condition, or over-etch
+  bool skipped = false;             ///< it is of a round that was not needed any more
 };
 
 /// Where the time of a recipe begins: at 0, or where the run ended whose state it starts from.
@@ -64,7 +65,8 @@ struct State {
   std::size_t step = 0;
   double step_start = 0;
   EndProgress progress{};
-  std::vector<StepEnd> ends{};  ///< of the steps that are complete
+  std::optional<double> repeat_start{};  ///< see start_height(); of the repeat that has an until
+  std::vector<StepEnd> ends{};           ///< of the steps that are complete
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
@@ -161,6 +163,9 @@ Survey survey(const State& state, const Recipe& recipe);
 ///
 /// Units: time limit in s of process time.
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);
+
+/// Whether a repeat is over at the end of a round, by what the surface is then.
+bool ends_repeat(const State& state, const RoundEnd& round_end);
 
 /// True when the last step of the recipe is complete.
 bool finished(const State& state, const Recipe& recipe);

@@ -361,5 +361,85 @@ TEST_F(EndConditionRun, IsPrintedAndForeseenByCheck) {
               HasSubstr("#   film: a thickness of 7.77 nm, after about 7.77 s, at most 100 s\n"));
 }
 
+/// Rounds of 2 nm and 1 nm of oxide, as long as a condition wants.
+std::string rounds(int repeat, const std::string& until) {
+  return masked_oxide(true) + "[[step]]\nname = \"round\"\nrepeat = " + std::to_string(repeat) +
+         "\n" + until + R"([[step.step]]
+name = "fast"
+model = "isotropic"
+duration = "1 s"
+etch_rate = { SiO2 = "2 nm/s", default = "0 nm/s" }
+[[step.step]]
+name = "slow"
+model = "isotropic"
+duration = "1 s"
+etch_rate = { SiO2 = "1 nm/s", default = "0 nm/s" }
+[[step]]
+name = "after"
+model = "isotropic"
+duration = "1 s"
+etch_rate = { SiO2 = "0.5 nm/s", default = "0 nm/s" }
+[output]
+every = "0.7 s"
+)";
+}
+
+// 3 nm in a round: 8 nm take three of them, and all goes on as if there were no more.
+TEST_F(EndConditionRun, RoundsGoOnUntilTheConditionHolds) {
+  write("until.toml", rounds(10, "until = { depth = \"8 nm\" }\n"));
+  write("three.toml", rounds(3, ""));
+  const Outcome run = scarp("run " + path("until.toml") + " -o " + path("until"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  EXPECT_THAT(run.messages,
+              HasSubstr("\"round\" ended after 3 rounds at t = 6 s: a depth of 8 nm"));
+  ASSERT_EQ(scarp("run " + path("three.toml") + " --quiet -o " + path("three")).exit_code, 0);
+  EXPECT_EQ(summary("until")["state_hash"], summary("three")["state_hash"]);
+  EXPECT_EQ(summary("until")["steps"], summary("three")["steps"]);
+  ASSERT_EQ(summary("until")["steps"].size(), 7U);
+
+  const Outcome few = scarp(
+      "run " + path("until.toml") +
+      " --set step[0].until='{ depth = \"40 nm\" }' --set step[0].repeat=2 -o " + path("few"));
+  EXPECT_THAT(few.messages,
+              HasSubstr("\"round\" made 2 rounds before a depth of 40 nm; raise its repeat"));
+}
+
+TEST_F(EndConditionRun, RoundsGoOnWithTheSameBitsAfterAnInterruption) {
+  write("r.toml", rounds(10, "until = { depth = \"8 nm\" }\n"));
+  ASSERT_EQ(scarp("run " + path("r.toml") + " --quiet -o " + path("whole")).exit_code, 0);
+  const int outputs = summary("whole")["outputs"];
+  for (int kept = 2; kept < outputs; kept += 4) {
+    SCOPED_TRACE(kept);
+    fs::remove_all(folder_ / "cut");
+    fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+    fs::remove(folder_ / "cut" / "summary.json");
+    for (int n = kept; n < outputs; ++n)
+      fs::remove(folder_ / "cut" / ("state_" + std::to_string(10000 + n).substr(1) + ".vdb"));
+    ASSERT_EQ(scarp("run " + path("r.toml") + " --quiet --resume -o " + path("cut")).exit_code, 0);
+    expect_same_bits("whole", "cut");
+    EXPECT_EQ(summary("cut")["steps"], summary("whole")["steps"]);
+  }
+}
+
+TEST(EndCondition, OfRoundsThatCannotBeIsTold) {
+  const auto expect = [](const std::string& until, const std::string& message) {
+    EXPECT_THAT([&] { read_text(rounds(3, until)); }, ThrowsMessage<InputError>(HasSubstr(message)))
+        << until;
+  };
+  expect("until = { exposed = \"Si\", over_etch = \"5 %\" }\n",
+         "step[0].until.over_etch: rounds are whole, so there is no over-etch");
+  expect("until = { exposed = \"Cu\" }\n", "step[0].until.exposed: there is no Cu on the wafer");
+  expect("until = { }\n", "step[0].until: missing; say what ends the step");
+  EXPECT_THAT(
+      [] {
+        read_text(masked_oxide(true) +
+                  "[[step]]\nrepeat = 2\nuntil = { exposed = \"Si\" }\n[[step.step]]\nrepeat = 3\n"
+                  "until = { exposed = \"Si\" }\n[[step.step.step]]\nmodel = \"isotropic\"\n"
+                  "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
+      },
+      ThrowsMessage<InputError>(HasSubstr(
+          "step[0].step[0].until: a repeat around this one has one, too; only one of them can")));
+}
+
 }  // namespace
 }  // namespace scarp
