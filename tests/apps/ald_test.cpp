@@ -257,7 +257,7 @@ double front_of(const std::vector<double>& theta) {
 }
 
 // With fewer molecules than sites a front goes down, as far as the one of the reference.
-TEST(AldRun, AStarvedHoleFillsToTheFrontOfTheReference) {
+TEST(SlowAldRun, AStarvedHoleFillsToTheFrontOfTheReference) {
   constexpr int aspect = 20;
   const Tube tube(aspect);
   // Between seeds, what is covered at a depth differs by 0.002 at this target.
