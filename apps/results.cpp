@@ -224,8 +224,8 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   sections(recipe).write(path_, number, state, recipe);
-  metrology_rows_ +=
-      metrology_rows(output_times_.size(), state.time, measure(state, recipe), recipe);
+  newest_ = measure(state, recipe);
+  metrology_rows_ += metrology_rows(output_times_.size(), state.time, *newest_, recipe);
   write_file(file(metrology_file), metrology_rows_);
   output_times_.push_back(state.time);
   std::vector<std::string> series;
@@ -251,7 +251,10 @@ Sections& ResultFolder::sections(const Recipe& recipe) {
 }
 
 Metrology ResultFolder::measure(const State& state, const Recipe& recipe) {
-  if (!start_) start_ = scarp::measure(start_state(recipe).layers, recipe.metrology);
+  if (!start_) {
+    start_ = output_count() == 0 ? scarp::measure(state.layers, recipe.metrology)
+                                 : scarp::measure(start_state(recipe).layers, recipe.metrology);
+  }
   return scarp::measure(state.layers, recipe.metrology, &*start_);
 }
 
@@ -271,6 +274,8 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
+  // The end of a recipe is an output; it may have been written before the run was resumed.
+  if (!newest_) newest_ = measure(state, recipe);
   write_file(file("summary.json"), summary_text(state, survey, measure(state, recipe), recipe,
                                                 output_times_, total, wall_seconds));
 }

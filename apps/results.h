@@ -77,6 +77,7 @@ class ResultFolder {
   std::vector<double> output_times_;
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
+  std::optional<Metrology> newest_;  ///< of the last output that was written
   std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
   int lock_ = -1;

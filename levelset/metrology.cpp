@@ -168,9 +168,12 @@ class SectionMeasurement {
   Cut cut(std::size_t k) const {
     const Sides sides = surfaces_.frame().sides();
     const int along = 1 - axis_;
-    Cut cut{.lines =
-                with_surroundings(cross_section(surfaces_.mesh(k), axis_, position_),
-                                  sides.lower[along], sides.upper[along], sides.boundary[along])};
+    // On a side of the domain just inside.
+    const double inside = 1e-6 * sides.width(axis_);
+    const CutPlane plane = CutPlane::across(
+        axis_, std::clamp(position_, sides.lower[axis_] + inside, sides.upper[axis_] - inside));
+    Cut cut{.lines = with_surroundings(cross_section(surfaces_.mesh(k), plane), sides.lower[along],
+                                       sides.upper[along], sides.boundary[along])};
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
     cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);
     cut.floor = height(k, row_.centre);
@@ -266,14 +269,16 @@ class SectionMeasurement {
     found.top = upper.field - lower.field;
     found.bottom = upper.floor - lower.floor;
     if (!upper.contour || !lower.contour) return found;
+    const Polyline wall{.points = lower.contour->points()};
+    const std::span<const Polyline> below(&wall, 1);
     if (const std::optional<Gap> gap = upper.contour->gap(lower.middle())) {
-      found.wall = mean(distance({gap->left, lower.middle()}, lower.lines),
-                        distance({gap->right, lower.middle()}, lower.lines));
+      found.wall = mean(distance({gap->left, lower.middle()}, below),
+                        distance({gap->right, lower.middle()}, below));
     }
     double thinnest = 1e300;
     double thickest = 0;
     for (const Contour::Point& point : upper.contour->points()) {
-      const double thickness = distance(point, lower.lines);
+      const double thickness = distance(point, below);
       thinnest = std::min(thinnest, thickness);
       thickest = std::max(thickest, thickness);
     }
