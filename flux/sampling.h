@@ -23,9 +23,9 @@ Vec3d sample_source(UnitSquare xi, double power);
 /// A unit direction with a tabulated density about -z.
 Vec3d sample_source(UnitSquare xi, const PolarDensity& density);
 
-/// The vector with components x and y across a unit vector and `height` along it. Across steep walls
-/// x points down, elsewhere where the axis says. Source: Duff et al. 2017, "Building an orthonormal
-/// basis, revisited".
+/// The vector with components x and y across a unit vector and `height` along it. Across steep
+/// walls x points down, elsewhere where the axis says. Source: Duff et al. 2017, "Building an
+/// orthonormal basis, revisited".
 Vec3d about_axis(double x, double y, double height, Vec3d axis);
 
 /// Sine and cosine of the angle 2 pi xi.
