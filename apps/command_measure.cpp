@@ -52,8 +52,16 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
   for (const std::string& height : arguments.cd_at) options.cd_heights.push_back(height_of(height));
 
   std::optional<Metrology> start;
-  if (const std::optional<fs::path> earlier = start_file(arguments, file))
-    start = measure(read_wafer(*earlier, wafer.materials).layers, options);
+  if (const std::optional<fs::path> earlier = start_file(arguments, file)) {
+    const SavedWafer before = read_wafer(*earlier, wafer.materials);
+    if (!(before.layers.frame == wafer.layers.frame)) {
+      throw InputError(fmt::format(
+          "--start: {} has another mode, spacing, extent or sides than {}; give a state of the "
+          "same run",
+          earlier->string(), file.string()));
+    }
+    start = measure(before.layers, options);
+  }
   const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr);
 
   const MetrologyNames names{.materials = wafer.materials, .options = options};

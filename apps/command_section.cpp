@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "apps/picture.h"
 #include "apps/restart.h"
+#include "apps/results.h"
 #include "apps/section.h"
 #include "core/error.h"
 
@@ -39,9 +40,22 @@ SectionLine line_of(const std::string& text, const Frame& frame) {
   }
 }
 
+void refuse_files_of_runs(const fs::path& file) {
+  const bool is_in_run = fs::exists(file.parent_path() / "metrics.csv");
+  if (!is_in_run || !is_result(file.filename().string())) return;
+  throw InputError(fmt::format("-o: {} is a file that the run writes there; choose another name",
+                               file.string()));
+}
+
 }  // namespace
 
 ExitCode execute(const SectionArguments& arguments, const CommonOptions& common) {
+  if (fs::path(arguments.output).filename().empty())
+    throw InputError("-o: name the files, without their ending");
+  const std::string points = arguments.output + ".csv";
+  const std::string picture = arguments.output + ".svg";
+  refuse_files_of_runs(points);
+  refuse_files_of_runs(picture);
   const SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const SectionLine line = line_of(arguments.line, wafer.layers.frame);
   const ProfileView view{.title = fmt::format("{}, t = {:.4g} s", arguments.line, wafer.time),
@@ -50,8 +64,6 @@ ExitCode execute(const SectionArguments& arguments, const CommonOptions& common)
                          .right = line.right,
                          .earlier = some_of(earlier_surfaces(arguments.where, line)),
                          .time = wafer.time};
-  const std::string points = arguments.output + ".csv";
-  const std::string picture = arguments.output + ".svg";
   write_section_csv(points, view.layers, line, wafer.materials);
   write_svg(picture, view, wafer.materials);
   if (common.json) {

@@ -52,8 +52,6 @@ bool is_output(const std::string& name) {
          name == "profiles.svg" || is_section(name);
 }
 
-bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
-
 // What a killed process was writing when it died: NAME.tmp-PID-N.
 bool is_temporary(const std::string& name) {
   const std::size_t ending = name.rfind(".tmp-");
@@ -115,6 +113,8 @@ void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name
 }
 
 }  // namespace
+
+bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
 
 ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)) {
   std::error_code error;

@@ -12,6 +12,9 @@
 
 namespace scarp {
 
+/// Whether a run writes a file of that name into its folder.
+bool is_result(const std::string& name);
+
 /// The folder that a run writes, see the README's table of files. Held by one process at a time.
 ///
 /// Files appear whole or not at all; metrics.csv grows by whole lines.

@@ -44,6 +44,8 @@ struct Frame {
     return {node_position(0, node[0]), node_position(1, node[1]), node_position(2, node[2])};
   }
 
+  friend bool operator==(const Frame&, const Frame&) = default;
+
   Sides sides() const {
     Sides sides;
     for (int axis = 0; axis < 2; ++axis) {

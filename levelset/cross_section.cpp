@@ -180,6 +180,11 @@ CutPlane CutPlane::across(int axis, double position) {
   return {.origin = {0, position}, .along = {1, 0}};
 }
 
+double just_inside(double position, const Sides& sides, int axis) {
+  const double inside = 1e-6 * sides.width(axis);
+  return std::clamp(position, sides.lower[axis] + inside, sides.upper[axis] - inside);
+}
+
 std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane) {
   return Slicer(mesh, plane).run();
 }

@@ -37,6 +37,10 @@ struct CutPlane {
   }
 };
 
+/// A position in x or y, moved off the sides of the domain: a plane on them would have nothing on
+/// one side.
+double just_inside(double position, const Sides& sides, int axis);
+
 /// Where a plane cuts a mesh.
 ///
 /// Lines follow the facets, so sharp corners stay.

@@ -25,7 +25,10 @@ class BathBox {
       : frame_(layers.frame), lowest_(node_below(extent.lower.z) - 1) {
     const double wide =
         std::max(frame_.sides().width(0), frame_.two_dimensional ? 0.0 : frame_.sides().width(1));
-    const int top = node_below(extent.upper.z + std::min(wide, layer)) + 2;
+    // Half a spacing of the layer at least remains above the box, if the layer is no thinner.
+    const double h = frame_.spacing;
+    const int top = std::max(node_below(extent.upper.z) + 1,
+                             node_below(extent.upper.z + std::min(wide + 2 * h, layer - 0.5 * h)));
     for (std::size_t a = 0; a < 2; ++a) {
       const bool is_single = a == 1 && frame_.two_dimensional;
       count_[a] = is_single ? 1 : frame_.cells[a] + (is_periodic(a) ? 0 : 1);

@@ -168,10 +168,7 @@ class SectionMeasurement {
   Cut cut(std::size_t k) const {
     const Sides sides = surfaces_.frame().sides();
     const int along = 1 - axis_;
-    // On a side of the domain just inside.
-    const double inside = 1e-6 * sides.width(axis_);
-    const CutPlane plane = CutPlane::across(
-        axis_, std::clamp(position_, sides.lower[axis_] + inside, sides.upper[axis_] - inside));
+    const CutPlane plane = CutPlane::across(axis_, just_inside(position_, sides, axis_));
     Cut cut{.lines = with_surroundings(cross_section(surfaces_.mesh(k), plane), sides.lower[along],
                                        sides.upper[along], sides.boundary[along])};
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};

@@ -115,6 +115,11 @@ TEST_F(MeasureCommand, TakesMasksHeightsAndStartFromTheCommandLine) {
   EXPECT_EQ(at[0]["height_nm"], -80);
   EXPECT_NEAR(at[0]["cd_nm"], 80, 0.5);
 
+  ASSERT_EQ(run_etch("other", "--set domain.spacing='\"10 nm\"'").exit_code, 0);
+  const Outcome other = scarp("measure " + state + " --start " + path("other/state_0000.vdb"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.messages, ::testing::HasSubstr("--start: "));
+
   // A state alone has no start.
   std::filesystem::copy_file(state, path("alone.vdb"));
   const nlohmann::json alone =

@@ -1,5 +1,6 @@
 #include "apps/section.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +27,8 @@ TEST(SectionLine, IsReadAcrossAnAxisOrAlongALine) {
   const SectionLine x = parse_section("x = -0.2 um", square_domain);
   EXPECT_EQ(x.lateral, "y");
   EXPECT_EQ(x.right, 100);
-  EXPECT_EQ(x.plane.place(3), (std::array<double, 2>{-200, 3}));
+  EXPECT_NEAR(x.plane.place(3)[0], -200, 1e-3);
+  EXPECT_EQ(x.plane.place(3)[1], 3);
   const SectionLine line = parse_section("from -30 nm, 0 nm to 0 nm, 40 nm", square_domain);
   EXPECT_EQ(line.lateral, "s");
   EXPECT_EQ(line.left, 0);
@@ -81,6 +83,21 @@ TEST(SectionLine, CutsLayersWhereItGoes) {
   EXPECT_EQ(exposed_lines(profile), profile[1].lines);
 }
 
+// Both sides of the domain are in it.
+TEST(SectionLine, MayLieOnASide) {
+  const Layers layers = build_layers(square_domain, std::vector<Shape>{WaferShape{.material = 0}});
+  const std::vector<TriMesh> surfaces = layer_surfaces(layers);
+  const Sides sides = layers.frame.sides();
+  for (const int axis : {0, 1}) {
+    for (const double position : {sides.lower[axis], sides.upper[axis]}) {
+      const std::string text = fmt::format("{} = {} nm", axis == 0 ? "x" : "y", position);
+      const auto profile = cut(layers, surfaces, parse_section(text, layers.frame));
+      ASSERT_EQ(profile[0].lines.size(), 1U) << text;
+      EXPECT_NEAR(std::abs(profile[0].lines[0].points.front()[0]), sides.upper[1 - axis], 1e-3);
+    }
+  }
+}
+
 class SectionCommand : public Program {
  protected:
   std::string sections() const {
@@ -102,6 +119,14 @@ TEST_F(SectionCommand, OfARunIsWhatItsRecipeWrites) {
   const Outcome one = scarp("section " + path("out/state_0003.vdb") + " -o " + path("one"));
   ASSERT_EQ(one.exit_code, 0) << one.messages;
   EXPECT_EQ(read_file(path("one.csv")), read_file(path("out/profile_0003.csv")));
+  const std::string metrics = read_file(path("out/metrics.csv"));
+  for (const char* name : {"out/metrics", "out/profile_0001", "out/section_1_0003"}) {
+    const Outcome taken = scarp("section " + path("out") + " -o " + path(name));
+    EXPECT_EQ(taken.exit_code, 2);
+    EXPECT_THAT(taken.messages, HasSubstr("is a file that the run writes there")) << name;
+  }
+  EXPECT_EQ(scarp("section " + path("out") + " -o ''").exit_code, 2);
+  EXPECT_EQ(read_file(path("out/metrics.csv")), metrics);
   const Outcome wrong = scarp("section " + path("out") + " 'x = 9 um'");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_THAT(wrong.messages, HasSubstr("line: \"x = 9 um\" lies outside the domain"));

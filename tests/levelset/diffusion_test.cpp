@@ -92,15 +92,18 @@ Layers wafer(const Frame& frame) {
 }
 
 TEST(Diffusion, AboveAnOpenWaferIsLinear) {
-  const Solute solute{.diffusivity = 3, .layer = 500, .bath = 0.4};
-  for (const Exchange wafer_exchange :
-       {Exchange{.release = 0.002, .uptake = 0.01}, Exchange{.release = 0.05, .uptake = 0.01},
-        Exchange{.release = 0, .uptake = 0.01}}) {
+  for (const auto& [layer, wafer_exchange] :
+       {std::pair{500.0, Exchange{.release = 0.002, .uptake = 0.01}},
+        std::pair{500.0, Exchange{.release = 0.05, .uptake = 0.01}},
+        std::pair{500.0, Exchange{.release = 0, .uptake = 0.01}},
+        std::pair{21.0, Exchange{.release = 0.5, .uptake = 0.2}},
+        std::pair{8.0, Exchange{.release = 0.5, .uptake = 0.2}}}) {
+    const Solute solute{.diffusivity = 3, .layer = layer, .bath = 0.4};
     const double expected = open_wafer_concentration(solute, wafer_exchange);
     for (const Frame& frame : {plane(10), block(10), block(10, Boundary::periodic)}) {
       const Bath bath = solved(wafer(frame), solute, [&](Vec3d, Vec3d) { return wafer_exchange; });
       // The surface gives to the nodes above it, up to a spacing away.
-      const double step = h / 500 * std::abs(expected - solute.bath);
+      const double step = h / layer * std::abs(expected - solute.bath);
       for (const float c : bath.result.at_facets) EXPECT_NEAR(c, expected, step + 1e-6);
     }
   }
