@@ -96,8 +96,8 @@ TEST(Diffusion, AboveAnOpenWaferIsLinear) {
        {std::pair{500.0, Exchange{.release = 0.002, .uptake = 0.01}},
         std::pair{500.0, Exchange{.release = 0.05, .uptake = 0.01}},
         std::pair{500.0, Exchange{.release = 0, .uptake = 0.01}},
-        std::pair{21.0, Exchange{.release = 0.5, .uptake = 0.2}},
-        std::pair{8.0, Exchange{.release = 0.5, .uptake = 0.2}}}) {
+        std::pair{21.0, Exchange{.release = 0.05, .uptake = 0.01}},
+        std::pair{8.0, Exchange{.release = 0.05, .uptake = 0.01}}}) {
     const Solute solute{.diffusivity = 3, .layer = layer, .bath = 0.4};
     const double expected = open_wafer_concentration(solute, wafer_exchange);
     for (const Frame& frame : {plane(10), block(10), block(10, Boundary::periodic)}) {
