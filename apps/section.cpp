@@ -47,10 +47,11 @@ SectionLine across(std::string_view text, const std::array<std::string_view, 2>&
   const int axis = equation[0] == "x" ? 0 : 1;
   const double position = parse_quantity(equation[1], Dimension::length);
   require_inside(text, axis, position, sides);
-  return {.plane = CutPlane::across(axis, just_inside(position, sides, axis)),
-          .left = sides.lower[1 - axis],
-          .right = sides.upper[1 - axis],
-          .lateral = axis == 0 ? "y" : "x"};
+  return {
+      .plane = CutPlane::across(axis, just_inside(position, sides.lower[axis], sides.upper[axis])),
+      .left = sides.lower[1 - axis],
+      .right = sides.upper[1 - axis],
+      .lateral = axis == 0 ? "y" : "x"};
 }
 
 SectionLine between(std::string_view text, const Sides& sides) {
@@ -63,7 +64,7 @@ SectionLine between(std::string_view text, const Sides& sides) {
     for (int axis = 0; axis < 2; ++axis) {
       places[n][axis] = parse_quantity((*numbers)[axis], Dimension::length);
       require_inside(text, axis, places[n][axis], sides);
-      places[n][axis] = just_inside(places[n][axis], sides, axis);
+      places[n][axis] = just_inside(places[n][axis], sides.lower[axis], sides.upper[axis]);
     }
   }
   const double dx = places[1][0] - places[0][0];

@@ -180,9 +180,9 @@ CutPlane CutPlane::across(int axis, double position) {
   return {.origin = {0, position}, .along = {1, 0}};
 }
 
-double just_inside(double position, const Sides& sides, int axis) {
-  const double inside = 1e-6 * sides.width(axis);
-  return std::clamp(position, sides.lower[axis] + inside, sides.upper[axis] - inside);
+double just_inside(double position, double lower, double upper) {
+  const double inside = 1e-6 * (upper - lower);
+  return std::clamp(position, lower + inside, upper - inside);
 }
 
 std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane) {
@@ -191,9 +191,8 @@ std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane) 
 
 std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double position) {
   const Box box = bounding_box(mesh);
-  const double inside = 1e-6 * (box.upper[axis] - box.lower[axis]);
-  return cross_section(mesh, CutPlane::across(axis, std::clamp(position, box.lower[axis] + inside,
-                                                               box.upper[axis] - inside)));
+  return cross_section(
+      mesh, CutPlane::across(axis, just_inside(position, box.lower[axis], box.upper[axis])));
 }
 
 std::vector<Polyline> with_surroundings(const std::vector<Polyline>& lines, double lower,

@@ -37,9 +37,8 @@ struct CutPlane {
   }
 };
 
-/// A position in x or y, moved off the sides of the domain: a plane on them would have nothing on
-/// one side.
-double just_inside(double position, const Sides& sides, int axis);
+/// A position moved off the sides of what is cut: a plane on them would have nothing beyond it.
+double just_inside(double position, double lower, double upper);
 
 /// Where a plane cuts a mesh.
 ///

@@ -168,7 +168,8 @@ class SectionMeasurement {
   Cut cut(std::size_t k) const {
     const Sides sides = surfaces_.frame().sides();
     const int along = 1 - axis_;
-    const CutPlane plane = CutPlane::across(axis_, just_inside(position_, sides, axis_));
+    const CutPlane plane =
+        CutPlane::across(axis_, just_inside(position_, sides.lower[axis_], sides.upper[axis_]));
     Cut cut{.lines = with_surroundings(cross_section(surfaces_.mesh(k), plane), sides.lower[along],
                                        sides.upper[along], sides.boundary[along])};
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
