@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "apps/simulator.h"
+#include "apps/survey.h"
 
 namespace scarp {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/simulator.h"
+#include "apps/state.h"
 
 namespace scarp {
 

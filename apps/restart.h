@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
+#include "apps/state.h"
 #include "core/log.h"
 
 namespace scarp {

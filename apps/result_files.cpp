@@ -12,6 +12,7 @@
 #include "apps/picture.h"
 #include "apps/region_text.h"
 #include "apps/restart.h"
+#include "apps/surface_speeds.h"
 #include "core/atomic_file.h"
 #include "core/csv.h"
 #include "core/error.h"

@@ -11,6 +11,7 @@
 
 #include "apps/region_text.h"
 #include "apps/results.h"
+#include "apps/surface_speeds.h"
 #include "core/error.h"
 #include "core/quantity.h"
 

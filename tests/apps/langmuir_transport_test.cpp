@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/simulator.h"
+#include "apps/surface_speeds.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

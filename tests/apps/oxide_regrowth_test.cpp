@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/results.h"
+#include "apps/surface_speeds.h"
 #include "core/parallel.h"
 #include "levelset/cross_section.h"
 #include "levelset/layer_steps.h"

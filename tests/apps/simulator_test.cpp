@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/surface_speeds.h"
 #include "core/error.h"
 #include "core/running_statistics.h"
 #include "flux/solve.h"

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "apps/simulator.h"
+#include "apps/surface_speeds.h"
 #include "levelset/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/simulator.h"
+#include "apps/surface_speeds.h"
 #include "flux/solve.h"
 #include "tests/apps/recipe_text.h"
 

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "apps/survey.h"
+
+namespace scarp {
+
+/// Asks the model of the current step how every layer would move; nothing where there is none.
+///
+/// Throws: NumericalError with step, time and place when a speed is not finite, or when the surface
+///         grows in a step that deposits nothing.
+void find_speeds(const State& state, const Recipe& recipe, Survey& result);
+
+/// The speed of every facet, of the layer that is seen there. Units: nm/s.
+std::vector<float> facet_speeds(const State& state, const Survey& survey);
+
+/// All tallies in a row, as models take them.
+std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux);
+
+}  // namespace scarp

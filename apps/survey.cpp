@@ -1,0 +1,258 @@
+#include "apps/survey.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/coverage_cycle.h"
+#include "apps/surface_speeds.h"
+#include "core/error.h"
+#include "flux/solve.h"
+#include "levelset/diffusion.h"
+#include "levelset/exposure.h"
+#include "levelset/extract_surface.h"
+#include "mesh/simplify.h"
+
+namespace scarp {
+
+namespace {
+
+// Gas that no path joins to the source sees no particle and does not move: its surface is left out.
+TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result) {
+  const auto measurement = result.timer.measure("surface");
+  std::vector<Region> known;
+  for (const VoidClosure& each : state.voids) known.push_back(each.region);
+  result.gas = open_gas(state.layers, known);
+  TriMesh surface = extract_surface(state.layers, result.gas);
+  if (surface.triangles.empty()) {
+    throw NumericalError(
+        fmt::format("time step {} of step \"{}\", t = {:g} s: no surface is left that the source "
+                    "can see",
+                    state.time_step, current_step(state, recipe).name, state.time));
+  }
+  result.vertices_full = surface.vertices.size();
+  result.facets_full = surface.triangles.size();
+  result.extent = bounding_box(surface);
+  return surface;
+}
+
+// A film loses none of its thickness by the facets that it is seen on.
+TriMesh simplified(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
+  constexpr double part_of_film = 0.05;
+  constexpr float least_film = 0.5F;  // spacings
+  const auto measurement = result.timer.measure("simplify");
+  if (!recipe.simplify) return surface;
+  SimplifyOptions options = *recipe.simplify;
+  const double of_film = part_of_film * thinnest_film(state.layers, least_film);
+  if (options.max_error) options.max_error = std::min(*options.max_error, of_film);
+  SimplifyResult coarse = simplify(surface, options);
+  result.simplify_max_distance = coarse.max_distance;
+  return std::move(coarse.mesh);
+}
+
+std::vector<Species> species_of(const ProcessStep& step) {
+  return step.model ? step.model->species() : std::vector<Species>{};
+}
+
+// What the model lets the facets send out; refers to all of them.
+SurfaceEmission emission_from(const TriMesh& facets, const SurfaceModel& model,
+                              std::span<const Species> species,
+                              const std::vector<std::vector<float>>& coverages) {
+  SurfaceEmission emission;
+  for (const Species& each : species)
+    emission.species.push_back(each.source.kind == SourceLobe::Kind::none);
+  if (std::ranges::find(emission.species, true) == emission.species.end()) return {};
+  emission.of = [&](std::span<const std::span<const float>> flux) {
+    const std::vector<Vec3f> normals = facet_normals(facets);
+    return model.emission({.material = facets.materials, .normal = normals, .coverages = coverages},
+                          flux);
+  };
+  return emission;
+}
+
+// Sticking and emission follow the coverages, of a balance or of a cycle.
+template <class Coverages>
+std::vector<FluxField> solve_with(Coverages& coverages, std::span<const Species> species,
+                                  const FluxOptions& options, const SurfaceModel& model,
+                                  Survey& result) {
+  std::vector<FluxField> flux =
+      solve_flux(result.facets, species, options, coverages.feedback(),
+                 emission_from(result.facets, model, species, coverages.coverages()));
+  const int before = result.coverage_fit.iterations;
+  result.coverages = coverages.coverages();
+  result.coverage_fit = coverages.fit();
+  result.coverage_fit.iterations += before;
+  return flux;
+}
+
+// The flux on a surface that it covers; where it was solved before, on from the coverages then.
+std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
+                                     const State& state, const Recipe& recipe, Survey& result) {
+  const SurfaceModel& model = *current_step(state, recipe).model;
+  if (model.coverages().empty())
+    return solve_flux(result.facets, species, options, {},
+                      emission_from(result.facets, model, species, result.coverages));
+  if (!model.phases().empty()) {
+    CoverageCycle cycle(model, result.facets, recipe.coverages);
+    return solve_with(cycle, species, options, model, result);
+  }
+  const bool again = !result.coverages.empty();
+  CoverageIteration iteration(model, result.facets,
+                              again ? coverages_of(result, model) : state.coverages,
+                              recipe.coverages);
+  return solve_with(iteration, species, options, model, result);
+}
+
+// Particles that slip through the surface make every number wrong without showing it.
+void require_nothing_lost(std::span<const FluxField> flux, const State& state,
+                          const Recipe& recipe) {
+  constexpr double most_lost = 1e-4;
+  for (const FluxField& field : flux) {
+    const double lost = field.audit.emitted > 0 ? field.audit.lost() / field.audit.emitted : 0;
+    if (lost <= most_lost) continue;
+    throw NumericalError(fmt::format(
+        "time step {} of step \"{}\", t = {:g} s: {:.2g} of the particles were lost at the "
+        "surface, "
+        "more than {:g} is not trusted; please report it with the recipe",
+        state.time_step, current_step(state, recipe).name, state.time, lost, most_lost));
+  }
+}
+
+// The concentration in a bath as the flux that it is in place of: without rays and errors.
+FluxField dissolved(const State& state, const SurfaceModel& model, const Solute& solute,
+                    const TriMesh& facets) {
+  const std::vector<Vec3f> normals = facet_normals(facets);
+  const std::vector<Exchange> exchange =
+      model.exchange({.material = facets.materials, .normal = normals});
+  Concentration concentration = diffuse(state.layers, facets, exchange, solute);
+  FluxField field;
+  field.tallies.push_back({.mean = std::move(concentration.at_facets),
+                           .std_error = std::vector<float>(facets.triangles.size())});
+  field.audit = {.emitted = concentration.released,
+                 .absorbed = concentration.settled,
+                 .escaped = concentration.escaped};
+  return field;
+}
+
+void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
+  const auto measurement = result.timer.measure("flux");
+  const auto& model = current_step(state, recipe).model;
+  if (const auto solute = model ? model->solute() : std::nullopt) {
+    result.flux = {dissolved(state, *model, *solute, result.facets)};
+    return;
+  }
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  if (species.empty()) return;
+  options.time_step = state.time_step;
+  std::vector<FluxField> flux = solve_covered(species, options, state, recipe, result);
+  for (std::size_t i = 0; i < result.flux.size(); ++i) {
+    flux[i].rays += result.flux[i].rays;
+    flux[i].segments += result.flux[i].segments;
+  }
+  result.flux = std::move(flux);
+  require_nothing_lost(result.flux, state, recipe);
+}
+
+// Of the flux that tells what the wanted error of the position asks for.
+constexpr double first_flux_error = 0.1;
+
+double planned_time_step(const State& state, const Recipe& recipe, const Survey& now) {
+  const double left = next_moment(state, recipe, next_output(state, recipe)) - state.time;
+  return cut_to(left,
+                stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl));
+}
+
+// How far a unit of a tally moves each facet in a time step, by differences about the flux that is
+// known, as wide as its error. Units: nm.
+std::vector<float> response(const SurfaceModel& model, const SurfacePoints& points,
+                            std::vector<std::span<const float>> flux, std::size_t tally,
+                            std::span<const float> std_error, double dt) {
+  constexpr float least_width = 1e-3F;
+  std::vector<float> low(flux[tally].begin(), flux[tally].end());
+  std::vector<float> high = low;
+  for (std::size_t f = 0; f < low.size(); ++f) {
+    const float width = std::max(std_error[f], least_width);
+    low[f] = std::max(0.0F, low[f] - width);
+    high[f] += width;
+  }
+  flux[tally] = low;
+  const std::vector<float> slower = model.speeds(points, flux);
+  flux[tally] = high;
+  std::vector<float> result = model.speeds(points, flux);
+  for (std::size_t f = 0; f < result.size(); ++f) {
+    const double slope = (result[f] - slower[f]) / (high[f] - low[f]);
+    // Beside the flux that is known a formula may have a pole: no number of rays helps there.
+    result[f] = static_cast<float>(std::isfinite(slope) ? dt * slope : 0);
+  }
+  return result;
+}
+
+// Of all tallies, by species.
+std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model,
+                                                       const Survey& now) {
+  const std::vector<Vec3f> normals = facet_normals(now.facets);
+  const SurfacePoints points{.material = now.facets.materials, .normal = normals};
+  const std::vector<std::span<const float>> flux = tallies_on_facets(now.flux);
+  std::vector<std::vector<std::vector<float>>> result;
+  std::size_t t = 0;
+  for (const FluxField& field : now.flux) {
+    result.emplace_back();
+    for (const Tally& tally : field.tallies)
+      result.back().push_back(response(model, points, flux, t++, tally.std_error, now.longest_dt));
+  }
+  return result;
+}
+
+// Beams are found without rays that could be fewer or more.
+bool aims_at_position(const State& state, const Recipe& recipe) {
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  return recipe.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
+           return each.source.kind != SourceLobe::Kind::beam;
+         });
+}
+
+// The flux of a survey again, to the error that a rough one shows to be needed.
+void refine_to_position(const State& state, const Recipe& recipe, Survey& result) {
+  result.longest_dt = std::min(result.longest_dt, planned_time_step(state, recipe, result));
+  FluxOptions options = recipe.flux;
+  options.responses = responses(*current_step(state, recipe).model, result);
+  options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
+  trace(state, recipe, options, result);
+  find_speeds(state, recipe, result);
+}
+
+}  // namespace
+
+SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
+  if (survey.coverages.empty()) return {};
+  return {.facets = survey.facets, .names = model.coverages(), .values = survey.coverages};
+}
+
+Survey survey(const State& state, const Recipe& recipe) {
+  Survey result;
+  if (const auto& model = current_step(state, recipe).model)
+    result.longest_dt = model->longest_time_step();
+  TriMesh surface = exposed_surface(state, recipe, result);
+  result.facets = simplified(std::move(surface), state, recipe, result);
+  FluxOptions options = recipe.flux;
+  const bool refines = aims_at_position(state, recipe);
+  if (refines) options.target_error = first_flux_error;
+  trace(state, recipe, options, result);
+  find_speeds(state, recipe, result);
+  if (refines) refine_to_position(state, recipe, result);
+  return result;
+}
+
+std::optional<double> position_error(const Survey& survey, double dt) {
+  double squares = 0;
+  bool was_target = false;
+  for (const FluxField& field : survey.flux) {
+    was_target = was_target || field.response_error;
+    squares += std::pow(field.response_error.value_or(0), 2);
+  }
+  if (!was_target) return std::nullopt;
+  return std::sqrt(squares) * dt / survey.longest_dt;
+}
+
+}  // namespace scarp

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "apps/coverages.h"
+#include "apps/state.h"
+#include "core/stage_timer.h"
+#include "flux/flux_field.h"
+#include "levelset/connectivity.h"
+#include "levelset/extend.h"
+
+namespace scarp {
+
+/// The surface at one moment with all that the current step of the recipe does to it. A pure
+/// function of state and recipe: an interrupted run finds the same numbers again.
+///
+/// Shape: one flux per species; speeds_of_layers[k] is how the corners of the facets would move if
+///        layer k of the stack were seen there, so that a time step can cross from layer to layer.
+/// Units: nm/s along the outward normal.
+struct Survey {
+  OpenGas gas;
+  std::size_t vertices_full = 0;
+  std::size_t facets_full = 0;
+  Box extent;  ///< of the surface before it is simplified
+  double simplify_max_distance = 0;
+  TriMesh facets;
+  std::vector<FluxField> flux;
+  std::vector<std::vector<float>> coverages;  ///< on facets, in the order of the model's names
+  CoverageFit coverage_fit;
+  std::vector<LayerSpeeds> speeds_of_layers;
+  std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
+  /// The longest time step for which the model holds, and the flux is good enough with a target in
+  /// position. Units: s.
+  double longest_dt = std::numeric_limits<double>::infinity();
+  StageTimer timer;
+};
+
+/// Extracts and simplifies the surface, solves the flux on it and asks the model for speeds.
+///
+/// With a target in position, a flux of a tenth of the accuracy tells how far the surface will move
+/// until the end of the time step, and what each tally does to that; the flux is then solved to the
+/// target.
+///
+/// Throws: NumericalError with step, time and place when a speed is not finite.
+Survey survey(const State& state, const Recipe& recipe);
+
+/// What covers the surface of a survey, for the next one.
+SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model);
+
+/// The standard error of the distance by which the surface moves in a time step: root mean square
+/// over the exposed surface on patches of 4 x 4 spacings. Nothing unless it was the target.
+///
+/// Units: dt in s, result in nm.
+std::optional<double> position_error(const Survey& survey, double dt);
+
+}  // namespace scarp
