@@ -138,14 +138,18 @@ const std::vector<std::string> plane_settings{"domain.mode=\"2d\"", "domain.exte
 
 const auto name_of = [](const auto& test) { return std::string(test.param.name); };
 
-INSTANTIATE_TEST_SUITE_P(Of, TrenchGrowth,
-                         ::testing::Values(Growth{"Deep", 2, "0.1", strip_settings},
-                                           Growth{"DeepFull", 2, "0.1", full_strip_settings},
-                                           Growth{"DeepInPlane", 2, "0.1", plane_settings},
-                                           Growth{"ShallowInPlane", 1, "0.1", plane_settings}),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(
+    Of, TrenchGrowth,
+    ::testing::Values(Growth{"Deep", 2, "0.1", strip_settings},
+                      Growth{"DeepFull", 2, "0.1", full_strip_settings},
+                      Growth{"DeepInPlane", 2, "0.1", plane_settings},
+                      Growth{"DeepHalfSticksInPlane", 2, "0.5", plane_settings},
+                      Growth{"DeepHardlySticksInPlane", 2, "0.001", plane_settings},
+                      Growth{"ShallowInPlane", 1, "0.1", plane_settings}),
+    name_of);
 INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
                          ::testing::Values(Growth{"Shallow", 1, "0.1", strip_settings},
+                                           Growth{"DeepHalfSticks", 2, "0.5", strip_settings},
                                            Growth{"DeepAllStick", 2, "1.0", strip_settings},
                                            Growth{"DeepAllStickInPlane", 2, "1.0", plane_settings}),
                          name_of);
