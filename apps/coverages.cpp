@@ -1,26 +1,146 @@
 #include "apps/coverages.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
 
 namespace scarp {
 
-std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const TriMesh& facets) {
-  const TriangleTree tree(coverages.facets);
-  std::vector<std::vector<float>> values(coverages.values.size(),
-                                         std::vector<float>(facets.triangles.size()));
-  parallel_for(facets.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
+namespace {
+
+// Of four pieces alike.
+constexpr std::size_t samples_per_facet = 4;
+
+// The middles of a facet's pieces between its corners and the middles of its edges.
+std::array<Vec3d, samples_per_facet> samples(const TriMesh& mesh, std::size_t f) {
+  const auto [a, b, c] = corners(mesh, f);
+  const Vec3d middle = (a + b + c) / 3.0;
+  return {middle, (middle + a) / 2.0, (middle + b) / 2.0, (middle + c) / 2.0};
+}
+
+// For every sample of a mesh the closest facet of another one.
+std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& other, double reach) {
+  const TriangleTree tree(other);
+  std::vector<std::uint32_t> closest(samples_per_facet * mesh.triangles.size());
+  parallel_for(mesh.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
-      const auto& [a, b, c] = facets.triangles[f];
-      const Vec3d middle =
-          (Vec3d(facets.vertices[a]) + Vec3d(facets.vertices[b]) + Vec3d(facets.vertices[c])) / 3.0;
-      const std::uint32_t old = tree.closest(middle).triangle;
-      for (std::size_t k = 0; k < values.size(); ++k) values[k][f] = coverages.values[k][old];
+      std::size_t k = f * samples_per_facet;
+      for (const Vec3d& r : samples(mesh, f)) closest[k++] = tree.closest(r, reach).triangle;
     }
   });
+  return closest;
+}
+
+// The area of each facet of which something was found.
+std::vector<double> found_areas(const TriMesh& mesh, std::span<const std::uint32_t> closest) {
+  std::vector<double> areas = facet_areas(mesh);
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const auto of_facet = closest.subspan(f * samples_per_facet, samples_per_facet);
+    const auto missed = std::ranges::count(of_facet, ClosestPoint::none);
+    areas[f] *= 1 - static_cast<double>(missed) / samples_per_facet;
+  }
+  return areas;
+}
+
+double integral(std::span<const double> areas, std::span<const float> values) {
+  double sum = 0;
+  for (std::size_t f = 0; f < areas.size(); ++f) sum += areas[f] * static_cast<double>(values[f]);
+  return sum;
+}
+
+// Coverages on facets whose integrals are brought to what they have to be.
+class Balance {
+ public:
+  // Shape: kept is the part of each facet that may be covered, in [0, 1].
+  Balance(std::vector<std::vector<float>>& values, std::span<const double> areas,
+          std::vector<float> kept)
+      : values_(values), areas_(areas), bare_(std::move(kept)) {
+    for (const std::vector<float>& each : values_) take_away(each);
+  }
+
+  // The integrals together must not be more than what may be covered.
+  void bring_to(std::span<const double> integrals) {
+    // What is too much makes the room for what is too little.
+    for (std::size_t k = 0; k < values_.size(); ++k) lower(values_[k], integrals[k]);
+    for (std::size_t k = 0; k < values_.size(); ++k) raise(values_[k], integrals[k]);
+  }
+
+ private:
+  void take_away(const std::vector<float>& values) {
+    for (std::size_t f = 0; f < bare_.size(); ++f) bare_[f] = std::max(0.0F, bare_[f] - values[f]);
+  }
+
+  void lower(std::vector<float>& values, double wanted) {
+    const double there = integral(areas_, values);
+    if (there <= wanted) return;
+    for (std::size_t f = 0; f < values.size(); ++f) {
+      const auto less = static_cast<float>(values[f] * (wanted / there));
+      bare_[f] += values[f] - less;
+      values[f] = less;
+    }
+  }
+
+  void raise(std::vector<float>& values, double wanted) {
+    const double missing = wanted - integral(areas_, values);
+    const double room = integral(areas_, bare_);
+    if (missing <= 0 || room <= 0) return;
+    const double part = std::min(1.0, missing / room);
+    for (std::size_t f = 0; f < values.size(); ++f) {
+      const auto more = static_cast<float>(part * static_cast<double>(bare_[f]));
+      values[f] += more;
+      bare_[f] = std::max(0.0F, bare_[f] - more);
+    }
+  }
+
+  std::vector<std::vector<float>>& values_;
+  std::span<const double> areas_;
+  std::vector<float> bare_;
+};
+
+// The mean over the samples of each facet, 0 for those that found nothing.
+std::vector<float> means(std::span<const float> old, std::span<const std::uint32_t> closest) {
+  std::vector<float> values(closest.size() / samples_per_facet);
+  for (std::size_t k = 0; k < closest.size(); ++k)
+    if (closest[k] != ClosestPoint::none)
+      values[k / samples_per_facet] += old[closest[k]] / samples_per_facet;
   return values;
+}
+
+}  // namespace
+
+std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const TriMesh& facets,
+                                        double reach) {
+  const std::vector<std::uint32_t> from = closest_facets(facets, coverages.facets, reach);
+  const std::vector<double> old_areas =
+      found_areas(coverages.facets, closest_facets(coverages.facets, facets, reach));
+  const std::vector<double> new_areas = found_areas(facets, from);
+  const std::vector<double> areas = facet_areas(facets);
+  std::vector<float> kept;
+  for (std::size_t f = 0; f < areas.size(); ++f)
+    kept.push_back(static_cast<float>(new_areas[f] / areas[f]));
+
+  const double growth = std::accumulate(new_areas.begin(), new_areas.end(), 0.0) /
+                        std::accumulate(old_areas.begin(), old_areas.end(), 0.0);
+  std::vector<std::vector<float>> values;
+  std::vector<double> integrals;
+  for (const std::vector<float>& old : coverages.values) {
+    values.push_back(means(old, from));
+    integrals.push_back(growth * integral(old_areas, old));
+  }
+  if (std::isfinite(growth)) Balance(values, areas, std::move(kept)).bring_to(integrals);
+  return values;
+}
+
+std::vector<double> covered_areas(const TriMesh& facets,
+                                  std::span<const std::vector<float>> coverages) {
+  const std::vector<double> areas = facet_areas(facets);
+  std::vector<double> covered;
+  for (const std::vector<float>& each : coverages) covered.push_back(integral(areas, each));
+  return covered;
 }
 
 CoverageChange largest_change(std::span<const std::vector<float>> before,
@@ -54,11 +174,13 @@ void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points
 }
 
 CoverageIteration::CoverageIteration(const SurfaceModel& model, const TriMesh& facets,
-                                     const SurfaceCoverages& start, const CoverageOptions& options)
-    : model_(model), facets_(facets), options_(options), normals_(facet_normals(facets)) {
-  has_start_ = start.names == model.coverages();
-  if (has_start_) coverages_ = carried(start, facets);
-}
+                                     std::vector<std::vector<float>> start,
+                                     const CoverageOptions& options)
+    : model_(model),
+      facets_(facets),
+      options_(options),
+      normals_(facet_normals(facets)),
+      coverages_(std::move(start)) {}
 
 StickingFeedback CoverageIteration::feedback() {
   StickingFeedback feedback;
@@ -71,7 +193,7 @@ StickingFeedback CoverageIteration::feedback() {
 bool CoverageIteration::update(std::span<const std::span<const float>> flux,
                                std::vector<std::vector<float>>& sticking) {
   const SurfacePoints points{.material = facets_.materials, .normal = normals_};
-  const bool keeps_start = !has_begun_ && has_start_;
+  const bool keeps_start = !has_begun_ && !coverages_.empty();
   if (!keeps_start) {
     std::vector<std::vector<float>> next = model_.steady_coverages(points, flux);
     if (has_begun_) {

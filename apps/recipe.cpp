@@ -380,7 +380,10 @@ class StepReader {
                                           model->duration_text));
     StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
     if (made.model == nullptr && !made.operation) return {};
-    if (own_duration) step.duration = checked_duration(table, made.duration);
+    if (own_duration) {
+      step.duration = checked_duration(table, made.duration);
+      step.duration_key = made.duration.key;
+    }
     step.deposits = made.deposits;
     step.model = std::move(made.model);
     step.operation = made.operation;
@@ -393,7 +396,7 @@ class StepReader {
     if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
     if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
     if (step.model) refuse_position_error(table, step);
-    refuse_endless_step(table, own_duration ? made.duration.key : "duration", step, recipe_);
+    refuse_endless_step(table, step.duration_key, step, recipe_);
     return {step};
   }
 

@@ -46,6 +46,7 @@ struct ProcessStep {
   std::string name;
   std::string model_name;
   double duration = 0;
+  std::string duration_key = "duration";  ///< that it follows from
   std::optional<EndCondition> until;
   std::optional<EndCondition> begins_repeat;  ///< of the first step: what ends the repeat
   std::optional<RoundEnd> round_end;          ///< of the last step of a round

@@ -64,19 +64,20 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::pat
 }
 
 // For each complete step when it ended, when its condition held (before everything: never), and
-// what it ended by besides that.
+// what else is true of its end, as bits.
 constexpr std::size_t numbers_per_step = 3;
 constexpr double never = -1;
-constexpr double out_of_time = 1;
-constexpr double skipped = 2;
+constexpr int out_of_time = 1;
+constexpr int skipped = 2;
+constexpr int ends_repeat = 4;
 
 std::vector<double> numbers_of(std::span<const StepEnd> ends) {
   std::vector<double> numbers;
   for (const StepEnd& each : ends) {
-    numbers.insert(numbers.end(), {each.time, each.reached.value_or(never),
-                                   each.skipped       ? skipped
-                                   : each.out_of_time ? out_of_time
-                                                      : 0});
+    const int bits = (each.out_of_time ? out_of_time : 0) | (each.skipped ? skipped : 0) |
+                     (each.ends_repeat ? ends_repeat : 0);
+    numbers.insert(numbers.end(),
+                   {each.time, each.reached.value_or(never), static_cast<double>(bits)});
   }
   return numbers;
 }
@@ -88,10 +89,12 @@ std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& fi
   }
   std::vector<StepEnd> ends;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
+    const auto bits = static_cast<int>(numbers[2]);
     ends.push_back({.time = numbers[0],
                     .reached = numbers[1] >= 0 ? std::optional(numbers[1]) : std::nullopt,
-                    .out_of_time = numbers[2] == out_of_time,
-                    .skipped = numbers[2] == skipped});
+                    .out_of_time = (bits & out_of_time) != 0,
+                    .skipped = (bits & skipped) != 0,
+                    .ends_repeat = (bits & ends_repeat) != 0});
   }
   return ends;
 }

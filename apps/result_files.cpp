@@ -80,7 +80,56 @@ std::string moment_of(const State& state, const Recipe& recipe) {
 // Why a step ended.
 std::string cause_of(const ProcessStep& step, const StepEnd& end) {
   if (step.operation) return "at_once";
-  return step.until && !end.out_of_time ? name_of(step.until->kind) : "duration";
+  return step.until && !end.out_of_time ? name_of(step.until->kind) : step.duration_key;
+}
+
+// Why a repeat ended, at the end of its last round; empty elsewhere, and where it has no until.
+std::string cause_of(const RoundEnd& round, const StepEnd& end) {
+  if (end.ends_repeat) return name_of(round.until.kind);
+  return round.steps_left == 0 ? "repeat" : "";
+}
+
+// Those with an until that are over.
+nlohmann::ordered_json repeat_list(const State& state, const Recipe& recipe) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t n = 0; n < state.ends.size(); ++n) {
+    const auto& round = recipe.steps[n].round_end;
+    if (!round || state.ends[n].skipped) continue;
+    const std::string cause = cause_of(*round, state.ends[n]);
+    if (cause.empty()) continue;
+    list.push_back({{"name", round->name},
+                    {"rounds", round->round},
+                    {"end_s", state.ends[n].time},
+                    {"ended_by", cause}});
+  }
+  return list;
+}
+
+// What covers the surface in some step of a recipe, each once.
+std::vector<std::string> coverage_names(const Recipe& recipe) {
+  std::vector<std::string> names;
+  for (const ProcessStep& step : recipe.steps) {
+    if (!step.model) continue;
+    for (const std::string& name : step.model->coverages())
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+// The area of the surface, and for every name what that coverage takes up and what it took over.
+std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
+  const std::vector<double> areas = facet_areas(survey.facets);
+  std::string cells = ',' + format_number(std::accumulate(areas.begin(), areas.end(), 0.0));
+  const std::vector<double> covered = covered_areas(survey.facets, survey.coverages);
+  const std::vector<std::string> known =
+      model == nullptr ? std::vector<std::string>{} : model->coverages();
+  const auto cell = [&](std::span<const double> of_known, const std::string& name) {
+    const auto k = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
+    return ',' + (k < of_known.size() ? format_number(of_known[k]) : "");
+  };
+  for (const std::string& name : coverage_names(recipe))
+    cells += cell(covered, name) + cell(survey.carried_areas, name);
+  return cells;
 }
 
 nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
@@ -178,6 +227,17 @@ void Sections::write(const fs::path& folder, int number, const State& state, con
   }
 }
 
+std::string metrics_head(const Recipe& recipe) {
+  std::string head =
+      "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
+      "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,"
+      "t_map_s,t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,coverage_iterations,"
+      "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,surface_area_nm2";
+  for (const std::string& name : coverage_names(recipe))
+    head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
+  return head + ",time_step\n";
+}
+
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
                         const Move& move, const Recipe& recipe) {
   const FluxTotals flux = totals_of(survey.flux);
@@ -197,10 +257,15 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      format_number(volume_of(survey.gas.voids)), move.islands.size(),
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
+  const ProcessStep& of_row = recipe.steps[step];
   const bool is_last = after.step != step;
-  return row + fmt::format(",{},{},{},{}\n", error ? format_number(*error) : "",
-                           is_last ? cause_of(recipe.steps[step], after.ends[step]) : "",
-                           format_number(move.residue_volume), after.time_step - 1);
+  const bool is_end_of_round = is_last && of_row.round_end;
+  row += fmt::format(",{},{},{}", error ? format_number(*error) : "",
+                     is_last ? cause_of(of_row, after.ends[step]) : "",
+                     format_number(move.residue_volume));
+  row += ',' + (is_end_of_round ? cause_of(*of_row.round_end, after.ends[step]) : "");
+  row += area_cells(survey, of_row.model.get(), recipe);
+  return row + fmt::format(",{}\n", after.time_step - 1);
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Metrology& metrology,
@@ -215,6 +280,7 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["outputs"] = output_times.size();
   summary["output_times_s"] = output_times;
   summary["steps"] = step_list(state, recipe);
+  summary["repeats"] = repeat_list(state, recipe);
   summary["state_hash"] = state_hash(state, recipe.materials);
   summary["metrology"] =
       metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});

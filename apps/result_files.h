@@ -45,11 +45,7 @@ class Sections {
 /// The first line of metrics.csv; new columns come before the last one, which ends whole rows.
 ///
 /// voids are those at the beginning of the time step, as the facets are; islands what it cut off.
-inline constexpr const char* metrics_head =
-    "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
-    "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,t_map_s,"
-    "t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,"
-    "coverage_iterations,position_error_nm,ended_by,residue_volume_nm3,time_step\n";
+std::string metrics_head(const Recipe& recipe);
 
 /// A line of metrics.csv: the state after the time step, which belonged to the given step.
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,

@@ -74,10 +74,15 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+std::uint32_t first_time_step(const Recipe& recipe) {
+  return recipe.start ? recipe.start->state->time_step : 0;
+}
+
 // The lines of metrics.csv up to the first that is not what it should be: the head, then a row for
 // each time step from the first one on, which has its number at the end.
-std::size_t count_whole_rows(const std::vector<std::string>& lines, std::uint32_t first) {
-  if (lines.empty() || lines.front() + '\n' != metrics_head) return 0;
+std::size_t count_whole_rows(const std::vector<std::string>& lines, const Recipe& recipe) {
+  if (lines.empty() || lines.front() + '\n' != metrics_head(recipe)) return 0;
+  const std::uint32_t first = first_time_step(recipe);
   std::size_t count = 1;
   while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", first + count - 1)))
     ++count;
@@ -93,10 +98,6 @@ std::string first_outputs(const std::string& text, int count, const Recipe& reci
   for (std::size_t n = 1; n < lines.size(); ++n)
     if (std::atoi(lines[n].c_str()) < count) kept += lines[n] + '\n';
   return kept;
-}
-
-std::uint32_t first_time_step(const Recipe& recipe) {
-  return recipe.start ? recipe.start->state->time_step : 0;
 }
 
 std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
@@ -186,7 +187,7 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   if (holds_run()) remove_files(path_, is_temporary);
   output_times_.clear();
   metrology_rows_ = metrology_head(recipe);
-  write_file(file("metrics.csv"), metrics_head);
+  write_file(file("metrics.csv"), metrics_head(recipe));
   write_file(file("recipe.toml"), recipe.resolved);
 }
 
@@ -201,7 +202,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   }
   const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
   std::optional<Restart> restart =
-      newest_restart(checkpoints, count_whole_rows(rows, first_time_step(recipe)), recipe, log);
+      newest_restart(checkpoints, count_whole_rows(rows, recipe), recipe, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",

@@ -99,7 +99,7 @@ class Observer {
     if (!step.round_end) return;
     const RoundEnd& end = *step.round_end;
     const std::string wanted = text_of(end.until, recipe_.materials);
-    if (state.step > number + 1 || (end.steps_left == 0 && ends_repeat(state, end))) {
+    if (state.ends[number].ends_repeat) {
       log_.info(fmt::format("\"{}\" ended after {} at t = {:.6g} s: {}", end.name,
                             counted(static_cast<std::size_t>(end.round), "round"), state.time,
                             wanted));

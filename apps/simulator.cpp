@@ -42,8 +42,11 @@ void end_step(State& state, const ProcessStep& step) {
   state.progress = {};
   state.step_start = state.time;
   ++state.step;
-  if (!step.round_end || step.round_end->steps_left == 0) return;
-  if (!ends_repeat(state, *step.round_end)) return;
+  if (!step.round_end) return;
+  state.ends.back().ends_repeat =
+      distance_left(step.round_end->until, state.repeat_start, state.layers) <=
+      end_tolerance * state.layers.frame.spacing;
+  if (!state.ends.back().ends_repeat) return;
   state.ends.insert(state.ends.end(), step.round_end->steps_left,
                     {.time = state.time, .skipped = true});
   state.step += step.round_end->steps_left;
@@ -258,11 +261,6 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   if (reached) state.progress.reached = state.time;
   if (state.time >= end_of_step(state, step)) end_step(state, step);
   return move;
-}
-
-bool ends_repeat(const State& state, const RoundEnd& round_end) {
-  return distance_left(round_end.until, state.repeat_start, state.layers) <=
-         end_tolerance * state.layers.frame.spacing;
 }
 
 }  // namespace scarp

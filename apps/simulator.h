@@ -46,7 +46,4 @@ VoidChanges note_voids(State& state, const OpenGas& gas);
 /// Units: time limit in s of process time.
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit);
 
-/// Whether a repeat is over at the end of a round, by what the surface is then.
-bool ends_repeat(const State& state, const RoundEnd& round_end);
-
 }  // namespace scarp

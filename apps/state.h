@@ -40,6 +40,7 @@ struct StepEnd {
   std::optional<double> reached{};  ///< when its end condition held
   bool out_of_time = false;         ///< its duration came before its end condition, or over-etch
   bool skipped = false;             ///< it is of a round that was not needed any more
+  bool ends_repeat = false;         ///< what its repeat waits for holds at its end
 };
 
 /// Where the time of a recipe begins: at 0, or where the run ended whose state it starts from.

@@ -97,10 +97,11 @@ std::vector<FluxField> solve_covered(std::span<const Species> species, const Flu
     CoverageCycle cycle(model, result.facets, recipe.coverages);
     return solve_with(cycle, species, options, model, result);
   }
-  const bool again = !result.coverages.empty();
-  CoverageIteration iteration(model, result.facets,
-                              again ? coverages_of(result, model) : state.coverages,
-                              recipe.coverages);
+  if (result.coverages.empty() && state.coverages.names == model.coverages()) {
+    result.coverages = carried(state.coverages, result.facets, recipe.frame.spacing);
+    result.carried_areas = covered_areas(result.facets, result.coverages);
+  }
+  CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
   return solve_with(iteration, species, options, model, result);
 }
 

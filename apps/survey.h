@@ -29,6 +29,9 @@ struct Survey {
   std::vector<FluxField> flux;
   std::vector<std::vector<float>> coverages;  ///< on facets, in the order of the model's names
   CoverageFit coverage_fit;
+  /// What coverages of the time step before took up on these facets, of which the iteration began;
+  /// empty where it began without. Units: nm^2.
+  std::vector<double> carried_areas;
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
   /// The longest time step for which the model holds, and the flux is good enough with a target in

@@ -6,13 +6,12 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "apps/estimate.h"
 #include "apps/run.h"
-#include "core/read_file.h"
+#include "tests/apps/columns.h"
 #include "tests/temporary_folder.h"
 
 namespace scarp {
@@ -51,26 +50,6 @@ const std::map<std::string, std::vector<std::string>>& quick_overrides() {
       {"trench_deposition", {"domain.spacing=\"0.5 um\""}},
       {"trench_isolation", {"domain.spacing=\"20 nm\""}}};
   return overrides;
-}
-
-/// The columns of metrics.csv by their names.
-std::map<std::string, std::vector<std::string>> columns_of(const fs::path& file) {
-  std::istringstream in(read_file(file));
-  std::vector<std::string> names;
-  std::map<std::string, std::vector<std::string>> columns;
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream cells(line);
-    std::size_t column = 0;
-    const bool is_head = names.empty();
-    for (std::string cell; std::getline(cells, cell, ','); ++column) {
-      if (is_head) {
-        names.push_back(cell);
-      } else {
-        columns[names.at(column)].push_back(cell);
-      }
-    }
-  }
-  return columns;
 }
 
 std::vector<std::string> names_of_configs() {

@@ -18,6 +18,7 @@
 #include "apps/simulator.h"
 #include "core/parallel.h"
 #include "levelset/checkpoint.h"
+#include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/temporary_folder.h"
@@ -209,8 +210,7 @@ TEST(CoverageIteration, WaitsForTheWorstFacet) {
   mesh.triangles.assign(20, {0, 1, 2});
   mesh.materials.assign(20, 0);
   const CoverageOptions options{.tolerance = 1e-3, .most_iterations = 10};
-  const SurfaceCoverages none;
-  CoverageIteration iteration(model, mesh, none, options);
+  CoverageIteration iteration(model, mesh, {}, options);
   const StickingFeedback feedback = iteration.feedback();
   EXPECT_EQ(feedback.species, std::vector<bool>{true});
   std::vector<float> flux(20, 1);
@@ -240,7 +240,117 @@ TEST(Coverages, AreCarriedFromTheClosestPoint) {
   other.vertices = {{0, 0, 1},  {0.5F, 0, 1},  {0, 0.5F, 1},
                     {2, 2, -1}, {1.5F, 2, -1}, {2, 1.5F, -1}};
   other.triangles = {{3, 4, 5}, {0, 1, 2}};
-  EXPECT_EQ(carried(known, other), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
+  EXPECT_EQ(carried(known, other, 2), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
+}
+
+/// A wavy wafer 80 x 80 nm, in cells of a width, with a pattern of two coverages on it.
+SurfaceCoverages wavy(float cell, bool is_turned) {
+  SurfaceCoverages known{.facets = {}, .names = {"a", "b"}, .values = {{}, {}}};
+  const auto count = static_cast<std::uint32_t>(std::lround(80 / cell));
+  for (std::uint32_t j = 0; j <= count; ++j) {
+    for (std::uint32_t i = 0; i <= count; ++i) {
+      const float x = cell * static_cast<float>(i);
+      const float y = cell * static_cast<float>(j);
+      known.facets.vertices.push_back({x, y, 5 * std::sin(x / 12) * std::cos(y / 15)});
+    }
+  }
+  for (std::uint32_t j = 0; j < count; ++j) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t v = j * (count + 1) + i;
+      const std::uint32_t up = v + count + 1;
+      if (is_turned) {
+        known.facets.triangles.insert(known.facets.triangles.end(),
+                                      {{v, v + 1, up + 1}, {v, up + 1, up}});
+      } else {
+        known.facets.triangles.insert(known.facets.triangles.end(),
+                                      {{v, v + 1, up}, {v + 1, up + 1, up}});
+      }
+    }
+  }
+  for (std::size_t f = 0; f < known.facets.triangles.size(); ++f) {
+    const Vec3f r = known.facets.vertices[known.facets.triangles[f][0]];
+    const bool is_left = r.x < 33;
+    known.values[0].push_back(is_left ? 1.0F : 0.3F * r.y / 80);
+    known.values[1].push_back(is_left ? 0.0F : 0.7F);
+  }
+  return known;
+}
+
+double area_of(const TriMesh& mesh) {
+  const std::vector<double> areas = facet_areas(mesh);
+  return std::accumulate(areas.begin(), areas.end(), 0.0);
+}
+
+// From fine facets to coarse ones and back: of what is covered nothing is lost or made, however
+// often. Covered whole on the left, where nothing can be added.
+TEST(Coverages, KeepTheirIntegralWhenTheMeshIsMadeAnew) {
+  SurfaceCoverages now = wavy(2, false);
+  const double area = area_of(now.facets);
+  const std::vector<double> before = covered_areas(now.facets, now.values);
+  for (const float cell : {5.0F, 1.0F, 8.0F, 2.0F}) {
+    const TriMesh next = wavy(cell, cell > 4).facets;
+    now.values = carried(now, next, 2);
+    now.facets = next;
+    const std::vector<double> after = covered_areas(now.facets, now.values);
+    for (std::size_t k = 0; k < 2; ++k)
+      EXPECT_NEAR(after[k] / area_of(next), before[k] / area, 1e-7) << cell;
+    for (std::size_t f = 0; f < next.triangles.size(); ++f) {
+      EXPECT_GE(now.values[0][f], 0);
+      EXPECT_GE(now.values[1][f], 0);
+      EXPECT_LE(now.values[0][f] + now.values[1][f], 1 + 1e-6F);
+    }
+  }
+  // And it stays where it was: beyond a coarse facet from the edge as it began.
+  const SurfaceCoverages start = wavy(2, false);
+  for (std::size_t f = 0; f < now.facets.triangles.size(); ++f) {
+    const float x = now.facets.vertices[now.facets.triangles[f][0]].x;
+    if (std::abs(x - 33) < 16) continue;
+    EXPECT_NEAR(now.values[0][f], start.values[0][f], 0.05) << x;
+    EXPECT_NEAR(now.values[1][f], start.values[1][f], 0.05) << x;
+  }
+}
+
+TEST(Coverages, ThatAreTheSameEverywhereStaySo) {
+  SurfaceCoverages known = wavy(2, false);
+  known.values[0].assign(known.facets.triangles.size(), 0.375F);
+  known.values[1].assign(known.facets.triangles.size(), 0.625F);
+  const auto values = carried(known, wavy(5, true).facets, 2);
+  for (std::size_t f = 0; f < values[0].size(); ++f) {
+    EXPECT_FLOAT_EQ(values[0][f], 0.375F);
+    EXPECT_FLOAT_EQ(values[1][f], 0.625F);
+  }
+}
+
+// The right half goes, and takes what covered it; something new appears far away, and is bare.
+TEST(Coverages, GoWithTheSurfaceThatIsLost) {
+  const SurfaceCoverages known = wavy(2, false);
+  const auto is_lost = [](const TriMesh& mesh, std::size_t f) {
+    const auto [a, b, c] = corners(mesh, f);
+    return a.x + b.x + c.x > 3 * 40;
+  };
+  const TriMesh whole = wavy(1, false).facets;
+  TriMesh next{.vertices = whole.vertices, .triangles = {}, .materials = {}};
+  for (std::size_t f = 0; f < whole.triangles.size(); ++f)
+    if (!is_lost(whole, f)) next.triangles.push_back(whole.triangles[f]);
+  const double area = area_of(next);
+  const auto first = static_cast<std::uint32_t>(next.vertices.size());
+  next.vertices.insert(next.vertices.end(), {{0, 0, 50}, {40, 0, 50}, {0, 40, 50}});
+  next.triangles.push_back({first, first + 1, first + 2});
+
+  const auto values = carried(known, next, 0.3);
+  const std::vector<double> areas = facet_areas(known.facets);
+  const std::vector<double> found = covered_areas(next, values);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(values[k].back(), 0);
+    double left = 0;
+    double covered = 0;
+    for (std::size_t f = 0; f < areas.size(); ++f) {
+      if (is_lost(known.facets, f)) continue;
+      left += areas[f];
+      covered += areas[f] * static_cast<double>(known.values[k][f]);
+    }
+    EXPECT_NEAR(found[k] / area, covered / left, 1e-6) << k;
+  }
 }
 
 // Also where the next one acts at once.
@@ -272,19 +382,29 @@ TEST_F(CoveragesOfRuns, AreWrittenAndCounted) {
   ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
   const std::string surface = read_file(folder_ / "r" / "surface_0001.vtp");
   EXPECT_THAT(surface, AllOf(HasSubstr("Name=\"coverage_F\""), HasSubstr("Name=\"coverage_O\"")));
-  std::istringstream rows(read_file(folder_ / "r" / "metrics.csv"));
-  const auto cells = [](const std::string& line) {
-    std::istringstream in(line);
-    std::vector<std::string> found;
-    for (std::string cell; std::getline(in, cell, ',');) found.push_back(cell);
-    return found;
+  for (const std::string& count : columns_of(folder_ / "r" / "metrics.csv")["coverage_iterations"])
+    EXPECT_GT(std::stoi(count), 0);
+}
+
+// Of the time step before, as far as the hole goes on growing: the part of the surface that each
+// takes up is kept to the digits that are written.
+TEST_F(CoveragesOfRuns, AreTakenOverWhole) {
+  ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
+  auto columns = columns_of(folder_ / "r" / "metrics.csv");
+  const auto value = [&](const char* column, std::size_t row) {
+    return std::stod(columns.at(column).at(row));
   };
-  std::string line;
-  std::getline(rows, line);
-  const std::vector<std::string> head = cells(line);
-  const auto column = std::find(head.begin(), head.end(), "coverage_iterations") - head.begin();
-  while (std::getline(rows, line)) {
-    EXPECT_GT(std::stoi(cells(line).at(static_cast<std::size_t>(column))), 0) << line;
+  const std::size_t rows = columns.at("time_s").size();
+  ASSERT_GT(rows, 3U);
+  for (const auto& [covered, carried] :
+       {std::pair{"covered_F_nm2", "carried_F_nm2"}, {"covered_O_nm2", "carried_O_nm2"}}) {
+    EXPECT_EQ(columns.at(carried).front(), "");
+    for (std::size_t row = 1; row < rows; ++row) {
+      const double before = value(covered, row - 1) / value("surface_area_nm2", row - 1);
+      EXPECT_NEAR(value(carried, row) / value("surface_area_nm2", row), before, 1e-6 * before)
+          << carried << ' ' << row;
+      EXPECT_GT(before, 0);
+    }
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "apps/run.h"
 #include "core/error.h"
+#include "tests/apps/columns.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
@@ -243,7 +244,15 @@ material = "Si3N4"
 )"));
 }
 
-using EndConditionRun = Program;
+class EndConditionRun : public Program {
+ protected:
+  /// In the rows of metrics.csv that say any.
+  std::vector<std::string> causes_of_repeats(const std::string& run) const {
+    std::vector<std::string> causes = columns_of(folder_ / run / "metrics.csv")["repeat_ended_by"];
+    std::erase(causes, "");
+    return causes;
+  }
+};
 
 /// Films of 3 nm that are cleared again, and deeper each time: three steps of two cycles.
 std::string cycles() {
@@ -394,6 +403,12 @@ TEST_F(EndConditionRun, RoundsGoOnUntilTheConditionHolds) {
               HasSubstr("\"round\" ended after 3 rounds at t = 6 s: a depth of 8 nm"));
   ASSERT_EQ(scarp("run " + path("three.toml") + " --quiet -o " + path("three")).exit_code, 0);
   EXPECT_EQ(summary("until")["state_hash"], summary("three")["state_hash"]);
+  EXPECT_EQ(summary("until")["repeats"],
+            nlohmann::json::parse(
+                R"([{"name": "round", "rounds": 3, "end_s": 6.0, "ended_by": "depth"}])"));
+  EXPECT_EQ(summary("three")["repeats"], nlohmann::json::array());
+  EXPECT_EQ(causes_of_repeats("until"), (std::vector<std::string>{"depth"}));
+  EXPECT_TRUE(causes_of_repeats("three").empty());
   EXPECT_EQ(summary("until")["steps"], summary("three")["steps"]);
   ASSERT_EQ(summary("until")["steps"].size(), 7U);
 
@@ -402,6 +417,8 @@ TEST_F(EndConditionRun, RoundsGoOnUntilTheConditionHolds) {
       " --set step[0].until='{ depth = \"40 nm\" }' --set step[0].repeat=2 -o " + path("few"));
   EXPECT_THAT(few.messages,
               HasSubstr("\"round\" made 2 rounds before a depth of 40 nm; raise its repeat"));
+  EXPECT_EQ(summary("few")["repeats"][0]["ended_by"], "repeat");
+  EXPECT_EQ(causes_of_repeats("few"), (std::vector<std::string>{"repeat"}));
 }
 
 TEST_F(EndConditionRun, RoundsGoOnWithTheSameBitsAfterAnInterruption) {
@@ -418,6 +435,7 @@ TEST_F(EndConditionRun, RoundsGoOnWithTheSameBitsAfterAnInterruption) {
     ASSERT_EQ(scarp("run " + path("r.toml") + " --quiet --resume -o " + path("cut")).exit_code, 0);
     expect_same_bits("whole", "cut");
     EXPECT_EQ(summary("cut")["steps"], summary("whole")["steps"]);
+    EXPECT_EQ(summary("cut")["repeats"], summary("whole")["repeats"]);
   }
 }
 
