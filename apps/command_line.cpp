@@ -213,6 +213,50 @@ void add_arguments(CLI::App& command, SectionArguments& arguments) {
                      "Writes OUTPUT.csv and OUTPUT.svg (default: section)");
 }
 
+void add_tolerances(CLI::App& command, Tolerances& allowed) {
+  const auto add = [&](const char* option, const char* meaning, double& value) {
+    command.add_option(option, value, fmt::format("{} (default: {:g})", meaning, value))
+        ->check(not_negative());
+  };
+  add("--length-cells", "Allowed difference of widths and depths, in spacings",
+      allowed.length_cells);
+  add("--length-part", "and as a part of the value", allowed.length_part);
+  add("--film-cells", "Of films and step coverages, in spacings of thickness", allowed.film_cells);
+  add("--film-part", "and as a part of the value", allowed.film_part);
+  add("--mean-distance", "Mean distance between the surfaces, in spacings", allowed.mean_distance);
+  add("--p99-distance", "Distance that 99 of 100 places keep, in spacings", allowed.p99_distance);
+}
+
+void add_arguments(CLI::App& command, CompareArguments& arguments) {
+  command
+      .add_option("recipe", arguments.recipe,
+                  "Recipe (.toml), run simplified and on the full mesh; or a result folder or a "
+                  "state (.vdb)")
+      ->required();
+  command.add_option("with", arguments.with,
+                     "What a run or state is compared with: another one, or a contour (.csv with a "
+                     "head such as 'x [um],z [um]')");
+  command.add_option("--seeds", arguments.seeds, "Runs of each (default: 3)")->transform(count());
+  command
+      .add_option("--methods", arguments.methods,
+                  "Methods of simplification to compare with the full mesh, for example "
+                  "paper,curvature (default: that of the recipe)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
+  command.add_option("--line", arguments.line,
+                     "Where a contour was measured (default: 'y = 0 nm')");
+  command
+      .add_option("--set", arguments.set,
+                  "Change a value of the recipe: PATH=VALUE, for example "
+                  "domain.spacing='\"0.4 um\"'")
+      ->allow_extra_args(false);
+  command.add_option("-o,--output", arguments.output,
+                     "Folder for compare.json, report.html and the runs (default: results/<recipe "
+                     "name>; of given runs results/compare)");
+  add_tolerances(command, arguments.tolerances);
+}
+
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {
   command.add_option("name", arguments.name, "Print the reference page of this model");
 }
@@ -260,6 +304,9 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       app, "measure", "Metrology of a run or a state: depths, widths, films, voids", line);
   add_command<SectionArguments>(
       app, "section", "Cut a run or a state along any line: a picture and its points", line);
+  add_command<CompareArguments>(
+      app, "compare", "A recipe simplified and not, or two runs, side by side, with a verdict",
+      line);
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {

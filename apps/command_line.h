@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "apps/comparison.h"
 #include "core/frame.h"
 #include "flux/solve.h"
 #include "mesh/simplify.h"
@@ -82,6 +83,14 @@ struct SectionArguments {
   std::string output = "section";  ///< without an ending
 };
 
+struct CompareArguments : RecipeArguments {
+  std::string with;  ///< what the run or state in place of a recipe is compared with
+  int seeds = 3;
+  std::vector<std::string> methods;
+  std::string line = "y = 0 nm";  ///< where a contour was measured
+  Tolerances tolerances;
+};
+
 struct ModelsArguments {
   std::string name;
 };
@@ -89,7 +98,8 @@ struct ModelsArguments {
 struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
-               DistanceArguments, MeasureArguments, SectionArguments, ModelsArguments>
+               DistanceArguments, MeasureArguments, SectionArguments, CompareArguments,
+               ModelsArguments>
       command;
 };
 

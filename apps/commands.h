@@ -15,6 +15,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common);
 ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common);
 ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common);
 ExitCode execute(const SectionArguments& arguments, const CommonOptions& common);
+ExitCode execute(const CompareArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
 
 }  // namespace scarp

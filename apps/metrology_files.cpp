@@ -23,17 +23,20 @@ struct OpeningQuantity {
   const char* name;
   Value OpeningMetrology::*member;
   double scale = 1;
+  ValueKind kind = ValueKind::other;
 };
 
+constexpr ValueKind length = ValueKind::width_or_depth;
+
 constexpr std::array opening_quantities{
-    OpeningQuantity{"depth_nm", &OpeningMetrology::depth},
+    OpeningQuantity{"depth_nm", &OpeningMetrology::depth, 1, length},
     OpeningQuantity{"aspect_ratio", &OpeningMetrology::aspect_ratio},
-    OpeningQuantity{"top_cd_nm", &OpeningMetrology::top_cd},
-    OpeningQuantity{"middle_cd_nm", &OpeningMetrology::middle_cd},
-    OpeningQuantity{"bottom_cd_nm", &OpeningMetrology::bottom_cd},
-    OpeningQuantity{"neck_cd_nm", &OpeningMetrology::neck_cd},
+    OpeningQuantity{"top_cd_nm", &OpeningMetrology::top_cd, 1, length},
+    OpeningQuantity{"middle_cd_nm", &OpeningMetrology::middle_cd, 1, length},
+    OpeningQuantity{"bottom_cd_nm", &OpeningMetrology::bottom_cd, 1, length},
+    OpeningQuantity{"neck_cd_nm", &OpeningMetrology::neck_cd, 1, length},
     OpeningQuantity{"neck_depth_nm", &OpeningMetrology::neck_depth},
-    OpeningQuantity{"bow_nm", &OpeningMetrology::bow},
+    OpeningQuantity{"bow_nm", &OpeningMetrology::bow, 1, length},
     OpeningQuantity{"bow_depth_nm", &OpeningMetrology::bow_depth},
     OpeningQuantity{"sidewall_angle_deg", &OpeningMetrology::sidewall_angle, degrees},
     OpeningQuantity{"left_angle_deg", &OpeningMetrology::left_angle, degrees},
@@ -44,9 +47,9 @@ constexpr std::array opening_quantities{
     OpeningQuantity{"scallop_amplitude_nm", &OpeningMetrology::scallop_amplitude},
     OpeningQuantity{"wall_roughness_nm", &OpeningMetrology::wall_roughness},
     OpeningQuantity{"line_width_roughness_nm", &OpeningMetrology::line_width_roughness},
-    OpeningQuantity{"undercut_nm", &OpeningMetrology::undercut},
-    OpeningQuantity{"mask_thickness_nm", &OpeningMetrology::mask_thickness},
-    OpeningQuantity{"etched_depth_nm", &OpeningMetrology::etched_depth},
+    OpeningQuantity{"undercut_nm", &OpeningMetrology::undercut, 1, length},
+    OpeningQuantity{"mask_thickness_nm", &OpeningMetrology::mask_thickness, 1, ValueKind::film},
+    OpeningQuantity{"etched_depth_nm", &OpeningMetrology::etched_depth, 1, length},
     OpeningQuantity{"mask_loss_nm", &OpeningMetrology::mask_loss},
     OpeningQuantity{"selectivity", &OpeningMetrology::selectivity},
     OpeningQuantity{"arde_lag", &OpeningMetrology::arde_lag}};
@@ -54,14 +57,16 @@ constexpr std::array opening_quantities{
 struct FilmQuantity {
   const char* name;
   Value FilmMetrology::*member;
+  ValueKind kind;
 };
 
-constexpr std::array film_quantities{FilmQuantity{"top_nm", &FilmMetrology::top},
-                                     FilmQuantity{"wall_nm", &FilmMetrology::wall},
-                                     FilmQuantity{"bottom_nm", &FilmMetrology::bottom},
-                                     FilmQuantity{"step_coverage", &FilmMetrology::step_coverage},
-                                     FilmQuantity{"wall_coverage", &FilmMetrology::wall_coverage},
-                                     FilmQuantity{"conformality", &FilmMetrology::conformality}};
+constexpr std::array film_quantities{
+    FilmQuantity{"top_nm", &FilmMetrology::top, ValueKind::film},
+    FilmQuantity{"wall_nm", &FilmMetrology::wall, ValueKind::film},
+    FilmQuantity{"bottom_nm", &FilmMetrology::bottom, ValueKind::film},
+    FilmQuantity{"step_coverage", &FilmMetrology::step_coverage, ValueKind::coverage},
+    FilmQuantity{"wall_coverage", &FilmMetrology::wall_coverage, ValueKind::coverage},
+    FilmQuantity{"conformality", &FilmMetrology::conformality, ValueKind::other}};
 
 Value value_of(const OpeningMetrology& opening, const OpeningQuantity& quantity) {
   const Value value = opening.*(quantity.member);
@@ -223,7 +228,55 @@ std::string wafer_cells(const Metrology& metrology, const Recipe& recipe) {
   return cells;
 }
 
+/// Gathers values under the name of what they belong to.
+class ValueList {
+ public:
+  void add(const std::string& name, Value value, ValueKind kind = ValueKind::other,
+           double per_nm = 1) {
+    if (value) values_.push_back({owner_ + name, kind, *value, per_nm});
+  }
+
+  void add(const OpeningMetrology& opening, const MetrologyNames& names) {
+    // Their places differ from run to run.
+    owner_ = fmt::format("{} {}{} ", kind_of(opening), opening.opening + 1,
+                         opening.is_trench   ? ""
+                         : opening.axis == 0 ? " across x"
+                                             : " across y");
+    for (const OpeningQuantity& each : opening_quantities)
+      add(each.name, value_of(opening, each), each.kind);
+    for (std::size_t n = 0; n < opening.cd_at.size(); ++n)
+      add(fmt::format("cd_at_{}_nm", format_number(names.options.cd_heights[n])), opening.cd_at[n],
+          length);
+    for (const FilmMetrology& film : opening.films) {
+      for (const FilmQuantity& each : film_quantities)
+        add(names.materials[film.material].name + '_' + each.name, film.*(each.member), each.kind,
+            each.kind == ValueKind::coverage && film.top ? 1 / *film.top : 1);
+    }
+    owner_.clear();
+  }
+
+  std::vector<MetrologyValue> take() { return std::move(values_); }
+
+ private:
+  std::string owner_;
+  std::vector<MetrologyValue> values_;
+};
+
 }  // namespace
+
+std::vector<MetrologyValue> metrology_values(const Metrology& metrology,
+                                             const MetrologyNames& names) {
+  ValueList list;
+  for (const OpeningMetrology& each : metrology.openings) list.add(each, names);
+  list.add("highest_nm", metrology.highest);
+  list.add("lowest_nm", metrology.lowest);
+  list.add("surface_roughness_nm", metrology.surface_roughness);
+  list.add("voids", static_cast<double>(metrology.voids.size()));
+  list.add("void_volume_nm3", void_volume(metrology));
+  for (const MaterialVolume& each : metrology.volumes)
+    list.add(names.materials[each.material].name + "_volume_nm3", each.volume);
+  return list.take();
+}
 
 ordered_json metrology_json(const Metrology& metrology, const MetrologyNames& names) {
   ordered_json json{{"highest_nm", metrology.highest},

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "apps/recipe.h"
 #include "levelset/metrology.h"
@@ -15,6 +16,27 @@ struct MetrologyNames {
   const Materials& materials;
   const MetrologyOptions& options;
 };
+
+/// What a tolerance of a value goes by.
+enum class ValueKind {
+  width_or_depth,
+  film,      ///< a thickness
+  coverage,  ///< a ratio of thicknesses
+  other
+};
+
+/// A value of metrology by a name that says what it belongs to: "trench 1 depth_nm", "hole 2 across
+/// x bottom_cd_nm", "trench 1 SiO2_top_nm", "highest_nm".
+struct MetrologyValue {
+  std::string name;
+  ValueKind kind = ValueKind::other;
+  double value = 0;
+  double per_nm = 1;  ///< how much it changes with a nm of thickness: of coverages 1 by the top
+};
+
+/// All values that are there.
+std::vector<MetrologyValue> metrology_values(const Metrology& metrology,
+                                             const MetrologyNames& names);
 
 /// One member per quantity; null for what is not there.
 nlohmann::ordered_json metrology_json(const Metrology& metrology, const MetrologyNames& names);

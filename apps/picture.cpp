@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/markup.h"
 #include "core/atomic_file.h"
 
 namespace scarp {
@@ -132,21 +133,6 @@ double bar_length(double width) {
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   const double mantissa = wanted / decade;
   return decade * (mantissa >= 5 ? 5 : mantissa >= 2 ? 2 : 1);
-}
-
-// Text as XML allows it: without the control characters that it has no way to write.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else {
-      out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-    }
-  }
-  return out;
 }
 
 // A layer that has been consumed lies on the one below, up to a trace: there is nothing to see of

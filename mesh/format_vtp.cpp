@@ -12,6 +12,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/read_file.h"
 #include "mesh/mesh_format.h"
 
 namespace scarp {
@@ -370,6 +371,23 @@ RawMesh read_vtp(const MeshText& text) {
     if (mesh.materials.size() != mesh.triangles.size()) mesh.materials.clear();
   }
   return mesh;
+}
+
+std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  const std::string content = read_file(path);
+  VtpFile file{.name = name, .xml = {}, .appended = {}};
+  parse_xml(file, content);
+  const std::size_t facet_count = read_vtp({name, content}).triangles.size();
+  std::vector<FacetArray> arrays;
+  const pugi::xml_node piece = file.xml.child("VTKFile").child("PolyData").child("Piece");
+  for (const pugi::xml_node& array : piece.child("CellData").children("DataArray")) {
+    const std::vector<double> values = read_array(file, array);
+    if (values.size() != facet_count) continue;
+    arrays.push_back({.name = array.attribute("Name").value(), .values = {}});
+    arrays.back().values.assign(values.begin(), values.end());
+  }
+  return arrays;
 }
 
 void write_series(const std::filesystem::path& file, std::span<const std::string> outputs) {

@@ -44,6 +44,18 @@ struct MeshFields {
 ///         coordinates that are not finite or indices without a vertex, or has no triangle.
 TriMesh read_mesh(const std::filesystem::path& file);
 
+/// A named array over the facets of a file.
+struct FacetArray {
+  std::string name;
+  std::vector<float> values;
+};
+
+/// The arrays over facets of a .vtp file with one number per facet, in the order of the file;
+/// none where polygons had to be cut into triangles.
+///
+/// Throws: as read_mesh.
+std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& file);
+
 /// Writes .obj (shortest text that reads back to the same bits), .ply, .stl (both binary) or .vtp
 /// (appended binary; materials as the facet array `material`). The file appears whole or not at
 /// all.

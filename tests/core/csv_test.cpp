@@ -28,5 +28,13 @@ TEST(Csv, TakesWhatSpreadsheetsAddForNothing) {
   EXPECT_TRUE(parse_csv("").empty());
 }
 
+TEST(Csv, CellsInQuotesComeBackAsTheyWere) {
+  const std::string name = "a \"thin\", long film";
+  const auto lines = parse_csv("1," + csv_field(name) + ",,2\n \"x\" , y\"z\n");
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0].cells, ElementsAre("1", name, "", "2"));
+  EXPECT_THAT(lines[1].cells, ElementsAre("x", "y\"z"));
+}
+
 }  // namespace
 }  // namespace scarp

@@ -368,6 +368,21 @@ TEST_F(MeshFile, CompressedVtpSaysHowToWriteIt) {
               HasSubstr("not VTK polydata"));
 }
 
+TEST_F(MeshFile, ArraysOverFacetsComeBack) {
+  TriMesh mesh{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}},
+               .triangles = {{0, 1, 2}, {1, 3, 2}},
+               .materials = {3, 4}};
+  const std::vector<float> flux{0.25F, 0.5F};
+  const std::vector<double> heights{0, 1, 2, 3};
+  write_vtp(folder_ / "mesh.vtp", mesh,
+            {.facets = {{"flux", std::span(flux)}}, .vertices = {{"height", std::span(heights)}}});
+  const std::vector<FacetArray> arrays = read_facet_arrays(folder_ / "mesh.vtp");
+  ASSERT_EQ(arrays.size(), 2U);
+  EXPECT_EQ(arrays[0].name, "material");
+  EXPECT_EQ(arrays[1].name, "flux");
+  EXPECT_EQ(arrays[1].values, flux);
+}
+
 TEST_F(MeshFile, AFileThatCannotBeWrittenLeavesNothing) {
   EXPECT_THROW(write_mesh(file("no/such/folder.ply"), tent()), InputError);
   EXPECT_TRUE(fs::is_empty(folder_));

@@ -1,0 +1,118 @@
+#include "apps/attended_run.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <iostream>
+
+#include "core/atomic_file.h"
+
+namespace scarp {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Set by the first interrupt; the second ends the process at once.
+std::atomic<bool> interrupt_requested{false};
+
+void on_interrupt(int signal) {
+  interrupt_requested = true;
+  std::signal(signal, SIG_DFL);
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+// One line that is written over on a terminal; elsewhere a line at least every few seconds.
+class Progress {
+ public:
+  Progress(const Recipe& recipe, bool quiet)
+      : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+    // What is left when each of them begins.
+    left_.resize(recipe.steps.size() + 1);
+    for (std::size_t n = recipe.steps.size(); n-- > 0;)
+      left_[n] = left_[n + 1] + recipe.steps[n].duration;
+  }
+
+  ~Progress() {
+    if (terminal_ && shown_) fmt::print(stderr, "\n");
+  }
+
+  void operator()(const State& state, const Survey& survey) {
+    if (quiet_) return;
+    const auto now = Clock::now();
+    if (first_) {
+      first_ = false;
+      start_ = now;
+      start_time_ = state.time;
+    }
+    const bool last = finished(state, recipe_);
+    if (!last && now - printed_ < (terminal_ ? std::chrono::milliseconds(100)
+                                             : std::chrono::milliseconds(5000))) {
+      return;
+    }
+    printed_ = now;
+    shown_ = true;
+    const std::string line = fmt::format(
+        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
+        current_step(state, recipe_).name, state.time, whole(state), survey.facets.triangles.size(),
+        survey.facets_full, time_left(state, now));
+    fmt::print(stderr, "{}{}", line, terminal_ ? "\r" : "\n");
+  }
+
+ private:
+  // Steps that ended early are over.
+  double whole(const State& state) const { return state.step_start + left_[state.step]; }
+
+  // From the pace since the first time step of this process.
+  std::string time_left(const State& state, Clock::time_point now) const {
+    const double done = state.time - start_time_;
+    if (done <= 0) return "";
+    const double wall = std::chrono::duration<double>(now - start_).count();
+    return "  " + duration_text(wall * (whole(state) - state.time) / done) + " left";
+  }
+
+  const Recipe& recipe_;
+  bool quiet_;
+  bool terminal_;
+  std::vector<double> left_;
+  bool first_ = true;
+  bool shown_ = false;
+  double start_time_ = 0;
+  Clock::time_point start_;
+  Clock::time_point printed_;
+};
+
+}  // namespace
+
+RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
+                    const AttendedOptions& options) {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  try {
+    Progress progress(recipe, options.quiet);
+    return run(
+        recipe, folder,
+        {.resume = options.resume,
+         .stop = &interrupt_requested,
+         .log = Log(std::cerr, options.quiet ? Log::Level::warnings : Log::Level::everything),
+         .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
+  } catch (const DiskFullError& error) {
+    throw DiskFullError(fmt::format("{}, then {}", error.what(), how_to_go_on(folder)));
+  }
+}
+
+std::string how_to_go_on(const std::filesystem::path& folder) {
+  // The recipe in the folder has what --set changed; it is there as soon as there is a run.
+  const std::filesystem::path recipe = folder / "recipe.toml";
+  if (!std::filesystem::exists(recipe)) return "run again";
+  return fmt::format("go on with: scarp run {} --resume -o {}", recipe.string(), folder.string());
+}
+
+}  // namespace scarp

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/recipe.h"
+#include "apps/run.h"
+
+namespace scarp {
+
+/// How a run that somebody waits for behaves.
+struct AttendedOptions {
+  bool resume = false;
+  bool quiet = false;  ///< no progress and no notes
+};
+
+/// Runs a recipe with its progress on standard error; the first interrupt lets the time step end
+/// and writes a checkpoint, the second ends the process.
+///
+/// Throws: as run(); a full disk also says which command goes on.
+RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
+                    const AttendedOptions& options);
+
+/// Which command goes on with a run that was stopped.
+std::string how_to_go_on(const std::filesystem::path& folder);
+
+}  // namespace scarp

@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/attended_run.h"
+#include "apps/commands.h"
+#include "apps/comparison.h"
+#include "apps/comparison_files.h"
+#include "apps/measured_contour.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/read_file.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What is compared with the full mesh: its name and how it differs from the recipe.
+struct Variant {
+  std::string name;
+  std::vector<std::string> overrides;
+};
+
+std::vector<Variant> variants_of(const CompareArguments& arguments) {
+  const std::string on = "simplify.enabled=true";
+  if (arguments.methods.empty()) return {{.name = "simplified", .overrides = {on}}};
+  std::vector<Variant> variants;
+  for (const std::string& method : arguments.methods)
+    variants.push_back(
+        {.name = method, .overrides = {on, fmt::format("simplify.method=\"{}\"", method)}});
+  return variants;
+}
+
+/// Makes the runs of a comparison, as far as they are not there yet.
+class Runner {
+ public:
+  Runner(const CompareArguments& arguments, const CommonOptions& common)
+      : arguments_(arguments), common_(common), folder_(arguments.result_folder()) {}
+
+  /// The runs of a variant, whose seeds are every second number from the given one on; nothing when
+  /// it was interrupted.
+  std::optional<RunGroup> run(const Variant& variant, std::uint64_t first_seed) const {
+    RunGroup group{.name = variant.name, .runs = {}};
+    for (int n = 0; n < arguments_.seeds; ++n) {
+      const std::uint64_t seed = first_seed + 2 * static_cast<std::uint64_t>(n);
+      std::vector<std::string> overrides = arguments_.set;
+      overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
+      overrides.push_back(fmt::format("flux.seed={}", seed));
+      const Recipe recipe = read_recipe(arguments_.recipe, overrides);
+      const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
+      if (!common_.quiet)
+        fmt::print(stderr, "{}, seed {}: {}\n", variant.name, seed, where.string());
+      if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
+          RunEnd::interrupted) {
+        return std::nullopt;
+      }
+      group.runs.push_back(read_run(where));
+    }
+    return group;
+  }
+
+ private:
+  /// What another recipe left there is replaced.
+  static bool holds(const fs::path& where, const Recipe& recipe) {
+    const fs::path before = where / "recipe.toml";
+    return fs::exists(before) && read_file(before) == recipe.resolved;
+  }
+
+  const CompareArguments& arguments_;
+  const CommonOptions& common_;
+  fs::path folder_;
+};
+
+/// compare.json and report.html; what was compared first stands at the top.
+ExitCode write_results(const fs::path& folder, std::span<const Comparison> comparisons,
+                       const PageOrigin& origin, const CommonOptions& common) {
+  nlohmann::ordered_json json = comparison_json(comparisons.front());
+  bool passed = true;
+  for (const Comparison& each : comparisons) {
+    passed = passed && each.passed();
+    if (comparisons.size() > 1) json["methods"][each.second] = comparison_json(each);
+  }
+  json["passed"] = passed;
+  const std::string text = json.dump(2) + '\n';
+  fs::create_directories(folder);
+  write_file(folder / "compare.json", text);
+  write_file(folder / "report.html", comparison_page(comparisons, origin));
+  if (common.json) {
+    std::cout << text;
+  } else {
+    for (const Comparison& each : comparisons) fmt::print("{}\n", comparison_text(each));
+    fmt::print("{}\n", (folder / "report.html").string());
+  }
+  return passed ? done : check_failed;
+}
+
+ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& common) {
+  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  if (recipe.frame.two_dimensional) {
+    throw InputError(
+        fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
+                    arguments.recipe));
+  }
+  const Runner runner(arguments, common);
+  const std::uint64_t seed = recipe.flux.seed;
+  const auto stopped = [&] {
+    fmt::print(stderr, "interrupted; the same command goes on with what is there\n");
+    return interrupted;
+  };
+  const auto full = runner.run({.name = "full", .overrides = {"simplify.enabled=false"}}, seed);
+  if (!full) return stopped();
+  std::vector<RunGroup> groups;
+  for (const Variant& variant : variants_of(arguments)) {
+    auto group = runner.run(variant, seed + 1);
+    if (!group) return stopped();
+    groups.push_back(*std::move(group));
+  }
+  std::vector<Comparison> comparisons;
+  for (const RunGroup& group : groups)
+    comparisons.push_back(compare(*full, group, arguments.tolerances));
+  return write_results(arguments.result_folder(), comparisons,
+                       {.title = recipe.title, .recipe = recipe.resolved}, common);
+}
+
+ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
+  const bool is_contour = fs::path(arguments.with).extension() == ".csv";
+  const Comparison comparison = [&] {
+    if (is_contour) {
+      return compare_with_contour(arguments.recipe, arguments.with, arguments.line,
+                                  arguments.tolerances);
+    }
+    const RunGroup first{.name = arguments.recipe, .runs = {read_run(arguments.recipe)}};
+    const RunGroup second{.name = arguments.with, .runs = {read_run(arguments.with)}};
+    return compare(first, second, arguments.tolerances);
+  }();
+  const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
+  return write_results(
+      folder, std::span(&comparison, 1),
+      {.title = fmt::format("{} and {}", comparison.first, comparison.second), .recipe = ""},
+      common);
+}
+
+}  // namespace
+
+ExitCode execute(const CompareArguments& arguments, const CommonOptions& common) {
+  if (!arguments.with.empty()) return compare_given(arguments, common);
+  if (fs::is_directory(arguments.recipe) || fs::path(arguments.recipe).extension() == ".vdb") {
+    throw InputError(
+        fmt::format("{}: name what it is compared with: another run or state, or a "
+                    "contour (.csv)",
+                    arguments.recipe));
+  }
+  return compare_meshes(arguments, common);
+}
+
+}  // namespace scarp

@@ -1,0 +1,622 @@
+#include "apps/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/restart.h"
+#include "apps/section.h"
+#include "core/csv.h"
+#include "core/error.h"
+#include "core/read_file.h"
+#include "core/running_statistics.h"
+#include "core/student.h"
+#include "flux/reconstruct.h"
+#include "levelset/extract_surface.h"
+#include "mesh/mesh_file.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// --- what runs left ------------------------------------------------------------------------------
+
+double number_in(const CsvLine& row, const std::map<std::string, std::size_t>& columns,
+                 const std::string& name) {
+  const auto column = columns.find(name);
+  if (column == columns.end() || column->second >= row.cells.size()) return 0;
+  return std::strtod(row.cells[column->second].c_str(), nullptr);
+}
+
+std::optional<RunCost> read_cost(const fs::path& metrics) {
+  if (!fs::exists(metrics)) return std::nullopt;
+  const std::vector<CsvLine> lines = parse_csv(read_file(metrics));
+  if (lines.size() < 2) return std::nullopt;
+  std::map<std::string, std::size_t> columns;
+  for (std::size_t n = 0; n < lines[0].cells.size(); ++n) columns[lines[0].cells[n]] = n;
+  RunCost cost{.time_steps = static_cast<double>(lines.size() - 1)};
+  for (std::size_t n = 1; n < lines.size(); ++n) {
+    const auto number = [&](const std::string& name) { return number_in(lines[n], columns, name); };
+    cost.facets += number("facets") / cost.time_steps;
+    cost.facets_full += number("facets_full") / cost.time_steps;
+    cost.rays += number("rays");
+    cost.segments += number("segments");
+    for (const char* stage : {"surface", "simplify", "flux", "map", "advect"})
+      cost.stages.add(stage, number(fmt::format("t_{}_s", stage)));
+  }
+  return cost;
+}
+
+/// By the number of the output; nothing of a run that is not complete.
+std::vector<double> output_times(const fs::path& folder) {
+  const fs::path summary = folder / "summary.json";
+  if (!fs::exists(summary)) return {};
+  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
+  return json.is_object() ? json.value("output_times_s", std::vector<double>{})
+                          : std::vector<double>{};
+}
+
+RunOutput output_of(const fs::path& state, std::span<const double> times) {
+  const std::string digits = state.stem().string().substr(std::string("state_").size());
+  const bool is_numbered = digits.find_first_not_of("0123456789") == std::string::npos;
+  const fs::path surface = state.parent_path() / ("surface_" + digits + ".vtp");
+  const auto number = is_numbered ? std::stoul(digits) : times.size();
+  return {.time = number < times.size() ? times[number] : read_wafer(state).time,
+          .state = state,
+          .surface = fs::exists(surface) ? surface : fs::path()};
+}
+
+/// Which outputs of each run are compared with each other: those at one process time, the first
+/// with the first where several are, and the ends.
+std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs) {
+  struct Moment {
+    double time = 0;
+    int occurrence = 0;
+  };
+  const auto moments = [](const RunRecord& run) {
+    std::vector<Moment> found;
+    for (const RunOutput& output : run.outputs) {
+      const bool again = !found.empty() && found.back().time == output.time;
+      found.push_back({output.time, again ? found.back().occurrence + 1 : 0});
+    }
+    return found;
+  };
+  std::vector<std::vector<Moment>> of_runs;
+  for (const RunRecord* run : runs) of_runs.push_back(moments(*run));
+  std::vector<std::vector<std::size_t>> common;
+  for (const Moment& wanted : of_runs.front()) {
+    std::vector<std::size_t> row;
+    for (const std::vector<Moment>& each : of_runs) {
+      const auto same = std::ranges::find_if(each, [&](const Moment& moment) {
+        return moment.occurrence == wanted.occurrence &&
+               std::abs(moment.time - wanted.time) <= 1e-9 * std::abs(wanted.time);
+      });
+      if (same == each.end()) break;
+      row.push_back(static_cast<std::size_t>(same - each.begin()));
+    }
+    if (row.size() == runs.size()) common.push_back(std::move(row));
+  }
+  std::vector<std::size_t> ends;
+  for (const RunRecord* run : runs) ends.push_back(run->outputs.size() - 1);
+  if (common.empty() || common.back() != ends) common.push_back(std::move(ends));
+  return common;
+}
+
+// --- one output of one run -----------------------------------------------------------------------
+
+/// What is compared of an output.
+struct Snapshot {
+  Frame frame;
+  std::vector<MetrologyValue> values;
+  TriMesh surface;
+  std::vector<Polyline> profile;
+};
+
+/// Reads the outputs of one run, each compared with its start.
+class SnapshotReader {
+ public:
+  explicit SnapshotReader(const RunRecord& run) : run_(run) {}
+
+  Snapshot read(std::size_t output, Materials& materials) {
+    const fs::path& file = run_.outputs[output].state;
+    SavedWafer wafer = read_wafer(file, materials);
+    materials = wafer.materials;
+    if (!start_) start_ = measure_start(wafer, materials);
+    const MetrologyNames names{.materials = wafer.materials, .options = wafer.metrology};
+    const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
+    return {.frame = wafer.layers.frame,
+            .values = metrology_values(measure(wafer.layers, wafer.metrology, &*start_), names),
+            .surface = extract_surface(wafer.layers),
+            .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
+  }
+
+ private:
+  Metrology measure_start(const SavedWafer& wafer, const Materials& materials) const {
+    const fs::path& first = run_.outputs.front().state;
+    return measure(read_wafer(first, materials).layers, wafer.metrology);
+  }
+
+  const RunRecord& run_;
+  std::optional<Metrology> start_;
+};
+
+void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
+  bool is_same = a.two_dimensional == b.two_dimensional && a.boundary == b.boundary;
+  for (int axis = 0; axis < 2 && !a.two_dimensional; ++axis)
+    is_same = is_same && std::abs(a.sides().width(axis) - b.sides().width(axis)) < 1e-6 * a.spacing;
+  if (is_same) return;
+  throw InputError(
+      fmt::format("{}: has another mode, extent or sides than what it is compared "
+                  "with",
+                  where));
+}
+
+// --- values --------------------------------------------------------------------------------------
+
+std::optional<double> tolerance_of(const MetrologyValue& value, double mean, double spacing,
+                                   const Tolerances& allowed) {
+  switch (value.kind) {
+    case ValueKind::width_or_depth:
+      return allowed.length_cells * spacing + allowed.length_part * std::abs(mean);
+    case ValueKind::film:
+    case ValueKind::coverage:
+      return allowed.film_cells * spacing * std::abs(value.per_nm) +
+             allowed.film_part * std::abs(mean);
+    case ValueKind::other:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::vector<double> values_of(std::span<const Snapshot> group, const std::string& name) {
+  std::vector<double> found;
+  for (const Snapshot& each : group) {
+    const auto same = std::ranges::find(each.values, name, &MetrologyValue::name);
+    if (same != each.values.end()) found.push_back(same->value);
+  }
+  return found;
+}
+
+/// An opening that a group does not have is at most as deep as the least that is called one.
+void stand_in_for_depth(const std::string& name, double spacing, Sample& sample) {
+  constexpr double least_depth = 2;  // spacings
+  if (sample.count == 0 && name.ends_with(" depth_nm"))
+    sample = {.count = 0, .mean = least_depth * spacing};
+}
+
+ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
+                       std::span<const Snapshot> b, const Tolerances& allowed) {
+  const double spacing = a.front().frame.spacing;
+  ComparedValue result{.name = value.name,
+                       .first = sample_of(values_of(a, value.name)),
+                       .second = sample_of(values_of(b, value.name))};
+  stand_in_for_depth(value.name, spacing, result.first);
+  stand_in_for_depth(value.name, spacing, result.second);
+  const bool is_missing = result.first.count == 0 || result.second.count == 0;
+  if (is_missing && !value.name.ends_with(" depth_nm")) return result;
+  result.difference = result.second.mean - result.first.mean;
+  const auto error = difference_error(result.first, result.second);
+  if (error) result.std_error = error->std_error;
+  result.tolerance = tolerance_of(value, result.first.mean, spacing, allowed);
+  if (result.tolerance) {
+    const double size = std::abs(result.difference);
+    result.verdict =
+        judge(size, *result.tolerance, size, error ? std::optional(error->chance) : std::nullopt);
+  }
+  return result;
+}
+
+void compare_values(double time, std::span<const Snapshot> a, std::span<const Snapshot> b,
+                    Comparison& result) {
+  std::vector<MetrologyValue> all;
+  for (const std::span<const Snapshot> group : {a, b}) {
+    for (const Snapshot& snapshot : group) {
+      for (const MetrologyValue& value : snapshot.values) {
+        if (std::ranges::find(all, value.name, &MetrologyValue::name) == all.end())
+          all.push_back(value);
+      }
+    }
+  }
+  for (const MetrologyValue& value : all) {
+    result.values.push_back(compared(value, a, b, result.tolerances));
+    result.values.back().time = time;
+  }
+}
+
+// --- distances -----------------------------------------------------------------------------------
+
+constexpr std::array statistics_members{&DistanceStatistics::max, &DistanceStatistics::mean,
+                                        &DistanceStatistics::rms, &DistanceStatistics::p99};
+
+DistanceStatistics mean_of(std::span<const DistanceStatistics> each) {
+  DistanceStatistics mean;
+  for (const DistanceStatistics& one : each) {
+    for (const auto member : statistics_members)
+      mean.*member += one.*member / static_cast<double>(each.size());
+  }
+  return mean;
+}
+
+/// Of pairs of surfaces, in spacings.
+struct PairDistances {
+  std::vector<DistanceStatistics> forward;
+  std::vector<DistanceStatistics> reverse;
+
+  void add(const TriMesh& a, const TriMesh& b, double spacing) {
+    const SurfaceDistance both = surface_distance(a, b);
+    forward.push_back(both.forward);
+    reverse.push_back(both.reverse);
+    for (DistanceStatistics* one : {&forward.back(), &reverse.back()})
+      for (const auto member : statistics_members) (*one).*member /= spacing;
+  }
+
+  std::size_t count() const { return forward.size(); }
+
+  /// The worse way of each pair.
+  std::vector<double> worst(double DistanceStatistics::*member) const {
+    std::vector<double> found;
+    for (std::size_t n = 0; n < count(); ++n)
+      found.push_back(std::max(forward[n].*member, reverse[n].*member));
+    return found;
+  }
+
+  /// Mean squares over both ways.
+  std::vector<double> squares() const {
+    std::vector<double> found;
+    for (std::size_t n = 0; n < count(); ++n)
+      found.push_back(0.5 * (std::pow(forward[n].rms, 2) + std::pow(reverse[n].rms, 2)));
+    return found;
+  }
+};
+
+/// Each surface of a group with the next one.
+PairDistances within(std::span<const Snapshot> group, double spacing) {
+  PairDistances pairs;
+  const std::size_t count = group.size() < 3 ? group.size() - 1 : group.size();
+  for (std::size_t n = 0; n < count; ++n)
+    pairs.add(group[n].surface, group[(n + 1) % group.size()].surface, spacing);
+  return pairs;
+}
+
+PairDistances across(std::span<const Snapshot> a, std::span<const Snapshot> b, double spacing) {
+  PairDistances pairs;
+  for (std::size_t n = 0; n < std::max(a.size(), b.size()); ++n)
+    pairs.add(a[n % a.size()].surface, b[n % b.size()].surface, spacing);
+  return pairs;
+}
+
+struct AllDistances {
+  PairDistances across;
+  PairDistances first;
+  PairDistances second;
+};
+
+Verdict judge_distance(const AllDistances& all, double DistanceStatistics::*member,
+                       double tolerance) {
+  std::vector<double> seeds = all.first.worst(member);
+  const std::vector<double> more = all.second.worst(member);
+  seeds.insert(seeds.end(), more.begin(), more.end());
+  const Sample apart = sample_of(all.across.worst(member));
+  const Sample noise = sample_of(seeds);
+  const auto error = difference_error(noise, apart);
+  // A single pair of seeds has no spread, but a size.
+  const double chance = error ? error->chance : 0;
+  return judge(apart.mean, tolerance, apart.mean - noise.mean,
+               noise.count > 0 ? std::optional(chance) : std::nullopt);
+}
+
+ComparedDistance compared(const AllDistances& all, const Tolerances& allowed) {
+  ComparedDistance result{.forward = mean_of(all.across.forward),
+                          .reverse = mean_of(all.across.reverse)};
+  std::vector<DistanceStatistics> seeds;
+  for (const PairDistances* pairs : {&all.first, &all.second}) {
+    seeds.insert(seeds.end(), pairs->forward.begin(), pairs->forward.end());
+    seeds.insert(seeds.end(), pairs->reverse.begin(), pairs->reverse.end());
+  }
+  if (!seeds.empty()) result.between_seeds = mean_of(seeds);
+  result.mean_verdict = judge_distance(all, &DistanceStatistics::mean, allowed.mean_distance);
+  result.p99_verdict = judge_distance(all, &DistanceStatistics::p99, allowed.p99_distance);
+  return result;
+}
+
+// --- flux ----------------------------------------------------------------------------------------
+
+/// A place on the profile. Units: nm.
+struct ProfilePlace {
+  double along = 0;
+  Vec3d r;
+};
+
+/// Places half a spacing apart along the open lines of a profile: closed ones are voids.
+std::vector<ProfilePlace> places_on(std::span<const Polyline> profile, double spacing) {
+  std::vector<ProfilePlace> places;
+  double length = 0;
+  for (const Polyline& line : profile) {
+    if (line.points.front() == line.points.back()) continue;
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const auto& [x0, z0] = line.points[n - 1];
+      const auto& [x1, z1] = line.points[n];
+      const double step = std::hypot(x1 - x0, z1 - z0);
+      for (; static_cast<double>(places.size()) * 0.5 * spacing < length + step;) {
+        const double along = static_cast<double>(places.size()) * 0.5 * spacing;
+        const double part = step > 0 ? std::max(0.0, along - length) / step : 0;
+        places.push_back({.along = along, .r = {x0 + part * (x1 - x0), 0, z0 + part * (z1 - z0)}});
+      }
+      length += step;
+    }
+  }
+  return places;
+}
+
+constexpr std::size_t places_per_piece = 4;
+
+bool is_flux(const std::string& name) {
+  return name.starts_with("flux") && !name.starts_with("flux_std_error");
+}
+
+/// Each flux of an output along a profile, by its name: means over pieces.
+std::map<std::string, std::vector<double>> flux_along(const fs::path& file,
+                                                      std::span<const ProfilePlace> places) {
+  const TriMesh mesh = read_mesh(file);
+  const TriangleTree tree(mesh);
+  std::vector<ClosestPoint> closest;
+  for (const ProfilePlace& place : places) closest.push_back(tree.closest(place.r));
+  std::map<std::string, std::vector<double>> found;
+  for (const FacetArray& array : read_facet_arrays(file)) {
+    if (!is_flux(array.name)) continue;
+    const auto at_corners = corner_values(mesh, array.values);
+    std::vector<double>& pieces = found[array.name];
+    pieces.resize(places.size() / places_per_piece);
+    for (std::size_t n = 0; n < pieces.size() * places_per_piece; ++n) {
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        pieces[n / places_per_piece] += closest[n].barycentric[corner] *
+                                        at_corners[closest[n].triangle][corner] / places_per_piece;
+    }
+  }
+  return found;
+}
+
+using FluxRuns = std::vector<std::map<std::string, std::vector<double>>>;
+
+ComparedFlux compared_flux(const std::string& name, std::span<const ProfilePlace> places,
+                           const std::array<FluxRuns, 2>& groups) {
+  ComparedFlux result{.name = name};
+  RunningStatistics squares;
+  RunningStatistics variances;
+  for (std::size_t piece = 0; piece < places.size() / places_per_piece; ++piece) {
+    std::array<Sample, 2> samples;
+    for (std::size_t g = 0; g < 2; ++g) {
+      std::vector<double> values;
+      for (const auto& run : groups[g]) values.push_back(run.at(name)[piece]);
+      samples[g] = sample_of(values);
+    }
+    const double difference = samples[1].mean - samples[0].mean;
+    result.place.push_back(0.5 * (places[piece * places_per_piece].along +
+                                  places[(piece + 1) * places_per_piece - 1].along));
+    result.first.push_back(samples[0].mean);
+    result.second.push_back(samples[1].mean);
+    result.max_difference = std::max(result.max_difference, std::abs(difference));
+    squares.add(difference * difference);
+    if (const auto error = difference_error(samples[0], samples[1]))
+      variances.add(error->std_error * error->std_error);
+  }
+  result.rms_difference = std::sqrt(squares.mean());
+  if (variances.count() > 0) result.rms_std_error = std::sqrt(variances.mean());
+  return result;
+}
+
+/// Nothing where a surface has no flux, as of single states.
+std::vector<ComparedFlux> compare_fluxes(const std::array<std::vector<fs::path>, 2>& surfaces,
+                                         const Snapshot& reference) {
+  const std::vector<ProfilePlace> places = places_on(reference.profile, reference.frame.spacing);
+  std::array<FluxRuns, 2> groups;
+  for (std::size_t g = 0; g < 2; ++g) {
+    for (const fs::path& file : surfaces[g]) {
+      if (file.empty()) return {};
+      groups[g].push_back(flux_along(file, places));
+    }
+  }
+  std::vector<ComparedFlux> found;
+  for (const auto& [name, values] : groups[0].front()) {
+    const auto has = [&name = name](const auto& run) { return run.contains(name); };
+    if (std::ranges::all_of(groups[0], has) && std::ranges::all_of(groups[1], has))
+      found.push_back(compared_flux(name, places, groups));
+  }
+  return found;
+}
+
+// --- cost ----------------------------------------------------------------------------------------
+
+/// A mean with the square of its relative error.
+struct Relative {
+  double mean = 0;
+  double square = 0;
+};
+
+Relative relative(std::span<const double> values) {
+  RunningStatistics all;
+  for (const double value : values) all.add(value);
+  if (!(all.mean() > 0)) return {};
+  return {.mean = all.mean(), .square = std::pow(all.std_error() / all.mean(), 2)};
+}
+
+std::vector<double> seconds_of(std::span<const RunCost> costs) {
+  std::vector<double> seconds;
+  for (const RunCost& cost : costs) seconds.push_back(cost.seconds());
+  return seconds;
+}
+
+double mean_seconds(std::span<const RunCost> costs, const char* stage) {
+  double sum = 0;
+  for (const RunCost& cost : costs) sum += cost.stages.seconds(stage);
+  return sum / static_cast<double>(costs.size());
+}
+
+void compare_costs(const AllDistances& last, Comparison& result) {
+  if (result.first_costs.empty() || result.second_costs.empty()) return;
+  const Relative first = relative(seconds_of(result.first_costs));
+  const Relative second = relative(seconds_of(result.second_costs));
+  if (!(second.mean > 0)) return;
+  result.speedup = first.mean / second.mean;
+  if (result.first_costs.size() > 1 && result.second_costs.size() > 1)
+    result.speedup_std_error = *result.speedup * std::sqrt(first.square + second.square);
+  if (last.first.count() == 0 || last.second.count() == 0) return;
+
+  const Relative noise_first = relative(last.first.squares());
+  const Relative noise_second = relative(last.second.squares());
+  const double flux = mean_seconds(result.second_costs, "flux");
+  const double factor = noise_first.mean > 0 ? noise_second.mean / noise_first.mean : 1;
+  EqualError equal{.first_seconds = first.mean,
+                   .second_seconds = second.mean + flux * (factor - 1),
+                   .first_noise = std::sqrt(0.5 * noise_first.mean),
+                   .second_noise = std::sqrt(0.5 * noise_second.mean)};
+  const double apart = relative(last.across.squares()).mean;
+  equal.systematic = std::sqrt(std::max(0.0, apart - 0.5 * (noise_first.mean + noise_second.mean)));
+  equal.speedup = equal.first_seconds / equal.second_seconds;
+  const double share = flux * factor / equal.second_seconds;
+  equal.speedup_std_error =
+      equal.speedup * std::sqrt(first.square + second.square +
+                                share * share * (noise_first.square + noise_second.square));
+  result.equal_error = equal;
+}
+
+// --- all together --------------------------------------------------------------------------------
+
+/// Goes through the outputs of all runs.
+class Comparer {
+ public:
+  Comparer(const RunGroup& first, const RunGroup& second, const Tolerances& tolerances) {
+    result_.first = first.name;
+    result_.second = second.name;
+    result_.tolerances = tolerances;
+    first_count_ = first.runs.size();
+    for (const RunGroup* group : {&first, &second}) {
+      for (const RunRecord& run : group->runs) {
+        runs_.push_back(&run);
+        readers_.emplace_back(run);
+        if (run.cost)
+          (group == &first ? result_.first_costs : result_.second_costs).push_back(*run.cost);
+      }
+    }
+  }
+
+  Comparison run() {
+    for (const std::vector<std::size_t>& outputs : common_outputs(runs_)) compare_at(outputs);
+    compare_costs(last_, result_);
+    return std::move(result_);
+  }
+
+ private:
+  void compare_at(const std::vector<std::size_t>& outputs) {
+    const double time = runs_.front()->outputs[outputs.front()].time;
+    std::vector<Snapshot> all;
+    std::array<std::vector<fs::path>, 2> surfaces;
+    for (std::size_t n = 0; n < runs_.size(); ++n) {
+      all.push_back(readers_[n].read(outputs[n], materials_));
+      require_same_domain(all.front().frame, all.back().frame, runs_[n]->where.string());
+      surfaces[n < first_count_ ? 0 : 1].push_back(runs_[n]->outputs[outputs[n]].surface);
+    }
+    const std::span<const Snapshot> a = std::span(all).first(first_count_);
+    const std::span<const Snapshot> b = std::span(all).subspan(first_count_);
+    result_.spacing = a.front().frame.spacing;
+    compare_values(time, a, b, result_);
+    last_ = {.across = across(a, b, result_.spacing),
+             .first = within(a, result_.spacing),
+             .second = within(b, result_.spacing)};
+    result_.distances.push_back(compared(last_, result_.tolerances));
+    result_.distances.back().time = time;
+    for (ComparedFlux& flux : compare_fluxes(surfaces, a.front())) {
+      flux.time = time;
+      result_.fluxes.push_back(std::move(flux));
+    }
+    result_.profiles.push_back(
+        {.time = time, .first = a.front().profile, .second = b.front().profile});
+  }
+
+  Comparison result_;
+  std::size_t first_count_ = 0;
+  std::vector<const RunRecord*> runs_;
+  std::vector<SnapshotReader> readers_;
+  Materials materials_;
+  AllDistances last_;
+};
+
+}  // namespace
+
+double RunCost::seconds() const {
+  double sum = 0;
+  for (const auto& [stage, seconds] : stages.stages()) sum += seconds;
+  return sum;
+}
+
+RunRecord read_run(const fs::path& where) {
+  RunRecord run{.where = where, .outputs = {}};
+  if (!fs::is_directory(where)) {
+    run.outputs.push_back({.time = read_wafer(where).time, .state = where, .surface = {}});
+    return run;
+  }
+  const std::vector<double> times = output_times(where);
+  for (const fs::path& state : states_of(where)) run.outputs.push_back(output_of(state, times));
+  if (run.outputs.empty()) newest_state(where);  // says what is missing
+  run.cost = read_cost(where / "metrics.csv");
+  return run;
+}
+
+Sample sample_of(std::span<const double> values) {
+  RunningStatistics all;
+  for (const double value : values) all.add(value);
+  Sample sample{.count = values.size(), .mean = all.mean()};
+  if (values.size() > 1) sample.spread = std::sqrt(all.variance());
+  return sample;
+}
+
+std::optional<DifferenceError> difference_error(const Sample& a, const Sample& b) {
+  if (a.count == 0 || b.count == 0 || a.count + b.count < 3) return std::nullopt;
+  const auto n = static_cast<double>(a.count);
+  const auto m = static_cast<double>(b.count);
+  const double squares =
+      (n - 1) * std::pow(a.spread.value_or(0), 2) + (m - 1) * std::pow(b.spread.value_or(0), 2);
+  const double std_error = std::sqrt(squares / (n + m - 2) * (1 / n + 1 / m));
+  return DifferenceError{
+      .std_error = std_error,
+      .chance = std_error * three_standard_errors(static_cast<int>(a.count + b.count) - 2)};
+}
+
+Verdict judge(double size, double tolerance, double excess, std::optional<double> chance) {
+  if (size <= tolerance) return Verdict::within;
+  return chance && excess <= *chance ? Verdict::noise : Verdict::moved;
+}
+
+std::vector<std::string> Comparison::moved() const {
+  std::vector<std::string> lines;
+  for (const ComparedDistance& each : distances) {
+    const auto line = [&](Verdict verdict, const char* name, double DistanceStatistics::*member,
+                          double tolerance) {
+      if (verdict != Verdict::moved) return;
+      lines.push_back(fmt::format("{} distance at t = {:.6g} s: {:.3g} spacings, allowed {:.3g}",
+                                  name, each.time,
+                                  std::max(each.forward.*member, each.reverse.*member), tolerance));
+    };
+    line(each.mean_verdict, "mean", &DistanceStatistics::mean, tolerances.mean_distance);
+    line(each.p99_verdict, "99 %", &DistanceStatistics::p99, tolerances.p99_distance);
+  }
+  for (const ComparedValue& each : values) {
+    if (each.verdict != Verdict::moved) continue;
+    lines.push_back(fmt::format("{} at t = {:.6g} s: {:.6g} instead of {:.6g}, allowed +-{:.3g}",
+                                each.name, each.time, each.second.mean, each.first.mean,
+                                *each.tolerance));
+  }
+  return lines;
+}
+
+Comparison compare(const RunGroup& first, const RunGroup& second, const Tolerances& tolerances) {
+  return Comparer(first, second, tolerances).run();
+}
+
+}  // namespace scarp

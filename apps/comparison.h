@@ -1,0 +1,181 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/metrology_files.h"
+#include "core/stage_timer.h"
+#include "levelset/cross_section.h"
+#include "mesh/distance.h"
+
+namespace scarp {
+
+// Two groups of runs side by side: the first is the reference, the runs of a group differ in their
+// seeds alone. docs/compare.md has the rules and their reasons.
+
+/// How far they may differ. Units: grid spacings; parts of the value of the reference.
+struct Tolerances {
+  double length_cells = 0.25;  ///< widths and depths
+  double length_part = 0.01;
+  double film_cells = 0.1;  ///< thicknesses, and what they make of coverages
+  double film_part = 0.02;
+  double mean_distance = 0.2;
+  double p99_distance = 0.75;
+};
+
+/// What a run took, from its metrics.csv: means over its time steps, sums of seconds and rays.
+struct RunCost {
+  double time_steps = 0;
+  double facets_full = 0;
+  double facets = 0;
+  double rays = 0;
+  double segments = 0;
+  StageTimer stages{};
+
+  double seconds() const;
+};
+
+/// An output of a run. Units: s of process time.
+struct RunOutput {
+  double time = 0;
+  std::filesystem::path state;
+  std::filesystem::path surface;  ///< with the flux; empty where there is none
+};
+
+/// What a finished run left, or a single state.
+struct RunRecord {
+  std::filesystem::path where;
+  std::vector<RunOutput> outputs;
+  std::optional<RunCost> cost{};
+};
+
+/// Throws: InputError if it is neither.
+RunRecord read_run(const std::filesystem::path& where);
+
+struct RunGroup {
+  std::string name;
+  std::vector<RunRecord> runs;
+};
+
+/// Of a value over the seeds of a group.
+struct Sample {
+  std::size_t count = 0;
+  double mean = 0;
+  std::optional<double> spread{};  ///< standard deviation; nothing of a single run
+};
+
+enum class Verdict {
+  none,    ///< no tolerance is stated
+  within,  ///< the tolerance
+  noise,   ///< beyond it, but seeds explain it: more of them would tell
+  moved    ///< beyond it, and beyond what seeds explain
+};
+
+/// A value at one time. Units: as its name says.
+struct ComparedValue {
+  double time = 0;
+  std::string name;
+  Sample first;
+  Sample second;
+  double difference = 0;  ///< second less first
+  std::optional<double> std_error{};
+  std::optional<double> tolerance{};
+  Verdict verdict = Verdict::none;
+};
+
+/// How far the surfaces are from each other at one time: means over pairs of runs. Units: spacings.
+struct ComparedDistance {
+  double time = 0;
+  DistanceStatistics forward;                         ///< from the first to the second
+  DistanceStatistics reverse;                         ///< and back
+  std::optional<DistanceStatistics> between_seeds{};  ///< of the same group
+  Verdict mean_verdict = Verdict::none;
+  Verdict p99_verdict = Verdict::none;
+};
+
+/// The flux along the profile in the middle of the domain, in pieces of two spacings.
+///
+/// Shape: an entry per piece. Units: nm along the profile; relative to an open flat wafer.
+struct ComparedFlux {
+  double time = 0;
+  std::string name;
+  std::vector<double> place{};
+  std::vector<double> first{};
+  std::vector<double> second{};
+  double rms_difference = 0;
+  double max_difference = 0;
+  std::optional<double> rms_std_error{};  ///< what seeds alone would make of rms_difference
+};
+
+/// The exposed surfaces of the first runs in the middle of the domain. Units: nm, s.
+struct ComparedProfile {
+  double time = 0;
+  std::vector<Polyline> first;
+  std::vector<Polyline> second;
+};
+
+/// What a group takes to have the noise of the first one at the end: its flux as much longer as its
+/// variance is larger, what else it does as long as it took.
+///
+/// Noise is the root mean square distance between surfaces of two seeds, divided by the root of
+/// two; what differs between the groups besides is systematic, and no rays change it.
+/// Units: s; spacings.
+struct EqualError {
+  double first_seconds = 0;
+  double second_seconds = 0;
+  double first_noise = 0;
+  double second_noise = 0;
+  double systematic = 0;
+  double speedup = 0;
+  double speedup_std_error = 0;
+};
+
+struct Comparison {
+  std::string first;
+  std::string second;
+  double spacing = 0;  ///< nm
+  Tolerances tolerances;
+  std::vector<ComparedValue> values{};
+  std::vector<ComparedDistance> distances{};
+  std::vector<ComparedFlux> fluxes{};
+  std::vector<ComparedProfile> profiles{};
+  std::vector<RunCost> first_costs{};
+  std::vector<RunCost> second_costs{};
+  std::optional<double> speedup{};  ///< of all stages together, without files and metrology
+  std::optional<double> speedup_std_error{};
+  std::optional<EqualError> equal_error{};
+
+  /// What fails it, a line each.
+  std::vector<std::string> moved() const;
+  bool passed() const { return moved().empty(); }
+};
+
+/// Compares two groups at every output time that all runs have, and at their ends.
+///
+/// A value has moved where its means differ by more than the tolerance and by more than three
+/// standard errors of their difference, in the sense of Student. The standard error is that of the
+/// spreads of both groups together; where there is none, the tolerance alone decides.
+/// A distance has moved where its mean over pairs is beyond the tolerance, and beyond that between
+/// seeds of one group by three standard errors.
+///
+/// Throws: InputError where the domains are not the same, or no files are left to compare.
+Comparison compare(const RunGroup& first, const RunGroup& second, const Tolerances& tolerances);
+
+/// The verdict on a difference: size against the tolerance, excess against what chance gives.
+Verdict judge(double size, double tolerance, double excess, std::optional<double> chance);
+
+/// Mean and spread of values.
+Sample sample_of(std::span<const double> values);
+
+/// The standard error of the difference of two means, from the spreads of both together, and how
+/// much of it chance gives (see three_standard_errors); nothing without spreads.
+struct DifferenceError {
+  double std_error = 0;
+  double chance = 0;
+};
+std::optional<DifferenceError> difference_error(const Sample& a, const Sample& b);
+
+}  // namespace scarp

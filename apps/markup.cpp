@@ -1,0 +1,209 @@
+#include "apps/markup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace scarp {
+
+namespace {
+
+constexpr double width = 720;    // px
+constexpr double height = 300;   // px, of a plot whose scales are its own
+constexpr double tallest = 900;  // px, of one with equal scales
+constexpr double left = 64;
+constexpr double right = 16;
+constexpr double top = 28;
+constexpr double bottom = 64;
+
+using Point = std::array<double, 2>;
+
+struct Range {
+  double low = 1e300;
+  double high = -1e300;
+
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double size() const { return high - low; }
+  void widen() {
+    if (low > high) low = high = 0;
+    const double room = size() > 0 ? 0.04 * size() : std::max(1.0, std::abs(low));
+    low -= room;
+    high += room;
+  }
+};
+
+/// Where values lie on the paper.
+struct Axes {
+  std::array<Range, 2> ranges;
+  std::array<double, 2> pixels;  ///< per unit
+  double bottom_edge = 0;
+
+  double x(double value) const { return left + (value - ranges[0].low) * pixels[0]; }
+  double y(double value) const { return bottom_edge - (value - ranges[1].low) * pixels[1]; }
+};
+
+Axes axes_of(const Plot& plot) {
+  Axes axes{};
+  for (const Curve& curve : plot.curves) {
+    for (const auto& line : curve.lines) {
+      for (const Point& point : line) {
+        axes.ranges[0].add(point[0]);
+        axes.ranges[1].add(point[1]);
+      }
+    }
+  }
+  for (Range& range : axes.ranges) range.widen();
+  const double room = width - left - right;
+  axes.pixels[0] = room / axes.ranges[0].size();
+  axes.pixels[1] = (height - top - bottom) / axes.ranges[1].size();
+  if (plot.has_equal_scales) {
+    axes.pixels[0] = std::min(axes.pixels[0], (tallest - top - bottom) / axes.ranges[1].size());
+    axes.pixels[1] = axes.pixels[0];
+  }
+  axes.bottom_edge = top + axes.ranges[1].size() * axes.pixels[1];
+  return axes;
+}
+
+/// Round numbers within a range, some five of them.
+std::vector<double> ticks_of(const Range& range) {
+  const double raw = range.size() / 5;
+  const double decade = std::pow(10.0, std::floor(std::log10(raw)));
+  const double mantissa = raw / decade;
+  const double step = decade * (mantissa > 5 ? 10 : mantissa > 2 ? 5 : mantissa > 1 ? 2 : 1);
+  std::vector<double> ticks;
+  for (double n = std::ceil(range.low / step); n * step <= range.high; ++n)
+    ticks.push_back(n == 0 ? 0 : n * step);
+  return ticks;
+}
+
+std::string svg_text(double x, double y, const char* anchor, const std::string& text) {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor,
+                     escaped(text));
+}
+
+std::string grid_of(const Plot& plot, const Axes& axes) {
+  const double end = axes.x(axes.ranges[0].high);
+  std::string svg =
+      fmt::format("<text x=\"{}\" y=\"18\" class=\"title\">{}</text>\n", left, escaped(plot.title));
+  for (const double tick : ticks_of(axes.ranges[0])) {
+    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>\n", axes.x(tick), top,
+                       axes.bottom_edge);
+    svg += svg_text(axes.x(tick), axes.bottom_edge + 16, "middle", fmt::format("{:g}", tick));
+  }
+  for (const double tick : ticks_of(axes.ranges[1])) {
+    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n", left, axes.y(tick),
+                       end);
+    svg += svg_text(left - 6, axes.y(tick) + 4, "end", fmt::format("{:g}", tick));
+  }
+  svg += svg_text(0.5 * (left + end), axes.bottom_edge + 34, "middle", plot.x_label);
+  const double middle = 0.5 * (top + axes.bottom_edge);
+  svg += fmt::format(
+      "<text transform=\"translate(14 {:.1f}) rotate(-90)\" "
+      "text-anchor=\"middle\">{}</text>\n",
+      middle, escaped(plot.y_label));
+  return svg;
+}
+
+std::string curve_path(const Curve& curve, const Axes& axes) {
+  std::string path;
+  for (const auto& line : curve.lines) {
+    char move = 'M';
+    for (const Point& point : line) {
+      path += fmt::format("{}{:.1f} {:.1f}", move, axes.x(point[0]), axes.y(point[1]));
+      move = 'L';
+    }
+  }
+  return fmt::format("<path class=\"curve c{}{}\" d=\"{}\"/>\n", curve.colour,
+                     curve.is_dashed ? " dashed" : "", path);
+}
+
+std::string legend_of(const Plot& plot, double y) {
+  std::string svg;
+  double x = left;
+  for (const Curve& curve : plot.curves) {
+    if (curve.name.empty()) continue;
+    svg += fmt::format("<path class=\"curve c{}{}\" d=\"M{:.1f} {:.1f}h22\"/>\n", curve.colour,
+                       curve.is_dashed ? " dashed" : "", x, y - 4);
+    svg += svg_text(x + 28, y, "start", curve.name);
+    x += 48 + 7.5 * static_cast<double>(curve.name.size());
+  }
+  return svg;
+}
+
+// Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008).
+constexpr const char* style = R"(
+:root { color-scheme: light dark; --ink: #1c1c1c; --paper: #ffffff; --line: #d4d4d4;
+  --good: #1a7f37; --bad: #c1121f; --unsure: #9a6700; --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e6e6e6; --paper: #15181c; --line: #3a3f46;
+  --good: #57c26e; --bad: #ff7b72; --unsure: #e3b341; --c0: #56b4e9; --c1: #ff9f45; --c2: #3ddbab; --c3: #c4a5e8; } }
+@media print { :root { --ink: #000; --paper: #fff; --line: #bbb; --good: #1a7f37; --bad: #c1121f; --unsure: #9a6700;
+  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1; } details { break-inside: avoid; } }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1000px;
+  margin: 2em auto; padding: 0 1em; }
+h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
+table { border-collapse: collapse; font-size: 13px; display: block; overflow-x: auto; }
+th, td { padding: 3px 10px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; }
+.good { color: var(--good); } .bad { color: var(--bad); font-weight: bold; } .unsure { color: var(--unsure); }
+svg { width: 100%; height: auto; max-width: 720px; font: 12px system-ui, sans-serif; }
+svg text { fill: var(--ink); } svg .title { font-weight: bold; } svg .grid { stroke: var(--line); fill: none; }
+svg .curve { fill: none; stroke-width: 1.5; } svg .dashed { stroke-dasharray: 5 3; }
+svg .c0 { stroke: var(--c0); } svg .c1 { stroke: var(--c1); } svg .c2 { stroke: var(--c2); } svg .c3 { stroke: var(--c3); }
+)";
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else {
+      out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+  }
+  return out;
+}
+
+std::string plot_svg(const Plot& plot) {
+  const Axes axes = axes_of(plot);
+  const double full_height = axes.bottom_edge + bottom;
+  std::string svg = fmt::format("<svg viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\">\n",
+                                width, full_height, escaped(plot.title));
+  svg += grid_of(plot, axes);
+  for (const Curve& curve : plot.curves) svg += curve_path(curve, axes);
+  return svg + legend_of(plot, full_height - 8) + "</svg>\n";
+}
+
+std::string html_table(std::span<const std::string> head,
+                       std::span<const std::vector<TableCell>> rows) {
+  std::string html = "<table>\n<tr>";
+  for (const std::string& name : head) html += "<th>" + escaped(name) + "</th>";
+  html += "</tr>\n";
+  for (const std::vector<TableCell>& row : rows) {
+    html += "<tr>";
+    for (const TableCell& cell : row) {
+      html += cell.css_class.empty() ? "<td>" : "<td class=\"" + cell.css_class + "\">";
+      html += escaped(cell.text) + "</td>";
+    }
+    html += "</tr>\n";
+  }
+  return html + "</table>\n";
+}
+
+std::string html_page(const std::string& title, const std::string& body) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      escaped(title), style, body);
+}
+
+}  // namespace scarp

@@ -1,0 +1,191 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "program.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+class CompareCommand : public Program {
+ protected:
+  /// What small_trench runs.
+  Outcome compare_trench(const std::string& folder, const std::string& more = "") const {
+    return scarp("compare " + small_trench("-o " + path(folder) + " --json " + more));
+  }
+
+  /// A trench that a film of the given thickness lines at once.
+  void run_film(const std::string& folder, const std::string& thickness) const {
+    write("film.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["600 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "300 nm"
+depth = "400 nm"
+[[step]]
+model = "conformal"
+material = "SiO2"
+thickness = ")" + thickness +
+                           "\"\n");
+    const Outcome run = scarp("run " + path("film.toml") + " -o " + path(folder) + " --quiet");
+    ASSERT_EQ(run.exit_code, 0) << run.messages;
+  }
+
+  static const nlohmann::json& value(const nlohmann::json& found, const std::string& name) {
+    const nlohmann::json* last = nullptr;
+    for (const nlohmann::json& each : found["metrology"])
+      if (each["name"] == name) last = &each;
+    EXPECT_NE(last, nullptr) << name;
+    return *last;
+  }
+};
+
+TEST_F(CompareCommand, SimplifiedTrenchIsAsTheFullOne) {
+  const Outcome outcome = compare_trench("out", "--seeds 2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const nlohmann::json found = json_of(outcome);
+  EXPECT_EQ(found, nlohmann::json::parse(read_file(path("out/compare.json"))));
+  EXPECT_TRUE(found["passed"]);
+  EXPECT_GT(found["speedup"], 0);
+  EXPECT_GT(found["time_to_equal_error"]["second_s"], 0);
+  EXPECT_EQ(found["distance"].size(), 4U);  // outputs
+  EXPECT_GT(found["distance"][3]["forward"]["mean"], 0);
+  EXPECT_LT(found["distance"][3]["forward"]["mean"], 0.2);
+  EXPECT_LT(found["cost"]["second"]["facets"],
+            0.5 * found["cost"]["first"]["facets"].get<double>());
+  EXPECT_EQ(found["cost"]["first"]["facets"], found["cost"]["first"]["facets_full"]);
+  EXPECT_EQ(value(found, "trench 1 depth_nm")["first"]["runs"], 2);
+  EXPECT_GT(value(found, "trench 1 SiO2_wall_nm")["first"]["spread"], 0);
+  EXPECT_EQ(value(found, "trench 1 SiO2_step_coverage")["verdict"], "within");
+  ASSERT_FALSE(found["flux"].empty());
+  EXPECT_LT(found["flux"].back()["rms_difference"], 0.2);
+
+  const std::string page = read_file(path("out/report.html"));
+  EXPECT_THAT(page, HasSubstr("within the tolerances"));
+  EXPECT_THAT(page, HasSubstr("<svg"));
+  EXPECT_THAT(page, Not(HasSubstr("http")));  // needs no network
+}
+
+TEST_F(CompareCommand, RunsThatAreThereAreNotMadeAgain) {
+  ASSERT_EQ(compare_trench("out", "--seeds 1").exit_code, 0);
+  const auto written = fs::last_write_time(path("out/full_seed_1/summary.json"));
+  const Outcome again = compare_trench("out", "--seeds 2");
+  EXPECT_EQ(again.exit_code, 0) << again.messages;
+  EXPECT_EQ(fs::last_write_time(path("out/full_seed_1/summary.json")), written);
+  EXPECT_TRUE(fs::exists(path("out/simplified_seed_4/summary.json")));
+  // Another recipe in the same folder is another comparison.
+  const Outcome other = compare_trench("out", "--seeds 1 --set step[0].sticking=1");
+  EXPECT_EQ(other.exit_code, 0) << other.messages;
+  EXPECT_NE(fs::last_write_time(path("out/full_seed_1/summary.json")), written);
+}
+
+TEST_F(CompareCommand, FacetsThatAreTooLargeFailAndAreNamed) {
+  const Outcome outcome = scarp("compare " + small_trench("--set simplify.l_max=30 --set "
+                                                          "step[0].duration='\"50 s\"' "
+                                                          "--set flux.target_error=0.01 -o " +
+                                                          path("out")));
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;
+  EXPECT_THAT(outcome.out, HasSubstr("moved\n  trench 1 bow_nm at t = "));
+  EXPECT_THAT(outcome.out, HasSubstr("allowed"));
+  EXPECT_THAT(read_file(path("out/report.html")), HasSubstr("<li class=\"bad\">trench 1 bow_nm"));
+}
+
+TEST_F(CompareCommand, TolerancesAreSettable) {
+  const Outcome strict =
+      compare_trench("out", "--seeds 1 --mean-distance 1e-5 --p99-distance 1e-5");
+  EXPECT_EQ(strict.exit_code, 1);
+  EXPECT_THAT(json_of(strict)["moved"], Contains(HasSubstr("mean distance at t = 30 s")));
+  const Outcome loose = compare_trench("out", "--seeds 1 --mean-distance 5 --p99-distance 5");
+  EXPECT_EQ(loose.exit_code, 0);
+}
+
+TEST_F(CompareCommand, MethodsAreComparedWithTheFullMesh) {
+  const Outcome outcome = compare_trench("out", "--seeds 1 --methods paper,curvature");
+  const nlohmann::json found = json_of(outcome);
+  ASSERT_EQ(found["methods"].size(), 2U) << outcome.messages;
+  EXPECT_EQ(found["second"], "paper");
+  EXPECT_NE(found["methods"]["paper"]["cost"]["second"]["facets"],
+            found["methods"]["curvature"]["cost"]["second"]["facets"]);
+}
+
+TEST_F(CompareCommand, ARunIsAsItself) {
+  run_film("a", "40 nm");
+  const Outcome outcome =
+      scarp("compare " + path("a") + " " + path("a") + " --json -o " + path("out"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const nlohmann::json found = json_of(outcome);
+  for (const nlohmann::json& each : found["distance"]) EXPECT_EQ(each["forward"]["max"], 0);
+  for (const nlohmann::json& each : found["metrology"]) EXPECT_EQ(each["difference"], 0);
+}
+
+// Films of 40 and 43 nm are 0.3 spacings apart everywhere, a trench 6 nm narrower.
+TEST_F(CompareCommand, TwoStatesAreAsFarApartAsTheirFilms) {
+  run_film("a", "40 nm");
+  run_film("b", "43 nm");
+  const Outcome outcome = scarp("compare " + path("a/state_0001.vdb") + " " +
+                                path("b/state_0001.vdb") + " --json -o " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;
+  const nlohmann::json found = json_of(outcome);
+  EXPECT_NEAR(found["distance"][0]["forward"]["mean"], 0.3, 0.01);
+  EXPECT_NEAR(value(found, "trench 1 middle_cd_nm")["difference"], -6, 0.1);
+  EXPECT_EQ(value(found, "trench 1 middle_cd_nm")["verdict"], "moved");
+  EXPECT_NEAR(value(found, "trench 1 SiO2_wall_nm")["difference"], 3, 0.1);
+  EXPECT_EQ(found["speedup"], nullptr);
+}
+
+// From right to left, in um; the trench of the run is 300 nm wide and 400 nm deep.
+TEST_F(CompareCommand, AMeasuredContourIsComparedWithTheProfile) {
+  run_film("a", "40 nm");
+  const auto compare_with = [&](const std::string& contour) {
+    write("contour.csv", "x [um],z [um]\n" + contour);
+    return scarp("compare " + path("a/state_0000.vdb") + " " + path("contour.csv") + " --json -o " +
+                 path("out"));
+  };
+  const Outcome same = compare_with("0.3,0\n0.15,0\n0.15,-0.4\n-0.15,-0.4\n-0.15,0\n-0.3,0\n");
+  EXPECT_EQ(same.exit_code, 0) << same.messages << same.out;
+  EXPECT_LT(json_of(same)["distance"][0]["forward"]["max"], 0.1);
+  EXPECT_LT(json_of(same)["distance"][0]["reverse"]["max"], 0.1);
+  EXPECT_NEAR(value(json_of(same), "depth_nm")["first"]["mean"], 400, 1e-6);
+  EXPECT_NEAR(value(json_of(same), "depth_nm")["difference"], 0, 0.1);
+
+  // Walls of 400 nm, each 10 nm further in, of a length of 1360 nm.
+  const Outcome narrower = compare_with("0.3,0\n0.14,0\n0.14,-0.4\n-0.14,-0.4\n-0.14,0\n-0.3,0\n");
+  EXPECT_EQ(narrower.exit_code, 1);
+  EXPECT_NEAR(json_of(narrower)["distance"][0]["forward"]["mean"], 800.0 / 1360, 0.03);
+  EXPECT_NEAR(value(json_of(narrower), "middle_cd_nm")["difference"], 20, 0.1);
+  EXPECT_NEAR(value(json_of(narrower), "depth_nm")["difference"], 0, 0.1);
+  EXPECT_EQ(value(json_of(narrower), "middle_cd_nm")["verdict"], "moved");
+}
+
+TEST_F(CompareCommand, SaysWhatItCannotCompare) {
+  run_film("a", "40 nm");
+  const Outcome flat = scarp("compare " + path("film.toml"));
+  EXPECT_EQ(flat.exit_code, 2);
+  EXPECT_THAT(flat.messages, HasSubstr("in two dimensions the mesh is not simplified"));
+  const Outcome alone = scarp("compare " + path("a"));
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_THAT(alone.messages, HasSubstr("name what it is compared with"));
+  write("short.csv", "x [um],z [um]\n0,0\n1,0\n");
+  EXPECT_EQ(scarp("compare " + path("a") + " " + path("short.csv")).exit_code, 2);
+  write("beside.csv", "x [um],z [um]\n0,0\n1,0\n2,0\n");
+  const Outcome beside = scarp("compare " + path("a") + " " + path("beside.csv"));
+  EXPECT_EQ(beside.exit_code, 2);
+  EXPECT_THAT(beside.messages, HasSubstr("the wafer from -300 to 300 nm"));
+}
+
+}  // namespace
+}  // namespace scarp
