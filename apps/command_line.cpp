@@ -257,6 +257,38 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
   add_tolerances(command, arguments.tolerances);
 }
 
+void add_arguments(CLI::App& command, BaselineArguments& arguments) {
+  const auto choose = [&arguments](const std::string& action) {
+    if (action != "create" && action != "check")
+      throw CLI::ValidationError("action",
+                                 fmt::format("\"{}\" is neither create nor check", action));
+    arguments.creates = action == "create";
+  };
+  command.add_option_function<std::string>("action", choose, "create or check")->required();
+  command.add_option("suite", arguments.suite, "Folder of recipes (.toml)")->required();
+  command
+      .add_option("--seeds", arguments.seeds,
+                  "Runs of each recipe that tolerances are from, when created (default: 5)")
+      ->transform(count());
+  command.add_option("--set", arguments.set, "Change a value of all recipes: PATH=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("-o,--output", arguments.output,
+                     "Folder for the runs and report.html (default: results/<suite name>)");
+}
+
+void add_arguments(CLI::App& command, VolumeArguments& arguments) {
+  command
+      .add_option("where", arguments.where,
+                  "Result folder of a run, for its newest state, or a state (.vdb)")
+      ->required();
+  command.add_option("-o,--output", arguments.output,
+                     "Writes NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp .vtu "
+                     "(default: volume.stl)");
+  command.add_option("--bottom", arguments.bottom,
+                     "Height at which the wafer ends, for example '-2 um' (default: ten spacings "
+                     "below its lowest point)");
+}
+
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {
   command.add_option("name", arguments.name, "Print the reference page of this model");
 }
@@ -306,6 +338,11 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       app, "section", "Cut a run or a state along any line: a picture and its points", line);
   add_command<CompareArguments>(
       app, "compare", "A recipe simplified and not, or two runs, side by side, with a verdict",
+      line);
+  add_command<BaselineArguments>(
+      app, "baseline", "Keep what recipes give, and notice when they give something else", line);
+  add_command<VolumeArguments>(
+      app, "volume", "Each material of a run or a state as a closed surface, for other tools",
       line);
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);

@@ -83,6 +83,20 @@ struct SectionArguments {
   std::string output = "section";  ///< without an ending
 };
 
+struct VolumeArguments {
+  std::string where;  ///< a result folder or a state
+  std::string output = "volume.stl";
+  std::string bottom;  ///< a height with its unit; empty: below the wafer
+};
+
+struct BaselineArguments {
+  bool creates = false;  ///< else it checks
+  std::string suite;
+  int seeds = 5;
+  std::vector<std::string> set;
+  std::string output;
+};
+
 struct CompareArguments : RecipeArguments {
   std::string with;  ///< what the run or state in place of a recipe is compared with
   int seeds = 3;
@@ -99,7 +113,7 @@ struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
                DistanceArguments, MeasureArguments, SectionArguments, CompareArguments,
-               ModelsArguments>
+               BaselineArguments, VolumeArguments, ModelsArguments>
       command;
 };
 

@@ -16,6 +16,8 @@ ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common
 ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common);
 ExitCode execute(const SectionArguments& arguments, const CommonOptions& common);
 ExitCode execute(const CompareArguments& arguments, const CommonOptions& common);
+ExitCode execute(const BaselineArguments& arguments, const CommonOptions& common);
+ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
 
 }  // namespace scarp

@@ -25,53 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// --- what runs left ------------------------------------------------------------------------------
-
-double number_in(const CsvLine& row, const std::map<std::string, std::size_t>& columns,
-                 const std::string& name) {
-  const auto column = columns.find(name);
-  if (column == columns.end() || column->second >= row.cells.size()) return 0;
-  return std::strtod(row.cells[column->second].c_str(), nullptr);
-}
-
-std::optional<RunCost> read_cost(const fs::path& metrics) {
-  if (!fs::exists(metrics)) return std::nullopt;
-  const std::vector<CsvLine> lines = parse_csv(read_file(metrics));
-  if (lines.size() < 2) return std::nullopt;
-  std::map<std::string, std::size_t> columns;
-  for (std::size_t n = 0; n < lines[0].cells.size(); ++n) columns[lines[0].cells[n]] = n;
-  RunCost cost{.time_steps = static_cast<double>(lines.size() - 1)};
-  for (std::size_t n = 1; n < lines.size(); ++n) {
-    const auto number = [&](const std::string& name) { return number_in(lines[n], columns, name); };
-    cost.facets += number("facets") / cost.time_steps;
-    cost.facets_full += number("facets_full") / cost.time_steps;
-    cost.rays += number("rays");
-    cost.segments += number("segments");
-    for (const char* stage : {"surface", "simplify", "flux", "map", "advect"})
-      cost.stages.add(stage, number(fmt::format("t_{}_s", stage)));
-  }
-  return cost;
-}
-
-/// By the number of the output; nothing of a run that is not complete.
-std::vector<double> output_times(const fs::path& folder) {
-  const fs::path summary = folder / "summary.json";
-  if (!fs::exists(summary)) return {};
-  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
-  return json.is_object() ? json.value("output_times_s", std::vector<double>{})
-                          : std::vector<double>{};
-}
-
-RunOutput output_of(const fs::path& state, std::span<const double> times) {
-  const std::string digits = state.stem().string().substr(std::string("state_").size());
-  const bool is_numbered = digits.find_first_not_of("0123456789") == std::string::npos;
-  const fs::path surface = state.parent_path() / ("surface_" + digits + ".vtp");
-  const auto number = is_numbered ? std::stoul(digits) : times.size();
-  return {.time = number < times.size() ? times[number] : read_wafer(state).time,
-          .state = state,
-          .surface = fs::exists(surface) ? surface : fs::path()};
-}
-
 /// Which outputs of each run are compared with each other: those at one process time, the first
 /// with the first where several are, and the ends.
 std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs) {
@@ -107,44 +60,6 @@ std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* 
   if (common.empty() || common.back() != ends) common.push_back(std::move(ends));
   return common;
 }
-
-// --- one output of one run -----------------------------------------------------------------------
-
-/// What is compared of an output.
-struct Snapshot {
-  Frame frame;
-  std::vector<MetrologyValue> values;
-  TriMesh surface;
-  std::vector<Polyline> profile;
-};
-
-/// Reads the outputs of one run, each compared with its start.
-class SnapshotReader {
- public:
-  explicit SnapshotReader(const RunRecord& run) : run_(run) {}
-
-  Snapshot read(std::size_t output, Materials& materials) {
-    const fs::path& file = run_.outputs[output].state;
-    SavedWafer wafer = read_wafer(file, materials);
-    materials = wafer.materials;
-    if (!start_) start_ = measure_start(wafer, materials);
-    const MetrologyNames names{.materials = wafer.materials, .options = wafer.metrology};
-    const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
-    return {.frame = wafer.layers.frame,
-            .values = metrology_values(measure(wafer.layers, wafer.metrology, &*start_), names),
-            .surface = extract_surface(wafer.layers),
-            .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
-  }
-
- private:
-  Metrology measure_start(const SavedWafer& wafer, const Materials& materials) const {
-    const fs::path& first = run_.outputs.front().state;
-    return measure(read_wafer(first, materials).layers, wafer.metrology);
-  }
-
-  const RunRecord& run_;
-  std::optional<Metrology> start_;
-};
 
 void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
   bool is_same = a.two_dimensional == b.two_dimensional && a.boundary == b.boundary;
@@ -224,7 +139,7 @@ void compare_values(double time, std::span<const Snapshot> a, std::span<const Sn
     }
   }
   for (const MetrologyValue& value : all) {
-    result.values.push_back(compared(value, a, b, result.tolerances));
+    result.values.push_back(compared(value, a, b, *result.tolerances));
     result.values.back().time = time;
   }
 }
@@ -313,7 +228,9 @@ Verdict judge_distance(const AllDistances& all, double DistanceStatistics::*memb
 
 ComparedDistance compared(const AllDistances& all, const Tolerances& allowed) {
   ComparedDistance result{.forward = mean_of(all.across.forward),
-                          .reverse = mean_of(all.across.reverse)};
+                          .reverse = mean_of(all.across.reverse),
+                          .mean_tolerance = allowed.mean_distance,
+                          .p99_tolerance = allowed.p99_distance};
   std::vector<DistanceStatistics> seeds;
   for (const PairDistances* pairs : {&all.first, &all.second}) {
     seeds.insert(seeds.end(), pairs->forward.begin(), pairs->forward.end());
@@ -529,7 +446,7 @@ class Comparer {
     last_ = {.across = across(a, b, result_.spacing),
              .first = within(a, result_.spacing),
              .second = within(b, result_.spacing)};
-    result_.distances.push_back(compared(last_, result_.tolerances));
+    result_.distances.push_back(compared(last_, *result_.tolerances));
     result_.distances.back().time = time;
     for (ComparedFlux& flux : compare_fluxes(surfaces, a.front())) {
       flux.time = time;
@@ -548,25 +465,6 @@ class Comparer {
 };
 
 }  // namespace
-
-double RunCost::seconds() const {
-  double sum = 0;
-  for (const auto& [stage, seconds] : stages.stages()) sum += seconds;
-  return sum;
-}
-
-RunRecord read_run(const fs::path& where) {
-  RunRecord run{.where = where, .outputs = {}};
-  if (!fs::is_directory(where)) {
-    run.outputs.push_back({.time = read_wafer(where).time, .state = where, .surface = {}});
-    return run;
-  }
-  const std::vector<double> times = output_times(where);
-  for (const fs::path& state : states_of(where)) run.outputs.push_back(output_of(state, times));
-  if (run.outputs.empty()) newest_state(where);  // says what is missing
-  run.cost = read_cost(where / "metrics.csv");
-  return run;
-}
 
 Sample sample_of(std::span<const double> values) {
   RunningStatistics all;
@@ -603,8 +501,8 @@ std::vector<std::string> Comparison::moved() const {
                                   name, each.time,
                                   std::max(each.forward.*member, each.reverse.*member), tolerance));
     };
-    line(each.mean_verdict, "mean", &DistanceStatistics::mean, tolerances.mean_distance);
-    line(each.p99_verdict, "99 %", &DistanceStatistics::p99, tolerances.p99_distance);
+    line(each.mean_verdict, "mean", &DistanceStatistics::mean, each.mean_tolerance);
+    line(each.p99_verdict, "99 %", &DistanceStatistics::p99, each.p99_tolerance);
   }
   for (const ComparedValue& each : values) {
     if (each.verdict != Verdict::moved) continue;

@@ -1,14 +1,11 @@
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "apps/metrology_files.h"
-#include "core/stage_timer.h"
-#include "levelset/cross_section.h"
+#include "apps/run_record.h"
 #include "mesh/distance.h"
 
 namespace scarp {
@@ -26,35 +23,7 @@ struct Tolerances {
   double p99_distance = 0.75;
 };
 
-/// What a run took, from its metrics.csv: means over its time steps, sums of seconds and rays.
-struct RunCost {
-  double time_steps = 0;
-  double facets_full = 0;
-  double facets = 0;
-  double rays = 0;
-  double segments = 0;
-  StageTimer stages{};
-
-  double seconds() const;
-};
-
-/// An output of a run. Units: s of process time.
-struct RunOutput {
-  double time = 0;
-  std::filesystem::path state;
-  std::filesystem::path surface;  ///< with the flux; empty where there is none
-};
-
-/// What a finished run left, or a single state.
-struct RunRecord {
-  std::filesystem::path where;
-  std::vector<RunOutput> outputs;
-  std::optional<RunCost> cost{};
-};
-
-/// Throws: InputError if it is neither.
-RunRecord read_run(const std::filesystem::path& where);
-
+/// Runs that differ in their seeds alone.
 struct RunGroup {
   std::string name;
   std::vector<RunRecord> runs;
@@ -78,8 +47,8 @@ enum class Verdict {
 struct ComparedValue {
   double time = 0;
   std::string name;
-  Sample first;
-  Sample second;
+  Sample first{};
+  Sample second{};
   double difference = 0;  ///< second less first
   std::optional<double> std_error{};
   std::optional<double> tolerance{};
@@ -92,6 +61,8 @@ struct ComparedDistance {
   DistanceStatistics forward;                         ///< from the first to the second
   DistanceStatistics reverse;                         ///< and back
   std::optional<DistanceStatistics> between_seeds{};  ///< of the same group
+  double mean_tolerance = 0;
+  double p99_tolerance = 0;  ///< 0 where there is no verdict
   Verdict mean_verdict = Verdict::none;
   Verdict p99_verdict = Verdict::none;
 };
@@ -137,7 +108,7 @@ struct Comparison {
   std::string first;
   std::string second;
   double spacing = 0;  ///< nm
-  Tolerances tolerances;
+  std::optional<Tolerances> tolerances{};  ///< nothing where each value brings its own
   std::vector<ComparedValue> values{};
   std::vector<ComparedDistance> distances{};
   std::vector<ComparedFlux> fluxes{};

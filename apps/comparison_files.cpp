@@ -177,9 +177,9 @@ std::string text_of(const Sample& sample) {
 }
 
 std::string values_table(const Comparison& comparison, bool is_judged) {
-  const std::vector<std::string> head{"value",           "t [s]",      comparison.first,
-                                      comparison.second, "difference", "std error",
-                                      "tolerance",       "verdict"};
+  const std::vector<std::string> head{"value",          "verdict",         "t [s]",
+                                      comparison.first, comparison.second, "difference",
+                                      "std error",      "tolerance"};
   std::vector<std::vector<TableCell>> rows;
   for (const ComparedValue& each : comparison.values) {
     if ((each.verdict != Verdict::none) != is_judged) continue;
@@ -314,7 +314,8 @@ std::string last_fluxes(const Comparison& comparison) {
 }
 
 std::string rules_text(const Comparison& comparison) {
-  const Tolerances& allowed = comparison.tolerances;
+  if (!comparison.tolerances) return "";
+  const Tolerances& allowed = *comparison.tolerances;
   return fmt::format(
       "<p>Allowed: widths and depths {:g} spacings + {:g} %, films and step coverage {:g} spacings "
       "+ "
@@ -392,7 +393,13 @@ std::string comparison_text(const Comparison& comparison) {
 
 std::string comparison_page(std::span<const Comparison> comparisons, const PageOrigin& origin) {
   std::string body = "<h1>" + escaped(origin.title) + "</h1>\n";
-  for (const Comparison& each : comparisons) body += section_of(each);
+  for (const Comparison& each : comparisons) {
+    // Of many, those that need no look are folded.
+    const bool is_folded = comparisons.size() > 3 && each.passed();
+    if (is_folded) body += "<details><summary>" + escaped(verdict_text(each)) + "</summary>\n";
+    body += section_of(each);
+    if (is_folded) body += "</details>\n";
+  }
   if (!origin.recipe.empty())
     body +=
         "<details><summary>Recipe</summary>\n<pre>" + escaped(origin.recipe) + "</pre></details>\n";

@@ -62,6 +62,11 @@ struct VtkType<std::uint16_t> {
   static constexpr int components = 1;
 };
 template <>
+struct VtkType<std::uint8_t> {
+  static constexpr const char* name = "UInt8";
+  static constexpr int components = 1;
+};
+template <>
 struct VtkType<Vec3f> {
   static constexpr const char* name = "Float32";
   static constexpr int components = 3;
@@ -337,6 +342,29 @@ std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields) {
   writer.xml += "      </Points>\n      <Polys>\n";
   add_polygons(writer, mesh);
   writer.xml += "      </Polys>\n    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n_";
+  return writer.xml + writer.appended + "\n  </AppendedData>\n</VTKFile>\n";
+}
+
+std::string vtu_bytes(const TriMesh& mesh) {
+  VtpWriter writer;
+  writer.xml =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n    <Piece "
+      "NumberOfPoints=\"" +
+      std::to_string(mesh.vertices.size()) + "\" NumberOfCells=\"" +
+      std::to_string(mesh.triangles.size()) + "\">\n      <CellData>\n";
+  if (!mesh.materials.empty())
+    writer.add("material", std::span<const std::uint16_t>(mesh.materials));
+  writer.xml += "      </CellData>\n      <Points>\n";
+  writer.add("points", std::span<const Vec3f>(mesh.vertices));
+  writer.xml += "      </Points>\n      <Cells>\n";
+  add_polygons(writer, mesh);
+  constexpr std::uint8_t vtk_triangle = 5;
+  const std::vector<std::uint8_t> types(mesh.triangles.size(), vtk_triangle);
+  writer.add("types", std::span<const std::uint8_t>(types));
+  writer.xml +=
+      "      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n  <AppendedData "
+      "encoding=\"raw\">\n_";
   return writer.xml + writer.appended + "\n  </AppendedData>\n</VTKFile>\n";
 }
 

@@ -169,6 +169,7 @@ void write_mesh(const std::filesystem::path& file, const TriMesh& mesh) {
   if (ending == ".ply") return write_file(file, ply_bytes(mesh));
   if (ending == ".stl") return write_file(file, stl_bytes(mesh));
   if (ending == ".vtp") return write_file(file, vtp_bytes(mesh, {}));
+  if (ending == ".vtu") return write_file(file, vtu_bytes(mesh));
   fail_unknown_ending(file);
 }
 

@@ -56,8 +56,9 @@ struct FacetArray {
 /// Throws: as read_mesh.
 std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& file);
 
-/// Writes .obj (shortest text that reads back to the same bits), .ply, .stl (both binary) or .vtp
-/// (appended binary; materials as the facet array `material`). The file appears whole or not at
+/// Writes .obj (shortest text that reads back to the same bits), .ply, .stl (both binary), .vtp
+/// (appended binary; materials as the facet array `material`) or .vtu (the same as an unstructured
+/// grid of triangles). The file appears whole or not at
 /// all.
 ///
 /// Throws: InputError if the ending is another one or the file cannot be made; NumericalError if

@@ -42,6 +42,7 @@ RawMesh read_vtp(const MeshText& text);
 std::string obj_text(const TriMesh& mesh);
 std::string ply_bytes(const TriMesh& mesh);
 std::string stl_bytes(const TriMesh& mesh);
+std::string vtu_bytes(const TriMesh& mesh);
 std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields);
 
 /// Goes through text word by word and knows the line, for formats of text.

@@ -11,6 +11,7 @@
 #include "core/tri_mesh.h"
 #include "levelset/advect.h"
 #include "levelset/layers.h"
+#include "levelset/material_bodies.h"
 #include "levelset/shapes.h"
 
 namespace scarp {
@@ -91,15 +92,6 @@ inline MeshFaults faults(const TriMesh& mesh, const Frame& frame) {
     found.boundary_off_sides += on_side ? 0 : 1;
   }
   return found;
-}
-
-/// Volume inside a closed mesh.
-inline double enclosed_volume(const TriMesh& mesh) {
-  double volume = 0;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    volume += dot(corners(mesh, f)[0], area_vector(mesh, f)) / 3;
-  }
-  return volume;
 }
 
 }  // namespace scarp

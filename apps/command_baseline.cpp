@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/attended_run.h"
+#include "apps/baseline.h"
+#include "apps/commands.h"
+#include "apps/comparison_files.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> recipes_in(const fs::path& suite) {
+  std::vector<fs::path> recipes;
+  if (fs::is_directory(suite)) {
+    for (const auto& entry : fs::directory_iterator(suite))
+      if (entry.path().extension() == ".toml") recipes.push_back(entry.path());
+  }
+  if (recipes.empty())
+    throw InputError(fmt::format("{}: is no folder with recipes (.toml)", suite.string()));
+  std::ranges::sort(recipes);
+  return recipes;
+}
+
+fs::path baseline_file(const fs::path& recipe) {
+  return recipe.parent_path() / (recipe.stem().string() + ".baseline.json");
+}
+
+class Suite {
+ public:
+  Suite(const BaselineArguments& arguments, const CommonOptions& common)
+      : arguments_(arguments), common_(common) {
+    folder_ = arguments.output;
+    if (arguments.output.empty()) {
+      const fs::path suite = fs::absolute(fs::path(arguments.suite) / "").parent_path();
+      folder_ = fs::path("results") / suite.filename();
+    }
+  }
+
+  ExitCode create() const {
+    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+      std::vector<RunRecord> seeds;
+      for (int n = 0; n < arguments_.seeds; ++n) {
+        const auto done_run = run(recipe, n);
+        if (!done_run) return interrupted;
+        seeds.push_back(*done_run);
+      }
+      write_baseline(baseline_file(recipe), make_baseline(seeds));
+      if (!common_.quiet) fmt::print("{}\n", baseline_file(recipe).string());
+    }
+    return done;
+  }
+
+  ExitCode check_all() const {
+    std::vector<Comparison> comparisons;
+    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+      if (!fs::exists(baseline_file(recipe))) {
+        throw InputError(fmt::format("{}: is missing; make it with scarp baseline create",
+                                     baseline_file(recipe).string()));
+      }
+      const Baseline baseline = read_baseline(baseline_file(recipe));
+      const auto now = run(recipe, 0);
+      if (!now) return interrupted;
+      comparisons.push_back(check(baseline, *now));
+      comparisons.back().second = recipe.stem().string();
+    }
+    return report(comparisons);
+  }
+
+ private:
+  std::optional<RunRecord> run(const fs::path& file, int seed) const {
+    std::vector<std::string> set = arguments_.set;
+    const std::uint64_t first = read_recipe(file, set).flux.seed;
+    set.push_back(fmt::format("flux.seed={}", first + static_cast<std::uint64_t>(seed)));
+    const Recipe recipe = read_recipe(file, set);
+    const fs::path where = folder_ / file.stem() / fmt::format("seed_{}", recipe.flux.seed);
+    // Notes of a run are of no use here; its warnings are.
+    if (attended_run(recipe, where, {.quiet = true}) == RunEnd::interrupted) return std::nullopt;
+    return read_run(where);
+  }
+
+  ExitCode report(std::span<const Comparison> comparisons) const {
+    const auto passed = [](const Comparison& each) { return each.passed(); };
+    const bool all_passed = std::ranges::all_of(comparisons, passed);
+    const fs::path page = folder_ / "report.html";
+    write_file(page, comparison_page(comparisons,
+                                     {.title = "Baselines of " + arguments_.suite, .recipe = ""}));
+    nlohmann::ordered_json json{{"passed", all_passed}};
+    for (const Comparison& each : comparisons) {
+      json["recipes"][each.second] = {{"passed", each.passed()}, {"moved", each.moved()}};
+      if (common_.json) continue;
+      if (!each.passed() || !common_.quiet)
+        fmt::print("{:32} {}\n", each.second, each.passed() ? "as it was" : "moved");
+      for (const std::string& line : each.moved()) fmt::print("  {}\n", line);
+    }
+    if (common_.json) std::cout << json.dump(2) << '\n';
+    if (!common_.json && (!all_passed || !common_.quiet)) fmt::print("{}\n", page.string());
+    return all_passed ? done : check_failed;
+  }
+
+  const BaselineArguments& arguments_;
+  const CommonOptions& common_;
+  fs::path folder_;
+};
+
+}  // namespace
+
+ExitCode execute(const BaselineArguments& arguments, const CommonOptions& common) {
+  const Suite suite(arguments, common);
+  return arguments.creates ? suite.create() : suite.check_all();
+}
+
+}  // namespace scarp

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "apps/metrology_files.h"
+#include "apps/restart.h"
+#include "core/stage_timer.h"
+#include "levelset/cross_section.h"
+
+namespace scarp {
+
+/// What a run took, from its metrics.csv: means over its time steps, sums of seconds and rays.
+struct RunCost {
+  double time_steps = 0;
+  double facets_full = 0;
+  double facets = 0;
+  double rays = 0;
+  double segments = 0;
+  StageTimer stages{};
+
+  double seconds() const;
+};
+
+/// An output of a run. Units: s of process time.
+struct RunOutput {
+  double time = 0;
+  std::filesystem::path state;
+  std::filesystem::path surface;  ///< with the flux; empty where there is none
+};
+
+/// What a finished run left, or a single state.
+struct RunRecord {
+  std::filesystem::path where;
+  std::vector<RunOutput> outputs;
+  std::optional<RunCost> cost{};
+};
+
+/// Throws: InputError if it is neither.
+RunRecord read_run(const std::filesystem::path& where);
+
+/// What is compared of an output: metrology against the start of its run, the whole surface, and
+/// the exposed one in the middle of the domain.
+struct Snapshot {
+  Frame frame;
+  std::vector<MetrologyValue> values;
+  TriMesh surface;
+  std::vector<Polyline> profile;
+};
+
+/// Reads the outputs of one run; refers to it.
+class SnapshotReader {
+ public:
+  explicit SnapshotReader(const RunRecord& run) : run_(run) {}
+
+  /// Materials keep the numbers that they have already.
+  Snapshot read(std::size_t output, Materials& materials);
+
+ private:
+  const RunRecord& run_;
+  std::optional<Metrology> start_;
+};
+
+}  // namespace scarp
