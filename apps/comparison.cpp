@@ -181,11 +181,11 @@ struct PairDistances {
     return found;
   }
 
-  /// Mean squares over both ways.
-  std::vector<double> squares() const {
+  /// Mean distances over both ways.
+  std::vector<double> means() const {
     std::vector<double> found;
     for (std::size_t n = 0; n < count(); ++n)
-      found.push_back(0.5 * (std::pow(forward[n].rms, 2) + std::pow(reverse[n].rms, 2)));
+      found.push_back(0.5 * (forward[n].mean + reverse[n].mean));
     return found;
   }
 };
@@ -385,21 +385,23 @@ void compare_costs(const AllDistances& last, Comparison& result) {
     result.speedup_std_error = *result.speedup * std::sqrt(first.square + second.square);
   if (last.first.count() == 0 || last.second.count() == 0) return;
 
-  const Relative noise_first = relative(last.first.squares());
-  const Relative noise_second = relative(last.second.squares());
+  const Relative noise_first = relative(last.first.means());
+  const Relative noise_second = relative(last.second.means());
   const double flux = mean_seconds(result.second_costs, "flux");
-  const double factor = noise_first.mean > 0 ? noise_second.mean / noise_first.mean : 1;
+  const double factor =
+      noise_first.mean > 0 ? std::pow(noise_second.mean / noise_first.mean, 2) : 1;
   EqualError equal{.first_seconds = first.mean,
                    .second_seconds = second.mean + flux * (factor - 1),
-                   .first_noise = std::sqrt(0.5 * noise_first.mean),
-                   .second_noise = std::sqrt(0.5 * noise_second.mean)};
-  const double apart = relative(last.across.squares()).mean;
-  equal.systematic = std::sqrt(std::max(0.0, apart - 0.5 * (noise_first.mean + noise_second.mean)));
+                   .first_noise = noise_first.mean,
+                   .second_noise = noise_second.mean};
+  const double apart = relative(last.across.means()).mean;
+  equal.systematic = std::sqrt(std::max(
+      0.0, apart * apart - 0.5 * (std::pow(noise_first.mean, 2) + std::pow(noise_second.mean, 2))));
   equal.speedup = equal.first_seconds / equal.second_seconds;
   const double share = flux * factor / equal.second_seconds;
   equal.speedup_std_error =
       equal.speedup * std::sqrt(first.square + second.square +
-                                share * share * (noise_first.square + noise_second.square));
+                                4 * share * share * (noise_first.square + noise_second.square));
   result.equal_error = equal;
 }
 

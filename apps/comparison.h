@@ -91,9 +91,8 @@ struct ComparedProfile {
 /// What a group takes to have the noise of the first one at the end: its flux as much longer as its
 /// variance is larger, what else it does as long as it took.
 ///
-/// Noise is the root mean square distance between surfaces of two seeds, divided by the root of
-/// two; what differs between the groups besides is systematic, and no rays change it.
-/// Units: s; spacings.
+/// Noise is the mean distance between surfaces of two seeds. What the mean distance between the
+/// groups has besides, in squares, is systematic, and no rays change it. Units: s; spacings.
 struct EqualError {
   double first_seconds = 0;
   double second_seconds = 0;
@@ -107,7 +106,7 @@ struct EqualError {
 struct Comparison {
   std::string first;
   std::string second;
-  double spacing = 0;  ///< nm
+  double spacing = 0;                      ///< nm
   std::optional<Tolerances> tolerances{};  ///< nothing where each value brings its own
   std::vector<ComparedValue> values{};
   std::vector<ComparedDistance> distances{};

@@ -235,7 +235,8 @@ std::string costs_table(const Comparison& comparison) {
     add(stage + " [s]", seconds, second.stages.seconds(stage));
   add("all stages [s]", first.seconds(), second.seconds());
   if (const auto& equal = comparison.equal_error) {
-    add("noise of a seed at the end, rms [spacings]", equal->first_noise, equal->second_noise);
+    add("distance between two seeds at the end [spacings]", equal->first_noise,
+        equal->second_noise);
     add("time to equal error [s]", equal->first_seconds, equal->second_seconds);
   }
   return html_table(head, rows);
@@ -329,8 +330,9 @@ std::string rules_text(const Comparison& comparison) {
 
 constexpr const char* equal_error_note =
     "<p>Time to equal error: the time of the flux times the ratio of the variances between seeds, "
-    "and the other stages as they are. Noise is half the mean square distance between the surfaces "
-    "of two seeds at the end, its root. What differs between the two besides is systematic: ";
+    "and the other stages as they are. Noise is the mean distance between the surfaces of two "
+    "seeds "
+    "at the end. What the distance between the two has besides is systematic: ";
 
 std::string section_of(const Comparison& comparison) {
   std::string html =
@@ -353,7 +355,7 @@ std::string section_of(const Comparison& comparison) {
   if (!comparison.first_costs.empty() && !comparison.second_costs.empty())
     html += "<h3>Cost</h3>\n" + costs_table(comparison);
   if (comparison.equal_error)
-    html += fmt::format("{}{:.2g} spacings rms.</p>\n", equal_error_note,
+    html += fmt::format("{}{:.2g} spacings.</p>\n", equal_error_note,
                         comparison.equal_error->systematic);
   return html;
 }
