@@ -164,7 +164,8 @@ State copy_of(const State& state) {
           .repeat_start = state.repeat_start,
           .time_step = state.time_step,
           .voids = state.voids,
-          .coverages = state.coverages};
+          .coverages = state.coverages,
+          .mesh = state.mesh};
 }
 
 // With at most so many rays.

@@ -66,7 +66,8 @@ struct Recipe {
   std::optional<StartState> start;
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
-  double position_error = 0;  ///< wanted of a time step, in place of the error of the flux; nm
+  double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
+  double keep_mesh_within = 0;  ///< how far the surface may be from a mesh that is kept; nm
   CoverageOptions coverages;
   std::vector<ProcessStep> steps;
   Scheme scheme = Scheme::eno2;

@@ -112,24 +112,46 @@ void append_bytes(std::string& bytes, std::span<const T> values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
 }
 
+std::string bytes_of(const TriMesh& mesh) {
+  std::string bytes;
+  append_bytes<Vec3f>(bytes, mesh.vertices);
+  append_bytes<Triangle>(bytes, mesh.triangles);
+  return bytes;
+}
+
 // Counts of vertices and facets, the names in lines, then vertices, triangles, values.
 std::string bytes_of(const SurfaceCoverages& coverages) {
   std::string bytes =
       fmt::format("{} {}\n", coverages.facets.vertices.size(), coverages.facets.triangles.size());
   for (const std::string& name : coverages.names) bytes += name + '\n';
   bytes += '\n';
-  append_bytes<Vec3f>(bytes, coverages.facets.vertices);
-  append_bytes<Triangle>(bytes, coverages.facets.triangles);
+  bytes += bytes_of(coverages.facets);
   for (const std::vector<float>& values : coverages.values) append_bytes<float>(bytes, values);
   return bytes;
 }
 
-// Reads what bytes_of wrote, front to back.
-class CoverageReader {
- public:
-  CoverageReader(std::string_view bytes, const fs::path& file) : bytes_(bytes), file_(file) {}
+// Counts, time step, bound and distance in a line, then vertices and triangles.
+std::string bytes_of(const KeptMesh& mesh) {
+  return fmt::format("{} {} {} {} {}\n", mesh.facets.vertices.size(), mesh.facets.triangles.size(),
+                     mesh.made_at, format_number(mesh.bound), format_number(mesh.max_distance)) +
+         bytes_of(mesh.facets);
+}
 
-  SurfaceCoverages read() {
+const std::string& note_of(const CheckpointNotes& notes, const std::string& key,
+                           const fs::path& file) {
+  const auto entry = notes.find(key);
+  if (entry != notes.end()) return entry->second;
+  throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
+                               file.string(), key));
+}
+
+// Reads an entry of what bytes_of wrote, front to back.
+class EntryReader {
+ public:
+  EntryReader(const CheckpointNotes& notes, std::string name, const fs::path& file)
+      : name_(std::move(name)), bytes_(note_of(notes, name_, file)), file_(file) {}
+
+  SurfaceCoverages coverages() {
     SurfaceCoverages coverages;
     std::size_t vertices = 0;
     std::size_t facets = 0;
@@ -137,21 +159,28 @@ class CoverageReader {
     if (!(counts >> vertices >> facets)) refuse();
     for (std::string_view name = line(); !name.empty(); name = line())
       coverages.names.emplace_back(name);
-    coverages.facets.vertices = numbers<Vec3f>(vertices);
-    coverages.facets.triangles = numbers<Triangle>(facets);
-    for (const Triangle& triangle : coverages.facets.triangles)
-      for (const std::uint32_t v : triangle)
-        if (v >= vertices) refuse();
+    coverages.facets = mesh(vertices, facets);
     for (std::size_t k = 0; k < coverages.names.size(); ++k)
       coverages.values.push_back(numbers<float>(facets));
     if (!bytes_.empty()) refuse();
     return coverages;
   }
 
+  KeptMesh kept_mesh() {
+    KeptMesh kept;
+    std::size_t vertices = 0;
+    std::size_t facets = 0;
+    std::istringstream head{std::string(line())};
+    if (!(head >> vertices >> facets >> kept.made_at >> kept.bound >> kept.max_distance)) refuse();
+    kept.facets = mesh(vertices, facets);
+    if (!bytes_.empty()) refuse();
+    return kept;
+  }
+
  private:
   [[noreturn]] void refuse() const {
-    throw InputError(fmt::format("{}: the entry coverages is not whole; it is not of this version",
-                                 file_.string()));
+    throw InputError(fmt::format("{}: the entry {} is not whole; it is not of this version",
+                                 file_.string(), name_));
   }
 
   std::string_view line() {
@@ -171,6 +200,17 @@ class CoverageReader {
     return values;
   }
 
+  TriMesh mesh(std::size_t vertices, std::size_t facets) {
+    TriMesh mesh;
+    mesh.vertices = numbers<Vec3f>(vertices);
+    mesh.triangles = numbers<Triangle>(facets);
+    for (const Triangle& triangle : mesh.triangles)
+      for (const std::uint32_t v : triangle)
+        if (v >= vertices) refuse();
+    return mesh;
+  }
+
+  std::string name_;
   std::string_view bytes_;
   const fs::path& file_;
 };
@@ -232,17 +272,10 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"island_volume_nm3", format_number(state.islands.volume)},
           {"residue_volume_nm3", format_number(state.residue_volume)},
           {"coverages", bytes_of(state.coverages)},
+          {"mesh", bytes_of(state.mesh)},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
           {"recipe_hash", recipe_hash(recipe)}};
-}
-
-const std::string& note_of(const CheckpointNotes& notes, const std::string& key,
-                           const fs::path& file) {
-  const auto entry = notes.find(key);
-  if (entry != notes.end()) return entry->second;
-  throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
-                               file.string(), key));
 }
 
 std::vector<double> numbers_of(const CheckpointNotes& notes, const std::string& key,
@@ -290,8 +323,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
                     .residue_volume = value("residue_volume_nm3"),
-                    .coverages =
-                        CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()},
+                    .coverages = EntryReader(checkpoint.notes, "coverages", file).coverages(),
+                    .mesh = EntryReader(checkpoint.notes, "mesh", file).kept_mesh()},
           .file = file,
           .output_times = numbers("output_times_s")};
 }
@@ -346,7 +379,8 @@ State read_start_state(const fs::path& file, const Materials& materials) {
           .time = value("time_s"),
           .time_step = static_cast<std::uint32_t>(value("time_step")),
           .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
-          .coverages = CoverageReader(note_of(checkpoint.notes, "coverages", file), file).read()};
+          .coverages = EntryReader(checkpoint.notes, "coverages", file).coverages(),
+          .mesh = EntryReader(checkpoint.notes, "mesh", file).kept_mesh()};
 }
 
 SavedWafer read_wafer(const fs::path& file, Materials known) {

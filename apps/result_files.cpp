@@ -232,7 +232,7 @@ std::string metrics_head(const Recipe& recipe) {
       "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
       "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,"
       "t_map_s,t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,coverage_iterations,"
-      "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,surface_area_nm2";
+      "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,mesh_made_at,surface_area_nm2";
   for (const std::string& name : coverage_names(recipe))
     head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
   return head + ",time_step\n";
@@ -264,6 +264,7 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      is_last ? cause_of(of_row, after.ends[step]) : "",
                      format_number(move.residue_volume));
   row += ',' + (is_end_of_round ? cause_of(*of_row.round_end, after.ends[step]) : "");
+  row += fmt::format(",{}", survey.made_at);
   row += area_cells(survey, of_row.model.get(), recipe);
   return row + fmt::format(",{}\n", after.time_step - 1);
 }

@@ -183,7 +183,8 @@ State start_state(const Recipe& recipe) {
             .step_start = start.time,
             .time_step = start.time_step,
             .voids = start.voids,
-            .coverages = start.coverages};
+            .coverages = start.coverages,
+            .mesh = start.mesh};
   }
   State state{.layers = build_layers(recipe.frame, recipe.geometry)};
   count_islands(state, remove_islands(state.layers));
@@ -256,6 +257,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   state.residue_volume += move.residue_volume;
 
   state.coverages = coverages_of(survey, *step.model);
+  state.mesh = mesh_of(survey, recipe);
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (reached) state.progress.reached = state.time;

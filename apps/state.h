@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/coverages.h"
+#include "apps/kept_mesh.h"
 #include "apps/recipe.h"
 #include "levelset/connectivity.h"
 #include "levelset/layers.h"
@@ -69,6 +70,7 @@ struct State {
   RemovedSolid islands{};
   double residue_volume = 0;     ///< of films that went beside layers that stand still; nm^3
   SurfaceCoverages coverages{};  ///< at the beginning of the last time step
+  KeptMesh mesh{};               ///< of the last time step; empty if it is not kept
 };
 
 /// The step that the next time step belongs to; the last one when the recipe is complete.

@@ -18,6 +18,8 @@ namespace scarp {
 
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 // Gas that no path joins to the source sees no particle and does not move: its surface is left out.
 TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result) {
   const auto measurement = result.timer.measure("surface");
@@ -37,18 +39,45 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   return surface;
 }
 
-// A film loses none of its thickness by the facets that it is seen on.
-TriMesh simplified(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
+// How far the facets may lie from the surface; a film loses none of its thickness by those that it
+// is seen on. Units: nm.
+double simplify_bound(const State& state, const Recipe& recipe) {
   constexpr double part_of_film = 0.05;
   constexpr float least_film = 0.5F;  // spacings
-  const auto measurement = result.timer.measure("simplify");
-  if (!recipe.simplify) return surface;
-  SimplifyOptions options = *recipe.simplify;
+  if (!recipe.simplify) return 0;
   const double of_film = part_of_film * thinnest_film(state.layers, least_film);
-  if (options.max_error) options.max_error = std::min(*options.max_error, of_film);
-  SimplifyResult coarse = simplify(surface, options);
+  return std::min(recipe.simplify->max_error.value_or(infinity), of_film);
+}
+
+// The mesh of the time step before, with the materials that are seen now, if it is as good as one
+// that is made now.
+bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe, Survey& result) {
+  const KeptMesh& kept = state.mesh;
+  if (kept.facets.triangles.empty() || kept.bound > result.simplify_bound) return false;
+  auto materials = materials_if_close(kept.facets, surface, kept.bound + recipe.keep_mesh_within);
+  if (!materials) return false;
+  result.facets = kept.facets;
+  result.facets.materials = std::move(*materials);
+  result.made_at = kept.made_at;
+  result.simplify_bound = kept.bound;
+  result.simplify_max_distance = kept.max_distance;
+  // Most meshes serve once: theirs are not worth the memory.
+  result.hits = kept.hits ? kept.hits : keep_hits();
+  return true;
+}
+
+void make_facets(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
+  const auto measurement = result.timer.measure("simplify");
+  result.simplify_bound = simplify_bound(state, recipe);
+  if (keep_mesh(surface, state, recipe, result)) return;
+  result.made_at = state.time_step;
+  result.facets = std::move(surface);
+  if (!recipe.simplify) return;
+  SimplifyOptions options = *recipe.simplify;
+  if (options.max_error) options.max_error = result.simplify_bound;
+  SimplifyResult coarse = simplify(result.facets, options);
   result.simplify_max_distance = coarse.max_distance;
-  return std::move(coarse.mesh);
+  result.facets = std::move(coarse.mesh);
 }
 
 std::vector<Species> species_of(const ProcessStep& step) {
@@ -145,7 +174,8 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
   }
   const std::vector<Species> species = species_of(current_step(state, recipe));
   if (species.empty()) return;
-  options.time_step = state.time_step;
+  options.time_step = result.made_at;
+  options.hits = result.hits;
   std::vector<FluxField> flux = solve_covered(species, options, state, recipe, result);
   for (std::size_t i = 0; i < result.flux.size(); ++i) {
     flux[i].rays += result.flux[i].rays;
@@ -225,6 +255,15 @@ void refine_to_position(const State& state, const Recipe& recipe, Survey& result
 
 }  // namespace
 
+KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
+  if (recipe.keep_mesh_within <= 0) return {};
+  return {.facets = {survey.facets.vertices, survey.facets.triangles, {}},
+          .made_at = survey.made_at,
+          .bound = survey.simplify_bound,
+          .max_distance = survey.simplify_max_distance,
+          .hits = survey.hits};
+}
+
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
   if (survey.coverages.empty()) return {};
   return {.facets = survey.facets, .names = model.coverages(), .values = survey.coverages};
@@ -235,7 +274,7 @@ Survey survey(const State& state, const Recipe& recipe) {
   if (const auto& model = current_step(state, recipe).model)
     result.longest_dt = model->longest_time_step();
   TriMesh surface = exposed_surface(state, recipe, result);
-  result.facets = simplified(std::move(surface), state, recipe, result);
+  make_facets(std::move(surface), state, recipe, result);
   FluxOptions options = recipe.flux;
   const bool refines = aims_at_position(state, recipe);
   if (refines) options.target_error = first_flux_error;

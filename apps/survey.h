@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct Survey {
   Box extent;  ///< of the surface before it is simplified
   double simplify_max_distance = 0;
   TriMesh facets;
+  std::uint32_t made_at = 0;         ///< the time step that the facets were made in
+  double simplify_bound = 0;         ///< on the distance between facets and surface then; nm
+  std::shared_ptr<KeptHits> hits{};  ///< of a mesh that was kept before
   std::vector<FluxField> flux;
   std::vector<std::vector<float>> coverages;  ///< on facets, in the order of the model's names
   CoverageFit coverage_fit;
@@ -40,7 +44,8 @@ struct Survey {
   StageTimer timer;
 };
 
-/// Extracts and simplifies the surface, solves the flux on it and asks the model for speeds.
+/// Extracts and simplifies the surface, unless that of the time step before is still close to it
+/// (see Recipe::keep_mesh_within), solves the flux on it and asks the model for speeds.
 ///
 /// With a target in position, a flux of a tenth of the accuracy tells how far the surface will move
 /// until the end of the time step, and what each tally does to that; the flux is then solved to the
@@ -48,6 +53,9 @@ struct Survey {
 ///
 /// Throws: NumericalError with step, time and place when a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);
+
+/// The mesh of a survey for the next one; nothing where meshes are not kept.
+KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
 
 /// What covers the surface of a survey, for the next one.
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model);

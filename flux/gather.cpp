@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "flux/error_draws.h"
 #include "flux/facet_values.h"
+#include "flux/kept_hits.h"
 #include "flux/view.h"
 
 namespace scarp {
@@ -387,7 +388,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
   const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(std::uint32_t));
-  View view;
+  auto view = std::make_shared<const View>();
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
     const double first = first_rays_per_element * static_cast<double>(elements.count());
@@ -395,12 +396,13 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   }
   plan.grow(rays / plan.surface(), cap);
   for (bool is_last = options.rays > 0;;) {
-    view = look(problems, plan, view);
-    if (settle) settle_sticking(problems, plan, values, view, settle);
+    view = options.hits ? options.hits->look(problems, plan, view)
+                        : std::make_shared<const View>(look(problems, plan, *view));
+    if (settle) settle_sticking(problems, plan, values, *view, settle);
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
-      Gathered gathered(problems[p], plan, view, seen_by_rays(problems[p], plan, view, p));
+      Gathered gathered(problems[p], plan, *view, seen_by_rays(problems[p], plan, *view, p));
       if (!is_last) {
         gathered.draw(draws_at_once);
         const double rough = gathered.target_measure();
@@ -419,7 +421,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     const auto [starts_anew, growth] = next_round(error, options.target_error);
     if (starts_anew) {
       plan.restart();
-      view = View{{}, {}, view.flights};
+      view = std::make_shared<const View>(View{{}, {}, view->flights});
     }
     for (const std::uint64_t total = plan.total(); plan.total() == total && !is_last;) {
       rays *= growth;

@@ -95,6 +95,14 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
 }
 
+std::vector<std::uint64_t> RayPlan::totals() const {
+  std::vector<std::uint64_t> totals;
+  for (const Earlier& each : earlier_) totals.push_back(each.first.back() * set_count);
+  totals.erase(totals.begin());  // none before the first
+  totals.push_back(total());
+  return totals;
+}
+
 void RayPlan::restart() {
   std::ranges::fill(rays_, 0U);
   std::ranges::fill(first_, 0U);

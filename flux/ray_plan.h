@@ -67,6 +67,8 @@ class RayPlan {
   /// The rays of the least sets of all elements.
   std::uint64_t least_total() const;
   std::uint64_t total() const { return first_.back() * set_count; }
+  /// The same after every call of grow since the rays were last forgotten.
+  std::vector<std::uint64_t> totals() const;
 
  private:
   void make_blocks(const RayScene& scene);

@@ -10,6 +10,7 @@
 #include "flux/forward.h"
 #include "flux/gather.h"
 #include "flux/gather_forward.h"
+#include "flux/kept_hits.h"
 #include "flux/patches.h"
 #include "flux/ray_scene.h"
 
@@ -219,6 +220,8 @@ bool is_traced_forward(const FluxProblem& problem) {
 }
 
 }  // namespace
+
+std::shared_ptr<KeptHits> keep_hits() { return std::make_shared<KeptHits>(); }
 
 double spacing_of_unsimplified(const TriMesh& mesh) {
   double area = 0;

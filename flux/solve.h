@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,11 @@
 #include "flux/species.h"
 
 namespace scarp {
+
+class KeptHits;
+
+/// Nothing is known in it yet; see FluxOptions::hits.
+std::shared_ptr<KeptHits> keep_hits();
 
 /// Units: lengths as in the mesh.
 struct FluxOptions {
@@ -49,6 +55,9 @@ struct FluxOptions {
   std::uint64_t memory_limit = std::uint64_t{1} << 30;  ///< in bytes, for the hits of gathered rays
   std::uint64_t seed = 1;
   std::uint32_t time_step = 0;  ///< part of the random number's key
+  /// For solutions on the same mesh, with the same seed and time step, whose species or materials
+  /// may differ: rays that were gathered before are not sent again. Changes no bit.
+  std::shared_ptr<KeptHits> hits{};
 };
 
 /// Sticking that depends on what arrives, as where particles cover the surface.

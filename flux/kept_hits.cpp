@@ -1,0 +1,50 @@
+#include "flux/kept_hits.h"
+
+#include <algorithm>
+
+namespace scarp {
+
+namespace {
+
+// Two chemistries by turns with two patterns each, in up to three rounds.
+constexpr std::size_t most_views = 12;
+
+bool sees_plain_sky(const FluxProblem& problem) {
+  const SourceLobe& source = problem.species.source;
+  return !problem.has_source() || (source.is_lambert() && source.map.empty());
+}
+
+}  // namespace
+
+std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems,
+                                           const RayPlan& plan,
+                                           std::shared_ptr<const View> earlier) {
+  const auto send = [&] {
+    sent_ += plan.total() - earlier->matrix.hits.size();
+    return std::make_shared<const View>(scarp::look(problems, plan, *earlier));
+  };
+  if (!std::ranges::all_of(problems, sees_plain_sky)) return send();
+  Known now{.materials = problems.front().mesh.materials,
+            .have_source = {},
+            .totals = plan.totals(),
+            .view = nullptr};
+  for (const FluxProblem& problem : problems) now.have_source.push_back(problem.has_source());
+  const auto found = std::ranges::find_if(known_, [&](const Known& known) {
+    return known.totals == now.totals && known.have_source == now.have_source &&
+           known.materials == now.materials;
+  });
+  if (found == known_.end()) {
+    now.view = send();
+    if (known_.size() == most_views) known_.pop_front();
+    known_.push_back(now);
+    return now.view;
+  }
+  if (found->view->flights == earlier->flights + plan.total() - earlier->matrix.hits.size())
+    return found->view;
+  // After a new start the flights of rays that were given up count as well.
+  View view = *found->view;
+  view.flights = earlier->flights + plan.total() - earlier->matrix.hits.size();
+  return std::make_shared<const View>(std::move(view));
+}
+
+}  // namespace scarp

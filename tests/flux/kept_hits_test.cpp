@@ -1,0 +1,94 @@
+#include "flux/kept_hits.h"
+
+#include <gtest/gtest.h>
+
+#include "flux/solve.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using exact::Shape;
+
+// The upper part of a trench is of another material.
+Shape two_materials() {
+  Shape shape = exact::trench(2);
+  for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f)
+    shape.mesh.materials.push_back(corners(shape.mesh, f)[0].z < -20 ? 1 : 0);
+  return shape;
+}
+
+FluxOptions options_of(const Shape& shape, std::shared_ptr<KeptHits> hits) {
+  return {.engine = FluxOptions::Engine::gather,
+          .sides = shape.sides,
+          .spacing = 1,
+          .target_error = 0.02,
+          .hits = std::move(hits)};
+}
+
+void expect_same_bits(const std::vector<FluxField>& a, const std::vector<FluxField>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t s = 0; s < a.size(); ++s) {
+    EXPECT_EQ(a[s].arrivals().mean, b[s].arrivals().mean);
+    EXPECT_EQ(a[s].arrivals().std_error, b[s].arrivals().std_error);
+    EXPECT_EQ(a[s].segments, b[s].segments);
+    EXPECT_EQ(a[s].rays, b[s].rays);
+    EXPECT_EQ(a[s].error, b[s].error);
+    EXPECT_EQ(a[s].audit.escaped, b[s].audit.escaped);
+  }
+}
+
+// By turns two chemistries, one of which needs more rays, and new starts on the way.
+TEST(KeptHits, ChangeNoBitOfAFluxAndAreNotSentAgain) {
+  const Shape shape = two_materials();
+  const std::vector<std::vector<Species>> chemistries{
+      {{.name = "a", .sticking = {0.5F, 0.4F}}},
+      {{.name = "b", .sticking = {0.01F, 0.02F}}, {.name = "c", .sticking = {1.0F, 1.0F}}}};
+  const auto hits = std::make_shared<KeptHits>();
+  std::uint64_t sent = 0;
+  for (int round = 0; round < 3; ++round) {
+    for (const std::vector<Species>& species : chemistries) {
+      expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
+                       solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+    }
+    if (round == 0) sent = hits->sent();
+    EXPECT_GT(sent, 4096U);
+    EXPECT_EQ(hits->sent(), sent) << round;
+  }
+}
+
+// What is joined to elements depends on materials, and so do the rays: here those of two borders
+// that are mirror images, with as many rays.
+TEST(KeptHits, AreThoseOfTheMaterialsOfTheFacets) {
+  Shape shape = two_materials();
+  const std::vector<Species> species{{.name = "a", .sticking = {0.1F, 0.2F}}};
+  const auto hits = std::make_shared<KeptHits>();
+  for (const int side : {1, -1}) {
+    for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f) {
+      const auto [a, b, c] = corners(shape.mesh, f);
+      shape.mesh.materials[f] = side * (a.x + b.x + c.x) / 3 < 13.3 ? 1 : 0;
+    }
+    FluxOptions with = options_of(shape, hits);
+    with.rays = 1;  // the least sets of all elements
+    FluxOptions without = with;
+    without.hits = nullptr;
+    expect_same_bits(solve_flux(shape.mesh, species, with),
+                     solve_flux(shape.mesh, species, without));
+  }
+}
+
+// Rays that are weighed by where they meet the sky say more than what is kept of them.
+TEST(KeptHits, AreNotUsedUnderASourceThatIsNotTheSameEverywhere) {
+  const Shape shape = exact::trench(1);
+  const std::vector<Species> gas{{.name = "gas", .sticking = {0.5F}}};
+  std::vector<Species> lobe = gas;
+  lobe[0].source.cosine_power = 5;
+  const auto hits = std::make_shared<KeptHits>();
+  for (const auto& species : {gas, lobe, gas, lobe}) {
+    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
+                     solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+  }
+}
+
+}  // namespace
+}  // namespace scarp
