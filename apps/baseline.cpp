@@ -169,9 +169,8 @@ Baseline read_baseline(const std::filesystem::path& file) {
 }
 
 Comparison check(const Baseline& baseline, const RunRecord& run) {
-  Comparison result{.first = "baseline",
-                    .second = run.where.filename().string(),
-                    .spacing = baseline.spacing};
+  Comparison result{
+      .first = "baseline", .second = run.where.filename().string(), .spacing = baseline.spacing};
   SnapshotReader reader(run);
   Materials materials;
   const std::size_t count = std::min(baseline.outputs.size(), run.outputs.size());

@@ -81,7 +81,8 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
   command
       .add_option("--set", arguments.set,
                   "Change a value: PATH=VALUE, for example domain.spacing='\"0.4 um\"'")
-      ->allow_extra_args(false);
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command.add_option("-o,--output", arguments.output,
                      "Result folder (default: results/<recipe name>)");
 }
@@ -191,14 +192,19 @@ void add_arguments(CLI::App& command, MeasureArguments& arguments) {
                      "State to compare masks and depths with (default: state_0000.vdb beside the "
                      "state)");
   command
-      .add_option("--mask", arguments.masks,
-                  "Material that is a mask (default: as the recipe says, see [metrology])")
-      ->allow_extra_args(false);
+      .add_option(
+          "--mask", arguments.masks,
+          "Material that is a mask, may be repeated; none if there is none (default: as the recipe "
+          "says, see [metrology])")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       .add_option("--cd-at", arguments.cd_at,
-                  "Height at which widths are wanted, for example '-0.5 um'; z = 0 is the surface "
+                  "Height at which widths are wanted, may be repeated, for example '-0.5 um'; z = "
+                  "0 is the surface "
                   "of the wafer (default: as the recipe says)")
-      ->allow_extra_args(false);
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 void add_arguments(CLI::App& command, SectionArguments& arguments) {
@@ -220,9 +226,10 @@ void add_tolerances(CLI::App& command, Tolerances& allowed) {
   };
   add("--length-cells", "Allowed difference of widths and depths, in spacings",
       allowed.length_cells);
-  add("--length-part", "and as a part of the value", allowed.length_part);
-  add("--film-cells", "Of films and step coverages, in spacings of thickness", allowed.film_cells);
-  add("--film-part", "and as a part of the value", allowed.film_part);
+  add("--length-part", "Besides, as a part of the value", allowed.length_part);
+  add("--film-cells", "Allowed difference of films and step coverages, in spacings of thickness",
+      allowed.film_cells);
+  add("--film-part", "Besides, as a part of the value", allowed.film_part);
   add("--mean-distance", "Mean distance between the surfaces, in spacings", allowed.mean_distance);
   add("--p99-distance", "Distance that 99 of 100 places keep, in spacings", allowed.p99_distance);
 }
@@ -242,7 +249,8 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
                   "Methods of simplification to compare with the full mesh, for example "
                   "paper,curvature (default: that of the recipe)")
       ->delimiter(',')
-      ->allow_extra_args(false)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
   command.add_option("--line", arguments.line,
                      "Where a contour was measured (default: 'y = 0 nm')");
@@ -250,7 +258,8 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       .add_option("--set", arguments.set,
                   "Change a value of the recipe: PATH=VALUE, for example "
                   "domain.spacing='\"0.4 um\"'")
-      ->allow_extra_args(false);
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command.add_option("-o,--output", arguments.output,
                      "Folder for compare.json, report.html and the runs (default: results/<recipe "
                      "name>; of given runs results/compare)");
@@ -271,7 +280,8 @@ void add_arguments(CLI::App& command, BaselineArguments& arguments) {
                   "Runs of each recipe that tolerances are from, when created (default: 5)")
       ->transform(count());
   command.add_option("--set", arguments.set, "Change a value of all recipes: PATH=VALUE")
-      ->allow_extra_args(false);
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command.add_option("-o,--output", arguments.output,
                      "Folder for the runs and report.html (default: results/<suite name>)");
 }

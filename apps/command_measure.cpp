@@ -1,5 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -9,6 +12,7 @@
 #include "apps/restart.h"
 #include "core/error.h"
 #include "core/quantity.h"
+#include "core/suggestion.h"
 
 namespace scarp {
 
@@ -25,18 +29,41 @@ std::optional<fs::path> start_file(const MeasureArguments& arguments, const fs::
 
 double height_of(const std::string& text) {
   try {
-    return parse_quantity(text, Dimension::length);
+    const double height = parse_quantity(text, Dimension::length);
+    if (std::abs(height) <= longest_length) return height;
   } catch (const InputError& error) {
     throw InputError(fmt::format("--cd-at: {}", error.what()));
   }
+  throw InputError(fmt::format("--cd-at: \"{}\" is beyond {}", text,
+                               format_quantity(longest_length, Dimension::length)));
 }
 
-MaterialId mask_of(const std::string& name, const Materials& materials) {
-  try {
-    return materials.id(name);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--mask: {}", error.what()));
+/// A material that is, or was at the start, on the wafer.
+MaterialId mask_of(const std::string& name, const Materials& materials,
+                   std::span<const Layers* const> wafers) {
+  std::vector<std::string> names;
+  for (const Layers* layers : wafers) {
+    for (const Layer& layer : layers->stack) {
+      const std::string& each = materials[layer.material].name;
+      if (each == name) return layer.material;
+      if (std::ranges::find(names, each) == names.end()) names.push_back(each);
+    }
   }
+  throw InputError(fmt::format("--mask: \"{}\" is not on the wafer{}; it has {}", name,
+                               suggestion(name, names), fmt::join(names, ", ")));
+}
+
+/// The start, where there is one.
+std::optional<SavedWafer> read_start(const MeasureArguments& arguments, const fs::path& file,
+                                     const SavedWafer& wafer) {
+  const std::optional<fs::path> earlier = start_file(arguments, file);
+  if (!earlier) return std::nullopt;
+  SavedWafer start = read_wafer(*earlier, wafer.materials);
+  if (start.layers.frame == wafer.layers.frame) return start;
+  throw InputError(
+      fmt::format("--start: {} has another mode, spacing, extent or sides than {}; give a state of "
+                  "the same run",
+                  earlier->string(), file.string()));
 }
 
 }  // namespace
@@ -44,24 +71,19 @@ MaterialId mask_of(const std::string& name, const Materials& materials) {
 ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common) {
   const fs::path file = newest_state(arguments.where);
   SavedWafer wafer = read_wafer(file);
+  const std::optional<SavedWafer> before = read_start(arguments, file, wafer);
+  std::vector<const Layers*> wafers{&wafer.layers};
+  if (before) wafers.push_back(&before->layers);
+  const Materials& materials = before ? before->materials : wafer.materials;
   MetrologyOptions& options = wafer.metrology;
   if (!arguments.masks.empty()) options.masks.clear();
   for (const std::string& mask : arguments.masks)
-    options.masks.push_back(mask_of(mask, wafer.materials));
+    if (mask != "none") options.masks.push_back(mask_of(mask, materials, wafers));
   if (!arguments.cd_at.empty()) options.cd_heights.clear();
   for (const std::string& height : arguments.cd_at) options.cd_heights.push_back(height_of(height));
 
   std::optional<Metrology> start;
-  if (const std::optional<fs::path> earlier = start_file(arguments, file)) {
-    const SavedWafer before = read_wafer(*earlier, wafer.materials);
-    if (!(before.layers.frame == wafer.layers.frame)) {
-      throw InputError(fmt::format(
-          "--start: {} has another mode, spacing, extent or sides than {}; give a state of the "
-          "same run",
-          earlier->string(), file.string()));
-    }
-    start = measure(before.layers, options);
-  }
+  if (before) start = measure(before->layers, options);
   const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr);
 
   const MetrologyNames names{.materials = wafer.materials, .options = options};

@@ -16,7 +16,7 @@
 #include "core/running_statistics.h"
 #include "core/student.h"
 #include "flux/reconstruct.h"
-#include "levelset/extract_surface.h"
+#include "levelset/openings.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -100,9 +100,8 @@ std::vector<double> values_of(std::span<const Snapshot> group, const std::string
 
 /// An opening that a group does not have is at most as deep as the least that is called one.
 void stand_in_for_depth(const std::string& name, double spacing, Sample& sample) {
-  constexpr double least_depth = 2;  // spacings
   if (sample.count == 0 && name.ends_with(" depth_nm"))
-    sample = {.count = 0, .mean = least_depth * spacing};
+    sample = {.count = 0, .mean = least_opening_depth * spacing};
 }
 
 ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,

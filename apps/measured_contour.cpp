@@ -138,8 +138,8 @@ Comparison compare_with_contour(const fs::path& where, const fs::path& file,
   ComparedDistance apart{.time = wafer.time,
                          .forward = distances_to(profile, points_on(reference, step), spacing),
                          .reverse = distances_to(reference, points_on(seen, step), spacing),
-      .mean_tolerance = tolerances.mean_distance,
-      .p99_tolerance = tolerances.p99_distance};
+                         .mean_tolerance = tolerances.mean_distance,
+                         .p99_tolerance = tolerances.p99_distance};
   const double mean = std::max(apart.forward.mean, apart.reverse.mean);
   const double p99 = std::max(apart.forward.p99, apart.reverse.p99);
   apart.mean_verdict = judge(mean, tolerances.mean_distance, mean, std::nullopt);

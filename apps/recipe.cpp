@@ -592,6 +592,12 @@ MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) 
   MetrologyOptions options{.masks =
                                table.material_list("masks", recipe.materials, {.minimum = 0},
                                                    fmt::format("[{}]", fmt::join(masks, ", ")))};
+  for (const MaterialId mask : options.masks) {
+    const auto& there = recipe.occurring;
+    if (there.empty() || std::ranges::find(there, mask) != there.end()) continue;
+    table.error("masks", fmt::format("{} is neither on the wafer nor deposited",
+                                     recipe.materials[mask].name));
+  }
   if (table.has("cd_at")) {
     options.cd_heights =
         table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},

@@ -468,12 +468,39 @@ std::optional<double> facet_width(std::span<const Point> wall, double field, dou
   }
   const std::optional<WallFit> line = fit_wall(heights, laterals);
   if (!line) return facet->width;
+  if (line->deviation > 0.1 * spacing) {
+    const auto circle = fit_circle(wall.subspan(facet->first, facet->last - facet->first + 1));
+    constexpr double part = std::numbers::sqrt2 / 2;  // sin 75 degrees - sin 15 degrees
+    return circle && circle->deviation < 0.1 * spacing ? part * circle->radius : facet->width;
+  }
   // The line meets the wall below where both have the same lateral position.
   const auto& [x0, z0] = wall[facet->steep];
   const auto& [x1, z1] = wall[facet->end];
   const double steep = (x1 - x0) / (z1 - z0);
   const double corner = (x0 - steep * z0 - line->at_zero) / (line->slope - steep);
   return std::abs(line->lateral(field) - line->lateral(corner));
+}
+
+double gas_above(std::span<const Polyline> lines, double lateral, double lower, double upper) {
+  // A line that goes to the right has its gas above it.
+  std::vector<std::pair<double, bool>> crossings;  // height, and whether it is a floor
+  for (const Polyline& line : lines) {
+    for (std::size_t n = 1; n < line.points.size(); ++n) {
+      const auto& [x0, z0] = line.points[n - 1];
+      const auto& [x1, z1] = line.points[n];
+      if ((x0 <= lateral) == (x1 <= lateral)) continue;
+      const double height = z0 + (lateral - x0) / (x1 - x0) * (z1 - z0);
+      crossings.emplace_back(height, x1 > x0);
+    }
+  }
+  std::ranges::sort(crossings);
+  double gas = 0;
+  for (std::size_t n = 1; n < crossings.size(); ++n) {
+    if (!crossings[n - 1].second || crossings[n].second) continue;
+    gas += std::max(0.0,
+                    std::min(crossings[n].first, upper) - std::max(crossings[n - 1].first, lower));
+  }
+  return gas;
 }
 
 double distance(const Point& point, std::span<const Polyline> lines) {

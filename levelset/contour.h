@@ -101,13 +101,16 @@ std::optional<Scallops> scallops(std::span<const Contour::Point> wall, double hi
                                  double lowest, double spacing);
 
 /// How wide the slope is at the upper edge of a wall, from the field to the wall below: what falls
-/// at 15 to 75 degrees before the wall falls more steeply for a length of two spacings. A slope of
-/// more than four spacings reaches as far as the straight line through it, as edges are cut off by
-/// the mesh. Nothing where the wall never gets steep.
+/// at 15 to 75 degrees before the wall falls more steeply for a length of two spacings. A straight
+/// slope of more than four spacings reaches as far as the line through it, as edges are cut off by
+/// the mesh; a round one is that part of its circle. Nothing where the wall never gets steep.
 ///
 /// Shape: the wall from the field downwards.
 std::optional<double> facet_width(std::span<const Contour::Point> wall, double field,
                                   double spacing);
+
+/// How much gas lies straight above a height, up to another one: in voids.
+double gas_above(std::span<const Polyline> lines, double lateral, double lower, double upper);
 
 /// The distance from a point to lines.
 double distance(const Contour::Point& point, std::span<const Polyline> lines);

@@ -20,7 +20,6 @@ using Value = std::optional<double>;
 
 constexpr std::array<double, 3> cd_depths{0.1, 0.5, 0.9};  // top, middle, bottom, by the depth
 constexpr std::array<double, 2> angle_depths{0.2, 0.8};
-constexpr double least_depth = 2;    // spacings, of what counts as an opening of a layer
 constexpr double least_bow = 0.1;    // spacings: less is noise and has no place
 constexpr double least_film = 0.01;  // spacings: less has no ratios
 constexpr int most_sections = 64;
@@ -175,7 +174,7 @@ class SectionMeasurement {
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
     cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);
     cut.floor = height(k, row_.centre);
-    if (cut.field - cut.floor >= least_depth * h_) {
+    if (is_deep(cut.field - cut.floor, h_)) {
       cut.contour =
           find_contour(cut.lines, row_.centre, cut.middle(), {row_.left_field, row_.right_field});
     }
@@ -264,8 +263,14 @@ class SectionMeasurement {
     const Cut& upper = cuts_[k];
     const Cut& lower = cuts_[k - 1];
     FilmMetrology found{.material = surfaces_.material(k)};
-    found.top = upper.field - lower.field;
-    found.bottom = upper.floor - lower.floor;
+    const std::array<double, 2> sides{row_.left_field, row_.right_field};
+    double top = 0;
+    for (std::size_t n = 0; n < 2; ++n)
+      top += 0.5 * (upper.fields[n] - lower.fields[n] -
+                    gas_above(upper.lines, sides[n], lower.fields[n], upper.fields[n]));
+    found.top = top;
+    found.bottom =
+        upper.floor - lower.floor - gas_above(upper.lines, row_.centre, lower.floor, upper.floor);
     if (!upper.contour || !lower.contour) return found;
     const Polyline wall{.points = lower.contour->points()};
     const std::span<const Polyline> below(&wall, 1);
@@ -507,7 +512,9 @@ std::vector<VoidMetrology> measure_voids(const Layers& layers, const OpenGas& ga
 
 Metrology measure(const Layers& layers, const MetrologyOptions& options, const Metrology* start) {
   const WaferSurfaces surfaces(layers, options.masks);
-  const OpeningMap map(surfaces.view(surfaces.exposed()), layers.frame);
+  std::vector<const ViewFromAbove*> below;
+  for (std::size_t k = 0; k < surfaces.exposed(); ++k) below.push_back(&surfaces.view(k));
+  const OpeningMap map(surfaces.view(surfaces.exposed()), layers.frame, below);
   const OpenGas gas = open_gas(layers);
 
   Metrology found;

@@ -6,12 +6,6 @@
 
 namespace scarp {
 
-namespace {
-
-constexpr double least_depth = 2;  // spacings
-
-}  // namespace
-
 /// One piece of what lies lower than some height, from a node on.
 class OpeningMap::Flood {
  public:
@@ -88,7 +82,9 @@ class OpeningMap::Flood {
   std::array<double, 2> centre_{};
 };
 
-OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame) : frame_(frame) {
+OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame,
+                       std::span<const ViewFromAbove* const> below)
+    : frame_(frame) {
   for (int axis = 0; axis < 2; ++axis)
     nodes_[axis] = frame.cells[axis] + (frame.boundary[axis] == Boundary::reflective ? 1 : 0);
   double highest = -1e300;
@@ -101,7 +97,22 @@ OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame) : frame_(f
     }
   }
   labels_.assign(heights_.size(), none);
+  is_plugged_.assign(heights_.size(), false);
   find(highest);
+  for (const ViewFromAbove* each : below) add_plugged(OpeningMap(*each, frame));
+}
+
+// Openings of a lower surface over which none of this one lies.
+void OpeningMap::add_plugged(const OpeningMap& below) {
+  std::vector<bool> is_open(below.openings_.size(), false);
+  for (std::size_t n = 0; n < labels_.size(); ++n) {
+    if (below.labels_[n] != none && labels_[n] != none)
+      is_open[static_cast<std::size_t>(below.labels_[n])] = true;
+  }
+  for (std::size_t n = 0; n < labels_.size(); ++n) {
+    if (below.labels_[n] != none && !is_open[static_cast<std::size_t>(below.labels_[n])])
+      is_plugged_[n] = true;
+  }
 }
 
 void OpeningMap::find(double highest) {
@@ -112,7 +123,7 @@ void OpeningMap::find(double highest) {
   std::vector<Mark> marks(heights_.size());
   std::vector<bool> is_done(heights_.size(), false);
   for (const std::size_t place : lowest_first) {
-    if (highest - heights_[place] < least_depth * frame_.spacing) break;
+    if (!is_deep(highest - heights_[place], frame_.spacing)) break;
     if (is_done[place]) continue;
     const Flood flood(*this, place, 0.5 * (highest + heights_[place]), marks);
     bool is_new = true;
@@ -156,11 +167,20 @@ int OpeningMap::fold(int axis, int index) const {
 std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double position) const {
   const int other = 1 - axis;
   const int cells = frame_.cells[axis];
-  const int on_other = fold(
-      other, static_cast<int>(std::lround(position / frame_.spacing + 0.5 * frame_.cells[other])));
-  const auto label = [&](int index) {
+  const double between = position / frame_.spacing + 0.5 * frame_.cells[other];
+  const std::array<int, 2> rows{fold(other, static_cast<int>(std::floor(between + 1e-6))),
+                                fold(other, static_cast<int>(std::ceil(between - 1e-6)))};
+  const auto node = [&](int index, int row) {
     const int along = fold(axis, index);
-    return labels_[axis == 0 ? place(along, on_other) : place(on_other, along)];
+    return axis == 0 ? place(along, row) : place(row, along);
+  };
+  const auto label = [&](int index) {
+    const int first = labels_[node(index, rows[0])];
+    return first != none ? first : labels_[node(index, rows[1])];
+  };
+  const auto is_field = [&](int index) {
+    return label(index) == none && !is_plugged_[node(index, rows[0])] &&
+           !is_plugged_[node(index, rows[1])];
   };
   const auto own = static_cast<int>(opening);
   // The widest of its parts that begin within the domain, or beyond its lower side.
@@ -176,9 +196,9 @@ std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double 
   if (widest[1] < widest[0] || widest[1] - widest[0] >= 2 * cells) return std::nullopt;
   const auto [first, last] = widest;
   int before = first - 1;
-  while (label(before) == none && before > first - 2 * cells) --before;
+  while (is_field(before) && before > first - 2 * cells) --before;
   int after = last + 1;
-  while (label(after) == none && after < last + 2 * cells) ++after;
+  while (is_field(after) && after < last + 2 * cells) ++after;
   return OpeningRow{.centre = frame_.node_position(axis, 0.5 * (first + last)),
                     .left_field = frame_.node_position(axis, 0.5 * (before + first)),
                     .right_field = frame_.node_position(axis, 0.5 * (last + after))};

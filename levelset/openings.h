@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/frame.h"
@@ -18,8 +19,16 @@ struct Opening {
   double lowest = 0;              ///< height of the lowest node
 };
 
+/// An opening of a surface is called shallow below this depth. Units: spacings.
+inline constexpr double least_opening_depth = 2;
+
+/// Whether a depth makes an opening; one of exactly that depth does, whatever it is rounded to.
+inline bool is_deep(double depth, double spacing) {
+  return depth >= (least_opening_depth - 1e-3) * spacing;
+}
+
 /// Where an opening lies on a row of nodes, and where the field begins on either side: half-way to
-/// the next opening.
+/// the next opening, or to one that a film has plugged.
 ///
 /// Units: lateral positions in nm, also beyond the sides of the domain.
 struct OpeningRow {
@@ -35,13 +44,15 @@ struct OpeningRow {
 /// openings where it rises to more than half of the shallower one's depth.
 class OpeningMap {
  public:
-  OpeningMap(const ViewFromAbove& view, const Frame& frame);
+  /// The surfaces below tell where openings are that the upper one fills.
+  OpeningMap(const ViewFromAbove& view, const Frame& frame,
+             std::span<const ViewFromAbove* const> below = {});
 
   /// Ordered by x, then y of their centres.
   const std::vector<Opening>& openings() const { return openings_; }
 
   /// Along x (axis 0) or y (axis 1) at a position on the other axis. Nothing where the opening does
-  /// not lie there, or has no end.
+  /// not lie there, or has no end. Between two rows of nodes what lies in one of them counts.
   std::optional<OpeningRow> row(std::size_t opening, int axis, double position) const;
 
   /// Root mean square of the heights about their mean. Units: nm.
@@ -62,6 +73,7 @@ class OpeningMap {
            static_cast<std::size_t>(j);
   }
   void find(double highest);
+  void add_plugged(const OpeningMap& below);
   void sort();
   int fold(int axis, int index) const;
 
@@ -69,6 +81,7 @@ class OpeningMap {
   std::array<int, 2> nodes_{};
   std::vector<double> heights_;
   std::vector<int> labels_;  ///< of each node the opening, or none
+  std::vector<bool> is_plugged_;
   std::vector<Opening> openings_;
 };
 

@@ -109,7 +109,7 @@ TEST_F(MeasureCommand, TakesMasksHeightsAndStartFromTheCommandLine) {
   };
   // From the third output on; and from the top of the resist, which is no mask then.
   EXPECT_NEAR(trench("--start " + path("out/state_0003.vdb"))["mask_loss_nm"], 4, 0.2);
-  EXPECT_NEAR(trench("--mask SiO2")["depth_nm"], 150, 0.5);
+  EXPECT_NEAR(trench("--mask none")["depth_nm"], 150, 0.5);
   const nlohmann::json at = trench("--cd-at '-0.08 um' --cd-at 40nm")["cd_at"];
   ASSERT_EQ(at.size(), 2U);
   EXPECT_EQ(at[0]["height_nm"], -80);
@@ -178,6 +178,28 @@ TEST_F(MeasureCommand, MasksOfARecipeMayBeNamed) {
   const Outcome wrong = run_etch("wrong", "--set metrology.masks='[\"resits\"]'");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_THAT(wrong.messages, HasSubstr("metrology.masks"));
+}
+
+TEST_F(MeasureCommand, AMaskThatIsNotOnTheWaferIsRefused) {
+  ASSERT_EQ(run_etch("out").exit_code, 0);
+  const Outcome option = scarp("measure " + path("out") + " --mask W");
+  EXPECT_EQ(option.exit_code, 2);
+  EXPECT_THAT(option.messages,
+              HasSubstr("--mask: \"W\" is not on the wafer; it has Si, resist"));
+  const Outcome key = scarp("check " + path("etch.toml") + " --set 'metrology.masks=[\"W\"]'");
+  EXPECT_EQ(key.exit_code, 2);
+  EXPECT_THAT(key.messages, HasSubstr("metrology.masks: W is neither on the wafer nor deposited"));
+}
+
+TEST_F(MeasureCommand, AHeightOutOfThisWorldIsRefused) {
+  ASSERT_EQ(run_etch("out").exit_code, 0);
+  const Outcome outcome = scarp("measure " + path("out") + " --cd-at '5 km'");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("--cd-at: "));
+  const Outcome twice =
+      scarp("measure " + path("out") + " --cd-at '-50 nm' --cd-at '-60 nm' --json");
+  EXPECT_EQ(json_of(twice)["openings"][0]["cd_at"].size(), 2U);
+  EXPECT_THAT(scarp("measure --help").out, Not(HasSubstr("TEXT ...")));
 }
 
 }  // namespace

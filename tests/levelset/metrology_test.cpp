@@ -116,6 +116,17 @@ AnalyticShape faceted() {
                        angle("angle", &M::sidewall_angle, 90)}};
 }
 
+/// An edge rounded with a radius of 12.
+AnalyticShape rounded() {
+  ContourPoints left = arc(-24, -12, 12, 90, 0);
+  left.push_back({-12, -60});
+  return {.name = "rounded",
+          .contour = symmetric(left),
+          .expected = {{"depth", &M::depth, 60},
+                       {"facet", &M::facet_width, 12 * std::numbers::sqrt2 / 2},
+                       angle("angle", &M::sidewall_angle, 90)}};
+}
+
 /// Jar: a neck 10 wide and 12 long above a belly 30 wide.
 AnalyticShape jar() {
   return {.name = "jar",
@@ -156,7 +167,7 @@ TEST_P(Analytic, IsMeasuredWithinATenthOfASpacingWhereverItLiesBetweenNodes) {
 INSTANTIATE_TEST_SUITE_P(Metrology, Analytic,
                          ::testing::Values(leaning("tapered", 86), leaning("upright", 90),
                                            leaning("reentrant", 94), bowed(), scalloped(),
-                                           faceted(), jar()),
+                                           faceted(), rounded(), jar()),
                          [](const auto& info) { return info.param.name; });
 
 /// A body of revolution or a trench in space: cells enough for holes 24 wide.
@@ -406,6 +417,28 @@ TEST(Metrology, OfASurfaceWithoutOpeningsIsItsRoughness) {
   EXPECT_NEAR(*found.surface_roughness / h, 0.5 / std::sqrt(2.0), 0.02);
   EXPECT_NEAR(found.highest / h, 0.5, 0.02);
   EXPECT_NEAR(found.lowest / h, -0.5, 0.02);
+}
+
+// A film 14 thick at the bottom and 5 on the field, with a void of 6 by 4 in the middle of the
+// former.
+TEST(Metrology, AVoidDoesNotCountAsFilm) {
+  const ContourPoints trench{{-12, 0}, {-12, -40}, {12, -40}, {12, 0}};
+  const ContourPoints film{{-8, 5}, {-8, -26}, {8, -26}, {8, 5}};
+  Layers layers = stack_of(plane, {trench}, {});
+  layers.stack.push_back(
+      {1, LevelSet(
+              plane,
+              [&](Vec3d r) {
+                const double bubble = std::max(std::abs(r.x / h) - 3, std::abs(r.z / h + 34) - 2);
+                return h * std::max(distance_to(film, r.x / h, r.z / h), -bubble);
+              },
+              -50 * h, 15 * h)});
+  const Metrology found = measure(layers);
+  ASSERT_EQ(found.openings.size(), 1U);
+  ASSERT_EQ(found.voids.size(), 1U);
+  const FilmMetrology& lining = found.openings[0].films.at(0);
+  EXPECT_NEAR(*lining.bottom / h, 14 - 4, 0.1);
+  EXPECT_NEAR(*lining.top / h, 5, 0.1);
 }
 
 TEST(Metrology, SumsVolumesByMaterial) {

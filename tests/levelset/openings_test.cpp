@@ -6,6 +6,7 @@
 
 #include "contours.h"
 #include "levelset/extract_surface.h"
+#include "levelset/shapes.h"
 
 namespace scarp {
 namespace {
@@ -44,6 +45,45 @@ TEST(OpeningMap, WhatIsShallowIsNone) {
   };
   EXPECT_EQ(count(1.9), 0U);
   EXPECT_EQ(count(2.1), 1U);
+}
+
+TEST(OpeningMap, ADepthOfExactlyTwoSpacingsMakesAnOpening) {
+  const Layers layers = build_layers(
+      strip, std::vector<Shape>{WaferShape{}, TrenchShape{.width = 8, .cut = {.depth = 2}}});
+  EXPECT_EQ(map_of(strip, layers.top()).openings().size(), 1U);
+}
+
+// A trench at x = -12 and a hole at x = 12 whose edge lies between two rows of nodes.
+TEST(OpeningMap, BetweenTwoRowsOfNodesAnOpeningOnEitherOfThemCounts) {
+  const Frame frame{.spacing = 1, .cells = {60, 40}};
+  const LevelSet solid(
+      frame,
+      [](Vec3d r) {
+        const double trench = 4 - std::abs(r.x + 12);
+        const double hole = 6.3 - std::hypot(r.x - 12, r.y);
+        return std::max(r.z - 0.3, std::min(std::max(trench, hole), r.z + 12));
+      },
+      -18, 6);
+  const OpeningMap map = map_of(frame, solid);
+  ASSERT_EQ(map.openings().size(), 2U);
+  ASSERT_TRUE(map.openings()[0].through[1]);
+  // Nodes of the hole end at y = 6: between 6 and 7 the field still ends half-way to it.
+  EXPECT_NEAR(map.row(0, 0, 6.5)->right_field, map.row(0, 0, 6)->right_field, 1e-9);
+  EXPECT_NEAR(map.row(0, 0, -6.5)->right_field, map.row(0, 0, -6)->right_field, 1e-9);
+  EXPECT_GT(map.row(0, 0, 7.5)->right_field, 8);
+}
+
+TEST(OpeningMap, FieldsEndHalfWayToATrenchThatAFilmHasPlugged) {
+  const ContourPoints wide{{-20, 0}, {-20, -20}, {-6, -20}, {-6, 0}};
+  ContourPoints both = wide;
+  both.insert(both.end(), {{14, 0}, {14, -20}, {18, -20}, {18, 0}});
+  const TriMesh film = extract_surface(solid_below(strip, wide, {0, 3}));
+  const TriMesh wafer = extract_surface(solid_below(strip, both));
+  const ViewFromAbove above(film);
+  const ViewFromAbove below(wafer);
+  const std::array<const ViewFromAbove*, 1> lower{&below};
+  EXPECT_NEAR(OpeningMap(above, strip, lower).row(0, 0, 0)->right_field, 4, 0.6);
+  EXPECT_GT(OpeningMap(above, strip).row(0, 0, 0)->right_field, 15);
 }
 
 TEST(OpeningMap, FieldsLieHalfWayToTheNextOpening) {
