@@ -277,7 +277,7 @@ void add_arguments(CLI::App& command, BaselineArguments& arguments) {
   command.add_option("suite", arguments.suite, "Folder of recipes (.toml)")->required();
   command
       .add_option("--seeds", arguments.seeds,
-                  "Runs of each recipe that tolerances are from, when created (default: 5)")
+                  "Runs of each recipe that tolerances are from, when created (default: 7)")
       ->transform(count());
   command.add_option("--set", arguments.set, "Change a value of all recipes: PATH=VALUE")
       ->expected(1)

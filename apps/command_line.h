@@ -92,7 +92,7 @@ struct VolumeArguments {
 struct BaselineArguments {
   bool creates = false;  ///< else it checks
   std::string suite;
-  int seeds = 5;
+  int seeds = 7;
   std::vector<std::string> set;
   std::string output;
 };
