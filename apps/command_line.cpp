@@ -266,6 +266,25 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
   add_tolerances(command, arguments.tolerances);
 }
 
+void add_arguments(CLI::App& command, RenderArguments& arguments) {
+  command
+      .add_option("where", arguments.where,
+                  "Result folder of a run, for its newest state, or a state (.vdb)")
+      ->required();
+  command.add_option("-o,--output", arguments.output, "Picture (default: picture.png)");
+  command.add_option("--cut", arguments.cut,
+                     "Where the wafer is cut open, what lies before is left out: 'y = 0 nm' "
+                     "(default), 'x = 1 um' or none");
+  command.add_option("--azimuth", arguments.azimuth,
+                     "Direction of the eye in degrees, from -y towards -x (default: 30)");
+  command
+      .add_option("--elevation", arguments.elevation,
+                  "Height of the eye in degrees, up to 90 (default: 35)")
+      ->check(number("a number above 0 and up to 90", [](double x) { return x > 0 && x <= 90; }));
+  command.add_option("--width", arguments.width, "Pixels (default: 1200)")
+      ->check(number("a number of 16 to 16384", [](double x) { return x >= 16 && x <= 16384; }));
+}
+
 void add_arguments(CLI::App& command, BaselineArguments& arguments) {
   const auto choose = [&arguments](const std::string& action) {
     if (action != "create" && action != "check")
@@ -351,6 +370,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       line);
   add_command<BaselineArguments>(
       app, "baseline", "Keep what recipes give, and notice when they give something else", line);
+  add_command<RenderArguments>(app, "render",
+                               "A picture of a run or a state in space, cut open (.png)", line);
   add_command<VolumeArguments>(
       app, "volume", "Each material of a run or a state as a closed surface, for other tools",
       line);

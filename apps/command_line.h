@@ -89,6 +89,15 @@ struct VolumeArguments {
   std::string bottom;  ///< a height with its unit; empty: below the wafer
 };
 
+struct RenderArguments {
+  std::string where;  ///< a result folder or a state
+  std::string output = "picture.png";
+  std::string cut = "y = 0 nm";
+  double azimuth = 30;    ///< degrees
+  double elevation = 35;  ///< degrees
+  int width = 1200;       ///< pixels
+};
+
 struct BaselineArguments {
   bool creates = false;  ///< else it checks
   std::string suite;
@@ -113,7 +122,7 @@ struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
                DistanceArguments, MeasureArguments, SectionArguments, CompareArguments,
-               BaselineArguments, VolumeArguments, ModelsArguments>
+               BaselineArguments, VolumeArguments, RenderArguments, ModelsArguments>
       command;
 };
 

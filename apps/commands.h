@@ -18,6 +18,7 @@ ExitCode execute(const SectionArguments& arguments, const CommonOptions& common)
 ExitCode execute(const CompareArguments& arguments, const CommonOptions& common);
 ExitCode execute(const BaselineArguments& arguments, const CommonOptions& common);
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common);
+ExitCode execute(const RenderArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
 
 }  // namespace scarp

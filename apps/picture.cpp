@@ -24,16 +24,24 @@ constexpr double letter_width = 8;  // px, at most on average
 
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008), for Si,
 // polySi, SiO2, Si3N4, SiGe, polymer, mask and resist.
-constexpr std::array<const char*, 8> fills{"#b8bec6", "#8c6bb1", "#5b9bd5", "#4fb286",
-                                           "#f0e442", "#d55e00", "#cc79a7", "#e69f00"};
+constexpr std::array<std::uint32_t, 8> fills{0xb8bec6, 0x8c6bb1, 0x5b9bd5, 0x4fb286,
+                                             0xf0e442, 0xd55e00, 0xcc79a7, 0xe69f00};
 
-// A material has the same colour in every picture. Those without one of their own take turns of the
-// golden angle around the circle of hues, which never come back to the same hue.
+// Of 256 steps each; hue in degrees, the others as parts.
+std::array<std::uint8_t, 3> rgb_of_hsl(double hue, double saturation, double lightness) {
+  const double amplitude = saturation * std::min(lightness, 1 - lightness);
+  std::array<std::uint8_t, 3> rgb{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const double k = std::fmod((n == 0 ? 0 : n == 1 ? 8 : 4) + hue / 30, 12.0);
+    const double value = lightness - amplitude * std::max(-1.0, std::min({k - 3, 9 - k, 1.0}));
+    rgb[n] = static_cast<std::uint8_t>(std::lround(255 * value));
+  }
+  return rgb;
+}
+
 std::string fill_of(MaterialId material) {
-  if (material < fills.size()) return fills[material];
-  constexpr double golden_angle = 137.508;
-  const double hue = std::fmod(golden_angle * static_cast<double>(material), 360.0);
-  return fmt::format("hsl({:.0f}, 40%, {}%)", hue, material % 2 == 0 ? 45 : 68);
+  const auto [red, green, blue] = material_colour(material);
+  return fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
 }
 
 struct Window {
@@ -237,6 +245,19 @@ std::string times(const ProfileView& view, double y) {
 }
 
 }  // namespace
+
+// Those without a colour of their own take turns of the golden angle around the circle of hues,
+// which never come back to the same hue.
+std::array<std::uint8_t, 3> material_colour(MaterialId material) {
+  if (material < fills.size()) {
+    const std::uint32_t fill = fills[material];
+    return {static_cast<std::uint8_t>(fill >> 16), static_cast<std::uint8_t>(fill >> 8),
+            static_cast<std::uint8_t>(fill)};
+  }
+  constexpr double golden_angle = 137.508;
+  const double hue = std::fmod(golden_angle * static_cast<double>(material), 360.0);
+  return rgb_of_hsl(hue, 0.4, material % 2 == 0 ? 0.45 : 0.68);
+}
 
 std::vector<EarlierSurface> some_of(std::span<const EarlierSurface> surfaces) {
   constexpr std::size_t most = 40;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -9,6 +11,9 @@
 #include "core/material.h"
 
 namespace scarp {
+
+/// A material has the same colour in every picture: red, green, blue.
+std::array<std::uint8_t, 3> material_colour(MaterialId material);
 
 /// The exposed surface at an earlier moment. Units: s of process time.
 struct EarlierSurface {

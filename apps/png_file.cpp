@@ -1,0 +1,26 @@
+#include "apps/png_file.h"
+
+#include <png.h>
+
+#include <string>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace scarp {
+
+void write_png(const std::filesystem::path& file, const Image& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr) == 0)
+    throw NumericalError(file.string() + ": " + png.message);
+  bytes.resize(size);
+  write_file(file, bytes);
+}
+
+}  // namespace scarp

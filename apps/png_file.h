@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace scarp {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// Pixels row by row, the uppermost first.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<Rgb> pixels;
+};
+
+/// Writes a .png file.
+///
+/// Throws: as AtomicFile.
+void write_png(const std::filesystem::path& file, const Image& image);
+
+}  // namespace scarp

@@ -1,0 +1,257 @@
+#include "apps/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "apps/picture.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "flux/ray_scene.h"
+#include "levelset/extract_surface.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr int samples_per_side = 2;   // of a pixel
+constexpr int sky_rays = 12;          // of each sample
+constexpr double depth_below = 0.08;  // of the block's width, below the lowest point
+
+using Colour = Vec3d;  // linear in what is stored
+
+constexpr Colour background{255, 255, 255};
+constexpr Colour ink{40, 40, 40};
+
+Colour colour_of(MaterialId material) {
+  const Rgb rgb = material_colour(material);
+  return {static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])};
+}
+
+/// An axis-aligned block and where a line enters and leaves it.
+struct Block {
+  Vec3d lower;
+  Vec3d upper;
+
+  struct Passage {
+    double enter = 0;
+    double leave = 0;
+    int axis = 2;  ///< of the face through which the line enters
+  };
+
+  std::optional<Passage> passage(const Vec3d& r, const Vec3d& u) const {
+    Passage found{.enter = -1e300, .leave = 1e300};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (u[axis] == 0) {
+        if (r[axis] < lower[axis] || r[axis] > upper[axis]) return std::nullopt;
+        continue;
+      }
+      const double a = (lower[axis] - r[axis]) / u[axis];
+      const double b = (upper[axis] - r[axis]) / u[axis];
+      if (std::min(a, b) > found.enter) {
+        found.enter = std::min(a, b);
+        found.axis = axis;
+      }
+      found.leave = std::min(found.leave, std::max(a, b));
+    }
+    return found.enter < found.leave ? std::optional(found) : std::nullopt;
+  }
+};
+
+/// Directions of the picture.
+struct Camera {
+  Vec3d forward;
+  Vec3d right;
+  Vec3d up;
+
+  Camera(double azimuth, double elevation) {
+    constexpr double degree = std::numbers::pi / 180;
+    const double a = azimuth * degree;
+    const double e = elevation * degree;
+    forward = {std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), -std::sin(e)};
+    right = {std::cos(a), -std::sin(a), 0};
+    up = cross(right, forward);
+  }
+};
+
+/// Numbers in [0, 1) that fill the unit square evenly (after Roberts 2018), shifted from sample to
+/// sample.
+std::array<double, 2> even_numbers(std::uint64_t sample, int n) {
+  std::uint64_t hash = (sample + 1) * 0x9e3779b97f4a7c15U;
+  hash = (hash ^ (hash >> 31)) * 0xbf58476d1ce4e5b9U;
+  const auto fraction = [](double x) { return x - std::floor(x); };
+  constexpr double to_unit = 0x1p-32;
+  return {fraction(0.7548776662466927 * n + to_unit * static_cast<double>(hash & 0xffffffffU)),
+          fraction(0.5698402909980532 * n + to_unit * static_cast<double>(hash >> 32))};
+}
+
+/// A direction by the cosine law about a normal.
+Vec3d towards_sky(const Vec3d& n, const std::array<double, 2>& xi) {
+  const Vec3d helper = std::abs(n.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
+  const Vec3d a = normalized(cross(helper, n));
+  const Vec3d b = cross(n, a);
+  const double sine = std::sqrt(xi[0]);
+  const double phi = 2 * std::numbers::pi * xi[1];
+  return sine * std::cos(phi) * a + sine * std::sin(phi) * b + std::sqrt(1 - xi[0]) * n;
+}
+
+class Renderer {
+ public:
+  Renderer(const Layers& layers, const RenderOptions& options)
+      : layers_(layers),
+        surface_(extract_surface(layers)),
+        scene_(surface_, layers.frame.sides(), layers.frame.spacing),
+        camera_(options.azimuth, options.elevation) {
+    const Sides sides = layers.frame.sides();
+    const Box box = bounding_box(surface_);
+    const double h = layers.frame.spacing;
+    origin_ = {sides.lower[0], sides.lower[1], 0.5 * (box.lower.z + box.upper.z)};
+    const double wide = std::max(sides.width(0), sides.width(1));
+    block_ = {.lower = {sides.lower[0], sides.lower[1], box.lower.z - depth_below * wide},
+              .upper = {sides.upper[0], sides.upper[1], box.upper.z + 0.5 * h}};
+    if (options.cut) block_.lower[options.cut->axis] = options.cut->position;
+    place_picture(options.width);
+  }
+
+  Image run() const {
+    Image image{.width = width_, .height = height_, .pixels = {}};
+    image.pixels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+    parallel_for(static_cast<std::size_t>(height_), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) draw_row(static_cast<int>(row), image);
+    });
+    return image;
+  }
+
+ private:
+  void place_picture(int width) {
+    double low_x = 1e300;
+    double high_x = -1e300;
+    double low_y = 1e300;
+    double high_y = -1e300;
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3d r;
+      for (int axis = 0; axis < 3; ++axis)
+        r[axis] = (corner >> axis & 1) != 0 ? block_.upper[axis] : block_.lower[axis];
+      low_x = std::min(low_x, dot(r, camera_.right));
+      high_x = std::max(high_x, dot(r, camera_.right));
+      low_y = std::min(low_y, dot(r, camera_.up));
+      high_y = std::max(high_y, dot(r, camera_.up));
+    }
+    constexpr double margin = 0.03;  // of the width
+    width_ = width;
+    pixel_ = (1 + 2 * margin) * (high_x - low_x) / width;
+    height_ = static_cast<int>(std::ceil((high_y - low_y) / pixel_ + 2 * margin * width));
+    left_ = 0.5 * (low_x + high_x) - 0.5 * pixel_ * width_;
+    top_ = 0.5 * (low_y + high_y) + 0.5 * pixel_ * height_;
+  }
+
+  void draw_row(int row, Image& image) const {
+    for (int column = 0; column < width_; ++column) {
+      Colour sum{};
+      for (int n = 0; n < samples_per_side * samples_per_side; ++n) {
+        const double x = column + (n % samples_per_side + 0.5) / samples_per_side;
+        const double y = row + (n / samples_per_side + 0.5) / samples_per_side;
+        const auto sample =
+            (static_cast<std::uint64_t>(row) << 32) + static_cast<std::uint64_t>(4 * column + n);
+        sum += seen_at(x, y, sample);
+      }
+      const Colour mean = sum / (samples_per_side * samples_per_side);
+      Rgb& pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
+                                static_cast<std::size_t>(column)];
+      for (int c = 0; c < 3; ++c)
+        pixel[static_cast<std::size_t>(c)] =
+            static_cast<std::uint8_t>(std::lround(std::clamp(mean[c], 0.0, 255.0)));
+    }
+  }
+
+  Colour seen_at(double x, double y, std::uint64_t sample) const {
+    const Vec3d r = (left_ + x * pixel_) * camera_.right + (top_ - y * pixel_) * camera_.up;
+    const auto passage = block_.passage(r, camera_.forward);
+    if (!passage) return background;
+    const Vec3d entry = r + passage->enter * camera_.forward;
+    if (passage->axis != 2 && layers_.top().distance(entry) < 0)
+      return within(entry, passage->axis);
+    if (const auto colour = on_surface(entry, passage->leave - passage->enter, sample))
+      return *colour;
+    // Between nodes a sharp edge of the mesh reaches further than phi: there the line went through
+    // solid all the way.
+    const bool is_solid = layers_.top().distance(r + passage->leave * camera_.forward) < 0;
+    return is_solid && passage->axis != 2 ? within(entry, passage->axis) : background;
+  }
+
+  /// A side or a cut: the material there, its borders as lines.
+  Colour within(const Vec3d& r, int axis) const {
+    const double line = 0.8 * pixel_;
+    for (const Layer& layer : layers_.stack) {
+      const double distance = layer.phi.distance(r);
+      if (std::abs(distance) < line) return ink;
+      if (distance < 0) return on_face(axis, layer.material);
+    }
+    return on_face(axis, layers_.stack.back().material);
+  }
+
+  static Colour on_face(int axis, MaterialId material) {
+    return (axis == 1 ? 1.0 : 0.82) * colour_of(material);
+  }
+
+  Vec3d in_scene(const Vec3d& r) const { return (r - origin_) / layers_.frame.spacing; }
+
+  /// What is behind the sides of the domain is not seen, though flights come back from there.
+  std::optional<Colour> on_surface(const Vec3d& entry, double length, std::uint64_t sample) const {
+    const Ray ray{.r = in_scene(entry), .u = camera_.forward};
+    const Flight flight = scene_.fly(ray);
+    if (flight.end != Flight::End::front) return std::nullopt;
+    const Vec3d way = flight.r - ray.r;
+    const double along = dot(way, ray.u);
+    const bool is_straight = flight.u == ray.u && scarp::length(way - along * ray.u) < 1e-3;
+    if (!is_straight || along * layers_.frame.spacing > length * (1 + 1e-6)) return std::nullopt;
+    return shaded(flight, sample);
+  }
+
+  Colour shaded(const Flight& flight, std::uint64_t sample) const {
+    std::array<Ray, sky_rays> rays;
+    std::array<Flight, sky_rays> flights;
+    const Vec3d n = scene_.normal(flight.facet);
+    for (int k = 0; k < sky_rays; ++k) {
+      rays[static_cast<std::size_t>(k)] = {
+          .r = flight.r, .u = towards_sky(n, even_numbers(sample, k)), .from = flight.facet};
+    }
+    scene_.fly(rays, flights);
+    const auto is_sky = [](const Flight& each) { return each.end == Flight::End::sky; };
+    const double sky = static_cast<double>(std::ranges::count_if(flights, is_sky)) / sky_rays;
+    const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
+    const double lit = std::max(0.0, dot(smooth_normal(flight), light));
+    return (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[flight.facet]);
+  }
+
+  /// That of phi where it agrees with the facet: smooth on curved walls, sharp at edges.
+  Vec3d smooth_normal(const Flight& flight) const {
+    const Vec3d n = scene_.normal(flight.facet);
+    const Vec3d smooth = layers_.top().normal(origin_ + layers_.frame.spacing * flight.r);
+    return dot(smooth, n) > 0.9 ? smooth : n;
+  }
+
+  const Layers& layers_;
+  TriMesh surface_;
+  RayScene scene_;
+  Camera camera_;
+  Vec3d origin_;
+  Block block_;
+  int width_ = 0;
+  int height_ = 0;
+  double pixel_ = 0;  ///< nm
+  double left_ = 0;
+  double top_ = 0;
+};
+
+}  // namespace
+
+Image render(const Layers& layers, const RenderOptions& options) {
+  if (layers.frame.two_dimensional) {
+    throw InputError("a cross-section has no depth to be seen; scarp section draws it");
+  }
+  return Renderer(layers, options).run();
+}
+
+}  // namespace scarp
