@@ -140,14 +140,26 @@ std::string speed_text(const Comparison& comparison) {
   return text;
 }
 
+/// What is beyond its tolerance by chance.
+int unsure_count(const Comparison& comparison) {
+  const auto is_noise = [](Verdict verdict) { return verdict == Verdict::noise ? 1 : 0; };
+  int count = 0;
+  for (const ComparedValue& each : comparison.values) count += is_noise(each.verdict);
+  for (const ComparedDistance& each : comparison.distances)
+    count += is_noise(each.mean_verdict) + is_noise(each.p99_verdict);
+  return count;
+}
+
 std::string verdict_text(const Comparison& comparison) {
-  const auto is_noise = [](const ComparedValue& value) { return value.verdict == Verdict::noise; };
-  const auto unsure = std::ranges::count_if(comparison.values, is_noise);
-  std::string text =
-      fmt::format("{} against {}: {}", comparison.second, comparison.first,
-                  comparison.passed() ? "within the tolerances at every output" : "moved");
-  if (unsure > 0) text += fmt::format("; {} beyond them by chance: more seeds would tell", unsure);
-  return text;
+  const int unsure = unsure_count(comparison);
+  const std::string names = fmt::format("{} against {}", comparison.second, comparison.first);
+  const std::string rest = fmt::format(
+      "{} beyond their tolerance, but no further than seeds are apart: more of them "
+      "would tell",
+      unsure);
+  if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
+  if (unsure > 0) return names + ": nothing has moved for certain; " + rest;
+  return names + ": within the tolerances at every output";
 }
 
 // --- page ----------------------------------------------------------------------------------------
@@ -335,10 +347,12 @@ constexpr const char* equal_error_note =
     "at the end. What the distance between the two has besides is systematic: ";
 
 std::string section_of(const Comparison& comparison) {
-  std::string html =
-      fmt::format("<h2>{} against {}</h2>\n<p class=\"{}\">{}</p>\n", escaped(comparison.second),
-                  escaped(comparison.first), comparison.passed() ? "good" : "bad",
-                  escaped(verdict_text(comparison)));
+  std::string html = fmt::format("<h2>{} against {}</h2>\n<p class=\"{}\">{}</p>\n",
+                                 escaped(comparison.second), escaped(comparison.first),
+                                 class_of(!comparison.passed()           ? Verdict::moved
+                                          : unsure_count(comparison) > 0 ? Verdict::noise
+                                                                         : Verdict::within),
+                                 escaped(verdict_text(comparison)));
   const std::vector<std::string> moved = comparison.moved();
   if (!moved.empty()) {
     html += "<ul>\n";
