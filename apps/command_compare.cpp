@@ -120,6 +120,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
     groups.push_back(*std::move(group));
   }
   std::vector<Comparison> comparisons;
+  comparisons.reserve(groups.size());
   for (const RunGroup& group : groups)
     comparisons.push_back(compare(*full, group, arguments.tolerances));
   return write_results(arguments.result_folder(), comparisons,

@@ -151,7 +151,8 @@ class Renderer {
       Colour sum{};
       for (int n = 0; n < samples_per_side * samples_per_side; ++n) {
         const double x = column + (n % samples_per_side + 0.5) / samples_per_side;
-        const double y = row + (n / samples_per_side + 0.5) / samples_per_side;
+        const int sub_row = n / samples_per_side;
+        const double y = row + (sub_row + 0.5) / samples_per_side;
         const auto sample =
             (static_cast<std::uint64_t>(row) << 32) + static_cast<std::uint64_t>(4 * column + n);
         sum += seen_at(x, y, sample);

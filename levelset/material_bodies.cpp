@@ -24,7 +24,9 @@ struct DirectedEdge {
   Vertex from = 0;
   Vertex to = 0;
 
-  friend auto operator<=>(const DirectedEdge&, const DirectedEdge&) = default;
+  friend bool operator<(const DirectedEdge& a, const DirectedEdge& b) {
+    return a.from != b.from ? a.from < b.from : a.to < b.to;
+  }
 };
 
 /// Triangles over vertices of which no two are at one place.
