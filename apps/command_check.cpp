@@ -6,6 +6,8 @@
 #include "apps/commands.h"
 #include "apps/estimate.h"
 #include "apps/recipe.h"
+#include "apps/region_text.h"
+#include "core/parallel.h"
 
 namespace scarp {
 
@@ -54,6 +56,8 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"rays_per_time_step", cost.rays_per_time_step},
                                         {"memory_mb", cost.memory_mb},
                                         {"seconds", cost.seconds},
+                                        {"threads", thread_count()},
+                                        {"at_most", cost.at_most},
                                         {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -61,16 +65,19 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   fmt::print("{}\n", recipe.resolved);
   print_ends(cost, recipe);
   fmt::print(
-      "# Cost, good to about a factor of two, the memory better:\n"
+      "# Cost, good to about a factor of two, the memory better{}:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
       "#   facets      {} of {} after simplification\n"
       "#   time steps  {:.0f}\n"
       "#   rays        {:.2g} per time step on average\n"
       "#   memory      {:.0f} MB\n"
-      "#   time        {:.0f} s on this machine\n"
+      "#   time        {} {:.0f} s on {} of this machine\n"
       "# Results would go to {}\n",
-      cost.active_nodes, cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
-      cost.rays_per_time_step, cost.memory_mb, cost.seconds, arguments.result_folder().string());
+      cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
+      cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
+      cost.memory_mb, cost.at_most ? "at most about" : "about", cost.seconds,
+      counted(static_cast<std::size_t>(thread_count()), "thread"),
+      arguments.result_folder().string());
   return done;
 }
 

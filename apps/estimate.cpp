@@ -282,6 +282,7 @@ CostEstimate estimate_cost(const Recipe& recipe) {
       of_step.duration = duration;
     }
     const double count = time_steps(step, of_step, recipe);
+    cost.at_most = cost.at_most || step.round_end;
     const double end_area = std::max(least_area, area + of_step.growth * of_step.duration);
     const double mean_area = 0.5 * (area + end_area);
     area = end_area;

@@ -16,8 +16,10 @@ struct ExpectedEnd {
 /// geometry, with few rays: how long they may be, what they take, and how the surface grows in
 /// them.
 ///
-/// Good to about a factor of two: that goes on as it begins.
-/// Units: heights in nm, seconds of wall time on this machine, memory in MB.
+/// Good to about a factor of two, where that goes on as it begins; less so of a step that works in
+/// what earlier ones opened.
+/// Units: heights in nm, memory in MB; seconds of wall time on this machine, with as many threads
+///        as now: what the trials took for each time step and ray, times their numbers.
 struct CostEstimate {
   std::size_t active_nodes = 0;
   double lowest = 0;  ///< of the start geometry's band
@@ -28,6 +30,8 @@ struct CostEstimate {
   double rays_per_time_step = 0;  ///< mean over all of them
   double memory_mb = 0;
   double seconds = 0;
+  /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
+  bool at_most = false;
   std::vector<ExpectedEnd> ends;  ///< of steps with an end condition, repeated ones once
 };
 

@@ -88,6 +88,17 @@ TEST(Estimate, RepeatedStepsCountEveryTime) {
       "[[step]]\nrepeat = 3\n[[step.step]]\nmodel = \"isotropic\"\nduration = \"40 s\"\n"
       "etch_rate = \"1 nm/s\"\n";
   EXPECT_EQ(estimate({inner}).time_steps, 30);
+  EXPECT_FALSE(estimate({inner}).at_most);
+}
+
+// When the surface gets there nothing tells before the run.
+TEST(Estimate, RoundsUntilAConditionHoldsAreCountedAtMost) {
+  constexpr const char* inner =
+      "[[step]]\nrepeat = 3\nuntil = { depth = \"50 nm\" }\n[[step.step]]\nmodel = "
+      "\"isotropic\"\nduration = \"40 s\"\netch_rate = \"1 nm/s\"\n";
+  const CostEstimate cost = estimate({inner});
+  EXPECT_EQ(cost.time_steps, 30);
+  EXPECT_TRUE(cost.at_most);
 }
 
 TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
