@@ -262,29 +262,32 @@ NodeExchange exchange_of(std::span<const WallPiece> pieces, std::span<const Exch
   return at;
 }
 
+// By how much the bath's concentration is exceeded: where silica leaves easily that is next to
+// nothing, and what flows follows from it alone.
+//
 // Where c lies above saturation the surface draws on it; where that is shows only in c. From the
 // turn on that takes it to be so everywhere c rises, and no node changes twice.
-std::vector<double> concentrations(const ConductionNetwork& walls, const NodeExchange& exchange,
-                                   const Solute& solute) {
+std::vector<double> excess(const ConductionNetwork& walls, const NodeExchange& exchange,
+                           const Solute& solute) {
   const std::size_t count = walls.size();
-  std::vector<double> c(count, solute.bath);
+  std::vector<double> above_bath(count);
   std::vector<char> draws(count, 1);
   for (int turn = 0; turn < most_turns; ++turn) {
     ConductionNetwork network = walls;
     std::vector<double> source(count);
     for (std::size_t n = 0; n < count; ++n) {
       const double drawn = draws[n] ? exchange.uptake[n] : 0;
-      source[n] = walls.ground[n] * solute.bath + exchange.release[n] + drawn;
+      source[n] = exchange.release[n] + drawn * (1 - solute.bath);
       network.ground[n] += drawn;
     }
-    solve_conduction(network, source, c);
+    solve_conduction(network, source, above_bath);
     bool has_changed = false;
     for (std::size_t n = 0; n < count; ++n) {
-      const char is_above = c[n] > 1 ? 1 : 0;
+      const char is_above = solute.bath + above_bath[n] > 1 ? 1 : 0;
       has_changed = has_changed || (is_above != draws[n] && exchange.uptake[n] > 0);
       draws[n] = is_above;
     }
-    if (!has_changed) return c;
+    if (!has_changed) return above_bath;
   }
   throw NumericalError("where the bath is saturated could not be found");
 }
@@ -297,14 +300,14 @@ Concentration diffuse(const Layers& layers, const TriMesh& facets,
   const std::vector<std::uint32_t> number = joined_nodes(box);
   const ConductionNetwork network = network_of(box, number, solute);
   const std::vector<WallPiece> pieces = pieces_of(facets, box, number);
-  const std::vector<double> c =
-      concentrations(network, exchange_of(pieces, exchange, network.size()), solute);
+  const std::vector<double> above_bath =
+      excess(network, exchange_of(pieces, exchange, network.size()), solute);
 
   Concentration result;
   std::vector<double> sum(facets.triangles.size());
   std::vector<double> area(facets.triangles.size());
   for (const WallPiece& piece : pieces) {
-    const double here = c[piece.node];
+    const double here = solute.bath + above_bath[piece.node];
     sum[piece.facet] += piece.area * here;
     area[piece.facet] += piece.area;
     result.released += piece.area * exchange[piece.facet].release;
@@ -312,8 +315,8 @@ Concentration diffuse(const Layers& layers, const TriMesh& facets,
   }
   for (std::size_t f = 0; f < sum.size(); ++f)
     result.at_facets.push_back(static_cast<float>(area[f] > 0 ? sum[f] / area[f] : 0));
-  for (std::size_t n = 0; n < c.size(); ++n)
-    result.escaped += network.ground[n] * (c[n] - solute.bath);
+  for (std::size_t n = 0; n < above_bath.size(); ++n)
+    result.escaped += network.ground[n] * above_bath[n];
   return result;
 }
 

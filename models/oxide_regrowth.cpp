@@ -60,7 +60,9 @@ const Parameter boundary_layer{
     .name = "boundary_layer",
     .dimension = Dimension::length,
     .limits = {.fallback = "10 um", .minimum = 0, .maximum = longest_length, .exclusive = true},
-    .meaning = "thickness of the layer at rest above the highest point",
+    .meaning =
+        "thickness of the layer at rest above the highest point; below 1.5 spacings it counts "
+        "as about half a spacing to one and a half",
     .source = "order of magnitude; stirring"};
 
 std::span<const Parameter> parameters() {

@@ -195,6 +195,17 @@ TEST(Diffusion, IsConserved) {
               1e-7 * bath.result.released);
 }
 
+// To rounding, however little the concentration differs from that of the bath: here by a part of
+// 1e9.
+TEST(Diffusion, IsConservedWhereAllLeavesAtOnce) {
+  const Solute solute{.diffusivity = 5e9, .layer = 100, .bath = 0.9};
+  const Bath bath = solved(Trench{25.3, 120, 0.1}.in(block(60)), solute, [](Vec3d, Vec3d n) {
+    return n.z > 0.5 ? Exchange{.release = 0.3} : Exchange{.uptake = 0.01};
+  });
+  EXPECT_EQ(bath.result.settled, 0);
+  EXPECT_NEAR(bath.result.escaped, bath.result.released, 1e-9 * bath.result.released);
+}
+
 TEST(Diffusion, LeavesClosedVoidsOut) {
   const auto with_void = [](double radius) {
     return single_layer(
