@@ -1,6 +1,7 @@
 #include "apps/kept_mesh.h"
 
 #include <atomic>
+#include <cmath>
 #include <set>
 
 #include "core/parallel.h"
@@ -51,10 +52,22 @@ bool lies_close(const TriMesh& mesh, const TriMesh& other, double distance) {
   return is_close;
 }
 
+// What tells most surfaces that moved at once: meshes that close have such boxes, too.
+bool boxes_are_close(const TriMesh& mesh, const TriMesh& surface, double distance) {
+  const Box a = bounding_box(mesh);
+  const Box b = bounding_box(surface);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(a.lower[axis] - b.lower[axis]) > distance) return false;
+    if (std::abs(a.upper[axis] - b.upper[axis]) > distance) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::optional<std::vector<MaterialId>> materials_if_close(const TriMesh& mesh,
                                                           const TriMesh& surface, double distance) {
+  if (!boxes_are_close(mesh, surface, distance)) return std::nullopt;
   const auto materials = closest_materials(mesh, surface, distance);
   if (!materials) return std::nullopt;
   const TriMesh painted{mesh.vertices, mesh.triangles, *materials};

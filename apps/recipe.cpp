@@ -195,7 +195,7 @@ double read_position_error(const RecipeTable& table, const Frame& frame) {
 // Units: nm.
 double read_kept_distance(const RecipeTable& table, const Frame& frame) {
   return table.length_or_multiple("keep_mesh_within", frame.spacing,
-                                  {.fallback = "0.1", .minimum = 0, .maximum = 0.5});
+                                  {.fallback = "0.05", .minimum = 0, .maximum = 0.5});
 }
 
 CoverageOptions read_coverages(const RecipeTable& table) {

@@ -49,10 +49,24 @@ double simplify_bound(const State& state, const Recipe& recipe) {
   return std::min(recipe.simplify->max_error.value_or(infinity), of_film);
 }
 
+std::vector<Species> species_of(const ProcessStep& step) {
+  return step.model ? step.model->species() : std::vector<Species>{};
+}
+
+// Where all rays that were sent can serve again. Elsewhere there is little to win, and fluxes of a
+// surface that was a tenth of a spacing further out etch a Bosch trench less below its mask, by
+// 0.08 spacings a cycle.
+bool keeps_hits(const State& state, const Recipe& recipe) {
+  const std::vector<Species> species = species_of(current_step(state, recipe));
+  return !species.empty() && recipe.flux.engine != FluxOptions::Engine::forward &&
+         std::ranges::all_of(species, can_keep_hits);
+}
+
 // The mesh of the time step before, with the materials that are seen now, if it is as good as one
 // that is made now.
 bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe, Survey& result) {
   const KeptMesh& kept = state.mesh;
+  if (!keeps_hits(state, recipe)) return false;
   if (kept.facets.triangles.empty() || kept.bound > result.simplify_bound) return false;
   auto materials = materials_if_close(kept.facets, surface, kept.bound + recipe.keep_mesh_within);
   if (!materials) return false;
@@ -78,10 +92,6 @@ void make_facets(TriMesh surface, const State& state, const Recipe& recipe, Surv
   SimplifyResult coarse = simplify(result.facets, options);
   result.simplify_max_distance = coarse.max_distance;
   result.facets = std::move(coarse.mesh);
-}
-
-std::vector<Species> species_of(const ProcessStep& step) {
-  return step.model ? step.model->species() : std::vector<Species>{};
 }
 
 // What the model lets the facets send out; refers to all of them.

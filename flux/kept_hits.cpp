@@ -9,11 +9,6 @@ namespace {
 // Two chemistries by turns with two patterns each, in up to three rounds.
 constexpr std::size_t most_views = 12;
 
-bool sees_plain_sky(const FluxProblem& problem) {
-  const SourceLobe& source = problem.species.source;
-  return !problem.has_source() || (source.is_lambert() && source.map.empty());
-}
-
 }  // namespace
 
 std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems,
@@ -23,7 +18,8 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
     sent_ += plan.total() - earlier->matrix.hits.size();
     return std::make_shared<const View>(scarp::look(problems, plan, *earlier));
   };
-  if (!std::ranges::all_of(problems, sees_plain_sky)) return send();
+  const auto can_keep = [](const FluxProblem& each) { return can_keep_hits(each.species); };
+  if (!std::ranges::all_of(problems, can_keep)) return send();
   Known now{.materials = problems.front().mesh.materials,
             .have_source = {},
             .totals = plan.totals(),

@@ -223,6 +223,12 @@ bool is_traced_forward(const FluxProblem& problem) {
 
 std::shared_ptr<KeptHits> keep_hits() { return std::make_shared<KeptHits>(); }
 
+bool can_keep_hits(const Species& species) {
+  if (needs_particles(species)) return false;
+  const SourceLobe& source = species.source;
+  return source.kind == SourceLobe::Kind::none || (source.is_lambert() && source.map.empty());
+}
+
 double spacing_of_unsimplified(const TriMesh& mesh) {
   double area = 0;
   for (const double a : facet_areas(mesh)) area += a;

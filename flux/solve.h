@@ -18,6 +18,10 @@ class KeptHits;
 /// Nothing is known in it yet; see FluxOptions::hits.
 std::shared_ptr<KeptHits> keep_hits();
 
+/// Whether what gathered rays met can serve a species again: one of neutrals that comes from all
+/// directions and places alike, or from the surface alone.
+bool can_keep_hits(const Species& species);
+
 /// Units: lengths as in the mesh.
 struct FluxOptions {
   enum class Engine {

@@ -147,6 +147,15 @@ TEST_F(KeptMeshes, ServeForCyclesThatHardlyMoveTheSurface) {
   EXPECT_LE(mesh_count("kept"), 5U);
 }
 
+// Ions are sent anew on whatever mesh, so that it is better made anew, too; and what is followed
+// from the source leaves nothing to keep.
+TEST_F(KeptMeshes, ServeWhereRaysCanServeAgain) {
+  run("0.1", "forward", "--set flux.engine='\"forward\"'");
+  EXPECT_EQ(mesh_count("forward"), 12U);
+  run("0.1", "lobe", "--set step[0].step[0].source_power=3 --set step[0].step[1].source_power=3");
+  EXPECT_EQ(mesh_count("lobe"), 12U);
+}
+
 TEST_F(KeptMeshes, ARunThatIsResumedFindsThemAgain) {
   run("0.1", "whole");
   for (int last = 2; last < 12; last += 3) {
