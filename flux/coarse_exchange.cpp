@@ -15,15 +15,15 @@ constexpr std::size_t most_runs = 512;
 
 // Rows are joined where one sees the other; a few rays of each show it. What is not found to be
 // open is only not corrected.
-constexpr std::uint64_t rays_to_join = 16;
+constexpr std::size_t rays_to_join = 16;
 
 std::vector<char> joined_to_sky(const ExchangeMatrix& matrix) {
   const auto size = static_cast<std::uint32_t>(matrix.size());
   DisjointSets sets(size + 1);  // the last one is the sky
   for (std::uint32_t i = 0; i < size; ++i) {
-    const std::uint64_t end = std::min(matrix.first[i + 1], matrix.first[i] + rays_to_join);
-    for (std::uint64_t k = matrix.first[i]; k < end; ++k)
-      sets.join(i, std::min(matrix.hits[k], size));
+    const auto row = matrix.row(i);
+    for (const auto& ray : row.first(std::min(row.size(), rays_to_join)))
+      sets.join(i, std::min(ray.hit, size));
   }
   std::vector<char> open(size);
   for (std::uint32_t i = 0; i < size; ++i) open[i] = sets.lowest(i) == sets.lowest(size) ? 1 : 0;
@@ -52,12 +52,9 @@ CoarseExchange::CoarseExchange(const ExchangeMatrix& matrix, std::span<const flo
       row[run] = 1;
       for (std::size_t i = begin_of(run); i < begin_of(run + 1); ++i) {
         if (open_[i] == 0) continue;
-        const double part =
-            weight_[run] / static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
-        for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-          const std::uint32_t j = matrix.hits[k];
-          if (j < rows_) row[run_of[j]] -= part * static_cast<double>(reemitted[j]);
-        }
+        matrix.for_each_part(i, [&](std::uint32_t j, double part) {
+          if (j < rows_) row[run_of[j]] -= weight_[run] * part * static_cast<double>(reemitted[j]);
+        });
       }
     }
   });

@@ -9,9 +9,6 @@ namespace scarp {
 
 namespace {
 
-// Blocks in a row along the curve that take each other's half differences.
-constexpr std::size_t blocks_in_window = 4;
-
 // Between shifts of one block to another; odd, so that those of a whole block all differ.
 constexpr std::size_t shift_step = 5;
 
@@ -21,31 +18,30 @@ constexpr std::size_t shift_step = 5;
 ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
                        std::span<const double> halves,
                        const std::function<bool(std::size_t rank)>& is_left_out)
-    : options_(options), plan_(plan), scale_(plan.size()), normalised_(plan.size()) {
+    : options_(options),
+      plan_(plan),
+      scale_(plan.size()),
+      normalised_(plan.size()),
+      wholes_(plan.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     if (is_left_out(rank)) continue;
     const double n = plan.rays(rank);
     const double scale = 1 / std::sqrt(n * std::sqrt(n));
     scale_[rank] = static_cast<float>(scale);
     normalised_[rank] = static_cast<float>(halves[rank] / scale);
+    wholes_[plan.block_of(rank).begin].add(area(rank), halves[rank]);
   }
 }
 
 std::vector<float> ErrorDraws::draws(std::size_t first, std::size_t count) const {
   static_assert(draw_count == 32);
   std::vector<float> errors(scale_.size() * count);
-  const std::span<const RayPlan::Block> blocks = plan_.blocks();
-  for (std::size_t begin = 0, end = 0; begin < blocks.size(); begin = end) {
-    while (end < std::min(begin + blocks_in_window, blocks.size()) &&
-           blocks[end].main_direction == blocks[begin].main_direction)
-      ++end;
-    draw_in(blocks.subspan(begin, end - begin), first, count, errors);
-  }
+  for (const RayPlan::Window& window : plan_.windows()) draw_in(window, first, count, errors);
   return errors;
 }
 
-void ErrorDraws::draw_in(std::span<const RayPlan::Block> window, std::size_t first,
-                         std::size_t count, std::vector<float>& errors) const {
+void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::size_t count,
+                         std::vector<float>& errors) const {
   for (std::size_t b = 0; b < window.size(); ++b) {
     const RayPlan::Block& block = window[b];
     const std::uint64_t stream = (std::uint64_t{1} << 32) + plan_.element_at(block.begin);
@@ -57,10 +53,19 @@ void ErrorDraws::draw_in(std::span<const RayPlan::Block> window, std::size_t fir
       const float sign = (signs >> draw) & 1U ? 1 : -1;
       const RayPlan::Block& source = window[(b + draw) % window.size()];
       const std::size_t shift = first_shift + draw / window.size() * shift_step;
+      Whole drawn;
       for (std::size_t to = block.begin; to < block.end; ++to) {
         const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
-        errors[to * count + k] = sign * scale_[to] * normalised_[scale_[from] > 0 ? from : to];
+        const float error = scale_[to] * normalised_[scale_[from] > 0 ? from : to];
+        errors[to * count + k] = sign * error;
+        if (scale_[to] > 0) drawn.add(area(to), error);
       }
+      const Whole& wanted = wholes_[source.begin];
+      if (drawn.area == 0 || wanted.area == 0) continue;
+      const double size = std::sqrt(wanted.area / drawn.area);
+      const auto rest = static_cast<float>(wanted.mean() * size * std::sqrt(size) - drawn.mean());
+      for (std::size_t to = block.begin; to < block.end; ++to)
+        if (scale_[to] > 0) errors[to * count + k] += sign * rest;
     }
   }
 }

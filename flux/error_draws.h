@@ -36,13 +36,26 @@ class ErrorDraws {
   std::vector<float> draws(std::size_t first, std::size_t count) const;
 
  private:
-  void draw_in(std::span<const RayPlan::Block> window, std::size_t first, std::size_t count,
+  // The error of some elements together.
+  struct Whole {
+    double area = 0;
+    double sum = 0;
+    void add(double of_area, double error) {
+      area += of_area;
+      sum += of_area * error;
+    }
+    double mean() const { return sum / area; }
+  };
+
+  double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
+  void draw_in(const RayPlan::Window& window, std::size_t first, std::size_t count,
                std::vector<float>& errors) const;
 
   const FluxOptions& options_;
   const RayPlan& plan_;
   std::vector<float> scale_;       // by rank: of an error to that of a single ray; 0: left out
   std::vector<float> normalised_;  // by rank: half differences on that scale
+  std::vector<Whole> wholes_;      // by the first rank of a block
 };
 
 /// The mean over the elements of a facet, by area, of a quantity given by rank.

@@ -115,15 +115,13 @@ void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y)
     if constexpr (Columns == any_number) sum.resize(columns());
     for (std::size_t i = begin; i < end; ++i) {
       std::fill(sum.begin(), sum.end(), Number{0});
-      for (std::uint64_t k = matrix_.first[i]; k < matrix_.first[i + 1]; ++k) {
-        const std::size_t hit = matrix_.hits[k];
-        if (hit >= matrix_.size()) continue;
+      matrix_.for_each_part(i, [&](std::size_t hit, double part) {
+        if (hit >= matrix_.size()) return;
         const Number* row = &scaled_[hit * columns()];
-        for (std::size_t c = 0; c < columns(); ++c) sum[c] += row[c];
-      }
-      const Number rays = static_cast<Number>(matrix_.first[i + 1] - matrix_.first[i]);
+        for (std::size_t c = 0; c < columns(); ++c) sum[c] += static_cast<Number>(part) * row[c];
+      });
       for (std::size_t c = 0; c < columns(); ++c)
-        y[i * columns() + c] = x[i * columns() + c] - sum[c] / rays;
+        y[i * columns() + c] = x[i * columns() + c] - sum[c];
     }
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -10,15 +11,34 @@ namespace scarp {
 
 /// Which facets a facet sees: for each row, the facets that rays from it arrived on.
 ///
-/// The matrix K has K(i, j) = the part of row i's rays that arrived on j. Rays that arrived on no
-/// facet (hit >= size) count in the row's number of rays only.
+/// The matrix K has K(i, j) = the sum over row i's rays that arrived on j of their weights, times
+/// the row's scale for the set to which the ray belongs. Rays that arrived on no facet (hit >=
+/// size) have no part in it.
 ///
-/// Shape: row i holds hits[first[i]] to hits[first[i + 1] - 1]; every row has a ray.
+/// Shape: row i holds rays[first[i]] to rays[first[i + 1] - 1], in turn of its first and its second
+///        set; every row has a ray of each.
 struct ExchangeMatrix {
+  struct Ray {
+    std::uint32_t hit = 0;
+    float weight = 1;
+    bool operator==(const Ray&) const = default;
+  };
   std::vector<std::uint64_t> first;
-  std::vector<std::uint32_t> hits;
+  std::vector<Ray> rays;
+  std::vector<std::array<double, 2>> scale;
 
-  std::size_t size() const { return first.empty() ? 0 : first.size() - 1; }
+  std::size_t size() const { return scale.size(); }
+  std::span<const Ray> row(std::size_t i) const {
+    return std::span(rays).subspan(first[i], first[i + 1] - first[i]);
+  }
+  /// Calls use(hit, part) for each of a row's rays, hits on no facet included.
+  template <class Use>
+  void for_each_part(std::size_t i, const Use& use) const {
+    for (std::uint64_t k = first[i]; k < first[i + 1]; k += 2) {
+      use(rays[k].hit, scale[i][0] * static_cast<double>(rays[k].weight));
+      use(rays[k + 1].hit, scale[i][1] * static_cast<double>(rays[k + 1].weight));
+    }
+  }
 };
 
 class CoarseExchange;

@@ -8,6 +8,7 @@
 #include "flux/error_draws.h"
 #include "flux/facet_values.h"
 #include "flux/kept_hits.h"
+#include "flux/portable_math.h"
 #include "flux/view.h"
 
 namespace scarp {
@@ -29,16 +30,30 @@ constexpr double clearly_missed = 1.25;
 
 // How many rays of each element tell where its error goes on to: a few percent of the error are
 // nothing, and these take most of the time that the draws take.
-constexpr std::uint64_t rays_for_draws = 32;
+constexpr std::size_t rays_for_draws = 32;
+
+double seen_of_elements(const ExchangeMatrix& matrix, std::size_t row) {
+  double sum = 0;
+  matrix.for_each_part(row, [&](std::size_t hit, double part) {
+    if (hit < matrix.size()) sum += part;
+  });
+  return sum;
+}
 
 ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
   ExchangeMatrix few;
   few.first.push_back(0);
   for (std::size_t i = 0; i < matrix.size(); ++i) {
-    const auto begin = matrix.hits.begin() + static_cast<std::ptrdiff_t>(matrix.first[i]);
-    const std::uint64_t rays = std::min(matrix.first[i + 1] - matrix.first[i], rays_for_draws);
-    few.hits.insert(few.hits.end(), begin, begin + static_cast<std::ptrdiff_t>(rays));
-    few.first.push_back(few.hits.size());
+    const auto rays = matrix.row(i);
+    const auto part = rays.first(std::min(rays.size(), rays_for_draws));
+    few.rays.insert(few.rays.end(), part.begin(), part.end());
+    few.first.push_back(few.rays.size());
+    few.scale.push_back(matrix.scale[i]);
+  }
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    const double seen = seen_of_elements(few, i);
+    const double more = seen > 0 ? seen_of_elements(matrix, i) / seen : 0;
+    for (double& scale : few.scale[i]) scale *= more;
   }
   return few;
 }
@@ -57,29 +72,51 @@ struct Solution {
   std::size_t draws = 0;         // how many there are
 };
 
+// What one set of an element's rays tells of all that it sees.
+struct Told {
+  double flux = 0;
+  double out = 0;
+};
+
+// What a set lacks it takes from the other, as the rows of the matrix do.
+// Shape: direct, the sums of weights of the sets; leaves, what leaves each element.
+std::array<Told, set_count> told_by_sets(const ExchangeMatrix& matrix, std::size_t row,
+                                         std::span<const float> direct,
+                                         std::span<const double> leaves) {
+  std::array<Told, set_count> others{};
+  const auto rays = matrix.row(row);
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    const auto weight = static_cast<double>(rays[k].weight);
+    if (rays[k].hit < matrix.size()) {
+      others[k % set_count].flux += weight * leaves[rays[k].hit];
+    } else if (rays[k].hit != matrix.size() + to_sky) {
+      others[k % set_count].out += weight;
+    }
+  }
+  const SetSums sums = sums_of_sets(matrix, row);
+  const double per_ray = static_cast<double>(set_count) / static_cast<double>(rays.size());
+  std::array<Told, set_count> told{};
+  for (std::size_t set = 0; set < set_count; ++set) {
+    const std::size_t other = 1 - set;
+    const double lacking = sums[other].others > 0 ? sums[set].lacking / sums[other].others : 0;
+    told[set] = {.flux = per_ray * (static_cast<double>(direct[set]) + others[set].flux +
+                                    lacking * others[other].flux),
+                 .out = per_ray * (sums[set].sky + others[set].out + lacking * others[other].out)};
+  }
+  return told;
+}
+
 HalfDifferences half_differences(const View& view, const std::vector<float>& direct,
-                                 std::span<const float> reemitted,
-                                 const std::vector<double>& flux) {
+                                 std::span<const double> leaves) {
+  static_assert(set_count == 2);
   const ExchangeMatrix& matrix = view.matrix;
   HalfDifferences halves{std::vector<double>(matrix.size()), std::vector<double>(matrix.size())};
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      double sum = 0;
-      double out = 0;
-      for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-        const std::uint32_t j = matrix.hits[k];
-        const double sign = k % set_count == 0 ? 1 : -1;
-        if (j < matrix.size()) {
-          sum += sign * reemitted[j] * flux[j];
-        } else {
-          out += sign;
-        }
-      }
-      const auto rays = static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
-      const double of_direct = static_cast<double>(direct[i * set_count]) -
-                               static_cast<double>(direct[i * set_count + 1]);
-      halves.flux[i] = (of_direct + sum) / rays;
-      halves.out[i] = out / rays;
+      const auto told =
+          told_by_sets(matrix, i, std::span(direct).subspan(i * set_count, set_count), leaves);
+      halves.flux[i] = (told[0].flux - told[1].flux) / 2;
+      halves.out[i] = (told[0].out - told[1].out) / 2;
     }
   });
   return halves;
@@ -154,12 +191,16 @@ class Gathered {
  private:
   FluxSpread spread() const;
   FluxAudit audit() const;
+  double leaves(std::size_t rank) const {
+    return static_cast<double>(reemitted_[rank]) * solution_.flux[rank] + emission_[rank];
+  }
   ErrorDraws error_draws(std::span<const double> halves) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;
   const View& view_;
   std::vector<float> reemitted_;
+  std::vector<double> emission_;
   Solution solution_;
   double unseen_ = 0;
 };
@@ -174,14 +215,34 @@ std::vector<float> reemitted_parts(const FluxProblem& problem, const RayPlan& pl
   return reemitted;
 }
 
-// The direct flux on every element, by rank.
-std::vector<double> mean_direct(const RayPlan& plan, const std::vector<float>& direct) {
-  std::vector<double> mean(plan.size());
-  for (std::size_t k = 0; k < direct.size(); ++k) {
-    const std::size_t rank = k / set_count;
-    mean[rank] += static_cast<double>(direct[k]) / (plan.rays(rank) * set_count);
-  }
-  return mean;
+// What elements emit of their own, by rank.
+std::vector<double> emission_of(const FluxProblem& problem, const RayPlan& plan) {
+  std::vector<double> emission(plan.size());
+  const std::vector<float>& of_facets = problem.species.emission;
+  if (of_facets.empty()) return emission;
+  for (std::size_t rank = 0; rank < emission.size(); ++rank)
+    emission[rank] = plan.elements().mean(
+        plan.element_at(rank), [&](std::uint32_t f) { return static_cast<double>(of_facets[f]); });
+  return emission;
+}
+
+// What every element, by rank, sees of the source and of what elements emit.
+std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const float> direct,
+                               std::span<const double> emission) {
+  std::vector<double> flux(matrix.size());
+  parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      double of_source = 0;
+      for (std::size_t set = 0; set < set_count; ++set)
+        of_source += static_cast<double>(direct[i * set_count + set]);
+      double of_elements = 0;
+      matrix.for_each_part(i, [&](std::size_t hit, double part) {
+        if (hit < matrix.size()) of_elements += part * emission[hit];
+      });
+      flux[i] = of_source / static_cast<double>(matrix.row(i).size()) + of_elements;
+    }
+  });
+  return flux;
 }
 
 // The flux on every facet, without its error.
@@ -189,22 +250,31 @@ std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan&
                                       const FacetValues& values, const View& view,
                                       const std::vector<float>& direct) {
   const std::vector<float> reemitted = reemitted_parts(problem, plan);
-  const std::vector<double> flux = ExchangeSolver(view.matrix, reemitted)
-                                       .solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
+  const std::vector<double> flux =
+      ExchangeSolver(view.matrix, reemitted)
+          .solve<double>(first_flux(view.matrix, direct, emission_of(problem, plan)), 1,
+                         mean_tolerance);
   const auto arrivals = OnFacets(plan, values, flux).of<double, 1>(flux);
   return {arrivals.begin(), arrivals.end()};
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
                    const std::vector<float>& direct)
-    : problem_(problem), plan_(plan), view_(view), reemitted_(reemitted_parts(problem, plan)) {
+    : problem_(problem),
+      plan_(plan),
+      view_(view),
+      reemitted_(reemitted_parts(problem, plan)),
+      emission_(emission_of(problem, plan)) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     const auto rays = static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = ExchangeSolver(view.matrix, reemitted_)
-                       .solve<double>(mean_direct(plan, direct), 1, mean_tolerance);
-  solution_.halves = half_differences(view, direct, reemitted_, solution_.flux);
+  solution_.flux =
+      ExchangeSolver(view.matrix, reemitted_)
+          .solve<double>(first_flux(view.matrix, direct, emission_), 1, mean_tolerance);
+  std::vector<double> leaving(plan.size());
+  for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
+  solution_.halves = half_differences(view, direct, leaving);
   solution_.deviation.resize(plan.size() * draw_count);
 }
 
@@ -230,40 +300,16 @@ void Gathered::draw(std::size_t count) {
   }
 }
 
-// The ends of an element's rays that met no facet, as parts of all of them.
+// What an element sees that is no facet, as parts of all it sees.
 std::array<double, fate_count> ends_of(const ExchangeMatrix& matrix, std::size_t row) {
   std::array<double, fate_count> ends{};
-  const auto rays = static_cast<double>(matrix.first[row + 1] - matrix.first[row]);
-  for (std::uint64_t k = matrix.first[row]; k < matrix.first[row + 1]; ++k)
-    if (matrix.hits[k] >= matrix.size()) ends[matrix.hits[k] - matrix.size()] += 1 / rays;
-  return ends;
-}
-
-double emission_of(const FluxProblem& problem, const RayPlan& plan, std::size_t rank) {
-  const std::vector<float>& emission = problem.species.emission;
-  if (emission.empty()) return 0;
-  return plan.elements().mean(plan.element_at(rank),
-                              [&](std::uint32_t f) { return static_cast<double>(emission[f]); });
-}
-
-// What rays see of the source and of what facets emit.
-std::vector<float> seen_by_rays(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                                std::size_t index) {
-  std::vector<float> seen = view.direct[index];
-  if (problem.species.emission.empty()) return seen;
-  const ExchangeMatrix& matrix = view.matrix;
-  std::vector<float> emission(matrix.size());
-  for (std::size_t rank = 0; rank < emission.size(); ++rank)
-    emission[rank] = static_cast<float>(emission_of(problem, plan, rank));
-  parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-        const std::uint32_t j = matrix.hits[k];
-        if (j < matrix.size()) seen[i * set_count + k % set_count] += emission[j];
-      }
-    }
+  matrix.for_each_part(row, [&](std::size_t hit, double part) {
+    if (hit >= matrix.size()) ends[hit - matrix.size()] += part;
   });
-  return seen;
+  double of_sky = 0;
+  for (const WeightSums& sums : sums_of_sets(matrix, row)) of_sky += sums.sky;
+  ends[to_sky] = of_sky / static_cast<double>(matrix.row(row).size());
+  return ends;
 }
 
 // Books what the elements absorb and where their re-emitted particles end. In units of source
@@ -280,18 +326,18 @@ FluxAudit Gathered::audit() const {
     const double area = plan_.elements().area(element);
     const double arrives = area * solution_.flux[i];
     const double c = reemitted_[i];
-    const double leaves = arrives * c + area * emission_of(problem_, plan_, i);
+    const double leaving = area * leaves(i);
     audit.absorbed += arrives * (1 - c);
-    audit.escaped += leaves * ends[to_sky] - area * c * halves.flux[i] * halves.out[i];
-    audit.lost_back_face += leaves * ends[to_back];
-    audit.lost_below += leaves * ends[to_below];
-    audit.lost_side_limit += leaves * ends[to_side_limit];
+    audit.escaped += leaving * ends[to_sky] - area * c * halves.flux[i] * halves.out[i];
+    audit.lost_back_face += leaving * ends[to_back];
+    audit.lost_below += leaving * ends[to_below];
+    audit.lost_side_limit += leaving * ends[to_side_limit];
 
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       const double deviation = solution_.deviation[i * draw_count + draw];
       totals[draw] +=
-          area * deviation * (1 - c + c * out) + leaves * out_errors[i * draw_count + draw];
+          area * deviation * (1 - c + c * out) + leaving * out_errors[i * draw_count + draw];
     }
   }
   double squares = 0;
@@ -347,8 +393,7 @@ void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
   std::vector<std::vector<float>> arrivals(problems.size());
   do {
     for (std::size_t p = 0; p < problems.size(); ++p)
-      arrivals[p] = arrivals_on_facets(problems[p], plan, values, view,
-                                       seen_by_rays(problems[p], plan, view, p));
+      arrivals[p] = arrivals_on_facets(problems[p], plan, values, view, view.direct[p]);
   } while (settle(arrivals));
 }
 
@@ -358,7 +403,7 @@ struct NextRound {
   double growth = 1;  // of the number of rays
 };
 
-// The error of scrambled sets was seen to fall as n^-0.8 with their number of rays. Those of a
+// The error of scrambled sets was seen to fall as n^-0.83 with their number of rays. Those of a
 // round are sets of their own: x times as many as before bring the error of the mean of all down to
 // sqrt(1 + x^0.4) / (1 + x) of it, and if that takes many, the earlier ones do more harm than good.
 // A few more make another round unlikely.
@@ -367,8 +412,7 @@ NextRound next_round(double error, double target) {
   constexpr double worth_starting_anew = 3;
   constexpr double step = 0.05;
   const double ratio = error / (0.96 * target);
-  if (ratio > worth_starting_anew)
-    return {true, std::min(ratio * std::sqrt(std::sqrt(ratio)), most_growth)};
+  if (ratio > worth_starting_anew) return {true, std::min(portable_power(ratio, 1.2), most_growth)};
   double x = 2 * step;
   while (ratio * std::sqrt(1 + std::sqrt(x)) > 1 + x) x += step;
   return {false, 1 + x};
@@ -387,8 +431,9 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (is_diffuse && !options.two_dimensional) elements.join(problems.front().mesh);
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
-  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(std::uint32_t));
-  auto view = std::make_shared<const View>();
+  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(ExchangeMatrix::Ray));
+  const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;
+  auto view = std::make_shared<const View>(View{{}, {}, scouts});
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
     const double first = first_rays_per_element * static_cast<double>(elements.count());
@@ -402,7 +447,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     std::vector<FluxField> fields;
     double error = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
-      Gathered gathered(problems[p], plan, *view, seen_by_rays(problems[p], plan, *view, p));
+      Gathered gathered(problems[p], plan, *view, view->direct[p]);
       if (!is_last) {
         gathered.draw(draws_at_once);
         const double rough = gathered.target_measure();
@@ -419,6 +464,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     }
     if (is_last || error <= options.target_error) return fields;
     const auto [starts_anew, growth] = next_round(error, options.target_error);
+    rays = static_cast<double>(plan.total());
     if (starts_anew) {
       plan.restart();
       view = std::make_shared<const View>(View{{}, {}, view->flights});

@@ -18,9 +18,10 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// With F the flux on a facet, E its direct part, K the part of its view that each facet fills, s
 /// the sticking and G what facets emit of their own, F = E + K ((1 - s) F + G). Rays leave each
 /// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
-/// others K, and both serve all species at once. What an element (a piece of a facet no longer than
-/// three spacings, or some small facets together) re-emits is taken as constant on it; what arrives
-/// is linear across joined facets.
+/// others K, and both serve all species at once. Where hardly any sky is seen every fourth ray is
+/// aimed at it: these are the long flights along what is deep, on which the flux there depends.
+/// What an element (a piece of a facet no longer than three spacings, or some small facets together)
+/// re-emits is taken as constant on it; what arrives is linear across joined facets.
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its
@@ -37,7 +38,7 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per element exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
-///         for the solves; 4 bytes per ray and 500 per element. Rounds that miss the target cost a
+///         for the solves; 8 bytes per ray and 500 per element. Rounds that miss the target cost a
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).

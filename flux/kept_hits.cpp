@@ -15,7 +15,7 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
                                            const RayPlan& plan,
                                            std::shared_ptr<const View> earlier) {
   const auto send = [&] {
-    sent_ += plan.total() - earlier->matrix.hits.size();
+    sent_ += plan.total() - earlier->matrix.rays.size();
     return std::make_shared<const View>(scarp::look(problems, plan, *earlier));
   };
   const auto can_keep = [](const FluxProblem& each) { return can_keep_hits(each.species); };
@@ -35,11 +35,11 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
     known_.push_back(now);
     return now.view;
   }
-  if (found->view->flights == earlier->flights + plan.total() - earlier->matrix.hits.size())
+  if (found->view->flights == earlier->flights + plan.total() - earlier->matrix.rays.size())
     return found->view;
   // After a new start the flights of rays that were given up count as well.
   View view = *found->view;
-  view.flights = earlier->flights + plan.total() - earlier->matrix.hits.size();
+  view.flights = earlier->flights + plan.total() - earlier->matrix.rays.size();
   return std::make_shared<const View>(std::move(view));
 }
 

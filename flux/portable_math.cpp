@@ -7,8 +7,6 @@
 
 namespace scarp {
 
-namespace {
-
 // ln(m) = 2 atanh((m - 1) / (m + 1)); |s| <= 0.172 for m in [sqrt(1/2), sqrt(2)], so nine terms
 // leave 1e-16.
 double portable_log(double x) {
@@ -24,8 +22,6 @@ double portable_log(double x) {
   for (int k = 19; k >= 1; k -= 2) sum = sum * s2 + 1.0 / k;
   return exponent * std::numbers::ln2 + 2 * s * sum;
 }
-
-}  // namespace
 
 double portable_exp(double x) {
   // Beyond 800 it is zero or infinite.

@@ -18,6 +18,8 @@ constexpr std::uint32_t most_in_set = 1U << 16;
 // Longer blocks hardly help more: places further apart see too different things.
 constexpr std::uint32_t longest_block = 16;
 
+constexpr std::size_t blocks_in_window = 4;
+
 int main_direction_of(const RayScene& scene, const Elements& elements, std::uint32_t element) {
   return main_direction(scene.normal(elements.piece(elements.pieces_of(element).front()).facet));
 }
@@ -52,10 +54,24 @@ void RayPlan::make_blocks(const RayScene& scene) {
     const int direction = main_direction_of(scene, *elements_, element_at_[rank]);
     if (blocks_.empty() || blocks_.back().size() == longest_block ||
         blocks_.back().main_direction != direction)
-      blocks_.push_back({rank, rank, direction});
+      blocks_.push_back({.begin = rank, .main_direction = direction});
     blocks_.back().end = rank + 1;
     block_of_[rank] = static_cast<std::uint32_t>(blocks_.size() - 1);
   }
+  for (const Block& block : blocks_) {
+    if (!windows_.empty() && windows_.back().size() < blocks_in_window &&
+        windows_.back().front().main_direction == block.main_direction) {
+      windows_.back() = {windows_.back().data(), windows_.back().size() + 1};
+    } else {
+      windows_.push_back({&block, 1});
+    }
+  }
+}
+
+void RayPlan::aim_at_sky(const Window& window) {
+  for (Block& block : std::span(blocks_).subspan(
+           static_cast<std::size_t>(window.data() - blocks_.data()), window.size()))
+    block.aims_at_sky = true;
 }
 
 // Small ones beside an edge are as well known as if their facets were not joined.
@@ -114,10 +130,15 @@ RayPlan::Place RayPlan::place(std::size_t rank, std::uint32_t index) const {
   while (index < earlier_[sequence].rays[rank]) --sequence;
   const auto& next = sequence + 1 < earlier_.size() ? earlier_[sequence + 1].first : first_;
   const auto& before = earlier_[sequence].first;
-  const std::size_t block = block_of(rank).begin;
-  const std::uint64_t of_others = next[rank] - next[block] - (before[rank] - before[block]);
-  return {static_cast<std::uint32_t>(sequence),
-          static_cast<std::uint32_t>(of_others) + index - earlier_[sequence].rays[rank]};
+  const Block& block = block_of(rank);
+  const std::uint64_t of_others =
+      next[rank] - next[block.begin] - (before[rank] - before[block.begin]);
+  const auto number = static_cast<std::uint32_t>(of_others) + index - earlier_[sequence].rays[rank];
+  const auto round = static_cast<std::uint32_t>(sequence);
+  if (!block.aims_at_sky) return {round, number, false};
+  const std::uint32_t skyward = number / rays_per_skyward;  // before this one
+  const bool is_skyward = number % rays_per_skyward == rays_per_skyward - 1;
+  return {round, is_skyward ? skyward : number - skyward, is_skyward};
 }
 
 std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,

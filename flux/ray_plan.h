@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "flux/elements.h"
@@ -20,12 +21,17 @@ inline constexpr double longest_element_edge = 3;
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
 /// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
 /// Elements in a row are blocks, which take their rays from one sequence, one element after the
-/// other: rays of neighbours fill each other's gaps.
+/// other: rays of neighbours fill each other's gaps. From blocks that hardly see the sky some rays
+/// are aimed at it.
 class RayPlan {
  public:
   static constexpr std::uint32_t least_set = 2;  ///< twice of it where facets are joined
+  /// Every so many rays of a block that aims at the sky one does.
+  static constexpr std::uint32_t rays_per_skyward = 4;
 
   RayPlan(const RayScene& scene, const Elements& elements);
+  RayPlan(const RayPlan&) = delete;
+  RayPlan& operator=(const RayPlan&) = delete;
 
   /// As many rays per area everywhere, since errors are judged on patches of the same area: even
   /// numbers, mixed for the right mean (powers of two make better sets, but a mixture of two of
@@ -51,15 +57,21 @@ class RayPlan {
     std::uint32_t begin = 0;  ///< first rank
     std::uint32_t end = 0;
     int main_direction = 0;
+    bool aims_at_sky = false;
     std::uint32_t size() const { return end - begin; }
   };
-  const std::vector<Block>& blocks() const { return blocks_; }
+  /// Up to four blocks in a row with the same main direction.
+  using Window = std::span<const Block>;
+  std::span<const Window> windows() const { return windows_; }
   const Block& block_of(std::size_t rank) const { return blocks_[block_of_[rank]]; }
-  /// Where a ray has its place among those of the elements of its block, which share a sequence in
-  /// each set; every call of grow begins others.
+  /// Before any rays are planned.
+  void aim_at_sky(const Window& window);
+  /// Where a ray has its place among those of its kind from the elements of its block, which share
+  /// a sequence in each set; every call of grow begins others.
   struct Place {
     std::uint32_t sequence = 0;
     std::uint32_t number = 0;
+    bool is_skyward = false;
   };
   Place place(std::size_t rank, std::uint32_t index) const;
   /// Number of rays in one set of all ranks before this one.
@@ -80,6 +92,7 @@ class RayPlan {
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;
   std::vector<Block> blocks_;
+  std::vector<Window> windows_;
   std::vector<std::uint32_t> block_of_;  // per rank
   std::vector<std::uint32_t> rays_;
   std::vector<std::uint64_t> first_;

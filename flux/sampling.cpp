@@ -43,7 +43,25 @@ Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
   return normalized(Vec3d{x * stretch, y * stretch, -cosine});
 }
 
+// The square s of a skyward direction's slope has a density of 1 / (s + narrow) up to widest.
+constexpr double narrow = 4e-3;
+constexpr double widest = 4;
+const double skyward_range = portable_log(1 + widest / narrow);
+
 }  // namespace
+
+Vec3d sample_skyward(UnitSquare xi) {
+  const double slope = std::sqrt(narrow * (portable_exp(xi.xi1 * skyward_range) - 1));
+  const auto [sine, cosine] = sample_azimuth(xi.xi2);
+  return normalized(Vec3d{slope * cosine, slope * sine, 1});
+}
+
+double skyward_density(Vec3d u) {
+  if (u.z <= 0) return 0;
+  const double s = (u.x * u.x + u.y * u.y) / (u.z * u.z);
+  if (s > widest) return 0;
+  return 1 / (std::numbers::pi * skyward_range * (s + narrow) * u.z * u.z * u.z);
+}
 
 Vec3d about_axis(double x, double y, double height, Vec3d axis) {
   // On walls x is down, whichever way they face: all see as much at the same numbers.

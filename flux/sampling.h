@@ -23,6 +23,12 @@ Vec3d sample_source(UnitSquare xi, double power);
 /// A unit direction with a tabulated density about -z.
 Vec3d sample_source(UnitSquare xi, const PolarDensity& density);
 
+/// A unit direction about the vertical, the logarithm of whose slope is nearly uniform: from deep
+/// down, openings of all widths are met about as often. Slopes are below 2.
+Vec3d sample_skyward(UnitSquare xi);
+/// Its density by solid angle.
+double skyward_density(Vec3d u);
+
 /// The vector with components x and y across a unit vector and `height` along it. Across steep
 /// walls x points down, elsewhere where the axis says. Source: Duff et al. 2017, "Building an
 /// orthonormal basis, revisited".

@@ -1,6 +1,7 @@
 #include "flux/shots.h"
 
 #include <algorithm>
+#include <numbers>
 #include <optional>
 
 #include "core/random.h"
@@ -31,12 +32,13 @@ Shooter::Shooter(const FluxProblem& problem, const RayPlan& plan, Law law)
       user_(law == Law::lambert ? 0xFFFFFFFFU : ~problem.species_index - 1),
       leans_(law == Law::lambert ? 0 : leaning_sides(problem.species.source, problem.options)) {}
 
-Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence) const {
+Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence, Use use) const {
   static_assert(set_count == 2);
   const FluxOptions& options = problem_.options;
-  RandomStream random(
-      {options.seed, options.time_step, user_,
-       std::uint64_t{sequence} << 56 | plan_.element_at(plan_.block_of(rank).begin)});
+  RandomStream random({options.seed, options.time_step, user_,
+                       std::uint64_t{sequence} << 56 |
+                           std::uint64_t{static_cast<unsigned>(use)} << 48 |
+                           plan_.element_at(plan_.block_of(rank).begin)});
   const auto set = [&] {
     std::array<std::uint32_t, 4> seeds{};
     for (std::uint32_t& seed : seeds) seed = random.bits();
@@ -47,33 +49,59 @@ Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence) const {
 
 // All images are tried: a ray counts if it was mirrored at the sides of its own.
 void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const {
-  std::optional<Sets> sets;
-  std::uint32_t sequence = 0;
+  struct OfSequence {
+    std::uint32_t sequence = 0;
+    Sets sets;
+  };
+  std::array<std::optional<OfSequence>, 2> known;  // by whether they are aimed at the sky
+  const std::size_t begin = shots.size();
+  std::uint32_t skyward = 0;
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
     const RayPlan::Place place = plan_.place(rank, index);
-    if (!sets || sequence != place.sequence) sets = sets_of(rank, sequence = place.sequence);
+    const Use use = place.is_skyward ? Use::skyward_rays : Use::rays;
+    if (place.is_skyward) ++skyward;
+    auto& of_kind = known[place.is_skyward ? 1 : 0];
+    if (!of_kind || of_kind->sequence != place.sequence)
+      of_kind = OfSequence{place.sequence, sets_of(rank, place.sequence, use)};
     for (std::uint16_t set = 0; set < set_count; ++set) {
+      const auto xi = of_kind->sets[set].point(place.number);
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
-        shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image},
-                             (*sets)[set].point(place.number)));
+        shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, use, xi));
         const Shot& last = shots.back();
-        if (law_ == Law::lobe && dot(last.u, problem_.normal(last.ray.from)) <= 0) shots.pop_back();
+        const bool may_miss = law_ == Law::lobe || place.is_skyward;
+        if (may_miss && dot(last.u, problem_.normal(last.ray.from)) <= 0) shots.pop_back();
       }
     }
   }
+  if (skyward > 0) weigh(std::span(shots).subspan(begin), skyward, plan_.rays(rank) - first);
+}
+
+void Shooter::weigh(std::span<Shot> shots, std::uint32_t skyward, std::uint32_t rays) const {
+  for (Shot& shot : shots) {
+    const double by_lambert = dot(shot.u, problem_.normal(shot.ray.from)) / std::numbers::pi;
+    const double by_all = (rays - skyward) * by_lambert + skyward * skyward_density(shot.u);
+    shot.weight = static_cast<float>(rays * by_lambert / by_all);
+  }
+}
+
+Shot Shooter::scout(std::size_t rank) const {
+  const auto number = static_cast<std::uint32_t>(rank - plan_.block_of(rank).begin);
+  return shot({.rank = static_cast<std::uint32_t>(rank)}, Use::scouts,
+              sets_of(rank, 0, Use::scouts)[0].point(number));
 }
 
 Shot Shooter::shot(const ShotName& name) const {
-  const auto [sequence, number] = plan_.place(name.rank, name.index);
-  return shot(name, sets_of(name.rank, sequence)[name.set].point(number));
+  const auto [sequence, number, is_skyward] = plan_.place(name.rank, name.index);
+  const Use use = is_skyward ? Use::skyward_rays : Use::rays;
+  return shot(name, use, sets_of(name.rank, sequence, use)[name.set].point(number));
 }
 
-Shot Shooter::shot(const ShotName& name, const std::array<double, 4>& xi) const {
+Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const {
   const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
   const auto& [a, b, c] = piece.corners;
   const Vec3d weights = sample_triangle({xi2, xi[3]});
-  const Vec3d u = direction(name, piece.facet, {xi[0], xi[1]});
+  const Vec3d u = direction(name, use, piece.facet, {xi[0], xi[1]});
   return {.name = name,
           .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,
@@ -94,7 +122,8 @@ std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t elemen
   return {piece, pieces.size() == 1 ? xi : std::min((place - below[k]) / piece.area, 1.0)};
 }
 
-Vec3d Shooter::direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const {
+Vec3d Shooter::direction(const ShotName& name, Use use, std::uint32_t facet, UnitSquare xi) const {
+  if (use == Use::skyward_rays) return sample_skyward(xi);
   if (law_ == Law::lambert) return sample_cosine(xi, problem_.normal(facet));
   // The streams of an element's rays lie between those of its block's sequences.
   const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,19 +26,28 @@ struct Shot {
   ShotName name;
   Ray ray;
   Vec3d u;  ///< its direction in space, before projection to a cross-section
+  /// What it stands for of the element's view by Lambert's law, where 1 is the part of one ray in
+  /// all.
+  float weight = 1;
 };
 
 /// The rays of a plan, in scrambled Sobol sets of their own for each block of elements.
+///
+/// Where some are aimed at the sky, all are weighed by the balance heuristic (Veach and Guibas
+/// 1995).
 class Shooter {
  public:
   enum class Law {
     lambert,  ///< by the cosine about the normal; the same for all species
-    lobe,     ///< against particles that leave the source; those behind the facet are left out
+    lobe,     ///< against particles that leave the source
   };
   Shooter(const FluxProblem& problem, const RayPlan& plan, Law law);
 
-  /// Adds the rays of an element from number `first` of each set.
+  /// Adds the rays of an element from number `first` of each set, but for those that leave into
+  /// the solid.
   void shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const;
+  /// A ray by Lambert's law that is not one of the plan's.
+  Shot scout(std::size_t rank) const;
   /// One of them again.
   Shot shot(const ShotName& name) const;
 
@@ -47,12 +57,15 @@ class Shooter {
   bool meets_source(const Shot& shot, const Flight& flight) const;
 
  private:
+  // What points are used for.
+  enum class Use : std::uint8_t { rays, skyward_rays, scouts };
   using Sets = std::array<ScrambledSobol, set_count>;
 
-  Sets sets_of(std::size_t rank, std::uint32_t sequence) const;
-  Shot shot(const ShotName& name, const std::array<double, 4>& xi) const;
+  Sets sets_of(std::size_t rank, std::uint32_t sequence, Use use) const;
+  Shot shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const;
+  void weigh(std::span<Shot> shots, std::uint32_t skyward, std::uint32_t rays) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
-  Vec3d direction(const ShotName& name, std::uint32_t facet, UnitSquare xi) const;
+  Vec3d direction(const ShotName& name, Use use, std::uint32_t facet, UnitSquare xi) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;

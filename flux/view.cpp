@@ -13,6 +13,9 @@ namespace {
 // Rays. The memory that more of them need would be asked for anew for each pool.
 constexpr std::size_t pool_size = std::size_t{1} << 12;
 
+// Rays by Lambert's law that see more of the sky than this see it well enough.
+constexpr double little_sky = 0.05;
+
 // The part of the direct flux that a ray to the sky along u stands for. Under a Lambert source rays
 // by Lambert's law all count the same; otherwise they share the work with rays along the lobe.
 double lobe_weight(Vec3d u, Vec3d n, const SourceLobe& source) {
@@ -63,29 +66,29 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
   const std::vector<Shot> shots = shoot(begin, end, shooter);
   const std::vector<Flight> flights = shooter.fly(shots);
   const auto element_count = static_cast<std::uint32_t>(plan_.elements().count());
+  const auto hit_of = [&](const Flight& flight) {
+    switch (flight.end) {
+      case Flight::End::front:
+        return plan_.rank_at(flight.facet, flight.r);
+      case Flight::End::back:
+        return element_count + to_back;
+      case Flight::End::below:
+        return element_count + to_below;
+      case Flight::End::side_limit:
+        return element_count + to_side_limit;
+      case Flight::End::sky:
+        break;
+    }
+    return element_count + to_sky;
+  };
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const auto& [rank, index, set, image] = shots[i].name;
-    std::uint32_t& hit = view.matrix.hits[(plan_.first(rank) + index) * set_count + set];
-    switch (flights[i].end) {
-      case Flight::End::front:
-        hit = plan_.rank_at(flights[i].facet, flights[i].r);
-        break;
-      case Flight::End::back:
-        hit = element_count + to_back;
-        break;
-      case Flight::End::below:
-        hit = element_count + to_below;
-        break;
-      case Flight::End::side_limit:
-        hit = element_count + to_side_limit;
-        break;
-      case Flight::End::sky:
-        hit = element_count + to_sky;
-        for (std::size_t p = 0; p < problems_.size(); ++p) {
-          const double weight = sky_weight(shots[i], flights[i], problems_[p]);
-          view.direct[p][rank * set_count + set] += static_cast<float>(weight);
-        }
-    }
+    const float weight = shots[i].weight;
+    view.matrix.rays[(plan_.first(rank) + index) * set_count + set] = {hit_of(flights[i]), weight};
+    if (flights[i].end != Flight::End::sky) continue;
+    for (std::size_t p = 0; p < problems_.size(); ++p)
+      view.direct[p][rank * set_count + set] +=
+          weight * static_cast<float>(sky_weight(shots[i], flights[i], problems_[p]));
   }
 }
 
@@ -109,32 +112,52 @@ std::uint32_t Viewer::seen(std::size_t rank) const {
   return static_cast<std::uint32_t>((first[rank + 1] - first[rank]) / set_count);
 }
 
-std::uint64_t Viewer::new_rays() const { return plan_.total() - earlier_.matrix.hits.size(); }
+std::uint64_t Viewer::new_rays() const { return plan_.total() - earlier_.matrix.rays.size(); }
+
+// With M the mean over a set's rays that did not reach the sky, and 1 - R what the weights of all
+// its rays lack to make up a whole, a set says sum + (1 - R) M. Where M is that of the other set,
+// which does not know this R, that is right on average however few the rays are.
+void scale_rows(ExchangeMatrix& matrix) {
+  static_assert(set_count == 2);
+  parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const SetSums sums = sums_of_sets(matrix, i);
+      for (std::size_t set = 0; set < set_count; ++set) {
+        const double others = sums[set].others;
+        const double lacking = others > 0 ? sums[1 - set].lacking / others : 0;
+        matrix.scale[i][set] = (1 + lacking) / static_cast<double>(matrix.row(i).size());
+      }
+    }
+  });
+}
 
 View Viewer::look() const {
   View view;
   const std::size_t size = plan_.size();
-  view.matrix.first.resize(size + 1);
+  ExchangeMatrix& matrix = view.matrix;
+  matrix.scale.resize(size);
+  matrix.first.resize(size + 1);
   for (std::size_t rank = 0; rank <= size; ++rank)
-    view.matrix.first[rank] = plan_.first(rank) * set_count;
-  view.matrix.hits.resize(plan_.total());
-  for (std::size_t rank = 0; rank < size; ++rank) {
-    if (earlier_.matrix.first.empty()) break;
-    std::copy_n(
-        earlier_.matrix.hits.begin() + static_cast<std::ptrdiff_t>(earlier_.matrix.first[rank]),
-        seen(rank) * set_count,
-        view.matrix.hits.begin() + static_cast<std::ptrdiff_t>(view.matrix.first[rank]));
-  }
+    matrix.first[rank] = plan_.first(rank) * set_count;
+  matrix.rays.resize(plan_.total());
   view.direct = earlier_.direct;
   view.direct.resize(problems_.size(), std::vector<float>(size * set_count));
 
   const std::size_t grain =
       std::max<std::size_t>(1, pool_size * size / std::max<std::uint64_t>(1, new_rays()));
   parallel_for(size, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t rank = begin; rank < end; ++rank) {
+      const auto row =
+          std::span(matrix.rays)
+              .subspan(matrix.first[rank], matrix.first[rank + 1] - matrix.first[rank]);
+      std::ranges::fill(row, ExchangeMatrix::Ray{static_cast<std::uint32_t>(rank), 0});
+      if (seen(rank) > 0) std::ranges::copy(earlier_.matrix.row(rank), row.begin());
+    }
     view_by_lambert(begin, end, view);
     for (std::size_t p = 0; p < problems_.size(); ++p)
       if (is_looked_for(problems_[p])) view_by_lobe(begin, end, p, view);
   });
+  scale_rows(matrix);
   view.flights = earlier_.flights + new_rays();
   for (const FluxProblem& problem : problems_)
     if (is_looked_for(problem)) view.flights += new_rays();
@@ -145,6 +168,38 @@ View Viewer::look() const {
 
 bool is_looked_for(const FluxProblem& problem) {
   return problem.has_source() && !problem.species.source.is_lambert();
+}
+
+std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan) {
+  const Shooter shooter(problem, plan, Shooter::Law::lambert);
+  const std::span<const RayPlan::Window> windows = plan.windows();
+  std::vector<char> is_deep(windows.size());
+  parallel_for(windows.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t w = begin; w < end; ++w) {
+      std::vector<Shot> shots;
+      for (std::size_t rank = windows[w].front().begin; rank < windows[w].back().end; ++rank)
+        shots.push_back(shooter.scout(rank));
+      const auto to_the_sky =
+          std::ranges::count(shooter.fly(shots), Flight::End::sky, &Flight::end);
+      is_deep[w] = static_cast<double>(to_the_sky) < little_sky * static_cast<double>(shots.size());
+    }
+  });
+  for (std::size_t w = 0; w < windows.size(); ++w)
+    if (is_deep[w] != 0) plan.aim_at_sky(windows[w]);
+  return plan.size();
+}
+
+SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row) {
+  SetSums sums{};
+  const auto rays = matrix.row(row);
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    WeightSums& of_set = sums[k % set_count];
+    (rays[k].hit == matrix.size() + to_sky ? of_set.sky : of_set.others) +=
+        static_cast<double>(rays[k].weight);
+  }
+  for (WeightSums& of_set : sums)
+    of_set.lacking = static_cast<double>(rays.size() / set_count) - of_set.sky - of_set.others;
+  return sums;
 }
 
 View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,16 +17,34 @@ enum Fate : std::uint32_t { to_sky, to_back, to_below, to_side_limit, fate_count
 /// What the rays saw.
 ///
 /// Shape: row i of the matrix is the element of rank i; ray j of a set is its entry j * set_count +
-/// set. direct[p] holds at rank * set_count + set the sum of the weights of rays that reached the
-/// sky, for problem p; divided by the number of rays it is the direct flux.
+/// set, and one that left into the solid has no weight. direct[p] holds at rank * set_count + set
+/// the sum over rays that reached the sky of their weights times what they see, for problem p;
+/// divided by the number of rays it is the direct flux.
 struct View {
+  /// Rows are scaled such that what elements see of each other and of the sky make up a whole.
   ExchangeMatrix matrix;
   std::vector<std::vector<float>> direct;
   std::uint64_t flights = 0;
 };
 
+/// Of one set of an element's rays.
+struct WeightSums {
+  double sky = 0;      ///< of rays that reached the sky
+  double others = 0;   ///< of all others
+  double lacking = 0;  ///< what both lack of the number of rays
+};
+using SetSums = std::array<WeightSums, set_count>;
+SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row);
+
 /// Whether rays leave along the lobe of a problem's source as well.
 bool is_looked_for(const FluxProblem& problem);
+
+/// Has the blocks of a plan aim at the sky that hardly see it. Returns the flights this took, one
+/// per element.
+///
+/// From there rays by Lambert's law seldom meet the sky, on which all flux depends, and seldom fly
+/// far along what is deep, which is how particles get down.
+std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan);
 
 /// Sends the rays of a plan, except those that an earlier view with smaller sets already holds.
 ///

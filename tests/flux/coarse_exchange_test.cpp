@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "tests/flux/exchange_matrix.h"
 
 namespace scarp {
 namespace {
@@ -16,15 +17,13 @@ constexpr std::uint32_t rows = runs * run_length;
 // All rows of a run see the same parts of the runs and of the sky.
 ExchangeMatrix exchange_between_runs() {
   RandomStream random({.seed = 8});
-  ExchangeMatrix matrix;
+  std::vector<std::vector<std::uint32_t>> hits(rows);
   for (std::uint32_t i = 0; i < rows; ++i) {
-    matrix.first.push_back(matrix.hits.size());
     const std::uint32_t run = i / run_length;
     for (const std::uint32_t seen : {run, (run * 3 + 1) % runs, (run * 7 + 2) % (runs + 1)})
-      matrix.hits.push_back(seen * run_length + random.bits() % run_length);
+      hits[i].push_back(seen * run_length + random.bits() % run_length);
   }
-  matrix.first.push_back(matrix.hits.size());
-  return matrix;
+  return exchange_matrix(hits);
 }
 
 double of_run(std::uint32_t run, std::size_t column) {
@@ -39,9 +38,9 @@ TEST(CoarseExchange, SolvesForWhatIsConstantOnRuns) {
   for (std::uint32_t i = 0; i < rows; ++i) {
     for (std::size_t c = 0; c < columns; ++c) {
       double seen = 0;
-      for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k)
-        if (matrix.hits[k] < rows) seen += of_run(matrix.hits[k] / run_length, c);
-      b.push_back(of_run(i / run_length, c) - 0.75 * seen / 3);
+      for (const ExchangeMatrix::Ray& ray : matrix.row(i))
+        if (ray.hit < rows) seen += of_run(ray.hit / run_length, c);
+      b.push_back(of_run(i / run_length, c) - 0.75 * seen / 6);
     }
   }
   CoarseExchange(matrix, reemitted).correct(b, columns);
@@ -60,18 +59,16 @@ TEST(CoarseExchange, LeavesAloneWhatHasNoMeanOnRuns) {
 
 // Every third row of a run belongs to a void.
 TEST(CoarseExchange, PutsNothingIntoAVoid) {
-  ExchangeMatrix matrix;
+  std::vector<std::vector<std::uint32_t>> hits(rows);
   const auto in_void = [](std::uint32_t i) { return i % 3 == 0; };
   for (std::uint32_t i = 0; i < rows; ++i) {
-    matrix.first.push_back(matrix.hits.size());
     const std::uint32_t next = i % 3 == 1 ? i + 1 : i % 3 == 2 ? i + 2 : i + 3;
-    matrix.hits.push_back(next < rows ? next : i % 3 == 0 ? 0 : 1);
-    if (!in_void(i)) matrix.hits.push_back(rows);
+    hits[i].push_back(next < rows ? next : i % 3 == 0 ? 0 : 1);
+    if (!in_void(i)) hits[i].push_back(rows);
   }
-  matrix.first.push_back(matrix.hits.size());
   std::vector<double> x;
   for (std::uint32_t i = 0; i < rows; ++i) x.push_back(in_void(i) ? 0 : 1);
-  CoarseExchange(matrix, std::vector<float>(rows, 1)).correct(x, 1);
+  CoarseExchange(exchange_matrix(hits), std::vector<float>(rows, 1)).correct(x, 1);
   for (std::uint32_t i = 0; i < rows; ++i) {
     if (in_void(i)) {
       EXPECT_EQ(x[i], 0);

@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tests/flux/exchange_matrix.h"
 
 namespace scarp {
 namespace {
@@ -13,13 +14,10 @@ namespace {
 // Every row sees random others; a fifth of its rays ends in the sky.
 ExchangeMatrix random_exchange(std::uint32_t size, std::uint32_t rays) {
   RandomStream random({.seed = 3});
-  ExchangeMatrix matrix;
-  for (std::uint32_t i = 0; i < size; ++i) {
-    matrix.first.push_back(matrix.hits.size());
-    for (std::uint32_t k = 0; k < rays; ++k) matrix.hits.push_back(random.bits() % (size * 5 / 4));
-  }
-  matrix.first.push_back(matrix.hits.size());
-  return matrix;
+  std::vector<std::vector<std::uint32_t>> rows(size, std::vector<std::uint32_t>(rays));
+  for (auto& row : rows)
+    for (std::uint32_t& hit : row) hit = random.bits() % (size * 5 / 4);
+  return exchange_matrix(rows);
 }
 
 double norm(const std::vector<double>& x) {
@@ -30,7 +28,7 @@ double norm(const std::vector<double>& x) {
 
 // Two facing plates that lose a part p of their rays to the sky: x = 1 / (1 - (1 - p) c).
 TEST(Exchange, OfTwoPlatesHasTheGeometricSum) {
-  ExchangeMatrix matrix{.first = {0, 4, 8}, .hits = {1, 1, 1, 2, 0, 0, 0, 3}};
+  const ExchangeMatrix matrix = exchange_matrix({{1, 1, 1, 2}, {0, 0, 0, 3}});
   for (const float c : {0.0F, 0.5F, 1.0F}) {
     const std::vector<float> reemitted{c, c};
     const std::vector<double> b{1, 1};
@@ -44,11 +42,12 @@ std::vector<double> direct_part(const ExchangeMatrix& matrix, const std::vector<
                                 const std::vector<double>& x, std::size_t columns) {
   std::vector<double> b = x;
   for (std::size_t i = 0; i < matrix.size(); ++i) {
-    const auto rays = static_cast<double>(matrix.first[i + 1] - matrix.first[i]);
-    for (std::uint64_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-      const std::uint32_t j = matrix.hits[k];
+    const auto rays = matrix.row(i);
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      const auto [j, weight] = rays[k];
+      const double part = matrix.scale[i][k % 2] * static_cast<double>(weight);
       for (std::size_t c = 0; j < matrix.size() && c < columns; ++c)
-        b[i * columns + c] -= static_cast<double>(reemitted[j]) * x[j * columns + c] / rays;
+        b[i * columns + c] -= part * static_cast<double>(reemitted[j]) * x[j * columns + c];
     }
   }
   return b;
@@ -67,8 +66,13 @@ void expect_columns_near(const std::vector<double>& x, const std::vector<double>
   }
 }
 
+// Rays of all weights, in rows of all scales.
 TEST(Exchange, MeetsTheToleranceInAllColumns) {
-  const ExchangeMatrix matrix = random_exchange(3000, 8);
+  ExchangeMatrix matrix = random_exchange(3000, 8);
+  RandomStream weights({.seed = 6});
+  for (ExchangeMatrix::Ray& ray : matrix.rays) ray.weight = weights.uniform();
+  for (auto& scales : matrix.scale)
+    for (double& scale : scales) scale *= 0.5 + weights.uniform();
   std::vector<float> reemitted(3000, 0.99F);
   for (std::size_t i = 0; i < 1000; ++i) reemitted[i] = 1;
   constexpr std::size_t columns = 5;
@@ -87,18 +91,17 @@ TEST(Exchange, MeetsTheToleranceInAllColumns) {
 TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
   constexpr std::uint32_t size = 4000;
   RandomStream random({.seed = 5});
-  ExchangeMatrix matrix;
+  std::vector<std::vector<std::uint32_t>> rows(size);
   std::vector<double> x;
   for (std::uint32_t i = 0; i < size; ++i) {
-    matrix.first.push_back(matrix.hits.size());
     for (int k = 0; k < 8; ++k) {
       const int j = static_cast<int>(i) + static_cast<int>(random.bits() % 201) - 100;
       const bool is_out = j < 0;
-      matrix.hits.push_back(is_out ? size : std::min<std::uint32_t>(j, 2 * size - 1 - j));
+      rows[i].push_back(is_out ? size : std::min<std::uint32_t>(j, 2 * size - 1 - j));
     }
     x.push_back(1 - 0.9 * i / size);
   }
-  matrix.first.push_back(matrix.hits.size());
+  const ExchangeMatrix matrix = exchange_matrix(rows);
   const std::vector<float> reemitted(size, 0.9999F);
   const std::vector<double> b = direct_part(matrix, reemitted, x, 1);
   for (const double tolerance : {1e-2, 1e-5})
@@ -108,7 +111,7 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
 
 // Two rows that only see each other and keep everything have no source and stay at zero.
 TEST(Exchange, LeavesAClosedVoidWithoutStickingAtZero) {
-  const ExchangeMatrix matrix{.first = {0, 2, 4, 6}, .hits = {1, 1, 0, 0, 2, 3}};
+  const ExchangeMatrix matrix = exchange_matrix({{1, 1}, {0, 0}, {2, 3}});
   const std::vector<float> reemitted{1, 1, 1};
   const auto x =
       ExchangeSolver(matrix, reemitted).solve<double>(std::vector<double>{0, 0, 1}, 1, 1e-10);

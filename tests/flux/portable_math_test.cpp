@@ -25,6 +25,12 @@ TEST(PortablePower, AgreesWithTheLibrary) {
   EXPECT_EQ(portable_power(1e-6, 1000), 0);
 }
 
+TEST(PortableLog, AgreesWithTheLibrary) {
+  for (double x = 1e-9; x < 1e9; x *= 1.37)
+    EXPECT_NEAR(portable_log(x), std::log(x), 2e-15 * (1 + std::abs(std::log(x)))) << x;
+  EXPECT_EQ(portable_log(1), 0);
+}
+
 TEST(PortableExp, AgreesWithTheLibrary) {
   for (double x = -100; x <= 100; x += 0.37)
     EXPECT_NEAR(portable_exp(x), std::exp(x), 1e-13 * std::exp(x)) << x;

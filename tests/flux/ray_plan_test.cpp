@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
@@ -51,7 +53,7 @@ TEST(RayPlan, BlocksTakeTheirRaysFromOneSequence) {
   for (const double rays_per_area : {20.0, 30.0, 70.0}) {
     plan.grow(rays_per_area, 1'000'000);
     std::size_t next = 0;
-    for (const RayPlan::Block& block : plan.blocks()) {
+    for (const RayPlan::Block& block : plan.windows() | std::views::join) {
       EXPECT_EQ(block.begin, next);
       next = block.end;
       std::uint32_t number = 0;
@@ -76,6 +78,33 @@ TEST(RayPlan, BlocksTakeTheirRaysFromOneSequence) {
   EXPECT_EQ(plan.place(3, 0).sequence, 0U);
   plan.restart();
   EXPECT_EQ(plan.total(), 0U);
+}
+
+// Both kinds of a block that aims at the sky are numbered without gaps.
+TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
+  const exact::Shape shape = exact::trench(2);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  const Elements elements(scene, longest_element_edge);
+  RayPlan plan(scene, elements);
+  const RayPlan::Window aimed = plan.windows()[2];
+  plan.aim_at_sky(aimed);
+  for (const double rays_per_area : {20.0, 50.0}) {
+    std::vector<std::uint32_t> before(plan.size());
+    for (std::size_t rank = 0; rank < plan.size(); ++rank) before[rank] = plan.rays(rank);
+    plan.grow(rays_per_area, 1'000'000);
+    for (const RayPlan::Block& block : plan.windows() | std::views::join) {
+      EXPECT_EQ(block.aims_at_sky,
+                block.begin >= aimed.front().begin && block.end <= aimed.back().end);
+      std::array<std::uint32_t, 2> numbers{};
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+        for (std::uint32_t index = before[rank]; index < plan.rays(rank); ++index) {
+          const RayPlan::Place place = plan.place(rank, index);
+          EXPECT_EQ(place.number, numbers[place.is_skyward ? 1 : 0]++);
+        }
+      }
+      EXPECT_EQ(numbers[1], block.aims_at_sky ? (numbers[0] + numbers[1]) / 4 : 0);
+    }
+  }
 }
 
 TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {

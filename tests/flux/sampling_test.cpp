@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace scarp {
 namespace {
@@ -37,6 +38,26 @@ TEST_P(CosineLobe, HasTheMomentsOfLambertsLaw) {
 INSTANTIATE_TEST_SUITE_P(Normals, CosineLobe,
                          ::testing::Values(Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{1, 0, 0},
                                            Vec3d{0, -1, 0}, Vec3d{0.3, -0.5, -0.8}));
+
+// One over the density, averaged over samples, is the solid angle that they fill; with a factor,
+// the integral of that.
+TEST(SkywardDirections, HaveTheirDensity) {
+  const double steepest = 1 / std::sqrt(5.0);  // cosine of slope 2
+  const auto integral = [](const auto& of_u) {
+    return mean_over_square([&](UnitSquare xi) {
+      const Vec3d u = sample_skyward(xi);
+      return of_u(u) / skyward_density(u);
+    });
+  };
+  constexpr double pi = std::numbers::pi;
+  EXPECT_NEAR(integral([](Vec3d) { return 1; }), 2 * pi * (1 - steepest), 1e-3);
+  EXPECT_NEAR(integral([](Vec3d u) { return u.z; }), pi * (1 - steepest * steepest), 1e-3);
+  EXPECT_NEAR(integral([](Vec3d u) { return u.x * u.x; }),
+              pi * (2.0 / 3 - steepest + std::pow(steepest, 3) / 3), 1e-3);
+  EXPECT_EQ(skyward_density({0, 0.6, -0.8}), 0);
+  EXPECT_EQ(skyward_density(normalized(Vec3d{2.01, 0, 1})), 0);
+  EXPECT_GT(skyward_density(normalized(Vec3d{1.99, 0, 1})), 0);
+}
 
 // Walls that are upright but for rounding send the same numbers the same way.
 TEST(CosineLobe, IsContinuousAcrossUprightNormals) {

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
 #include "core/parallel.h"
+#include "core/running_statistics.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {
@@ -40,7 +44,7 @@ TEST_F(Views, AreTheSameInOneLookAndInTwo) {
   const View two = look_with(plan, first);
   const View one = look_with(plan, {});
   EXPECT_EQ(two.matrix.first, one.matrix.first);
-  EXPECT_EQ(two.matrix.hits, one.matrix.hits);
+  EXPECT_EQ(two.matrix.rays, one.matrix.rays);
   for (std::size_t k = 0; k < one.direct[0].size(); ++k)
     EXPECT_NEAR(two.direct[0][k], one.direct[0][k], 1e-5 * one.direct[0][k]);
   EXPECT_EQ(two.flights, one.flights);
@@ -54,8 +58,116 @@ TEST_F(Views, DoNotDependOnTheNumberOfThreads) {
     const ThreadLimit limit(threads);
     views.push_back(look_with(plan, {}));
   }
-  EXPECT_EQ(views[0].matrix.hits, views[1].matrix.hits);
+  EXPECT_EQ(views[0].matrix.rays, views[1].matrix.rays);
   EXPECT_EQ(views[0].direct, views[1].direct);
+}
+
+/// A pit six times as deep as wide.
+class DeepViews : public ::testing::Test {
+ protected:
+  DeepViews() { aim_at_sky(problem(), plan_); }
+
+  FluxProblem problem() const {
+    return {.mesh = shape_.mesh,
+            .scene = scene_,
+            .patches = patches_,
+            .sticking = sticking_,
+            .species = species_,
+            .options = options_};
+  }
+  View view() const {
+    const FluxProblem one = problem();
+    return look({&one, 1}, plan_, {});
+  }
+  double depth(std::size_t rank) const {
+    return scene_.source_height() - 1 - elements_.middle(plan_.element_at(rank)).z;
+  }
+  double mean_depth(const RayPlan::Window& window) const {
+    double sum = 0;
+    for (std::size_t rank = window.front().begin; rank < window.back().end; ++rank)
+      sum += depth(rank);
+    return sum / (window.back().end - window.front().begin);
+  }
+
+  exact::Shape shape_ = exact::hole(6, 11, 3, 24);
+  RayScene scene_ = exact::scene_of(shape_);
+  Patches patches_{shape_.mesh, scene_};
+  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
+  Species species_{.name = "gas"};
+  FluxOptions options_{.sides = shape_.sides};
+  Elements elements_{scene_, 3};
+  RayPlan plan_{scene_, elements_};
+};
+
+TEST_F(DeepViews, AimAtTheSkyFromDeepDownOnly) {
+  int deep = 0;
+  for (const RayPlan::Window& window : plan_.windows()) {
+    const double z = mean_depth(window);
+    if (z > 10 && z < 90) continue;
+    EXPECT_EQ(window.front().aims_at_sky, z > 90) << z;
+    deep += z > 90 ? 1 : 0;
+  }
+  EXPECT_GT(deep, 2);
+}
+
+// What an element sees of others, of the sky and of nothing makes up a whole, unless one of its
+// sets met nothing but the sky.
+TEST_F(DeepViews, AreWhole) {
+  plan_.grow(4, 1'000'000);
+  const View seen = view();
+  std::size_t scaled = 0;
+  for (std::size_t i = 0; i < plan_.size(); ++i) {
+    const SetSums sums = sums_of_sets(seen.matrix, i);
+    if (sums[0].others == 0 || sums[1].others == 0) continue;
+    scaled += sums[0].lacking != 0 || sums[1].lacking != 0 ? 1 : 0;
+    double whole = 0;
+    seen.matrix.for_each_part(i, [&](std::size_t hit, double part) {
+      if (hit != seen.matrix.size() + to_sky) whole += part;
+    });
+    for (const WeightSums& of_set : sums)
+      whole += of_set.sky / static_cast<double>(seen.matrix.row(i).size());
+    EXPECT_NEAR(whole, 1, 1e-6);
+  }
+  EXPECT_GT(4 * scaled, plan_.size());
+}
+
+// A few rays or many: neither finds more of the sky than there is above the bottom, (R / d)^2 /
+// (1 + (R / d)^2) from its middle, nor more or fewer of the upper half of the walls.
+TEST_F(DeepViews, AreRightOnAverageHoweverFewTheRaysAre) {
+  std::array<RunningStatistics, 2> sky;
+  std::array<RunningStatistics, 2> upper_half;
+  for (const std::size_t many : {0U, 1U}) {
+    for (options_.seed = 1; options_.seed <= (many != 0 ? 16U : 64U); ++options_.seed) {
+      plan_.restart();
+      plan_.grow(many != 0 ? 6 : 0, 1'000'000);
+      const View seen = view();
+      double area = 0;
+      double of_sky = 0;
+      double of_upper_half = 0;
+      for (std::size_t i = 0; i < plan_.size(); ++i) {
+        if (depth(i) < 119.9) continue;
+        const double a = elements_.area(plan_.element_at(i));
+        area += a;
+        for (const WeightSums& sums : sums_of_sets(seen.matrix, i))
+          of_sky += a * sums.sky / static_cast<double>(seen.matrix.row(i).size());
+        seen.matrix.for_each_part(i, [&](std::size_t hit, double part) {
+          if (hit < plan_.size() && depth(hit) < 60) of_upper_half += a * part;
+        });
+      }
+      sky[many].add(of_sky / area);
+      upper_half[many].add(of_upper_half / area);
+    }
+  }
+  const auto expect_same = [](const std::array<RunningStatistics, 2>& of) {
+    const double error = std::hypot(of[0].std_error(), of[1].std_error());
+    EXPECT_NEAR(of[0].mean(), of[1].mean(), 4 * error);
+    EXPECT_LT(error, 0.1 * of[1].mean());
+  };
+  expect_same(sky);
+  expect_same(upper_half);
+  // Of a disk facing another of the same size at 12 radii.
+  const double x = 2 + 12.0 * 12;
+  EXPECT_NEAR(sky[1].mean(), (x - std::sqrt(x * x - 4)) / 2, 4 * sky[1].std_error() + 1e-5);
 }
 
 // The facets of an element share its rays by area.
@@ -108,12 +220,10 @@ TEST_F(Views, AreReciprocal) {
   };
   std::array<std::array<double, 4>, 4> exchange{};
   for (std::size_t i = 0; i < view.matrix.size(); ++i) {
-    const auto rays = static_cast<double>(view.matrix.first[i + 1] - view.matrix.first[i]);
-    for (std::uint64_t k = view.matrix.first[i]; k < view.matrix.first[i + 1]; ++k) {
-      if (view.matrix.hits[k] >= view.matrix.size()) continue;
-      exchange[group_of(i)][group_of(view.matrix.hits[k])] +=
-          elements_.area(plan.element_at(i)) / rays;
-    }
+    view.matrix.for_each_part(i, [&](std::size_t hit, double part) {
+      if (hit < view.matrix.size())
+        exchange[group_of(i)][group_of(hit)] += elements_.area(plan.element_at(i)) * part;
+    });
   }
   // View factors of a trench of width 20 and depth 40 per length of 8: bottom to wall by strings.
   const double bottom_to_wall = 8 * (20 + 40 - std::sqrt(20.0 * 20 + 40 * 40)) / 2;
