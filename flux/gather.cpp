@@ -245,15 +245,24 @@ std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const flo
   return flux;
 }
 
+// The flux on every element, by rank. What hardly sees anything may come out of the iteration a
+// little below zero.
+std::vector<double> solved_flux(const ExchangeMatrix& matrix, std::span<const float> reemitted,
+                                std::span<const float> direct, std::span<const double> emission) {
+  std::vector<double> flux =
+      ExchangeSolver(matrix, reemitted)
+          .solve<double>(first_flux(matrix, direct, emission), 1, mean_tolerance);
+  for (double& each : flux) each = std::max(each, 0.0);
+  return flux;
+}
+
 // The flux on every facet, without its error.
 std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan& plan,
                                       const FacetValues& values, const View& view,
                                       const std::vector<float>& direct) {
   const std::vector<float> reemitted = reemitted_parts(problem, plan);
   const std::vector<double> flux =
-      ExchangeSolver(view.matrix, reemitted)
-          .solve<double>(first_flux(view.matrix, direct, emission_of(problem, plan)), 1,
-                         mean_tolerance);
+      solved_flux(view.matrix, reemitted, direct, emission_of(problem, plan));
   const auto arrivals = OnFacets(plan, values, flux).of<double, 1>(flux);
   return {arrivals.begin(), arrivals.end()};
 }
@@ -269,9 +278,7 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
     const auto rays = static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux =
-      ExchangeSolver(view.matrix, reemitted_)
-          .solve<double>(first_flux(view.matrix, direct, emission_), 1, mean_tolerance);
+  solution_.flux = solved_flux(view.matrix, reemitted_, direct, emission_);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
