@@ -14,7 +14,8 @@ struct CsvLine {
 };
 
 /// The cells between commas, without blanks around them. Empty lines, those that begin with # and a
-/// byte order mark are left out. A cell in quotes may hold commas, and quotes that are written twice.
+/// byte order mark are left out. A cell in quotes may hold commas, and quotes that are written
+/// twice.
 std::vector<CsvLine> parse_csv(std::string_view text);
 
 /// A name as a cell: in quotes where it holds a comma or a quote. A row stays one line.

@@ -20,8 +20,8 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
 /// others K, and both serve all species at once. Where hardly any sky is seen every fourth ray is
 /// aimed at it: these are the long flights along what is deep, on which the flux there depends.
-/// What an element (a piece of a facet no longer than three spacings, or some small facets together)
-/// re-emits is taken as constant on it; what arrives is linear across joined facets.
+/// What an element (a piece of a facet no longer than three spacings, or some small facets
+/// together) re-emits is taken as constant on it; what arrives is linear across joined facets.
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its

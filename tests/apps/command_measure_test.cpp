@@ -184,8 +184,7 @@ TEST_F(MeasureCommand, AMaskThatIsNotOnTheWaferIsRefused) {
   ASSERT_EQ(run_etch("out").exit_code, 0);
   const Outcome option = scarp("measure " + path("out") + " --mask W");
   EXPECT_EQ(option.exit_code, 2);
-  EXPECT_THAT(option.messages,
-              HasSubstr("--mask: \"W\" is not on the wafer; it has Si, resist"));
+  EXPECT_THAT(option.messages, HasSubstr("--mask: \"W\" is not on the wafer; it has Si, resist"));
   const Outcome key = scarp("check " + path("etch.toml") + " --set 'metrology.masks=[\"W\"]'");
   EXPECT_EQ(key.exit_code, 2);
   EXPECT_THAT(key.messages, HasSubstr("metrology.masks: W is neither on the wafer nor deposited"));
