@@ -62,6 +62,7 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
       }
       const Whole& wanted = wholes_[source.begin];
       if (drawn.area == 0 || wanted.area == 0) continue;
+      // Rays go with the area, and the error as n^-3/4 with them.
       const double size = std::sqrt(wanted.area / drawn.area);
       const auto rest = static_cast<float>(wanted.mean() * size * std::sqrt(size) - drawn.mean());
       for (std::size_t to = block.begin; to < block.end; ++to)

@@ -31,6 +31,7 @@ constexpr double clearly_missed = 1.25;
 // How many rays of each element tell where its error goes on to: a few percent of the error are
 // nothing, and these take most of the time that the draws take.
 constexpr std::size_t rays_for_draws = 32;
+static_assert(rays_for_draws % set_count == 0);
 
 double seen_of_elements(const ExchangeMatrix& matrix, std::size_t row) {
   double sum = 0;
@@ -144,7 +145,7 @@ OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<con
   for (std::size_t e = 0; e < plan.size(); ++e) {
     const auto pieces = elements.pieces_of(e);
     if (pieces.size() == 1) continue;
-    const double of_element = flux[plan.rank_of(e)];
+    const double of_element = std::max(flux[plan.rank_of(e)], 0.0);
     double slope = 1;
     for (const std::uint32_t p : pieces) {
       double beyond = 0;
@@ -245,14 +246,17 @@ std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const flo
   return flux;
 }
 
-// The flux on every element, by rank. What hardly sees anything may come out of the iteration a
-// little below zero.
+// The flux on every element, by rank. What hardly sees anything may come out a little below zero.
 std::vector<double> solved_flux(const ExchangeMatrix& matrix, std::span<const float> reemitted,
                                 std::span<const float> direct, std::span<const double> emission) {
-  std::vector<double> flux =
-      ExchangeSolver(matrix, reemitted)
-          .solve<double>(first_flux(matrix, direct, emission), 1, mean_tolerance);
-  for (double& each : flux) each = std::max(each, 0.0);
+  return ExchangeSolver(matrix, reemitted)
+      .solve<double>(first_flux(matrix, direct, emission), 1, mean_tolerance);
+}
+
+// What facets get is nowhere below zero.
+std::vector<double> flux_on(const OnFacets& facets, std::span<const double> of_elements) {
+  std::vector<double> flux = facets.of<double, 1>(of_elements);
+  for (double& of_facet : flux) of_facet = std::max(of_facet, 0.0);
   return flux;
 }
 
@@ -263,7 +267,7 @@ std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan&
   const std::vector<float> reemitted = reemitted_parts(problem, plan);
   const std::vector<double> flux =
       solved_flux(view.matrix, reemitted, direct, emission_of(problem, plan));
-  const auto arrivals = OnFacets(plan, values, flux).of<double, 1>(flux);
+  const auto arrivals = flux_on(OnFacets(plan, values, flux), flux);
   return {arrivals.begin(), arrivals.end()};
 }
 
@@ -275,7 +279,9 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
       reemitted_(reemitted_parts(problem, plan)),
       emission_(emission_of(problem, plan)) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
-    const auto rays = static_cast<double>(plan.rays(rank) * set_count);
+    // Rays that are aimed at the sky see little else.
+    const double part = plan.block_of(rank).aims_at_sky ? 1 - 1.0 / RayPlan::rays_per_skyward : 1;
+    const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
   solution_.flux = solved_flux(view.matrix, reemitted_, direct, emission_);
@@ -378,7 +384,7 @@ double Gathered::target_measure() const {
 
 FluxField Gathered::field(const FacetValues& values) const {
   const OnFacets on_facets(plan_, values, solution_.flux);
-  const auto flux = on_facets.of<double, 1>(solution_.flux);
+  const std::vector<double> flux = flux_on(on_facets, solution_.flux);
   const auto deviation = on_facets.of<float, draw_count>(solution_.deviation);
   FluxSpread on_joined = spread();
   on_joined.flux = [&](std::size_t f) { return flux[f]; };
@@ -411,17 +417,18 @@ struct NextRound {
 };
 
 // The error of scrambled sets was seen to fall as n^-0.83 with their number of rays. Those of a
-// round are sets of their own: x times as many as before bring the error of the mean of all down to
-// sqrt(1 + x^0.4) / (1 + x) of it, and if that takes many, the earlier ones do more harm than good.
-// A few more make another round unlikely.
+// round are sets of their own: if it fell as n^-0.75, which is on the safe side, x times as many as
+// before would bring the error of the mean of all down to sqrt(1 + x^0.5) / (1 + x) of it, and if
+// that takes many, the earlier ones do more harm than good. A few more make another round unlikely.
 NextRound next_round(double error, double target) {
   constexpr double most_growth = 12;
   constexpr double worth_starting_anew = 3;
+  constexpr double most_added = 2;  // deep down the error falls faster, and another look is cheap
   constexpr double step = 0.05;
   const double ratio = error / (0.96 * target);
   if (ratio > worth_starting_anew) return {true, std::min(portable_power(ratio, 1.2), most_growth)};
   double x = 2 * step;
-  while (ratio * std::sqrt(1 + std::sqrt(x)) > 1 + x) x += step;
+  while (x < most_added && ratio * std::sqrt(1 + std::sqrt(x)) > 1 + x) x += step;
   return {false, 1 + x};
 }
 
@@ -438,8 +445,8 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (is_diffuse && !options.two_dimensional) elements.join(problems.front().mesh);
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
-  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(ExchangeMatrix::Ray));
   const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;
+  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(ExchangeMatrix::Ray));
   auto view = std::make_shared<const View>(View{{}, {}, scouts});
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {

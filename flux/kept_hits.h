@@ -13,8 +13,9 @@ namespace scarp {
 
 /// What gathered rays met on one mesh, for solutions that send the same ones again.
 ///
-/// Rays are a function of mesh, seed, time step and their number, so whether they were sent or
-/// remembered changes no bit of a flux, and they are counted either way. Only rays to the same sky
+/// Rays are a function of mesh, seed, time step and their numbers after each round, so whether they
+/// were sent or remembered changes no bit of a flux, and they are counted either way. Those that
+/// tell from where to aim at the sky, one per element, are sent anew. Only rays to the same sky
 /// are: those of species that come evenly from all directions, or from the surface alone.
 ///
 /// The facets may change their materials, which decide what is joined; the last few patterns are

@@ -76,7 +76,8 @@ void RayPlan::aim_at_sky(const Window& window) {
 
 // Small ones beside an edge are as well known as if their facets were not joined.
 std::uint32_t RayPlan::least(std::size_t rank) const {
-  return elements_->pieces_of(element_at_[rank]).size() > 1 ? 2 * least_set : least_set;
+  const bool is_joined = elements_->pieces_of(element_at_[rank]).size() > 1;
+  return std::max(is_joined ? 2 * least_set : least_set, step(rank));
 }
 
 std::uint64_t RayPlan::least_total() const {
@@ -85,16 +86,22 @@ std::uint64_t RayPlan::least_total() const {
   return sum;
 }
 
-// In steps of two rays. Of elements in a row a fraction takes a step more; they are spread evenly
-// by the rank's bits in reverse.
+// So that as many of every element's rays are aimed at the sky, in every round.
+std::uint32_t RayPlan::step(std::size_t rank) const {
+  return block_of(rank).aims_at_sky ? rays_per_skyward : 2;
+}
+
+// Of elements in a row a fraction takes a step more; they are spread evenly by the rank's bits in
+// reverse.
 std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
-  constexpr std::uint32_t step = 2;
   std::vector<std::uint32_t> wanted(size());
   for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
-    const double steps = rays_per_area * elements_->area(element_at_[rank]) / (set_count * step);
+    const double of_set = rays_per_area * elements_->area(element_at_[rank]) / set_count;
+    const double steps = std::min(of_set, 0.5 * most_in_set) / step(rank);
     const double threshold = reverse_bits(rank) * 0x1.0p-32;
-    const double whole = std::floor(std::min(steps, 0.5 * most_in_set) + threshold);
-    wanted[rank] = std::max({least(rank), rays_[rank], step * static_cast<std::uint32_t>(whole)});
+    const double whole = std::floor(steps + threshold);
+    wanted[rank] =
+        std::max({least(rank), rays_[rank], step(rank) * static_cast<std::uint32_t>(whole)});
   }
   return wanted;
 }

@@ -34,9 +34,10 @@ class RayPlan {
   RayPlan& operator=(const RayPlan&) = delete;
 
   /// As many rays per area everywhere, since errors are judged on patches of the same area: even
-  /// numbers, mixed for the right mean (powers of two make better sets, but a mixture of two of
-  /// them has 3 to 8 % more error than as many rays in sets of nearly one size). Never fewer on any
-  /// element than before, and together at most cap unless the least sets of all elements are more.
+  /// numbers, multiples of rays_per_skyward where they aim at the sky, mixed for the right mean
+  /// (powers of two make better sets, but a mixture of two of them has 3 to 8 % more error than as
+  /// many rays in sets of nearly one size). Never fewer on any element than before, and together at
+  /// most cap unless the least sets of all elements are more.
   void grow(double rays_per_area, std::uint64_t cap);
   /// Forgets all rays.
   void restart();
@@ -85,6 +86,7 @@ class RayPlan {
  private:
   void make_blocks(const RayScene& scene);
   std::uint32_t least(std::size_t rank) const;
+  std::uint32_t step(std::size_t rank) const;
   std::vector<std::uint32_t> wanted(double rays_per_area) const;
 
   const Elements* elements_;

@@ -43,7 +43,8 @@ Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
   return normalized(Vec3d{x * stretch, y * stretch, -cosine});
 }
 
-// The square s of a skyward direction's slope has a density of 1 / (s + narrow) up to widest.
+// The square s of a skyward direction's slope has a density proportional to 1 / (s + narrow) up to
+// widest.
 constexpr double narrow = 4e-3;
 constexpr double widest = 4;
 const double skyward_range = portable_log(1 + widest / narrow);

@@ -114,9 +114,10 @@ std::uint32_t Viewer::seen(std::size_t rank) const {
 
 std::uint64_t Viewer::new_rays() const { return plan_.total() - earlier_.matrix.rays.size(); }
 
-// With M the mean over a set's rays that did not reach the sky, and 1 - R what the weights of all
-// its rays lack to make up a whole, a set says sum + (1 - R) M. Where M is that of the other set,
-// which does not know this R, that is right on average however few the rays are.
+// What a set tells is its sum, and what its weights lack of a whole times the mean over rays that
+// did not reach the sky. Lacking is zero on average, and the mean is that of the other set, which
+// is independent of it: so is their product, however few the rays. Where the other set has no such
+// ray it is left out.
 void scale_rows(ExchangeMatrix& matrix) {
   static_assert(set_count == 2);
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {

@@ -21,7 +21,8 @@ enum Fate : std::uint32_t { to_sky, to_back, to_below, to_side_limit, fate_count
 /// the sum over rays that reached the sky of their weights times what they see, for problem p;
 /// divided by the number of rays it is the direct flux.
 struct View {
-  /// Rows are scaled such that what elements see of each other and of the sky make up a whole.
+  /// Rows are scaled such that what elements see of each other and of the sky make up a whole,
+  /// unless a set of theirs met nothing but the sky. A ray without weight has its own rank as hit.
   ExchangeMatrix matrix;
   std::vector<std::vector<float>> direct;
   std::uint64_t flights = 0;
@@ -47,6 +48,7 @@ bool is_looked_for(const FluxProblem& problem);
 std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan);
 
 /// Sends the rays of a plan, except those that an earlier view with smaller sets already holds.
+/// Those that are sent together are weighed together.
 ///
 /// Shape: all problems share scene and options. Cost: 1/4 to 1/2 us per new ray on one core.
 View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier);

@@ -75,9 +75,9 @@ class DeepViews : public ::testing::Test {
             .species = species_,
             .options = options_};
   }
-  View view() const {
+  View view(const View& earlier = {}) const {
     const FluxProblem one = problem();
-    return look({&one, 1}, plan_, {});
+    return look({&one, 1}, plan_, earlier);
   }
   double depth(std::size_t rank) const {
     return scene_.source_height() - 1 - elements_.middle(plan_.element_at(rank)).z;
@@ -131,16 +131,33 @@ TEST_F(DeepViews, AreWhole) {
   EXPECT_GT(4 * scaled, plan_.size());
 }
 
-// A few rays or many: neither finds more of the sky than there is above the bottom, (R / d)^2 /
-// (1 + (R / d)^2) from its middle, nor more or fewer of the upper half of the walls.
+TEST_F(DeepViews, DoNotDependOnTheNumberOfThreads) {
+  plan_.grow(2, 1'000'000);
+  std::vector<View> views;
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    views.push_back(view());
+  }
+  EXPECT_EQ(views[0].matrix.rays, views[1].matrix.rays);
+  EXPECT_EQ(views[0].matrix.scale, views[1].matrix.scale);
+  EXPECT_EQ(views[0].direct, views[1].direct);
+}
+
+// A few rays at once or many in two rounds: neither finds more of the sky than there is above the
+// bottom, (R / d)^2 / (1 + (R / d)^2) from its middle, nor more or fewer of the upper half of the
+// walls.
 TEST_F(DeepViews, AreRightOnAverageHoweverFewTheRaysAre) {
   std::array<RunningStatistics, 2> sky;
   std::array<RunningStatistics, 2> upper_half;
   for (const std::size_t many : {0U, 1U}) {
     for (options_.seed = 1; options_.seed <= (many != 0 ? 16U : 64U); ++options_.seed) {
       plan_.restart();
-      plan_.grow(many != 0 ? 6 : 0, 1'000'000);
-      const View seen = view();
+      plan_.grow(many != 0 ? 2 : 0, 1'000'000);
+      View seen = view();
+      if (many != 0) {
+        plan_.grow(6, 1'000'000);
+        seen = view(seen);
+      }
       double area = 0;
       double of_sky = 0;
       double of_upper_half = 0;
