@@ -11,7 +11,7 @@ namespace scarp {
 /// within a factor of 1e4 of 1.
 double portable_power(double x, double y);
 
-/// The natural logarithm of x > 0; absolute error below 1e-15 + 1e-15 |ln x|.
+/// The natural logarithm of x > 0; absolute error below 2e-15 (1 + |ln x|).
 double portable_log(double x);
 
 /// e to the power x; relative error below 1e-13 for |x| <= 100.

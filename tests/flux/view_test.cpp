@@ -143,6 +143,27 @@ TEST_F(DeepViews, DoNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(views[0].direct, views[1].direct);
 }
 
+// What the rays of a set stand for is what they found and what those of the other set lack: taken
+// from themselves, what they lack would be small where they found much.
+TEST_F(DeepViews, TakeWhatASetLacksFromTheOther) {
+  plan_.grow(4, 1'000'000);
+  const View seen = view();
+  for (std::size_t i = 0; i < plan_.size(); ++i) {
+    const SetSums sums = sums_of_sets(seen.matrix, i);
+    const auto rays = seen.matrix.row(i);
+    std::array<double, set_count> stands_for{};
+    for (std::size_t k = 0; k < rays.size(); ++k)
+      if (rays[k].hit != plan_.size() + to_sky)
+        stands_for[k % set_count] +=
+            seen.matrix.scale[i][k % set_count] * static_cast<double>(rays[k].weight);
+    for (std::size_t set = 0; set < set_count; ++set) {
+      if (sums[set].others == 0) continue;
+      const double wanted = sums[set].others + sums[1 - set].lacking;
+      EXPECT_NEAR(stands_for[set], wanted / static_cast<double>(rays.size()), 1e-9);
+    }
+  }
+}
+
 // A few rays at once or many in two rounds: neither finds more of the sky than there is above the
 // bottom, (R / d)^2 / (1 + (R / d)^2) from its middle, nor more or fewer of the upper half of the
 // walls.
