@@ -285,6 +285,11 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
       ->check(number("a number of 16 to 16384", [](double x) { return x >= 16 && x <= 16384; }));
 }
 
+void add_arguments(CLI::App& command, ReportArguments& arguments) {
+  command.add_option("folder", arguments.folder, "Folder of a run")->required();
+  command.add_option("-o,--output", arguments.output, "Page (default: report.html in the folder)");
+}
+
 void add_arguments(CLI::App& command, BaselineArguments& arguments) {
   const auto choose = [&arguments](const std::string& action) {
     if (action != "create" && action != "check")
@@ -370,6 +375,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       line);
   add_command<BaselineArguments>(
       app, "baseline", "Keep what recipes give, and notice when they give something else", line);
+  add_command<ReportArguments>(app, "report",
+                               "A run as one page: in space, in section, metrology, time", line);
   add_command<RenderArguments>(app, "render",
                                "A picture of a run or a state in space, cut open (.png)", line);
   add_command<VolumeArguments>(

@@ -98,6 +98,11 @@ struct RenderArguments {
   int width = 1200;       ///< pixels
 };
 
+struct ReportArguments {
+  std::string folder;
+  std::string output;  ///< empty: report.html in the folder
+};
+
 struct BaselineArguments {
   bool creates = false;  ///< else it checks
   std::string suite;
@@ -122,7 +127,8 @@ struct CommandLine {
   CommonOptions common;
   std::variant<RunArguments, CheckArguments, PreviewArguments, SimplifyArguments, FluxArguments,
                DistanceArguments, MeasureArguments, SectionArguments, CompareArguments,
-               BaselineArguments, VolumeArguments, RenderArguments, ModelsArguments>
+               BaselineArguments, VolumeArguments, RenderArguments, ReportArguments,
+               ModelsArguments>
       command;
 };
 

@@ -6,6 +6,8 @@
 #include "apps/attended_run.h"
 #include "apps/commands.h"
 #include "apps/recipe.h"
+#include "apps/report.h"
+#include "core/atomic_file.h"
 
 namespace scarp {
 
@@ -18,12 +20,17 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
     fmt::print(stderr, "interrupted; {}\n", how_to_go_on(folder));
     return interrupted;
   }
+  const std::filesystem::path page = folder / report_file;
+  // A run that was complete stays as it is.
+  if (end == RunEnd::complete || !std::filesystem::exists(page)) write_file(page, run_page(folder));
   if (common.json) {
     std::ifstream summary(folder / "summary.json");
     std::cout << summary.rdbuf();
   } else if (!common.quiet) {
-    fmt::print("{} in {}; look at profiles.svg, surface.pvd (ParaView) and metrology.csv\n",
-               end == RunEnd::was_complete ? "was complete" : "complete", folder.string());
+    fmt::print(
+        "{} in {}; look at profiles.svg, surface.pvd (ParaView) and metrology.csv, or at all of it "
+        "in\n{}\n",
+        end == RunEnd::was_complete ? "was complete" : "complete", folder.string(), page.string());
   }
   return done;
 }

@@ -19,6 +19,7 @@ ExitCode execute(const CompareArguments& arguments, const CommonOptions& common)
 ExitCode execute(const BaselineArguments& arguments, const CommonOptions& common);
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common);
 ExitCode execute(const RenderArguments& arguments, const CommonOptions& common);
+ExitCode execute(const ReportArguments& arguments, const CommonOptions& common);
 ExitCode execute(const ModelsArguments& arguments, const CommonOptions& common);
 
 }  // namespace scarp

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/viewer/viewer_script.h"
+#include "core/base64.h"
+
 namespace scarp {
 
 namespace {
 
-constexpr double width = 720;    // px
-constexpr double height = 300;   // px, of a plot whose scales are its own
-constexpr double tallest = 900;  // px, of one with equal scales
+constexpr double width = 520;    // px
+constexpr double height = 270;   // px, of a plot whose scales are its own
+constexpr double tallest = 760;  // px, of one with equal scales
 constexpr double left = 64;
 constexpr double right = 16;
 constexpr double top = 28;
@@ -138,11 +141,13 @@ std::string legend_of(const Plot& plot, double y) {
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008).
 constexpr const char* style = R"(
 :root { color-scheme: light dark; --ink: #1c1c1c; --paper: #ffffff; --line: #d4d4d4;
-  --good: #1a7f37; --bad: #c1121f; --unsure: #9a6700; --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1; }
+  --good: #1a7f37; --bad: #c1121f; --unsure: #9a6700; --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1;
+  --c4: #b8860b; --c5: #666666; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e6e6e6; --paper: #15181c; --line: #3a3f46;
-  --good: #57c26e; --bad: #ff7b72; --unsure: #e3b341; --c0: #56b4e9; --c1: #ff9f45; --c2: #3ddbab; --c3: #c4a5e8; } }
+  --good: #57c26e; --bad: #ff7b72; --unsure: #e3b341; --c0: #56b4e9; --c1: #ff9f45; --c2: #3ddbab; --c3: #c4a5e8;
+  --c4: #e8d44d; --c5: #a8a8a8; } }
 @media print { :root { --ink: #000; --paper: #fff; --line: #bbb; --good: #1a7f37; --bad: #c1121f; --unsure: #9a6700;
-  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1; } details { break-inside: avoid; } }
+  --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #8c6bb1; --c4: #b8860b; --c5: #666666; } details { break-inside: avoid; } }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1000px;
   margin: 2em auto; padding: 0 1em; }
 h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
@@ -150,11 +155,24 @@ table { border-collapse: collapse; font-size: 13px; display: block; overflow-x: 
 th, td { padding: 3px 10px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; }
 .good { color: var(--good); } .bad { color: var(--bad); font-weight: bold; } .unsure { color: var(--unsure); }
-svg { width: 100%; height: auto; max-width: 720px; font: 12px system-ui, sans-serif; }
+svg { width: 100%; height: auto; max-width: 600px; font: 12px system-ui, sans-serif; }
 svg text { fill: var(--ink); } svg .title { font-weight: bold; } svg .grid { stroke: var(--line); fill: none; }
 svg .curve { fill: none; stroke-width: 1.5; } svg .dashed { stroke-dasharray: 5 3; }
 svg .c0 { stroke: var(--c0); } svg .c1 { stroke: var(--c1); } svg .c2 { stroke: var(--c2); } svg .c3 { stroke: var(--c3); }
+svg .c4 { stroke: var(--c4); } svg .c5 { stroke: var(--c5); }
+svg .bar { stroke-width: 26; }
+.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 440px), 1fr)); gap: 8px 24px; }
+img { display: block; max-width: 100%; height: auto; margin: 0.6em 0; border-radius: 4px; }
+pre { overflow-x: auto; font-size: 12px; } .note { font-size: 13px; opacity: 0.75; }
+@media print { svg, img, tr { break-inside: avoid; } h2 { break-after: avoid; } body { font-size: 11pt; max-width: none;
+  margin: 0; } pre { white-space: pre-wrap; } }
 )";
+
+/// The script, where there is something for it to show.
+std::string viewer_of(const std::string& body) {
+  if (body.find("<div class=\"scene\"") == std::string::npos) return "";
+  return fmt::format("<script>{}</script>\n", viewer_script());
+}
 
 }  // namespace
 
@@ -165,6 +183,8 @@ std::string escaped(const std::string& text) {
       out += "&amp;";
     } else if (c == '<') {
       out += "&lt;";
+    } else if (c == '"') {
+      out += "&quot;";
     } else {
       out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
     }
@@ -180,6 +200,39 @@ std::string plot_svg(const Plot& plot) {
   svg += grid_of(plot, axes);
   for (const Curve& curve : plot.curves) svg += curve_path(curve, axes);
   return svg + legend_of(plot, full_height - 8) + "</svg>\n";
+}
+
+std::string bar_svg(const std::string& title, const std::string& unit,
+                    std::span<const BarPart> parts) {
+  double sum = 0;
+  for (const BarPart& part : parts) sum += part.value;
+  const double scale = sum > 0 ? (width - left - right) / sum : 0;
+  constexpr double middle = 52;      // px, of the bar
+  constexpr double row_height = 20;  // px, of the legend
+  std::string svg = fmt::format("<text x=\"{}\" y=\"18\" class=\"title\">{}: {:.3g} {}</text>\n",
+                                left, escaped(title), sum, escaped(unit));
+  double x = left;
+  double y = middle + 40;
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const double length = parts[n].value * scale;
+    svg += fmt::format("<path class=\"bar c{}\" d=\"M{:.1f} {}h{:.1f}\"/>\n", n, x, middle, length);
+    svg += fmt::format("<path class=\"bar c{}\" d=\"M{} {}h14\" style=\"stroke-width:12\"/>\n", n,
+                       left, y - 4);
+    const double share = sum > 0 ? 100 * parts[n].value / sum : 0;
+    svg += svg_text(
+        left + 22, y, "start",
+        fmt::format("{}: {:.3g} {} ({:.0f} %)", parts[n].name, parts[n].value, unit, share));
+    x += length;
+    y += row_height;
+  }
+  return fmt::format("<svg viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\">\n{}</svg>\n",
+                     width, y, escaped(title), svg);
+}
+
+std::string embedded_picture(const std::string& type, std::string_view bytes,
+                             const std::string& meaning) {
+  return fmt::format("<img alt=\"{}\" src=\"data:{};base64,{}\">\n", escaped(meaning), type,
+                     base64(bytes));
 }
 
 std::string html_table(std::span<const std::string> head,
@@ -202,8 +255,8 @@ std::string html_page(const std::string& title, const std::string& body) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-      escaped(title), style, body);
+      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}{}</body>\n</html>\n",
+      escaped(title), style, body, viewer_of(body));
 }
 
 }  // namespace scarp

@@ -3,13 +3,15 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace scarp {
 
 // Text as SVG and HTML have it.
 
-/// Text between tags: without the control characters that XML has no way to write.
+/// Text between tags and in attributes: without the control characters that XML has no way to
+/// write.
 std::string escaped(const std::string& text);
 
 /// Lines of one kind in a plot.
@@ -32,6 +34,20 @@ struct Plot {
 /// The plot as an <svg> element for a page: its colours are those of the page.
 std::string plot_svg(const Plot& plot);
 
+/// A share of a whole. Units: those of the bar.
+struct BarPart {
+  std::string name;
+  double value = 0;
+};
+
+/// What a sum consists of, as one bar in an <svg> element.
+std::string bar_svg(const std::string& title, const std::string& unit,
+                    std::span<const BarPart> parts);
+
+/// A picture within the page; the type is that of its bytes ("image/png").
+std::string embedded_picture(const std::string& type, std::string_view bytes,
+                             const std::string& meaning);
+
 /// A cell of a table; the class is one of those of a page ("good", "bad", "unsure") or empty.
 struct TableCell {
   std::string text;
@@ -42,7 +58,8 @@ struct TableCell {
 std::string html_table(std::span<const std::string> head,
                        std::span<const std::vector<TableCell>> rows);
 
-/// A whole page that needs no other file, legible in light, in dark and printed.
+/// A whole page that needs no other file, legible in light, in dark and printed. With the viewer
+/// where the body has a scene for it.
 std::string html_page(const std::string& title, const std::string& body);
 
 }  // namespace scarp

@@ -2,14 +2,12 @@
 
 #include <png.h>
 
-#include <string>
-
 #include "core/atomic_file.h"
 #include "core/error.h"
 
 namespace scarp {
 
-void write_png(const std::filesystem::path& file, const Image& image) {
+std::string png_bytes(const Image& image) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
@@ -18,9 +16,13 @@ void write_png(const std::filesystem::path& file, const Image& image) {
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr) == 0)
-    throw NumericalError(file.string() + ": " + png.message);
+    throw NumericalError(std::string("a picture cannot be made: ") + png.message);
   bytes.resize(size);
-  write_file(file, bytes);
+  return bytes;
+}
+
+void write_png(const std::filesystem::path& file, const Image& image) {
+  write_file(file, png_bytes(image));
 }
 
 }  // namespace scarp

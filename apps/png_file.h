@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace scarp {
@@ -15,6 +16,9 @@ struct Image {
   int height = 0;
   std::vector<Rgb> pixels;
 };
+
+/// The content of a .png file.
+std::string png_bytes(const Image& image);
 
 /// Writes a .png file.
 ///

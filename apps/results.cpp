@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/metrology_files.h"
+#include "apps/report.h"
 #include "apps/restart.h"
 #include "apps/result_files.h"
 #include "core/atomic_file.h"
@@ -49,7 +50,7 @@ bool is_output(const std::string& name) {
          name == metrology_file || name == interrupted_state ||
          is_numbered(name, "surface", ".vtp") || is_numbered(name, "state", ".vdb") ||
          is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg") ||
-         name == "profiles.svg" || is_section(name);
+         name == "profiles.svg" || name == report_file || is_section(name);
 }
 
 // What a killed process was writing when it died: NAME.tmp-PID-N.

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/csv_table.h"
 #include "apps/section.h"
-#include "core/csv.h"
 #include "core/read_file.h"
 #include "levelset/extract_surface.h"
 
@@ -16,22 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double number_in(const CsvLine& row, const std::map<std::string, std::size_t>& columns,
-                 const std::string& name) {
-  const auto column = columns.find(name);
-  if (column == columns.end() || column->second >= row.cells.size()) return 0;
-  return std::strtod(row.cells[column->second].c_str(), nullptr);
-}
-
 std::optional<RunCost> read_cost(const fs::path& metrics) {
   if (!fs::exists(metrics)) return std::nullopt;
-  const std::vector<CsvLine> lines = parse_csv(read_file(metrics));
-  if (lines.size() < 2) return std::nullopt;
-  std::map<std::string, std::size_t> columns;
-  for (std::size_t n = 0; n < lines[0].cells.size(); ++n) columns[lines[0].cells[n]] = n;
-  RunCost cost{.time_steps = static_cast<double>(lines.size() - 1)};
-  for (std::size_t n = 1; n < lines.size(); ++n) {
-    const auto number = [&](const std::string& name) { return number_in(lines[n], columns, name); };
+  const CsvTable table(metrics);
+  if (table.row_count() == 0) return std::nullopt;
+  RunCost cost{.time_steps = static_cast<double>(table.row_count())};
+  for (std::size_t n = 0; n < table.row_count(); ++n) {
+    const auto number = [&](const std::string& name) { return table.number(n, name).value_or(0); };
     cost.facets += number("facets") / cost.time_steps;
     cost.facets_full += number("facets_full") / cost.time_steps;
     cost.rays += number("rays");

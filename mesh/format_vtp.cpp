@@ -418,6 +418,26 @@ std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
   return arrays;
 }
 
+std::vector<std::string> read_material_names(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  const std::string content = read_file(path);
+  VtpFile file{.name = name, .xml = {}, .appended = {}};
+  parse_xml(file, content);
+  const pugi::xml_node data = file.xml.child("VTKFile").child("PolyData").child("FieldData");
+  const pugi::xml_node array = data.find_child_by_attribute("DataArray", "Name", "material_names");
+  std::vector<std::string> names;
+  std::string text;
+  if (!array) return names;
+  for (const double code : numbers_of_text(file, {name, array.text().get()})) {
+    if (code != 0) {
+      text += static_cast<char>(static_cast<unsigned char>(code));
+    } else {
+      names.push_back(std::exchange(text, ""));
+    }
+  }
+  return names;
+}
+
 void write_series(const std::filesystem::path& file, std::span<const std::string> outputs) {
   std::string xml =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "

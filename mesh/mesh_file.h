@@ -56,6 +56,12 @@ struct FacetArray {
 /// Throws: as read_mesh.
 std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& file);
 
+/// The names of the materials 0, 1, ... in a .vtp file, as write_vtp puts them there; empty where
+/// there are none.
+///
+/// Throws: as read_mesh.
+std::vector<std::string> read_material_names(const std::filesystem::path& file);
+
 /// Writes .obj (shortest text that reads back to the same bits), .ply, .stl (both binary), .vtp
 /// (appended binary; materials as the facet array `material`) or .vtu (the same as an unstructured
 /// grid of triangles). The file appears whole or not at

@@ -1,0 +1,41 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "apps/report.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string page_of(const fs::path& folder) {
+  if (fs::exists(folder / "metrics.csv")) return run_page(folder);
+  throw InputError(
+      fmt::format("{}: is no folder of a run, which has a metrics.csv; make one with scarp run",
+                  folder.string()));
+}
+
+}  // namespace
+
+ExitCode execute(const ReportArguments& arguments, const CommonOptions& common) {
+  const fs::path folder = arguments.folder;
+  const fs::path file =
+      arguments.output.empty() ? folder / report_file : fs::path(arguments.output);
+  write_file(file, page_of(folder));
+  if (common.json) {
+    const nlohmann::ordered_json json{{"report", file.string()}, {"bytes", fs::file_size(file)}};
+    std::cout << json.dump(2) << '\n';
+  } else if (!common.quiet) {
+    fmt::print("{}\n", file.string());
+  }
+  return done;
+}
+
+}  // namespace scarp

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace scarp {
+
+/// The page that a command leaves in the folder of its results.
+inline constexpr const char* report_file = "report.html";
+
+/// The page of a run: its surface in space and in cross-sections, metrology and errors over time,
+/// where the time went, recipe and versions; docs/report.md.
+///
+/// A run that is not complete has what is there.
+/// Throws: InputError if the folder holds no run, or a file of it cannot be read.
+std::string run_page(const std::filesystem::path& folder);
+
+}  // namespace scarp

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "apps/packed_surface.h"
+#include "apps/run_record.h"
+#include "core/frame.h"
+
+namespace scarp {
+
+// What the viewer of a page shows in space (apps/viewer).
+
+/// A surface at one moment of a process. Units: s.
+struct SceneOutput {
+  double time = 0;
+  std::string moment;  ///< "after etch"; may be empty
+  PackedSurface surface{};
+};
+
+/// The outputs of one run, beside those of others.
+struct ScenePane {
+  std::string name;
+  std::vector<SceneOutput> outputs{};
+  std::size_t output_count = 0;  ///< before some were left out
+};
+
+/// Units: nm.
+struct Scene {
+  Sides sides{};
+  std::vector<std::string> material_names{};
+  std::vector<ScenePane> panes{};
+
+  /// How far a place may be from that of the files.
+  double place_error() const;
+};
+
+/// A surface with what is known of its facets.
+///
+/// Shape: one value per facet in each field.
+struct FieldMesh {
+  TriMesh mesh;
+  std::vector<FacetArray> fields{};
+};
+
+/// The surface of an output as its .vtp file has it; where there is none, that of the state.
+///
+/// Adds the number of the material, the mean curvature [1/um] and the size [nm] of each facet: the
+/// side of a square of its area.
+FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides);
+
+/// Leaves out outputs, evenly, the first and the last last of all, until those that are left take
+/// no more bytes in a page. One of each pane always stays.
+void thin_out(Scene& scene, std::size_t most_bytes);
+
+/// The wafer as it is now as an <img>: for print, and for where the viewer cannot run.
+std::string wafer_picture(const SavedWafer& wafer);
+
+/// The element that the viewer fills, with all that it shows and the pictures that stand there
+/// without it; these alone where the viewer was left out of the build.
+std::string scene_html(const Scene& scene, const std::string& id, const std::string& pictures);
+
+}  // namespace scarp

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string_view>
+
+namespace scarp {
+
+/// The script that shows the scenes of a page (apps/viewer/src); empty where it was left out of the
+/// build.
+std::string_view viewer_script();
+
+}  // namespace scarp
