@@ -16,7 +16,6 @@ namespace scarp {
 namespace {
 
 constexpr int samples_per_side = 2;   // of a pixel
-constexpr int sky_rays = 12;          // of each sample
 constexpr double depth_below = 0.08;  // of the block's width, below the lowest point
 
 using Colour = Vec3d;  // linear in what is stored
@@ -102,7 +101,8 @@ class Renderer {
       : layers_(layers),
         surface_(extract_surface(layers)),
         scene_(surface_, layers.frame.sides(), layers.frame.spacing),
-        camera_(options.azimuth, options.elevation) {
+        camera_(options.azimuth, options.elevation),
+        sky_rays_(options.sky_rays) {
     const Sides sides = layers.frame.sides();
     const Box box = bounding_box(surface_);
     const double h = layers.frame.spacing;
@@ -211,16 +211,16 @@ class Renderer {
   }
 
   Colour shaded(const Flight& flight, std::uint64_t sample) const {
-    std::array<Ray, sky_rays> rays;
-    std::array<Flight, sky_rays> flights;
+    std::vector<Ray> rays(static_cast<std::size_t>(sky_rays_));
+    std::vector<Flight> flights(rays.size());
     const Vec3d n = scene_.normal(flight.facet);
-    for (int k = 0; k < sky_rays; ++k) {
+    for (int k = 0; k < sky_rays_; ++k) {
       rays[static_cast<std::size_t>(k)] = {
           .r = flight.r, .u = towards_sky(n, even_numbers(sample, k)), .from = flight.facet};
     }
     scene_.fly(rays, flights);
     const auto is_sky = [](const Flight& each) { return each.end == Flight::End::sky; };
-    const double sky = static_cast<double>(std::ranges::count_if(flights, is_sky)) / sky_rays;
+    const double sky = static_cast<double>(std::ranges::count_if(flights, is_sky)) / sky_rays_;
     const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
     const double lit = std::max(0.0, dot(smooth_normal(flight), light));
     return (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[flight.facet]);
@@ -237,6 +237,7 @@ class Renderer {
   TriMesh surface_;
   RayScene scene_;
   Camera camera_;
+  int sky_rays_;
   Vec3d origin_;
   Block block_;
   int width_ = 0;

@@ -229,7 +229,7 @@ TEST_F(RunCommand, NamesMayHoldAnyCharacter) {
   const std::string metrics = read_file(folder_ / "r" / "metrics.csv");
   EXPECT_THAT(metrics, HasSubstr("0,\"one, \"\"two\"\" three\",5,"));
   const std::string picture = read_file(folder_ / "r" / "profile_0000.svg");
-  EXPECT_THAT(picture, HasSubstr("a&lt;b &amp; \"c\""));
+  EXPECT_THAT(picture, HasSubstr("a&lt;b &amp; &quot;c&quot;"));
   EXPECT_EQ(picture.find('\x01'), std::string::npos);
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "apps/recipe.h"
+#include "apps/report.h"
 #include "apps/run.h"
 #include "tests/apps/reference_page.h"
 #include "tests/temporary_folder.h"
@@ -109,7 +110,7 @@ void add_keys(const nlohmann::json& object, const std::string& path, std::set<st
 }
 
 TEST_F(ResultsReference, HasTheFilesOfAFolder) {
-  std::set<std::string> files{"state_interrupted.vdb"};
+  std::set<std::string> files{"state_interrupted.vdb", report_file};
   for (const auto& entry : fs::directory_iterator(results())) {
     std::string name = entry.path().filename().string();
     for (char& c : name) {
