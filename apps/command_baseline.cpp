@@ -9,6 +9,7 @@
 #include "apps/baseline.h"
 #include "apps/commands.h"
 #include "apps/comparison_files.h"
+#include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 
@@ -90,8 +91,10 @@ class Suite {
   ExitCode report(std::span<const Comparison> comparisons) const {
     const auto passed = [](const Comparison& each) { return each.passed(); };
     const bool all_passed = std::ranges::all_of(comparisons, passed);
-    const fs::path page = folder_ / "report.html";
-    write_file(page, comparison_page(comparisons,
+    const fs::path page = folder_ / report_file;
+    std::vector<PageEntry> entries;
+    for (const Comparison& each : comparisons) entries.push_back({.comparison = each});
+    write_file(page, comparison_page(entries,
                                      {.title = "Baselines of " + arguments_.suite, .recipe = ""}));
     nlohmann::ordered_json json{{"passed", all_passed}};
     for (const Comparison& each : comparisons) {

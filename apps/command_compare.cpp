@@ -7,8 +7,9 @@
 #include "apps/attended_run.h"
 #include "apps/commands.h"
 #include "apps/comparison.h"
+#include "apps/comparison_case.h"
 #include "apps/comparison_files.h"
-#include "apps/measured_contour.h"
+#include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/read_file.h"
@@ -75,9 +76,18 @@ class Runner {
   fs::path folder_;
 };
 
+/// The runs of a group, which are all there.
+std::vector<fs::path> folders_of(const RunGroup& group) {
+  std::vector<fs::path> folders;
+  for (const RunRecord& run : group.runs) folders.push_back(run.where);
+  return folders;
+}
+
 /// compare.json and report.html; what was compared first stands at the top.
-ExitCode write_results(const fs::path& folder, std::span<const Comparison> comparisons,
-                       const PageOrigin& origin, const CommonOptions& common) {
+ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> cases,
+                       const std::string& title, const CommonOptions& common) {
+  std::vector<Comparison> comparisons;
+  for (const ComparisonCase& each : cases) comparisons.push_back(compare(each));
   nlohmann::ordered_json json = comparison_json(comparisons.front());
   bool passed = true;
   for (const Comparison& each : comparisons) {
@@ -85,15 +95,17 @@ ExitCode write_results(const fs::path& folder, std::span<const Comparison> compa
     if (comparisons.size() > 1) json["methods"][each.second] = comparison_json(each);
   }
   json["passed"] = passed;
+  json["title"] = title;
+  for (const ComparisonCase& each : cases) json["cases"].push_back(case_json(each, folder));
   const std::string text = json.dump(2) + '\n';
   fs::create_directories(folder);
   write_file(folder / "compare.json", text);
-  write_file(folder / "report.html", comparison_page(comparisons, origin));
+  write_file(folder / report_file, comparison_page(cases, comparisons, title));
   if (common.json) {
     std::cout << text;
   } else {
     for (const Comparison& each : comparisons) fmt::print("{}\n", comparison_text(each));
-    fmt::print("{}\n", (folder / "report.html").string());
+    fmt::print("{}\n", (folder / report_file).string());
   }
   return passed ? done : check_failed;
 }
@@ -113,36 +125,33 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
   };
   const auto full = runner.run({.name = "full", .overrides = {"simplify.enabled=false"}}, seed);
   if (!full) return stopped();
-  std::vector<RunGroup> groups;
+  std::vector<ComparisonCase> cases;
   for (const Variant& variant : variants_of(arguments)) {
-    auto group = runner.run(variant, seed + 1);
+    const auto group = runner.run(variant, seed + 1);
     if (!group) return stopped();
-    groups.push_back(*std::move(group));
+    cases.push_back({.first = full->name,
+                     .second = group->name,
+                     .first_runs = folders_of(*full),
+                     .second_runs = folders_of(*group),
+                     .tolerances = arguments.tolerances});
   }
-  std::vector<Comparison> comparisons;
-  comparisons.reserve(groups.size());
-  for (const RunGroup& group : groups)
-    comparisons.push_back(compare(*full, group, arguments.tolerances));
-  return write_results(arguments.result_folder(), comparisons,
-                       {.title = recipe.title, .recipe = recipe.resolved}, common);
+  return write_results(arguments.result_folder(), cases, recipe.title, common);
 }
 
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
-  const bool is_contour = fs::path(arguments.with).extension() == ".csv";
-  const Comparison comparison = [&] {
-    if (is_contour) {
-      return compare_with_contour(arguments.recipe, arguments.with, arguments.line,
-                                  arguments.tolerances);
-    }
-    const RunGroup first{.name = arguments.recipe, .runs = {read_run(arguments.recipe)}};
-    const RunGroup second{.name = arguments.with, .runs = {read_run(arguments.with)}};
-    return compare(first, second, arguments.tolerances);
-  }();
+  ComparisonCase wanted{.first = arguments.recipe,
+                        .second = arguments.with,
+                        .first_runs = {arguments.recipe},
+                        .tolerances = arguments.tolerances};
+  if (fs::path(arguments.with).extension() == ".csv") {
+    wanted.contour = arguments.with;
+    wanted.line = arguments.line;
+  } else {
+    wanted.second_runs = {arguments.with};
+  }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
-  return write_results(
-      folder, std::span(&comparison, 1),
-      {.title = fmt::format("{} and {}", comparison.first, comparison.second), .recipe = ""},
-      common);
+  return write_results(folder, std::span(&wanted, 1),
+                       fmt::format("{} and {}", arguments.recipe, arguments.with), common);
 }
 
 }  // namespace

@@ -286,7 +286,8 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
 }
 
 void add_arguments(CLI::App& command, ReportArguments& arguments) {
-  command.add_option("folder", arguments.folder, "Folder of a run")->required();
+  command.add_option("folder", arguments.folder, "Result folder of a run or of a comparison")
+      ->required();
   command.add_option("-o,--output", arguments.output, "Page (default: report.html in the folder)");
 }
 
@@ -375,8 +376,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
       line);
   add_command<BaselineArguments>(
       app, "baseline", "Keep what recipes give, and notice when they give something else", line);
-  add_command<ReportArguments>(app, "report",
-                               "A run as one page: in space, in section, metrology, time", line);
+  add_command<ReportArguments>(
+      app, "report", "A run or a comparison as one page: in space, in section, in numbers", line);
   add_command<RenderArguments>(app, "render",
                                "A picture of a run or a state in space, cut open (.png)", line);
   add_command<VolumeArguments>(

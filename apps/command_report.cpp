@@ -17,9 +17,11 @@ namespace fs = std::filesystem;
 
 std::string page_of(const fs::path& folder) {
   if (fs::exists(folder / "metrics.csv")) return run_page(folder);
-  throw InputError(
-      fmt::format("{}: is no folder of a run, which has a metrics.csv; make one with scarp run",
-                  folder.string()));
+  if (fs::exists(folder / "compare.json")) return comparison_page(folder);
+  throw InputError(fmt::format(
+      "{}: is the folder neither of a run (metrics.csv) nor of a comparison (compare.json); make "
+      "one with scarp run or scarp compare",
+      folder.string()));
 }
 
 }  // namespace

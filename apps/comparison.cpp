@@ -25,42 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Which outputs of each run are compared with each other: those at one process time, the first
-/// with the first where several are, and the ends.
-std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs) {
-  struct Moment {
-    double time = 0;
-    int occurrence = 0;
-  };
-  const auto moments = [](const RunRecord& run) {
-    std::vector<Moment> found;
-    for (const RunOutput& output : run.outputs) {
-      const bool again = !found.empty() && found.back().time == output.time;
-      found.push_back({output.time, again ? found.back().occurrence + 1 : 0});
-    }
-    return found;
-  };
-  std::vector<std::vector<Moment>> of_runs;
-  for (const RunRecord* run : runs) of_runs.push_back(moments(*run));
-  std::vector<std::vector<std::size_t>> common;
-  for (const Moment& wanted : of_runs.front()) {
-    std::vector<std::size_t> row;
-    for (const std::vector<Moment>& each : of_runs) {
-      const auto same = std::ranges::find_if(each, [&](const Moment& moment) {
-        return moment.occurrence == wanted.occurrence &&
-               std::abs(moment.time - wanted.time) <= 1e-9 * std::abs(wanted.time);
-      });
-      if (same == each.end()) break;
-      row.push_back(static_cast<std::size_t>(same - each.begin()));
-    }
-    if (row.size() == runs.size()) common.push_back(std::move(row));
-  }
-  std::vector<std::size_t> ends;
-  for (const RunRecord* run : runs) ends.push_back(run->outputs.size() - 1);
-  if (common.empty() || common.back() != ends) common.push_back(std::move(ends));
-  return common;
-}
-
 void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
   bool is_same = a.two_dimensional == b.two_dimensional && a.boundary == b.boundary;
   for (int axis = 0; axis < 2 && !a.two_dimensional; ++axis)
@@ -466,6 +430,40 @@ class Comparer {
 };
 
 }  // namespace
+
+std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs) {
+  struct Moment {
+    double time = 0;
+    int occurrence = 0;
+  };
+  const auto moments = [](const RunRecord& run) {
+    std::vector<Moment> found;
+    for (const RunOutput& output : run.outputs) {
+      const bool again = !found.empty() && found.back().time == output.time;
+      found.push_back({output.time, again ? found.back().occurrence + 1 : 0});
+    }
+    return found;
+  };
+  std::vector<std::vector<Moment>> of_runs;
+  for (const RunRecord* run : runs) of_runs.push_back(moments(*run));
+  std::vector<std::vector<std::size_t>> common;
+  for (const Moment& wanted : of_runs.front()) {
+    std::vector<std::size_t> row;
+    for (const std::vector<Moment>& each : of_runs) {
+      const auto same = std::ranges::find_if(each, [&](const Moment& moment) {
+        return moment.occurrence == wanted.occurrence &&
+               std::abs(moment.time - wanted.time) <= 1e-9 * std::abs(wanted.time);
+      });
+      if (same == each.end()) break;
+      row.push_back(static_cast<std::size_t>(same - each.begin()));
+    }
+    if (row.size() == runs.size()) common.push_back(std::move(row));
+  }
+  std::vector<std::size_t> ends;
+  for (const RunRecord* run : runs) ends.push_back(run->outputs.size() - 1);
+  if (common.empty() || common.back() != ends) common.push_back(std::move(ends));
+  return common;
+}
 
 Sample sample_of(std::span<const double> values) {
   RunningStatistics all;

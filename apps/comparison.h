@@ -123,6 +123,10 @@ struct Comparison {
   bool passed() const { return moved().empty(); }
 };
 
+/// Which outputs of each run are compared with each other: those at one process time, the first
+/// with the first where several are, and the ends.
+std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs);
+
 /// Compares two groups at every output time that all runs have, and at their ends.
 ///
 /// A value has moved where its means differ by more than the tolerance and by more than three

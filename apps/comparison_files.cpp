@@ -265,7 +265,7 @@ std::vector<std::vector<std::array<double, 2>>> in_um(std::span<const Polyline> 
 }
 
 std::string profiles_svg(const Comparison& comparison) {
-  Plot plot{.title = "Profiles in the middle of the domain, of the first seeds, at every output",
+  Plot plot{.title = "Profiles of the first seeds, at every output",
             .x_label = "x [um]",
             .y_label = "z [um]",
             .curves = {{.name = comparison.first, .colour = 0, .lines = {}},
@@ -346,7 +346,7 @@ constexpr const char* equal_error_note =
     "seeds "
     "at the end. What the distance between the two has besides is systematic: ";
 
-std::string section_of(const Comparison& comparison) {
+std::string section_of(const Comparison& comparison, const std::string& scene) {
   std::string html = fmt::format("<h2>{} against {}</h2>\n<p class=\"{}\">{}</p>\n",
                                  escaped(comparison.second), escaped(comparison.first),
                                  class_of(!comparison.passed()           ? Verdict::moved
@@ -361,9 +361,12 @@ std::string section_of(const Comparison& comparison) {
   }
   if (comparison.speedup) html += "<p>" + escaped(speed_text(comparison)) + ".</p>\n";
   html += rules_text(comparison);
-  html += profiles_svg(comparison) + apart_svg(comparison) + last_fluxes(comparison);
+  html += scene;
+  html += "<div class=\"plots\">\n" + profiles_svg(comparison) + apart_svg(comparison) +
+          last_fluxes(comparison) + "</div>\n";
   html += "<h3>Distances between surfaces [spacings]</h3>\n" + distances_table(comparison);
-  html += "<h3>Values with a tolerance</h3>\n" + values_table(comparison, true);
+  html += "<details><summary>Values with a tolerance</summary>\n" + values_table(comparison, true) +
+          "</details>\n";
   html += "<details><summary>Values without one</summary>\n" + values_table(comparison, false) +
           "</details>\n";
   if (!comparison.first_costs.empty() && !comparison.second_costs.empty())
@@ -407,13 +410,13 @@ std::string comparison_text(const Comparison& comparison) {
   return text;
 }
 
-std::string comparison_page(std::span<const Comparison> comparisons, const PageOrigin& origin) {
+std::string comparison_page(std::span<const PageEntry> entries, const PageOrigin& origin) {
   std::string body = "<h1>" + escaped(origin.title) + "</h1>\n";
-  for (const Comparison& each : comparisons) {
+  for (const auto& [each, scene] : entries) {
     // Of many, those that need no look are folded.
-    const bool is_folded = comparisons.size() > 3 && each.passed();
+    const bool is_folded = entries.size() > 3 && each.passed();
     if (is_folded) body += "<details><summary>" + escaped(verdict_text(each)) + "</summary>\n";
-    body += section_of(each);
+    body += section_of(each, scene);
     if (is_folded) body += "</details>\n";
   }
   if (!origin.recipe.empty())

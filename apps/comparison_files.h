@@ -23,7 +23,13 @@ struct PageOrigin {
   std::string recipe;  ///< as TOML; empty where there is none
 };
 
-/// report.html: verdicts, profiles over each other, flux, tables.
-std::string comparison_page(std::span<const Comparison> comparisons, const PageOrigin& origin);
+/// A comparison on a page.
+struct PageEntry {
+  const Comparison& comparison;
+  std::string scene{};  ///< an element that shows it in space; may be empty
+};
+
+/// report.html: verdicts, surfaces side by side, profiles over each other, flux, tables.
+std::string comparison_page(std::span<const PageEntry> entries, const PageOrigin& origin);
 
 }  // namespace scarp

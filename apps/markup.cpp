@@ -125,17 +125,31 @@ std::string curve_path(const Curve& curve, const Axes& axes) {
                      curve.is_dashed ? " dashed" : "", path);
 }
 
-std::string legend_of(const Plot& plot, double y) {
+struct Legend {
   std::string svg;
+  double height = 0;  ///< px
+};
+
+/// Names in rows that end within the picture.
+Legend legend_of(const Plot& plot, double y) {
+  constexpr double row_height = 18;     // px
+  constexpr double letter_width = 6.6;  // px, on average
+  Legend legend;
   double x = left;
   for (const Curve& curve : plot.curves) {
     if (curve.name.empty()) continue;
-    svg += fmt::format("<path class=\"curve c{}{}\" d=\"M{:.1f} {:.1f}h22\"/>\n", curve.colour,
-                       curve.is_dashed ? " dashed" : "", x, y - 4);
-    svg += svg_text(x + 28, y, "start", curve.name);
-    x += 48 + 7.5 * static_cast<double>(curve.name.size());
+    const double length = 44 + letter_width * static_cast<double>(curve.name.size());
+    if (x > left && x + length > width) {
+      x = left;
+      legend.height += row_height;
+    }
+    const double baseline = y + legend.height;
+    legend.svg += fmt::format("<path class=\"curve c{}{}\" d=\"M{:.1f} {:.1f}h22\"/>\n",
+                              curve.colour, curve.is_dashed ? " dashed" : "", x, baseline - 4);
+    legend.svg += svg_text(x + 28, baseline, "start", curve.name);
+    x += length;
   }
-  return svg;
+  return legend;
 }
 
 // Colours that stay apart in print and for colour-blind readers (after Okabe and Ito 2008).
@@ -194,12 +208,13 @@ std::string escaped(const std::string& text) {
 
 std::string plot_svg(const Plot& plot) {
   const Axes axes = axes_of(plot);
-  const double full_height = axes.bottom_edge + bottom;
-  std::string svg = fmt::format("<svg viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\">\n",
-                                width, full_height, escaped(plot.title));
+  const Legend legend = legend_of(plot, axes.bottom_edge + bottom - 8);
+  std::string svg =
+      fmt::format("<svg viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\">\n", width,
+                  axes.bottom_edge + bottom + legend.height, escaped(plot.title));
   svg += grid_of(plot, axes);
   for (const Curve& curve : plot.curves) svg += curve_path(curve, axes);
-  return svg + legend_of(plot, full_height - 8) + "</svg>\n";
+  return svg + legend.svg + "</svg>\n";
 }
 
 std::string bar_svg(const std::string& title, const std::string& unit,

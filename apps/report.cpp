@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "apps/comparison_case.h"
 #include "apps/csv_table.h"
 #include "apps/markup.h"
 #include "apps/render.h"
@@ -20,8 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-constexpr std::size_t most_scene_bytes = 13'000'000;  // of a page below 15 MB
 
 /// What a run left in its folder.
 struct RunFiles {
@@ -103,11 +102,9 @@ std::vector<std::string> moments_of(const RunFiles& run) {
 }
 
 Scene scene_of(const RunFiles& run) {
-  const fs::path& newest = run.record.outputs.back().surface;
-  Scene scene{
-      .sides = run.wafer.layers.frame.sides(),
-      .material_names = newest.empty() ? run.wafer.materials.names() : read_material_names(newest),
-      .panes = {{.name = ""}}};
+  Scene scene{.sides = run.wafer.layers.frame.sides(),
+              .material_names = material_names_of(run.record, run.wafer),
+              .panes = {{.name = ""}}};
   const std::vector<std::string> moments = moments_of(run);
   ScenePane& pane = scene.panes.front();
   for (std::size_t n = 0; n < run.record.outputs.size(); ++n) {
@@ -347,6 +344,25 @@ std::string run_page(const fs::path& folder) {
   return html_page(run.title(), head_of(run) + surface_section(run) + sections_section(run) +
                                     metrology_section(run) + steps_section(run) +
                                     origin_section(run));
+}
+
+std::string comparison_page(const fs::path& folder) {
+  const fs::path file = folder / "compare.json";
+  std::vector<ComparisonCase> cases;
+  std::string title;
+  try {
+    const auto json = ordered_json::parse(read_file(file));
+    title = json.at("title");
+    for (const auto& each : json.at("cases")) cases.push_back(read_case(each, folder));
+  } catch (const ordered_json::exception& error) {
+    throw InputError(
+        fmt::format("{}: does not say what is compared: {}; make it with scarp compare",
+                    file.string(), error.what()));
+  }
+  if (cases.empty()) throw InputError(file.string() + ": has no case; make it with scarp compare");
+  std::vector<Comparison> comparisons;
+  for (const ComparisonCase& each : cases) comparisons.push_back(compare(each));
+  return comparison_page(cases, comparisons, title);
 }
 
 }  // namespace scarp

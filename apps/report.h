@@ -15,4 +15,9 @@ inline constexpr const char* report_file = "report.html";
 /// Throws: InputError if the folder holds no run, or a file of it cannot be read.
 std::string run_page(const std::filesystem::path& folder);
 
+/// The page of a comparison: it is made again from the runs that its compare.json names.
+///
+/// Throws: InputError if there is none, or one of the runs cannot be read.
+std::string comparison_page(const std::filesystem::path& folder);
+
 }  // namespace scarp

@@ -214,6 +214,11 @@ FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides) {
   return result;
 }
 
+std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafer& wafer) {
+  const std::filesystem::path& surface = run.outputs.back().surface;
+  return surface.empty() ? wafer.materials.names() : read_material_names(surface);
+}
+
 void thin_out(Scene& scene, std::size_t most_bytes) {
   std::size_t count = most_outputs(scene);
   while (count > 1 && bytes_with(scene, count) > most_bytes) --count;

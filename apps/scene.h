@@ -50,6 +50,12 @@ struct FieldMesh {
 /// side of a square of its area.
 FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides);
 
+/// The names of the materials of a run by the numbers in its surfaces; the wafer is its newest.
+std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafer& wafer);
+
+/// What the scenes of a page may take, together, for it to stay below 15 MB.
+inline constexpr std::size_t most_scene_bytes = 13'000'000;
+
 /// Leaves out outputs, evenly, the first and the last last of all, until those that are left take
 /// no more bytes in a page. One of each pane always stays.
 void thin_out(Scene& scene, std::size_t most_bytes);

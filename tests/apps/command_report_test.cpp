@@ -22,13 +22,6 @@ class ReportCommand : public Program {
     const Outcome run = scarp("run " + small_trench("-o " + path(folder) + " " + more));
     ASSERT_EQ(run.exit_code, 0) << run.messages;
   }
-
-  /// What the viewer is told.
-  static nlohmann::json description_of(const std::string& page) {
-    const std::string begin = "<script type=\"application/json\">";
-    const std::size_t from = page.find(begin) + begin.size();
-    return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
-  }
 };
 
 TEST_F(ReportCommand, ARunWritesItAtItsEnd) {
@@ -72,7 +65,7 @@ TEST_F(ReportCommand, ItsNumbersAreThoseOfTheFiles) {
 TEST_F(ReportCommand, TheViewerGetsTheSurfacesOfTheFiles) {
   if (viewer_script().empty()) GTEST_SKIP() << "built without the viewer: node or npm is missing";
   run_trench("out");
-  const nlohmann::json found = description_of(read_file(path("out/report.html")));
+  const nlohmann::json found = scene_description(read_file(path("out/report.html")));
   const nlohmann::json outputs = found["panes"][0]["outputs"];
   ASSERT_EQ(outputs.size(), 4U);
   EXPECT_EQ(outputs[0]["facets"],

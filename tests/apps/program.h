@@ -26,6 +26,13 @@ struct Outcome {
 
 inline nlohmann::json json_of(const Outcome& outcome) { return nlohmann::json::parse(outcome.out); }
 
+/// What the viewer of a page is told of its first scene.
+inline nlohmann::json scene_description(const std::string& page) {
+  const std::string begin = "<script type=\"application/json\">";
+  const std::size_t from = page.find(begin) + begin.size();
+  return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
+}
+
 /// metrics.csv without the columns that hold wall times.
 inline std::string metrics_without_times(const std::filesystem::path& file) {
   std::istringstream in(read_file(file));

@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/viewer/viewer_script.h"
+#include "program.h"
 
 namespace scarp {
 namespace {
@@ -42,12 +41,6 @@ std::vector<double> times_of(const ScenePane& pane) {
   std::vector<double> times;
   for (const SceneOutput& output : pane.outputs) times.push_back(output.time);
   return times;
-}
-
-nlohmann::json description_of(const std::string& html) {
-  const std::string begin = "<script type=\"application/json\">";
-  const std::size_t from = html.find(begin) + begin.size();
-  return nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from));
 }
 
 class SceneHtml : public ::testing::Test {
@@ -96,7 +89,7 @@ TEST_F(SceneHtml, HasUnitsAndTheRangeOfAllOutputs) {
   scene.panes[0].outputs = {output_at(0, {{.name = "speed_nm_s", .values = {-3}}}),
                             output_at(1, {{.name = "flux_std_error_F", .values = {0.5F}},
                                           {.name = "speed_nm_s", .values = {2}}})};
-  const nlohmann::json found = description_of(scene_html(scene, "s", ""));
+  const nlohmann::json found = scene_description(scene_html(scene, "s", ""));
   ASSERT_EQ(found["fields"].size(), 2U);
   EXPECT_EQ(found["fields"][0]["label"], "speed");
   EXPECT_EQ(found["fields"][0]["unit"], "nm/s");
@@ -116,7 +109,7 @@ TEST_F(SceneHtml, NamesCannotEndTheirElement) {
   const std::string html = scene_html(scene, "s", "");
   EXPECT_THAT(html, Not(HasSubstr("<script>")));
   EXPECT_THAT(html, Not(HasSubstr("<!--")));
-  EXPECT_THAT(description_of(html)["materials"]["0"]["name"].get<std::string>(),
+  EXPECT_THAT(scene_description(html)["materials"]["0"]["name"].get<std::string>(),
               HasSubstr("</script><script>"));
 }
 
