@@ -15,7 +15,7 @@ namespace {
 constexpr double width = 520;    // px
 constexpr double height = 270;   // px, of a plot whose scales are its own
 constexpr double tallest = 760;  // px, of one with equal scales
-constexpr double left = 64;
+constexpr double left = 76;
 constexpr double right = 16;
 constexpr double top = 28;
 constexpr double bottom = 64;
