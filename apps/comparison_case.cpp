@@ -87,16 +87,20 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
   Scene scene{.sides = frame.sides(),
               .material_names = material_names_of(runs[0], wafer),
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
-  for (const std::vector<std::size_t>& places : common_outputs(std::array{&runs[0], &runs[1]})) {
+  const std::array records{&runs[0], &runs[1]};
+  std::array<std::vector<std::size_t>, 2> outputs;
+  for (const std::vector<std::size_t>& places : common_outputs(records)) {
     std::array<FieldMesh, 2> surfaces;
     for (std::size_t n = 0; n < 2; ++n)
       surfaces[n] = read_field_mesh(runs[n].outputs[places[n]], scene.sides);
     for (std::size_t n = 0; n < 2; ++n) {
       const double time = runs[n].outputs[places[n]].time;
+      outputs[n].push_back(places[n]);
       scene.panes[n].outputs.push_back(packed(time, surfaces[n], surfaces[1 - n], frame.spacing));
     }
   }
   for (ScenePane& pane : scene.panes) pane.output_count = pane.outputs.size();
+  add_volumes(scene, records, outputs);
   thin_out(scene, most_bytes);
   return scene_html(scene, id, pictures_of(runs));
 }

@@ -1,10 +1,9 @@
 #include "apps/packed_surface.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/deflate.h"
 #include "core/error.h"
 
 namespace scarp {
@@ -77,17 +76,6 @@ void append_field(std::string& bytes, const FacetArray& field, const PackedField
     const double code = std::clamp((static_cast<double>(value) - range.low) * scale, 0.0, colours);
     bytes += is_a_number(value) ? static_cast<char>(std::lround(code)) : no_number;
   }
-}
-
-std::string deflated(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  const int status =
-      compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_BEST_COMPRESSION);
-  SCARP_ASSERT(status, ==, Z_OK);
-  packed.resize(size);
-  return packed;
 }
 
 }  // namespace

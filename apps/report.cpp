@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "apps/comparison_case.h"
 #include "apps/csv_table.h"
@@ -114,6 +115,9 @@ Scene scene_of(const RunFiles& run) {
         {.time = output.time, .moment = moments[n], .surface = pack(found.mesh, found.fields)});
   }
   pane.output_count = pane.outputs.size();
+  std::vector<std::size_t> all(pane.outputs.size());
+  std::iota(all.begin(), all.end(), 0);
+  add_volumes(scene, std::array{&run.record}, std::span(&all, 1));
   thin_out(scene, most_scene_bytes);
   return scene;
 }

@@ -50,10 +50,38 @@ FacetArray size_array(const TriMesh& mesh) {
   return array;
 }
 
+// --- what lies within ---------------------------------------------------------------------------
+
+/// The block that is shown: all surfaces, and some of the solid below.
+Box block_of(const Scene& scene) {
+  constexpr double depth_below = 0.08;  // of its width; apps/viewer/src/view.js has the same
+  Box block;
+  for (const ScenePane& pane : scene.panes) {
+    for (const SceneOutput& output : pane.outputs) {
+      const auto corner = [](const std::array<float, 3>& r) {
+        return Vec3d(Vec3f{r[0], r[1], r[2]});
+      };
+      block.add(corner(output.surface.lower));
+      block.add(corner(output.surface.upper));
+    }
+  }
+  const Vec3d size = block.upper - block.lower;
+  block.lower.z -= depth_below * std::max(size.x, size.y);
+  return block;
+}
+
+/// States may number materials of recipes in another way than surfaces do.
+MaterialId number_of(const std::string& name, const std::vector<std::string>& names) {
+  const auto place = std::ranges::find(names, name);
+  return static_cast<MaterialId>(place - names.begin());
+}
+
 // --- what is left out ----------------------------------------------------------------------------
 
 /// Of base64, with the element around it.
-std::size_t page_bytes(const PackedSurface& surface) { return surface.bytes.size() * 4 / 3 + 400; }
+std::size_t page_bytes(const SceneOutput& output) {
+  return (output.surface.bytes.size() + output.volume.bytes.size()) * 4 / 3 + 400;
+}
 
 /// The places of `count` of a series, evenly spread from its first to its last.
 std::vector<std::size_t> evenly(std::size_t size, std::size_t count) {
@@ -74,7 +102,7 @@ std::size_t bytes_with(const Scene& scene, std::size_t count) {
   std::size_t sum = 0;
   for (const ScenePane& pane : scene.panes)
     for (const std::size_t n : evenly(pane.outputs.size(), std::min(count, pane.outputs.size())))
-      sum += page_bytes(pane.outputs[n].surface);
+      sum += page_bytes(pane.outputs[n]);
   return sum;
 }
 
@@ -139,6 +167,18 @@ std::string data_id(const std::string& id, std::size_t pane, std::size_t output)
   return fmt::format("{}-{}-{}", id, pane, output);
 }
 
+std::string volume_id(const std::string& surface_id) { return surface_id + "-volume"; }
+
+ordered_json list_of(const Vec3d& r) { return {r.x, r.y, r.z}; }
+
+ordered_json volume_json(const PackedVolume& volume, const std::string& id) {
+  return {{"data", volume_id(id)},
+          {"nodes", volume.nodes},
+          {"lower", list_of(volume.box.lower)},
+          {"upper", list_of(volume.box.upper)},
+          {"materials", volume.materials}};
+}
+
 ordered_json output_json(const SceneOutput& output, const std::string& id) {
   const PackedSurface& surface = output.surface;
   ordered_json json{{"time_s", output.time},
@@ -149,6 +189,7 @@ ordered_json output_json(const SceneOutput& output, const std::string& id) {
                     {"vertices", surface.vertex_count},
                     {"facets", surface.facet_count},
                     {"fields", ordered_json::array()}};
+  if (!output.volume.materials.empty()) json["volume"] = volume_json(output.volume, id);
   for (const PackedField& field : surface.fields)
     json["fields"].push_back({{"name", field.name}, {"low", field.low}, {"high", field.high}});
   return json;
@@ -167,12 +208,19 @@ std::string script_json(const ordered_json& json) {
   return text;
 }
 
+std::string data_element(const std::string& id, const std::string& bytes) {
+  return fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", id, base64(bytes));
+}
+
 std::string data_elements(const Scene& scene, const std::string& id) {
   std::string html;
   for (std::size_t p = 0; p < scene.panes.size(); ++p) {
-    for (std::size_t n = 0; n < scene.panes[p].outputs.size(); ++n)
-      html += fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", data_id(id, p, n),
-                          base64(scene.panes[p].outputs[n].surface.bytes));
+    for (std::size_t n = 0; n < scene.panes[p].outputs.size(); ++n) {
+      const SceneOutput& output = scene.panes[p].outputs[n];
+      html += data_element(data_id(id, p, n), output.surface.bytes);
+      if (!output.volume.materials.empty())
+        html += data_element(volume_id(data_id(id, p, n)), output.volume.bytes);
+    }
   }
   return html;
 }
@@ -217,6 +265,20 @@ FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides) {
 std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafer& wafer) {
   const std::filesystem::path& surface = run.outputs.back().surface;
   return surface.empty() ? wafer.materials.names() : read_material_names(surface);
+}
+
+void add_volumes(Scene& scene, std::span<const RunRecord* const> runs,
+                 std::span<const std::vector<std::size_t>> outputs) {
+  const Box block = block_of(scene);
+  for (std::size_t p = 0; p < scene.panes.size(); ++p) {
+    for (std::size_t n = 0; n < outputs[p].size(); ++n) {
+      const SavedWafer wafer = read_wafer(runs[p]->outputs[outputs[p][n]].state);
+      PackedVolume volume = pack_volume(wafer.layers, block);
+      for (MaterialId& material : volume.materials)
+        material = number_of(wafer.materials[material].name, scene.material_names);
+      scene.panes[p].outputs[n].volume = std::move(volume);
+    }
+  }
 }
 
 void thin_out(Scene& scene, std::size_t most_bytes) {

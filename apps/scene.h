@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/packed_surface.h"
+#include "apps/packed_volume.h"
 #include "apps/run_record.h"
 #include "core/frame.h"
 
@@ -17,6 +18,7 @@ struct SceneOutput {
   double time = 0;
   std::string moment;  ///< "after etch"; may be empty
   PackedSurface surface{};
+  PackedVolume volume{};  ///< without materials where it is not known
 };
 
 /// The outputs of one run, beside those of others.
@@ -52,6 +54,12 @@ FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides);
 
 /// The names of the materials of a run by the numbers in its surfaces; the wafer is its newest.
 std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafer& wafer);
+
+/// Adds what lies below the surfaces of a pane, from the states of its outputs.
+///
+/// Shape: runs[p] is that of pane p, outputs[p][n] which of its outputs n is.
+void add_volumes(Scene& scene, std::span<const RunRecord* const> runs,
+                 std::span<const std::vector<std::size_t>> outputs);
 
 /// What the scenes of a page may take, together, for it to stay below 15 MB.
 inline constexpr std::size_t most_scene_bytes = 13'000'000;

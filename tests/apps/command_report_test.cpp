@@ -79,6 +79,8 @@ TEST_F(ReportCommand, TheViewerGetsTheSurfacesOfTheFiles) {
   EXPECT_EQ(names, (std::set<std::string>{"curvature_per_um", "facet_size_nm", "flux",
                                           "flux_std_error", "material", "speed_nm_s"}));
   EXPECT_EQ(found["materials"]["2"]["name"], "SiO2");
+  EXPECT_EQ(outputs[0]["volume"]["materials"], (std::vector<int>{0}));  // no film yet
+  EXPECT_EQ(outputs[3]["volume"]["materials"], (std::vector<int>{0, 2}));
 }
 
 TEST_F(ReportCommand, NeedsNoOtherFile) {

@@ -41,7 +41,7 @@ export function scarp(...words) {
 
 /** A page that fails the test when it asks for anything outside, or complains. */
 export class OpenPage {
-  static async open(browser, file, { init, ...options } = {}) {
+  static async open(browser, file, { init, hash = '', ...options } = {}) {
     const context = await browser.newContext({ viewport: { width: 800, height: 640 }, ...options });
     await context.setOffline(true);
     const page = new OpenPage();
@@ -54,10 +54,10 @@ export class OpenPage {
     page.page.on('pageerror', (error) => page.complaints.push(error.stack));
     const url = String(pathToFileURL(file));
     page.page.on('request', (request) => {
-      if (request.url() !== url && !request.url().startsWith('data:')) page.complaints.push(request.url());
+      if (request.url().split('#')[0] !== url && !request.url().startsWith('data:')) page.complaints.push(request.url());
     });
     if (init) await page.page.addInitScript(init);
-    await page.page.goto(url);
+    await page.page.goto(url + hash);
     return page;
   }
 
@@ -166,6 +166,7 @@ export class Picture {
 export const isDrawn = (r, g, b) => Math.min(r, g, b) < 250;
 export const isYellow = (r, g, b) => r > 150 && g > 150 && b < 0.55 * Math.min(r, g);
 export const isReddish = (r, g, b) => r > 1.04 * g && g > 1.02 * b;
+export const isPink = (r, g, b) => r > 1.3 * g && b > 1.1 * g;
 export const isGrey = (r, g, b) => isDrawn(r, g, b) && Math.max(r, g, b) - Math.min(r, g, b) < 14;
 
 /** The part in which two masks differ. */

@@ -3,10 +3,22 @@
 import { materialColour, scaleOf } from './colours.js';
 import { element, labelled } from './dom.js';
 import { materialsLegend, numbersLegend, numberText } from './legend.js';
-import { unpack } from './unpack.js';
+import { unpack, unpackVolume } from './unpack.js';
 import { View } from './view.js';
 
 const material = 'material';
+
+const textOf = (id) => document.getElementById(id).textContent;
+
+/** The surface of an output, with what lies below it as `volume`, where the page has that. */
+async function readOutput(output) {
+  const surface = await unpack(textOf(output.data), output);
+  if (output.volume) {
+    const bytes = await unpackVolume(textOf(output.volume.data), output.volume);
+    surface.volume = { ...output.volume, bytes };
+  }
+  return surface;
+}
 
 export class Figure {
   /** root holds the description as JSON and the packed surfaces. Throws where the browser has no WebGL. */
@@ -22,7 +34,23 @@ export class Figure {
       this.panel.dataset.pictures = Number(this.panel.dataset.pictures ?? 0) + 1;
     };
     this.view.resize();
-    this.showOutput(this.outputCount - 1);
+    this.#setControls(new URLSearchParams(location.hash.slice(1)));
+  }
+
+  /** From the address of the page: #colour=flux&cut=y&wireframe=on shows it so. */
+  #setControls(wanted) {
+    for (const [name, control] of Object.entries({ colour: this.field, cut: this.axis, place: this.place })) {
+      const before = control.value;
+      if (wanted.has(name)) control.value = wanted.get(name);
+      if (control.value === '') control.value = before; // there is no such choice
+    }
+    this.flip.checked = wanted.has('flip');
+    this.wireframe.checked = wanted.has('wireframe');
+    this.view.setWireframe(this.wireframe.checked);
+    this.#enableCut();
+    this.cut();
+    const last = this.outputCount - 1;
+    this.showOutput(Math.min(Math.max(Number(wanted.get('output') ?? last) || 0, 0), last));
   }
 
   #makeControls() {
@@ -122,12 +150,10 @@ export class Figure {
     this.time.value = number;
     this.wanted = number;
     const outputs = this.#outputs(number);
-    const surfaces = await Promise.all(
-      outputs.map((output) => unpack(document.getElementById(output.data).textContent, output)),
-    );
+    const surfaces = await Promise.all(outputs.map(readOutput));
     if (this.wanted !== number) return; // another one was asked for meanwhile
     this.surfaces = surfaces;
-    this.view.setSurfaces(surfaces);
+    this.view.setSurfaces(surfaces, this.description.materials);
     this.#describe(outputs);
     this.paint();
   }
@@ -147,15 +173,18 @@ export class Figure {
     const field = this.description.fields.find(({ name }) => name === this.field.value);
     const isMaterial = field.name === material;
     const scale = scaleOf(field);
+    const materials = materialsLegend(this.description.materials, this.#materialsShown());
     this.view.setColours(field.name, isMaterial ? materialColour(this.description.materials) : scale.colour);
-    this.legend.replaceChildren(
-      isMaterial ? materialsLegend(this.description.materials, this.#materialsShown()) : numbersLegend(field, scale),
-    );
+    this.legend.replaceChildren(...(isMaterial ? [materials] : [numbersLegend(field, scale), materials]));
     if (!this.surfaces.every(({ fields }) => fields.has(field.name)))
       this.legend.append(element('span', { textContent: `grey: without ${field.label} at this output` }));
   }
 
   #materialsShown() {
-    return new Set(this.surfaces.flatMap(({ fields }) => [...new Set(fields.get(material) ?? [])]).sort((a, b) => a - b));
+    const numbers = this.surfaces.flatMap(({ fields, volume }) => [
+      ...new Set(fields.get(material) ?? []),
+      ...(volume?.materials ?? []),
+    ]);
+    return new Set(numbers.sort((a, b) => a - b));
   }
 }

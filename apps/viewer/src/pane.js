@@ -27,8 +27,7 @@ import {
 } from 'three';
 import { facetColours } from './colours.js';
 import { cornerNormals, edges } from './mesh.js';
-
-const solidColour = 0xc9ccd2;
+import { setSolid, solidMaterial, solidUniforms } from './solid.js';
 
 /** The corners of all facets, one after the other. */
 function cornerPositions(positions, triangles) {
@@ -90,17 +89,15 @@ function counter(geometry, side, operation, plane) {
 
 /** The solid where a plane cuts it. What the normal of the plane points to stays. */
 class Cap {
-  constructor(plane, size, otherPlanes, order) {
+  constructor(plane, size, uniforms, order) {
     this.plane = plane;
     this.group = new Group();
     this.back = counter(new BufferGeometry(), BackSide, IncrementWrapStencilOp, plane);
     this.front = counter(new BufferGeometry(), FrontSide, DecrementWrapStencilOp, plane);
     this.face = new Mesh(
       new PlaneGeometry(size, size),
-      new MeshLambertMaterial({
-        color: solidColour,
+      solidMaterial(uniforms, {
         side: DoubleSide,
-        clippingPlanes: otherPlanes,
         stencilWrite: true,
         stencilRef: 0,
         stencilFunc: NotEqualStencilFunc,
@@ -109,6 +106,7 @@ class Cap {
         stencilZPass: ReplaceStencilOp,
       }),
     );
+    this.face.frustumCulled = false;
     this.face.onAfterRender = (renderer) => renderer.clearStencil();
     this.back.renderOrder = this.front.renderOrder = order;
     this.face.renderOrder = order + 0.5;
@@ -140,9 +138,9 @@ export class Pane {
   constructor(lower, upper, cutPlane) {
     this.lower = lower;
     this.scene = new Scene();
-    this.sky = new HemisphereLight(0xffffff, 0x9aa0aa, 1.9);
+    this.sky = new HemisphereLight(0xffffff, 0xd8dadf, 1.9);
     this.sky.position.set(0, 0, 1);
-    this.light = new DirectionalLight(0xffffff, 1.5);
+    this.light = new DirectionalLight(0xffffff, 1.4);
     this.scene.add(this.sky, this.light, this.light.target);
     this.cutPlane = cutPlane;
     this.surface = new Mesh(
@@ -176,8 +174,9 @@ export class Pane {
       new Plane(new Vector3(0, -1, 0), upper.y - inset),
       new Plane(new Vector3(0, 0, 1), -lower.z - inset),
     ];
-    this.sideCaps = sides.map((plane, n) => new Cap(plane, size, [], n));
-    this.cutCap = new Cap(this.cutPlane, size, [], sides.length);
+    this.solid = solidUniforms();
+    this.sideCaps = sides.map((plane, n) => new Cap(plane, size, this.solid, n));
+    this.cutCap = new Cap(this.cutPlane, size, this.solid, sides.length);
     this.caps = [...this.sideCaps, this.cutCap];
     for (const cap of this.caps) this.scene.add(cap.group);
     this.setCut(false);
@@ -198,6 +197,11 @@ export class Pane {
     const body = closedBody(surface, rim, this.lower.z);
     this.cutCap.back.geometry.dispose();
     for (const cap of this.caps) cap.setBody(body);
+  }
+
+  /** What lies within: see setSolid of solid.js. */
+  setSolid(solid) {
+    setSolid(this.solid, solid);
   }
 
   #replace(object, geometry) {

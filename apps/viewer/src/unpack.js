@@ -63,6 +63,16 @@ function readField(bytes, start, count, { low, high }) {
   return values;
 }
 
+/** Where the layers of an output are: four bytes for each node, one for each layer but the highest, 128 at its border. */
+export async function unpackVolume(text, { nodes, materials }) {
+  const planes = await inflate(text);
+  const count = nodes[0] * nodes[1] * nodes[2];
+  const bytes = new Uint8Array(4 * count);
+  for (let layer = 0; layer < materials.length - 1; ++layer)
+    for (let n = 0; n < count; ++n) bytes[4 * n + layer] = planes[layer * count + n];
+  return bytes;
+}
+
 /**
  * The surface of an output: positions (x, y, z of each vertex), triangles (three vertices each), and fields by
  * name (a value per facet).

@@ -71,7 +71,7 @@ export class View {
   }
 
   /** Surfaces as unpack() gives them, one for each pane. */
-  setSurfaces(surfaces) {
+  setSurfaces(surfaces, materials) {
     surfaces.forEach((surface, n) => {
       const positions = surface.positions.slice();
       for (let k = 0; k < positions.length; k += 3) {
@@ -80,7 +80,20 @@ export class View {
         positions[k + 2] = (positions[k + 2] - this.centre.z) / this.unit;
       }
       this.panes[n].setSurface({ ...surface, positions });
+      this.panes[n].setSolid(this.#solidOf(surface.volume, materials));
     });
+  }
+
+  /** What lies within, in the coordinates of the scene. */
+  #solidOf(volume, materials) {
+    if (!volume) return null;
+    return {
+      nodes: volume.nodes,
+      bytes: volume.bytes,
+      lower: this.#inScene(new Vector3(...volume.lower)),
+      upper: this.#inScene(new Vector3(...volume.upper)),
+      colours: volume.materials.map((number) => materials[number].colour),
+    };
   }
 
   setColours(field, colourOf) {
