@@ -26,9 +26,8 @@ std::string ending_of(const std::filesystem::path& file) {
   return ending;
 }
 
-[[noreturn]] void fail_unknown_ending(const std::filesystem::path& file) {
-  throw InputError(file.string() +
-                   ": the ending does not name a mesh format; use .obj, .ply, .stl or .vtp");
+[[noreturn]] void fail_unknown_ending(const std::filesystem::path& file, const char* known) {
+  throw InputError(file.string() + ": the ending does not name a mesh format; use " + known);
 }
 
 /// Beyond, squares of squares leave the range of numbers.
@@ -154,7 +153,7 @@ TriMesh read_mesh(const std::filesystem::path& file) {
   if (ending == ".ply") read = read_ply;
   if (ending == ".stl") read = read_stl;
   if (ending == ".vtp") read = read_vtp;
-  if (read == nullptr) fail_unknown_ending(file);
+  if (read == nullptr) fail_unknown_ending(file, ".obj, .ply, .stl or .vtp");
 
   const std::string content = read_file(file);
   if (content.empty()) throw InputError(file.string() + ": the file is empty");
@@ -170,7 +169,7 @@ void write_mesh(const std::filesystem::path& file, const TriMesh& mesh) {
   if (ending == ".stl") return write_file(file, stl_bytes(mesh));
   if (ending == ".vtp") return write_file(file, vtp_bytes(mesh, {}));
   if (ending == ".vtu") return write_file(file, vtu_bytes(mesh));
-  fail_unknown_ending(file);
+  fail_unknown_ending(file, ".obj, .ply, .stl, .vtp or .vtu");
 }
 
 void write_vtp(const std::filesystem::path& file, const TriMesh& mesh, const MeshFields& fields) {

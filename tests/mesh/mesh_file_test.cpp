@@ -203,7 +203,12 @@ TEST_F(MeshFile, SeriesNumbersItsFiles) {
 
 TEST_F(MeshFile, UnknownEndingIsRefused) {
   EXPECT_THAT(message_of(file_with("mesh.off", "OFF")), HasSubstr(".obj, .ply, .stl or .vtp"));
-  EXPECT_THROW(write_mesh(file("new.off"), tent()), InputError);
+  try {
+    write_mesh(file("new.off"), tent());
+    ADD_FAILURE() << "written";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(".stl, .vtp or .vtu"));
+  }
   EXPECT_THROW(write_vtp(file("mesh.obj"), tent(), {}), InputError);
   EXPECT_FALSE(fs::exists(file("new.off")));
 }
@@ -381,6 +386,14 @@ TEST_F(MeshFile, ArraysOverFacetsComeBack) {
   EXPECT_EQ(arrays[0].name, "material");
   EXPECT_EQ(arrays[1].name, "flux");
   EXPECT_EQ(arrays[1].values, flux);
+}
+
+TEST_F(MeshFile, NamesOfMaterialsComeBack) {
+  const std::vector<std::string> names{"Si", "a <b> & \"c\"", "\xC2\xB5"};
+  write_vtp(folder_ / "mesh.vtp", tent(), {.facets = {}, .vertices = {}, .material_names = names});
+  EXPECT_EQ(read_material_names(folder_ / "mesh.vtp"), names);
+  write_mesh(folder_ / "plain.vtp", tent());
+  EXPECT_TRUE(read_material_names(folder_ / "plain.vtp").empty());
 }
 
 TEST_F(MeshFile, AFileThatCannotBeWrittenLeavesNothing) {
