@@ -84,15 +84,14 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
   const SavedWafer wafer = read_wafer(runs[0].outputs.back().state);
   const Frame& frame = wafer.layers.frame;
   if (frame.two_dimensional) return "";
-  Scene scene{.sides = frame.sides(),
-              .material_names = material_names_of(runs[0], wafer),
+  Scene scene{.material_names = material_names_of(runs[0], wafer),
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
   const std::array records{&runs[0], &runs[1]};
   std::array<std::vector<std::size_t>, 2> outputs;
   for (const std::vector<std::size_t>& places : common_outputs(records)) {
     std::array<FieldMesh, 2> surfaces;
     for (std::size_t n = 0; n < 2; ++n)
-      surfaces[n] = read_field_mesh(runs[n].outputs[places[n]], scene.sides);
+      surfaces[n] = read_field_mesh(runs[n].outputs[places[n]], frame.sides());
     for (std::size_t n = 0; n < 2; ++n) {
       const double time = runs[n].outputs[places[n]].time;
       outputs[n].push_back(places[n]);

@@ -103,14 +103,13 @@ std::vector<std::string> moments_of(const RunFiles& run) {
 }
 
 Scene scene_of(const RunFiles& run) {
-  Scene scene{.sides = run.wafer.layers.frame.sides(),
-              .material_names = material_names_of(run.record, run.wafer),
-              .panes = {{.name = ""}}};
+  const Sides sides = run.wafer.layers.frame.sides();
+  Scene scene{.material_names = material_names_of(run.record, run.wafer), .panes = {{.name = ""}}};
   const std::vector<std::string> moments = moments_of(run);
   ScenePane& pane = scene.panes.front();
   for (std::size_t n = 0; n < run.record.outputs.size(); ++n) {
     const RunOutput& output = run.record.outputs[n];
-    const FieldMesh found = read_field_mesh(output, scene.sides);
+    const FieldMesh found = read_field_mesh(output, sides);
     pane.outputs.push_back(
         {.time = output.time, .moment = moments[n], .surface = pack(found.mesh, found.fields)});
   }

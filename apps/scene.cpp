@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "apps/markup.h"
 #include "apps/picture.h"
@@ -307,7 +305,6 @@ std::string scene_html(const Scene& scene, const std::string& id, const std::str
            "alone.</p>\n";
   }
   ordered_json json{{"place_error_nm", scene.place_error()},
-                    {"sides", {{"lower", scene.sides.lower}, {"upper", scene.sides.upper}}},
                     {"materials", materials_json(scene)},
                     {"fields", fields_json(scene)},
                     {"panes", ordered_json::array()}};

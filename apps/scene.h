@@ -28,13 +28,11 @@ struct ScenePane {
   std::size_t output_count = 0;  ///< before some were left out
 };
 
-/// Units: nm.
 struct Scene {
-  Sides sides{};
   std::vector<std::string> material_names{};
   std::vector<ScenePane> panes{};
 
-  /// How far a place may be from that of the files.
+  /// How far a place may be from that of the files. Units: nm.
   double place_error() const;
 };
 
