@@ -1,7 +1,10 @@
 #include "flux/reconstruct.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -11,6 +14,125 @@ namespace scarp {
 namespace {
 
 constexpr double least_cosine = 0.766;  // of 40 degrees
+constexpr std::size_t grain = 1024;     // facets
+
+using Corners = std::array<float, 3>;
+
+// Means at the corners, sharpened.
+//
+// Means over the facets around a corner, and then over the corners of a facet, are a low pass A.
+// Where a flux does more than rise steadily it is blurred: the bottom of a hole, on which ions come
+// straight, goes too slowly, the more so the larger its facets are. So the means of what A lacks,
+// F - A F, are added, which makes 2 A - A^2 of A: it blurs in the next order only, and raises no
+// noise, since the spectrum of A is in [0, 1]. This comes to a flow between every two corners of a
+// facet, from the lower to the higher, of a third of their difference. Flows can be limited so that
+// no corner leaves the range of its facets, and what one gains another one loses.
+// Source: twicing, Tukey 1977; the limits are those of Zalesak 1979.
+class Sharpener {
+ public:
+  Sharpener(const TriMesh& mesh, std::span<const float> facet_values)
+      : mesh_(mesh), corners_(mesh), facet_values_(facet_values) {}
+
+  std::vector<Corners> values() {
+    find_means();
+    find_limits();
+    std::vector<Corners> values(means_.size());
+    for_each_corner([&](std::size_t f, std::size_t corner) {
+      const Flow flow = flow_to(
+          f, corner, [&](std::size_t g, std::size_t i, std::size_t j) { return part(g, i, j); });
+      const auto [least, greatest] = range(f, corner);  // which rounding may leave
+      values[f][corner] =
+          std::clamp(static_cast<float>(means_[f][corner] + flow.in - flow.out), least, greatest);
+    });
+    return values;
+  }
+
+ private:
+  // Per area of a corner.
+  struct Flow {
+    double in = 0;
+    double out = 0;
+  };
+
+  template <class Use>
+  void for_each_corner(const Use& use) const {
+    parallel_for(mesh_.triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t f = begin; f < end; ++f)
+        for (std::size_t corner = 0; corner < 3; ++corner) use(f, corner);
+    });
+  }
+
+  void find_means() {
+    means_.resize(mesh_.triangles.size());
+    for_each_corner([&](std::size_t f, std::size_t corner) {
+      double sum = 0;
+      double area = 0;
+      corners_.for_each(static_cast<std::uint32_t>(f), corner,
+                        [&](std::uint32_t g, double area_of_g) {
+                          sum += area_of_g * static_cast<double>(facet_values_[g]);
+                          area += area_of_g;
+                        });
+      means_[f][corner] = area > 0 ? static_cast<float>(sum / area) : facet_values_[f];
+    });
+  }
+
+  // Of the facets that count.
+  std::pair<float, float> range(std::size_t f, std::size_t corner) const {
+    std::pair range{facet_values_[f], facet_values_[f]};
+    corners_.for_each(static_cast<std::uint32_t>(f), corner, [&](std::uint32_t g, double) {
+      range.first = std::min(range.first, facet_values_[g]);
+      range.second = std::max(range.second, facet_values_[g]);
+    });
+    return range;
+  }
+
+  // The parts of what would flow that each corner can take and give.
+  void find_limits() {
+    takes_.resize(means_.size());
+    gives_.resize(means_.size());
+    for_each_corner([&](std::size_t f, std::size_t corner) {
+      const auto [least, greatest] = range(f, corner);
+      const Flow flow = flow_to(f, corner, [](auto, auto, auto) { return 1.0; });
+      const double mean = means_[f][corner];
+      takes_[f][corner] = static_cast<float>(std::min(1.0, (greatest - mean) / flow.in));
+      gives_[f][corner] = static_cast<float>(std::min(1.0, (mean - least) / flow.out));
+    });
+  }
+
+  // Of the flow to corner i of a facet from its corner j.
+  double part(std::size_t f, std::size_t i, std::size_t j) const {
+    const bool is_higher = means_[f][i] > means_[f][j];
+    return is_higher ? std::min(takes_[f][i], gives_[f][j]) : std::min(gives_[f][i], takes_[f][j]);
+  }
+
+  template <class Part>
+  Flow flow_to(std::size_t f, std::size_t corner, const Part& part) const {
+    const std::uint32_t v = mesh_.triangles[f][corner];
+    Flow flow;
+    double area = 0;
+    corners_.for_each(
+        static_cast<std::uint32_t>(f), corner, [&](std::uint32_t g, double area_of_g) {
+          const Triangle& triangle = mesh_.triangles[g];
+          const auto i =
+              static_cast<std::size_t>(std::ranges::find(triangle, v) - triangle.begin());
+          for (std::size_t j = 0; j < 3; ++j) {
+            const double third = (static_cast<double>(means_[g][i]) - means_[g][j]) / 3;
+            if (third == 0) continue;
+            (third > 0 ? flow.in : flow.out) += area_of_g * std::abs(third) * part(g, i, j);
+          }
+          area += area_of_g;
+        });
+    if (!(area > 0)) return {};
+    return {flow.in / area, flow.out / area};
+  }
+
+  const TriMesh& mesh_;
+  SmoothCorners corners_;
+  std::span<const float> facet_values_;
+  std::vector<Corners> means_;
+  std::vector<Corners> takes_;
+  std::vector<Corners> gives_;
+};
 
 }  // namespace
 
@@ -36,22 +158,7 @@ bool SmoothCorners::belongs(std::uint32_t f, std::uint32_t g) const {
 std::vector<std::array<float, 3>> corner_values(const TriMesh& mesh,
                                                 std::span<const float> facet_values) {
   SCARP_ASSERT(facet_values.size(), ==, mesh.triangles.size());
-  const SmoothCorners corners(mesh);
-  std::vector<std::array<float, 3>> values(mesh.triangles.size());
-  parallel_for(values.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        double sum = 0;
-        double area = 0;
-        corners.for_each(f, corner, [&](std::uint32_t g, double area_of_g) {
-          sum += area_of_g * static_cast<double>(facet_values[g]);
-          area += area_of_g;
-        });
-        values[f][corner] = area > 0 ? static_cast<float>(sum / area) : facet_values[f];
-      }
-    }
-  });
-  return values;
+  return Sharpener(mesh, facet_values).values();
 }
 
 }  // namespace scarp

@@ -38,10 +38,12 @@ class SmoothCorners {
 /// Values at the three corners of every facet from values on facets: linear on a facet, continuous
 /// where the surface is smooth, with a step at edges and at borders of materials.
 ///
-/// A corner takes the mean, weighted by area, over the facets that count there. Facets at a domain
-/// side average over their side of it. The integral is kept where every facet around a vertex
-/// counts for every other, which holds but for strong curvature. Means of standard errors bound
-/// those of the corners.
+/// A corner takes the mean, weighted by area, over the facets that count there, and what this
+/// blurs is put back: the mean over the corners of a facet is its value where the slope is constant
+/// or changes steadily. Facets at a domain side average over their side of it. No corner leaves
+/// the range of the facets that count there. The integral is kept where every facet around a
+/// vertex counts for every other, which holds but for strong curvature. Means of standard errors
+/// are about those of the corners.
 ///
 /// Shape: facet_values and result have one entry per facet; corners in the order of the triangle.
 /// Cost:  O(n).
