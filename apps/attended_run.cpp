@@ -15,12 +15,28 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Set by the first interrupt; the second ends the process at once.
 std::atomic<bool> interrupt_requested{false};
+std::atomic<bool> checkpoint_requested{false};
 
+// The second one ends the process at once.
 void on_interrupt(int signal) {
   interrupt_requested = true;
   std::signal(signal, SIG_DFL);
+}
+
+// The terminal is gone, or the time that a batch system gives is over, of which it tells more than
+// once.
+void on_last_call(int) { interrupt_requested = true; }
+
+void on_checkpoint_request(int) { checkpoint_requested = true; }
+
+void listen() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  std::signal(SIGXCPU, on_last_call);
+  std::signal(SIGUSR1, on_checkpoint_request);
+  // nohup lets it be ignored.
+  if (std::signal(SIGHUP, on_last_call) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 std::string duration_text(double seconds) {
@@ -93,14 +109,14 @@ class Progress {
 
 RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
                     const AttendedOptions& options) {
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  listen();
   try {
     Progress progress(recipe, options.quiet);
     return run(
         recipe, folder,
         {.resume = options.resume,
          .stop = &interrupt_requested,
+         .checkpoint = &checkpoint_requested,
          .log = Log(std::cerr, options.quiet ? Log::Level::warnings : Log::Level::everything),
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
   } catch (const DiskFullError& error) {

@@ -14,8 +14,11 @@ struct AttendedOptions {
   bool quiet = false;  ///< no progress and no notes
 };
 
-/// Runs a recipe with its progress on standard error; the first interrupt lets the time step end
-/// and writes a checkpoint, the second ends the process.
+/// Runs a recipe with its progress on standard error.
+///
+/// SIGINT, SIGTERM, SIGHUP and SIGXCPU let the time step end, then a checkpoint is written and the
+/// run ends; a second SIGINT or SIGTERM ends the process at once. SIGUSR1 has a checkpoint written
+/// after the time step, and the run goes on.
 ///
 /// Throws: as run(); a full disk also says which command goes on.
 RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,

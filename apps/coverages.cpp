@@ -112,13 +112,12 @@ std::vector<float> means(std::span<const float> old, std::span<const std::uint32
 
 }  // namespace
 
-std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const TriMesh& facets,
-                                        double reach) {
-  const std::vector<std::uint32_t> from = closest_facets(facets, coverages.facets, reach);
-  const std::vector<double> old_areas =
-      found_areas(coverages.facets, closest_facets(coverages.facets, facets, reach));
-  const std::vector<double> new_areas = found_areas(facets, from);
-  const std::vector<double> areas = facet_areas(facets);
+std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
+                                        const TriMesh& from, const TriMesh& to, double reach) {
+  const std::vector<std::uint32_t> closest = closest_facets(to, from, reach);
+  const std::vector<double> old_areas = found_areas(from, closest_facets(from, to, reach));
+  const std::vector<double> new_areas = found_areas(to, closest);
+  const std::vector<double> areas = facet_areas(to);
   std::vector<float> kept;
   for (std::size_t f = 0; f < areas.size(); ++f)
     kept.push_back(static_cast<float>(new_areas[f] / areas[f]));
@@ -127,8 +126,8 @@ std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const
                         std::accumulate(old_areas.begin(), old_areas.end(), 0.0);
   std::vector<std::vector<float>> values;
   std::vector<double> integrals;
-  for (const std::vector<float>& old : coverages.values) {
-    values.push_back(means(old, from));
+  for (const std::vector<float>& old : coverages) {
+    values.push_back(means(old, closest));
     integrals.push_back(growth * integral(old_areas, old));
   }
   if (std::isfinite(growth)) Balance(values, areas, std::move(kept)).bring_to(integrals);

@@ -18,16 +18,15 @@ struct CoverageOptions {
   int most_iterations = 200;  ///< for one number of rays
 };
 
-/// What covers a surface, and the mesh that it was known on; without coverages also without mesh.
+/// What covers the facets of a mesh.
 ///
 /// Shape: values[c][f] is coverage names[c] of facet f.
 struct SurfaceCoverages {
-  TriMesh facets{};
   std::vector<std::string> names{};
   std::vector<std::vector<float>> values{};
 };
 
-/// The coverages on the facets of another mesh of the surface, which may have moved in between.
+/// Coverages on the facets of another mesh of the surface, which may have moved in between.
 ///
 /// Each facet takes the mean over its area of what lies closest. On the part of the old surface
 /// that is still there, which has a new one within the reach, the mean over the area is then kept
@@ -38,8 +37,8 @@ struct SurfaceCoverages {
 ///
 /// Shape: as SurfaceCoverages::values. Units: the reach as the meshes, nm.
 /// Cost:  about 4 microseconds per facet of each mesh.
-std::vector<std::vector<float>> carried(const SurfaceCoverages& coverages, const TriMesh& facets,
-                                        double reach);
+std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
+                                        const TriMesh& from, const TriMesh& to, double reach);
 
 /// The area that each coverage takes up. Units: nm^2.
 std::vector<double> covered_areas(const TriMesh& facets,

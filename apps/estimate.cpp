@@ -1,13 +1,14 @@
 #include "apps/estimate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
+#include <optional>
 
+#include "apps/coarse_run.h"
 #include "apps/expected_end.h"
-#include "apps/simulator.h"
 #include "core/peak_memory.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
@@ -103,7 +104,7 @@ struct TrialStep {
   std::vector<double> missed{};  ///< error over its target, by species
   double stable_dt = 0;
   double time = 0;  ///< at its beginning
-  double area = 0;  ///< of the surface then
+  double area = 0;  ///< of the surface then, in those of the domain
 };
 
 // What the time steps of a step of the recipe take, and how the surface grows in it.
@@ -111,14 +112,10 @@ struct StepCost {
   double rays = 0;  ///< of one time step
   double seconds = 0;
   double stable_dt = 0;
-  double growth = 0;  ///< of the area of the surface, nm^2/s over nm^2
+  double area = 0;    ///< of the surface that this is for, in those of the domain
+  double growth = 0;  ///< of that in a second
   double duration = 0;
 };
-
-double area_of(const TriMesh& facets) {
-  const std::vector<double> areas = facet_areas(facets);
-  return std::accumulate(areas.begin(), areas.end(), 0.0);
-}
 
 TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe) {
   TrialStep trial{
@@ -126,7 +123,7 @@ TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe
       .flux_seconds = now.timer.seconds("flux"),
       .stable_dt = stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl),
       .time = state.time,
-      .area = area_of(now.facets)};
+      .area = area_of(now, recipe.frame)};
   for (const FluxField& flux : now.flux) {
     // Where all species are as far from a target in position as the worst one.
     const double target = flux.response_error ? recipe.position_error / std::sqrt(now.flux.size())
@@ -164,16 +161,8 @@ State copy_of(const State& state) {
           .repeat_start = state.repeat_start,
           .time_step = state.time_step,
           .voids = state.voids,
-          .coverages = state.coverages,
-          .mesh = state.mesh};
-}
-
-// With at most so many rays.
-Recipe with_few_rays(const Recipe& recipe, std::uint64_t count) {
-  Recipe few = recipe;
-  if (few.flux.rays > 0) few.flux.rays = std::min(few.flux.rays, count);
-  few.flux.max_rays = std::min(few.flux.max_rays, count);
-  return few;
+          .mesh = state.mesh,
+          .coverages = state.coverages};
 }
 
 // The first time steps of a step after the given survey, the last of them with more rays. What acts
@@ -206,14 +195,27 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const double factor = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
   StepCost cost{.rays = factor * last.rays,
                 .seconds = factor * last.flux_seconds,
-                .stable_dt = std::numeric_limits<double>::infinity()};
+                .stable_dt = std::numeric_limits<double>::infinity(),
+                .area = first.area};
   for (const TrialStep& each : trials) {
     cost.seconds += each.grid_seconds / static_cast<double>(trials.size());
     cost.stable_dt = std::min(cost.stable_dt, each.stable_dt);
   }
-  if (last.time > first.time)
-    cost.growth = (last.area - first.area) / ((last.time - first.time) * first.area);
+  if (last.time > first.time) cost.growth = (last.area - first.area) / (last.time - first.time);
   return cost;
+}
+
+// Of a step that lies between two others.
+StepCost between(const StepCost& before, const StepCost& after, double part) {
+  const auto at = [&](double StepCost::*value) {
+    return std::lerp(before.*value, after.*value, part);
+  };
+  return {.rays = at(&StepCost::rays),
+          .seconds = at(&StepCost::seconds),
+          .stable_dt = at(&StepCost::stable_dt),
+          .area = at(&StepCost::area),
+          .growth = at(&StepCost::growth),
+          .duration = at(&StepCost::duration)};
 }
 
 // With those that outputs cut short, and the speeds that are met or will be.
@@ -230,13 +232,114 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
   return outputs * count(between_outputs) + (rest > 1e-9 * duration ? count(rest) : 0);
 }
 
-// What a run holds at once: what the trial did, and a time step's copies of the band.
+// What a run holds at once: what the trials did, and a time step's copies of the band.
 double memory_mb(const Layers& layers) {
   constexpr double band_copies = 3;
   double band = 0;
   for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
   return peak_memory_mb() + 1e-6 * band_copies * band;
 }
+
+// The steps to try: of those that share a model the first and the last one.
+struct Trials {
+  std::map<const SurfaceModel*, std::array<std::size_t, 2>> of_model;
+  std::size_t last = 0;         ///< of all
+  double time_steps_ahead = 0;  ///< of that
+
+  explicit Trials(const Recipe& recipe) {
+    for (std::size_t n = 0; n < recipe.steps.size(); ++n) {
+      const ProcessStep& step = recipe.steps[n];
+      of_model.try_emplace(step.model.get(), std::array{n, n}).first->second[1] = n;
+    }
+    for (const auto& [model, steps] : of_model) last = std::max(last, steps[1]);
+    for (std::size_t n = 0; n < last; ++n)
+      time_steps_ahead += time_steps(recipe.steps[n], recipe.steps[n].duration, recipe);
+  }
+
+  bool has(std::size_t step, const SurfaceModel* model) const {
+    const auto& [first, last] = of_model.at(model);
+    return step == first || step == last;
+  }
+};
+
+// Tries steps on the geometry that they meet, and goes by the area of the surface between them.
+class Estimator {
+ public:
+  explicit Estimator(const Recipe& recipe)
+      : recipe_(recipe),
+        few_rays_(with_few_rays(recipe, trial_rays)),
+        trials_(recipe),
+        state_(start_state(recipe)) {}
+
+  CostEstimate estimate() {
+    cost_.lowest = state_.layers.top().lower();
+    cost_.highest = state_.layers.top().upper();
+    for (const Layer& layer : state_.layers.stack) cost_.active_nodes += layer.phi.active_count();
+    for (std::size_t n = 0; n < recipe_.steps.size(); ++n)
+      if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
+    for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
+    cost_.rays_per_time_step = rays_ / cost_.time_steps;
+    return cost_;
+  }
+
+ private:
+  // Where it is too far to go there, the geometry stays what it was, and is not tried twice.
+  void try_step(std::size_t n) {
+    const ProcessStep& step = recipe_.steps[n];
+    const bool is_there = n == 0 || ahead_->reach(n);
+    if (!is_there && n != trials_.of_model.at(step.model.get())[0]) return;
+    if (n > 0) state_ = ahead_->state();
+    state_.step = n;
+    begin_step(state_, recipe_);
+    Survey first = survey(state_, few_rays_);
+    if (n == 0 && trials_.last > 0)
+      ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
+    cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
+    cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
+    const double duration = expected_duration(step, state_, first);
+    if (step.until) cost_.ends.push_back({n, duration});
+    StepCost& cost = known_[n];
+    cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
+    cost.duration = duration;
+    cost_.memory_mb = std::max(cost_.memory_mb, memory_mb(state_.layers));
+  }
+
+  // As the step was tried; between two that were, by the way from one to the other.
+  StepCost cost_of_step(std::size_t n) const {
+    const auto& [first, last] = trials_.of_model.at(recipe_.steps[n].model.get());
+    const StepCost& before = known_.at(first);
+    if (n == first || !known_.contains(last)) return before;
+    const StepCost& after = known_.at(last);
+    const double part = static_cast<double>(n - first) / static_cast<double>(last - first);
+    return between(before, after, part);
+  }
+
+  void add(std::size_t n) {
+    const ProcessStep& step = recipe_.steps[n];
+    const StepCost of_step = cost_of_step(n);
+    const double count = time_steps(step, of_step, recipe_);
+    if (ahead_ && n < ahead_->areas().size()) area_ = ahead_->areas()[n];
+    if (known_.contains(n)) area_ = of_step.area;
+    const double end_area =
+        std::max(least_area * of_step.area, area_ + of_step.growth * of_step.duration);
+    const double of_area = 0.5 * (area_ + end_area) / of_step.area;
+    area_ = end_area;
+    rays_ += count * of_area * of_step.rays;
+    cost_.time_steps += count;
+    cost_.seconds += count * of_area * of_step.seconds;
+    cost_.at_most = cost_.at_most || step.round_end;
+  }
+
+  const Recipe& recipe_;
+  Recipe few_rays_;
+  Trials trials_;
+  State state_;
+  std::optional<CoarseRun> ahead_;
+  std::map<std::size_t, StepCost> known_;  // by step
+  double area_ = 0;                        // of the surface, as it is expected
+  double rays_ = 0;
+  CostEstimate cost_;
+};
 
 }  // namespace
 
@@ -256,44 +359,6 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
 }
 
-CostEstimate estimate_cost(const Recipe& recipe) {
-  const Recipe few_rays = with_few_rays(recipe, trial_rays);
-  State state = start_state(recipe);
-  CostEstimate cost;
-  cost.lowest = state.layers.top().lower();
-  cost.highest = state.layers.top().upper();
-
-  // Repeated steps share their model: one trial is enough for all of them.
-  std::map<const SurfaceModel*, StepCost> known;
-  double rays = 0;
-  double area = 1;  // of the surface, in parts of that of the start
-  for (; state.step < recipe.steps.size(); ++state.step) {
-    const ProcessStep& step = recipe.steps[state.step];
-    const auto [entry, is_new] = known.try_emplace(step.model.get());
-    StepCost& of_step = entry->second;
-    if (is_new) {
-      begin_step(state, recipe);
-      Survey first = survey(state, few_rays);
-      const double duration = expected_duration(step, state, first);
-      if (step.until) cost.ends.push_back({state.step, duration});
-      cost.facets_full = std::max(cost.facets_full, first.facets_full);
-      cost.facets = std::max(cost.facets, first.facets.triangles.size());
-      of_step = cost_of(rehearse(copy_of(state), recipe, few_rays, std::move(first)), recipe);
-      of_step.duration = duration;
-    }
-    const double count = time_steps(step, of_step, recipe);
-    cost.at_most = cost.at_most || step.round_end;
-    const double end_area = std::max(least_area, area + of_step.growth * of_step.duration);
-    const double mean_area = 0.5 * (area + end_area);
-    area = end_area;
-    cost.time_steps += count;
-    cost.seconds += count * mean_area * of_step.seconds;
-    rays += count * mean_area * of_step.rays;
-  }
-  cost.rays_per_time_step = rays / cost.time_steps;
-  for (const Layer& layer : state.layers.stack) cost.active_nodes += layer.phi.active_count();
-  cost.memory_mb = memory_mb(state.layers);
-  return cost;
-}
+CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }
 
 }  // namespace scarp

@@ -12,12 +12,11 @@ struct ExpectedEnd {
   double duration = 0;
 };
 
-/// What a run is going to cost, from the first time steps of every step, each on the start
-/// geometry, with few rays: how long they may be, what they take, and how the surface grows in
-/// them.
+/// What a run is going to cost, from the first time steps of every step with few rays: how long
+/// they may be, what they take, and how the surface grows in them. Each is tried on the geometry
+/// that it meets, as far as a CoarseRun gets.
 ///
-/// Good to about a factor of two, where that goes on as it begins; less so of a step that works in
-/// what earlier ones opened.
+/// Good to about a factor of two, where steps go on as they begin.
 /// Units: heights in nm, memory in MB; seconds of wall time on this machine, with as many threads
 ///        as now: what the trials took for each time step and ray, times their numbers.
 struct CostEstimate {

@@ -10,7 +10,8 @@
 
 namespace scarp {
 
-/// The facets that the flux was solved on, for as long as the surface stays close to them.
+/// The facets that the flux was solved on: for as long as the surface stays close to them, and for
+/// what covers them.
 ///
 /// Their materials are not kept: a film may come and go on a surface that hardly moves.
 /// Units: nm.

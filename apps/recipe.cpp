@@ -661,6 +661,10 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   if (steps.empty() && root.ok("step"))
     root.error("step", "there is no step; add a [[step]] table");
   recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
+  recipe.checkpoint_every =
+      root.table("output").time("checkpoint_every", {.fallback = "0 s", .minimum = 0});
+  recipe.checkpoint_wall_time =
+      root.table("output").time("checkpoint_wall_time", {.fallback = "10 min", .minimum = 0});
   recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
   recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();

@@ -57,7 +57,7 @@ struct ProcessStep {
 
 /// A recipe as the simulator needs it: checked, complete, in internal units.
 ///
-/// Units: output_every in s, 0 for start and end only.
+/// Units: s; output_every 0 for start and end only, checkpoint_every 0 for outputs only.
 struct Recipe {
   std::string title;
   Frame frame;
@@ -73,6 +73,8 @@ struct Recipe {
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move in one time step
   double output_every = 0;
+  double checkpoint_every = 0;        ///< of process time; changes no time step
+  double checkpoint_wall_time = 0;    ///< at most so much is lost when the process dies
   std::vector<SectionLine> sections;  ///< besides that through the middle
   MetrologyOptions metrology;
   std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first

@@ -119,13 +119,11 @@ std::string bytes_of(const TriMesh& mesh) {
   return bytes;
 }
 
-// Counts of vertices and facets, the names in lines, then vertices, triangles, values.
+// The names in lines, then values.
 std::string bytes_of(const SurfaceCoverages& coverages) {
-  std::string bytes =
-      fmt::format("{} {}\n", coverages.facets.vertices.size(), coverages.facets.triangles.size());
+  std::string bytes;
   for (const std::string& name : coverages.names) bytes += name + '\n';
   bytes += '\n';
-  bytes += bytes_of(coverages.facets);
   for (const std::vector<float>& values : coverages.values) append_bytes<float>(bytes, values);
   return bytes;
 }
@@ -151,15 +149,10 @@ class EntryReader {
   EntryReader(const CheckpointNotes& notes, std::string name, const fs::path& file)
       : name_(std::move(name)), bytes_(note_of(notes, name_, file)), file_(file) {}
 
-  SurfaceCoverages coverages() {
+  SurfaceCoverages coverages(std::size_t facets) {
     SurfaceCoverages coverages;
-    std::size_t vertices = 0;
-    std::size_t facets = 0;
-    std::istringstream counts{std::string(line())};
-    if (!(counts >> vertices >> facets)) refuse();
     for (std::string_view name = line(); !name.empty(); name = line())
       coverages.names.emplace_back(name);
-    coverages.facets = mesh(vertices, facets);
     for (std::size_t k = 0; k < coverages.names.size(); ++k)
       coverages.values.push_back(numbers<float>(facets));
     if (!bytes_.empty()) refuse();
@@ -214,6 +207,14 @@ class EntryReader {
   std::string_view bytes_;
   const fs::path& file_;
 };
+
+std::pair<KeptMesh, SurfaceCoverages> read_surface(const CheckpointNotes& notes,
+                                                   const fs::path& file) {
+  KeptMesh mesh = EntryReader(notes, "mesh", file).kept_mesh();
+  SurfaceCoverages coverages =
+      EntryReader(notes, "coverages", file).coverages(mesh.facets.triangles.size());
+  return {std::move(mesh), std::move(coverages)};
+}
 
 // The names of the layers' materials, a line each.
 std::string names_of(const Layers& layers, const Materials& materials) {
@@ -271,8 +272,8 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"islands_removed", std::to_string(state.islands.count)},
           {"island_volume_nm3", format_number(state.islands.volume)},
           {"residue_volume_nm3", format_number(state.residue_volume)},
-          {"coverages", bytes_of(state.coverages)},
           {"mesh", bytes_of(state.mesh)},
+          {"coverages", bytes_of(state.coverages)},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
           {"recipe_hash", recipe_hash(recipe)}};
@@ -308,6 +309,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
       hash == checkpoint.notes.end() || hash->second != recipe_hash(recipe)) {
     throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
   }
+  auto [mesh, coverages] = read_surface(checkpoint.notes, file);
   return {.state = {.layers = std::move(checkpoint.layers),
                     .origin = {value("origin_s"),
                                static_cast<std::uint32_t>(value("origin_time_step"))},
@@ -323,8 +325,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
                     .residue_volume = value("residue_volume_nm3"),
-                    .coverages = EntryReader(checkpoint.notes, "coverages", file).coverages(),
-                    .mesh = EntryReader(checkpoint.notes, "mesh", file).kept_mesh()},
+                    .mesh = std::move(mesh),
+                    .coverages = std::move(coverages)},
           .file = file,
           .output_times = numbers("output_times_s")};
 }
@@ -348,7 +350,7 @@ void write_restart(const fs::path& file, const State& state, std::span<const dou
 
 std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::size_t row_count,
                                       const Recipe& recipe, const Log& log) {
-  // Outputs are numbered in the order of time; only the checkpoint of an interrupted run is not.
+  // Outputs are numbered in the order of time; only checkpoints between them are not.
   std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
   std::sort(newest_first.begin(), newest_first.end(),
             [](const fs::path& a, const fs::path& b) { return is_older(b, a); });
@@ -363,7 +365,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
       if (!newest || restart.state.time_step > newest->state.time_step) {
         newest = std::move(restart);
       }
-      if (file.filename() != interrupted_state) break;
+      if (is_numbered(file.filename().string(), "state", ".vdb")) break;
     } catch (const InputError& error) {
       log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
     }
@@ -375,12 +377,13 @@ State read_start_state(const fs::path& file, const Materials& materials) {
   Checkpoint checkpoint = read_checkpoint(file);
   const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
   name_materials(checkpoint.layers, note_of(checkpoint.notes, "materials", file), materials, file);
+  auto [mesh, coverages] = read_surface(checkpoint.notes, file);
   return {.layers = std::move(checkpoint.layers),
           .time = value("time_s"),
           .time_step = static_cast<std::uint32_t>(value("time_step")),
           .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
-          .coverages = EntryReader(checkpoint.notes, "coverages", file).coverages(),
-          .mesh = EntryReader(checkpoint.notes, "mesh", file).kept_mesh()};
+          .mesh = std::move(mesh),
+          .coverages = std::move(coverages)};
 }
 
 SavedWafer read_wafer(const fs::path& file, Materials known) {
@@ -433,7 +436,10 @@ std::string state_hash(const State& state, const Materials& materials) {
   }
   result.add_value(hash(state.layers));
   result.add_value(state.time);
-  if (!state.coverages.names.empty()) result.add(bytes_of(state.coverages));
+  if (!state.coverages.names.empty()) {
+    result.add(bytes_of(state.mesh.facets));
+    result.add(bytes_of(state.coverages));
+  }
   return result.hex();
 }
 

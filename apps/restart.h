@@ -11,8 +11,9 @@
 
 namespace scarp {
 
-/// The checkpoint of a run that was stopped between outputs; those at outputs are numbered.
+/// The checkpoint between outputs, and the one before it; those at outputs are numbered.
 inline constexpr const char* interrupted_state = "state_interrupted.vdb";
+inline constexpr const char* earlier_interrupted_state = "state_interrupted_before.vdb";
 
 /// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
 bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);

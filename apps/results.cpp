@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/metrology_files.h"
+#include "apps/recipe_difference.h"
 #include "apps/report.h"
 #include "apps/restart.h"
 #include "apps/result_files.h"
@@ -47,7 +48,7 @@ bool is_section(const std::string& name) {
 // What a run writes, beside metrics.csv.
 bool is_output(const std::string& name) {
   return name == "recipe.toml" || name == "summary.json" || name == "surface.pvd" ||
-         name == metrology_file || name == interrupted_state ||
+         name == metrology_file || name == interrupted_state || name == earlier_interrupted_state ||
          is_numbered(name, "surface", ".vtp") || is_numbered(name, "state", ".vdb") ||
          is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg") ||
          name == "profiles.svg" || name == report_file || is_section(name);
@@ -196,10 +197,11 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
   if (checkpoints.empty()) return std::nullopt;
   if (read_text(file("recipe.toml")) != recipe.resolved) {
-    throw InputError(
-        fmt::format("{}: holds a run of another recipe (or of other settings); run "
-                    "without --resume to start anew, or choose another folder with -o",
-                    file("recipe.toml").string()));
+    throw InputError(fmt::format(
+        "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
+        "start anew, or choose another folder with -o",
+        file("recipe.toml").string(),
+        first_difference(recipe.resolved, read_text(file("recipe.toml")))));
   }
   const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
   std::optional<Restart> restart =
@@ -236,6 +238,7 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
   // The checkpoint comes last: where it stands, the output is whole.
   write_state(numbered("state", number, ".vdb"), state, recipe);
   fs::remove(file(interrupted_state));
+  fs::remove(file(earlier_interrupted_state));
 }
 
 Sections& ResultFolder::sections(const Recipe& recipe) {
@@ -266,6 +269,8 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 }
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
+  if (fs::exists(file(interrupted_state)))
+    fs::rename(file(interrupted_state), file(earlier_interrupted_state));
   write_state(interrupted_state, state, recipe);
 }
 

@@ -50,7 +50,7 @@ class ResultFolder {
   /// state_NNNN.vdb.
   void write_output(const State& state, const Survey& survey, const Recipe& recipe);
 
-  /// A checkpoint between outputs, for an interrupted run.
+  /// A checkpoint between outputs; the one before it is kept.
   void write_checkpoint(const State& state, const Recipe& recipe);
 
   /// The newest checkpoint that was written or read; empty before the first.

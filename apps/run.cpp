@@ -43,6 +43,35 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
   }
 }
 
+// When checkpoints between outputs are due.
+class CheckpointClock {
+ public:
+  explicit CheckpointClock(const Recipe& recipe) : recipe_(recipe) {}
+
+  bool is_due(const State& state) const {
+    const std::chrono::duration<double> since = Clock::now() - last_;
+    return since.count() >= recipe_.checkpoint_wall_time || intervals(state) > intervals_;
+  }
+
+  void note_checkpoint(const State& state) {
+    last_ = Clock::now();
+    intervals_ = intervals(state);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // Of process time, so far.
+  double intervals(const State& state) const {
+    if (recipe_.checkpoint_every <= 0) return 0;
+    return std::floor(state.time / recipe_.checkpoint_every * (1 + 1e-12));
+  }
+
+  const Recipe& recipe_;
+  Clock::time_point last_ = Clock::now();
+  double intervals_ = 0;
+};
+
 void warn_of_loose_shapes(const State& start, const Recipe& recipe, const Log& log) {
   const std::string text = loose_solid_text(recipe.frame, start.islands);
   if (!text.empty()) log.warn(text);
@@ -217,6 +246,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
   Observer observer(recipe, options.log);
+  CheckpointClock checkpoints(recipe);
 
   begin_step(state, recipe);
   Survey now = resumed ? survey_or_save(state, recipe, folder) : survey(state, recipe);
@@ -228,6 +258,7 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
   total.add(now.timer);
   observer.look_at(state, now, note_voids(state, now.gas));
   if (!resumed) folder.write_output(state, now, recipe);
+  checkpoints.note_checkpoint(state);
 
   while (!finished(state, recipe)) {
     const std::size_t step = state.step;
@@ -243,10 +274,11 @@ RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOpt
     total.add(now.timer);
     observer.look_at(state, now, note_voids(state, now.gas));
     const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
-    if (state.time >= output_time || state.step != step) {
-      folder.write_output(state, now, recipe);
-    } else if (stop) {
-      folder.write_checkpoint(state, recipe);
+    const bool asked = options.checkpoint != nullptr && options.checkpoint->exchange(false);
+    const bool is_output = state.time >= output_time || state.step != step;
+    if (is_output || stop || asked || checkpoints.is_due(state)) {
+      is_output ? folder.write_output(state, now, recipe) : folder.write_checkpoint(state, recipe);
+      checkpoints.note_checkpoint(state);
     }
     if (stop) return RunEnd::interrupted;
   }

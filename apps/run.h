@@ -13,6 +13,8 @@ namespace scarp {
 struct RunOptions {
   bool resume = false;
   const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
+  /// When set, a checkpoint is written after the time step, and it is cleared.
+  std::atomic<bool>* checkpoint = nullptr;
   Log log{};  ///< told of voids, of targets that were not reached, of a run that is replaced
   /// Told after every time step; may be empty.
   std::function<void(const State&, const Survey&)> progress;
@@ -22,7 +24,8 @@ enum class RunEnd { complete, interrupted, was_complete };
 
 /// Runs a recipe from start to end, with all result files in the folder.
 ///
-/// A run that is interrupted leaves a checkpoint, and so does one that cannot go on.
+/// Checkpoints are written at outputs, between them as the recipe says or when one is asked for,
+/// and when the run is interrupted or cannot go on.
 /// Throws: InputError, NumericalError; the latter names the checkpoint with the last good state.
 RunEnd run(const Recipe& recipe, const std::filesystem::path& folder, const RunOptions& options);
 

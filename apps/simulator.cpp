@@ -67,6 +67,7 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
     move.islands = remove_islands(state.layers);
   }
   count_islands(state, move.islands);
+  state.mesh = {};
   state.coverages = {};
   state.time = state.step_start + step.duration;
   ++state.time_step;
@@ -183,8 +184,8 @@ State start_state(const Recipe& recipe) {
             .step_start = start.time,
             .time_step = start.time_step,
             .voids = start.voids,
-            .coverages = start.coverages,
-            .mesh = start.mesh};
+            .mesh = start.mesh,
+            .coverages = start.coverages};
   }
   State state{.layers = build_layers(recipe.frame, recipe.geometry)};
   count_islands(state, remove_islands(state.layers));

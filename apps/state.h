@@ -69,8 +69,8 @@ struct State {
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
   double residue_volume = 0;     ///< of films that went beside layers that stand still; nm^3
-  SurfaceCoverages coverages{};  ///< at the beginning of the last time step
-  KeptMesh mesh{};               ///< of the last time step; empty if it is not kept
+  KeptMesh mesh{};               ///< of the last time step; empty if nothing needs it any more
+  SurfaceCoverages coverages{};  ///< of its facets, at the beginning of that time step
 };
 
 /// The step that the next time step belongs to; the last one when the recipe is complete.

@@ -66,7 +66,7 @@ bool keeps_hits(const State& state, const Recipe& recipe) {
 // that is made now.
 bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe, Survey& result) {
   const KeptMesh& kept = state.mesh;
-  if (!keeps_hits(state, recipe)) return false;
+  if (recipe.keep_mesh_within <= 0 || !keeps_hits(state, recipe)) return false;
   if (kept.facets.triangles.empty() || kept.bound > result.simplify_bound) return false;
   auto materials = materials_if_close(kept.facets, surface, kept.bound + recipe.keep_mesh_within);
   if (!materials) return false;
@@ -137,7 +137,8 @@ std::vector<FluxField> solve_covered(std::span<const Species> species, const Flu
     return solve_with(cycle, species, options, model, result);
   }
   if (result.coverages.empty() && state.coverages.names == model.coverages()) {
-    result.coverages = carried(state.coverages, result.facets, recipe.frame.spacing);
+    result.coverages =
+        carried(state.coverages.values, state.mesh.facets, result.facets, recipe.frame.spacing);
     result.carried_areas = covered_areas(result.facets, result.coverages);
   }
   CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
@@ -266,7 +267,7 @@ void refine_to_position(const State& state, const Recipe& recipe, Survey& result
 }  // namespace
 
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
-  if (recipe.keep_mesh_within <= 0) return {};
+  if (recipe.keep_mesh_within <= 0 && survey.coverages.empty()) return {};
   return {.facets = {survey.facets.vertices, survey.facets.triangles, {}},
           .made_at = survey.made_at,
           .bound = survey.simplify_bound,
@@ -276,7 +277,7 @@ KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
 
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
   if (survey.coverages.empty()) return {};
-  return {.facets = survey.facets, .names = model.coverages(), .values = survey.coverages};
+  return {.names = model.coverages(), .values = survey.coverages};
 }
 
 Survey survey(const State& state, const Recipe& recipe) {

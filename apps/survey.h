@@ -54,7 +54,7 @@ struct Survey {
 /// Throws: NumericalError with step, time and place when a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);
 
-/// The mesh of a survey for the next one; nothing where meshes are not kept.
+/// The mesh of a survey for the next one; nothing where meshes are not kept, and nothing covers it.
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
 
 /// What covers the surface of a survey, for the next one.

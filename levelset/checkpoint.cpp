@@ -17,7 +17,7 @@ namespace scarp {
 namespace {
 
 /// Raised when the meaning of a file changes.
-constexpr std::int32_t format = 1;
+constexpr std::int32_t format = 2;
 
 constexpr std::string_view note_prefix = "note:";
 
@@ -116,9 +116,10 @@ VdbEntry entry_of(const Layers& layers, std::size_t n) {
 
 Checkpoint read_vdb(std::istream& in) {
   const VdbFile file = VdbFile::read(in);
-  const auto written = file.metadata.find("scarp_format");
-  if (written == file.metadata.end() || std::get<std::int32_t>(written->second) != format) {
-    throw InputError("it was not written by this version of scarp");
+  const auto written = value_of<std::int32_t>(file.metadata, "scarp_format");
+  if (written != format) {
+    throw InputError("it has format " + std::to_string(written) + ", this version of scarp reads " +
+                     std::to_string(format));
   }
   Checkpoint checkpoint{.layers = {.frame = read_frame(file.metadata), .stack = {}},
                         .notes = read_notes(file.metadata)};

@@ -101,6 +101,32 @@ TEST(Estimate, RoundsUntilAConditionHoldsAreCountedAtMost) {
   EXPECT_TRUE(cost.at_most);
 }
 
+// A slot of 40 x 400 nm between walls of resist, as it is given and as a first step etches it.
+constexpr const char* slot =
+    "[[geometry]]\nshape = \"trench\"\nwidth = \"40 nm\"\ndepth = \"400 nm\"\n";
+constexpr const char* slotted_resist =
+    "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"20 nm\"\n"
+    "opening = { shape = \"trench\", width = \"40 nm\" }\n";
+constexpr const char* etch_slot =
+    "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"0 nm/s\"\n"
+    "[[step]]\nmodel = \"directional\"\nduration = \"400 s\"\n"
+    "directional_etch_rate = { Si = \"1 nm/s\", resist = \"0 nm/s\" }\n";
+constexpr const char* coat =
+    "[[step]]\nmodel = \"single_particle\"\nduration = \"10 s\"\nmaterial = \"SiO2\"\n"
+    "growth_rate = \"1 nm/s\"\nsticking = 0.1\n[flux]\ntarget_error = 0.05\n";
+
+double all_rays(const CostEstimate& cost) { return cost.rays_per_time_step * cost.time_steps; }
+
+// Beams take rays as well, but not to an error.
+TEST(Estimate, TriesAStepOnWhatEarlierOnesOpen) {
+  const double flat = all_rays(estimate({slotted_resist, coat}));
+  const double given = all_rays(estimate({slotted_resist, slot, coat}));
+  ASSERT_GT(given, 2.5 * flat);
+  const double etched = all_rays(estimate({slotted_resist, etch_slot, coat})) -
+                        all_rays(estimate({slotted_resist, etch_slot}));
+  EXPECT_NEAR(etched, given, 0.3 * given);
+}
+
 TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
   const CostEstimate cost = estimate({wet});
   EXPECT_GT(cost.memory_mb, 10);

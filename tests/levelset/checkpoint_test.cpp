@@ -2,11 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <xxhash.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "core/error.h"
+#include "core/read_file.h"
 #include "levelset/advect.h"
 #include "levelset/shapes.h"
 #include "tests/temporary_folder.h"
@@ -93,6 +96,21 @@ TEST_F(CheckpointFile, RefusesChangedBytes) {
   file.put('\x42');
   file.close();
   EXPECT_THROW(read_checkpoint(path()), InputError);
+}
+
+// As a later version would write it, with a hash that is right.
+TEST_F(CheckpointFile, RefusesAnotherFormatByItsNumber) {
+  write_checkpoint(path(), etched_wafer(), {});
+  std::string file = read_file(path());
+  const std::size_t type = file.find("int32", file.find("scarp_format"));
+  const std::int32_t format = 77;
+  std::memcpy(file.data() + type + 9, &format, sizeof format);
+  const std::size_t size = file.size() - 24;
+  const std::uint64_t hash = XXH3_64bits(file.data(), size);
+  std::memcpy(file.data() + size + 16, &hash, sizeof hash);
+  std::ofstream(path(), std::ios::binary) << file;
+  EXPECT_THAT([&] { read_checkpoint(path()); },
+              ThrowsMessage<InputError>(HasSubstr("format 77, this version of scarp reads")));
 }
 
 TEST_F(CheckpointFile, LeavesNothingWhereItCannotWrite) {
