@@ -202,14 +202,16 @@ FluxField trace_beam(const FluxProblem& problem) {
 
   FluxAudit audit{.emitted = -direction.z * scene.source_area()};
   for (std::size_t f = 0; f < facet_count; ++f) audit.absorbed += mean[f] * scene.area(f);
-  FluxEstimate estimated = estimate(
-      scene, problem.patches,
-      {.flux = [&](std::size_t f) { return mean[f]; },
-       .deviation = [&](std::size_t f,
-                        std::size_t draw) { return sign(problem, f, draw) * std_error[f]; },
-       .deviations = draw_count,
-       .divisor = draw_count,
-       .unseen = 0});
+  FluxEstimate estimated = estimate(scene, problem.patches,
+                                    {.flux = [&](std::size_t f) { return mean[f]; },
+                                     .deviations =
+                                         [&](std::size_t f, std::span<double> draws) {
+                                           for (std::size_t k = 0; k < draws.size(); ++k)
+                                             draws[k] = sign(problem, f, k) * std_error[f];
+                                         },
+                                     .count = draw_count,
+                                     .divisor = draw_count,
+                                     .unseen = 0});
   return {.tallies = {std::move(estimated.tally), std::move(visible)},
           .audit = audit,
           .rays = flights,

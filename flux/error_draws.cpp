@@ -71,4 +71,15 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
   }
 }
 
+void mean_draws_on_facet(const RayPlan& plan, std::size_t facet, std::span<const float> of_ranks,
+                         std::span<double> draws) {
+  std::ranges::fill(draws, 0.0);
+  const Elements& elements = plan.elements();
+  for (std::uint32_t p = elements.first_of(facet); p < elements.first_of(facet + 1); ++p) {
+    const float* const row = &of_ranks[plan.rank_of(elements.element_of(p)) * draw_count];
+    const double share = elements.share_of_facet(p);
+    for (std::size_t k = 0; k < draws.size(); ++k) draws[k] += share * static_cast<double>(row[k]);
+  }
+}
+
 }  // namespace scarp

@@ -66,4 +66,9 @@ double mean_on_facet(const RayPlan& plan, std::size_t facet, const Quantity& qua
       facet, [&](std::uint32_t element) { return quantity(plan.rank_of(element)); });
 }
 
+/// The same of the first draws of an error.
+/// Shape: of_ranks at rank * draw_count + draw.
+void mean_draws_on_facet(const RayPlan& plan, std::size_t facet, std::span<const float> of_ranks,
+                         std::span<double> draws);
+
 }  // namespace scarp

@@ -117,7 +117,7 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
     for (int y = first[1]; y <= last[1]; ++y) {
       for (int x = first[0]; x <= last[0]; ++x) {
         const Vec3d middle = lower_ + cell_size_ * Vec3d{x + 0.5, y + 0.5, z + 0.5};
-        if (slabs.hold(middle)) use(static_cast<std::size_t>(index(x, y, z)));
+        if (slabs.hold(middle)) use(static_cast<std::uint32_t>(index(x, y, z)));
       }
     }
   }
@@ -125,7 +125,16 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
 
 void FacetGrid::sort_in(std::span<const Facet> facets) {
   std::vector<std::uint32_t> count(cells_.size());
-  for (const Facet& facet : facets) for_each_cell(facet, [&](std::size_t cell) { ++count[cell]; });
+  std::vector<std::uint32_t> reached;  // cells, facet by facet
+  std::vector<std::size_t> reached_by(facets.size() + 1);
+  reached.reserve(4 * facets.size());
+  for (std::uint32_t f = 0; f < facets.size(); ++f) {
+    for_each_cell(facets[f], [&](std::uint32_t cell) {
+      ++count[cell];
+      reached.push_back(cell);
+    });
+    reached_by[f + 1] = reached.size();
+  }
   std::uint64_t first = 0;
   for (std::size_t cell = 0; cell < count.size(); ++cell) {
     if (count[cell] == 0) continue;
@@ -141,13 +150,14 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
   blocks_.assign(first, none);
   std::vector<std::uint32_t> filled(count.size());
   for (std::uint32_t f = 0; f < facets.size(); ++f) {
-    for_each_cell(facets[f], [&](std::size_t cell) {
+    for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k) {
+      const std::uint32_t cell = reached[k];
       Block& block = blocks_[(cells_[cell] >> 4) + filled[cell] / block_size];
       const std::size_t lane = filled[cell] % block_size;
       put(block, lane, facets[f]);
       block.facets[lane] = f;
       block.is_last = ++filled[cell] > (count[cell] - 1) / block_size * block_size;
-    });
+    }
   }
 }
 

@@ -10,7 +10,7 @@ namespace scarp {
 
 namespace {
 
-constexpr std::size_t grain = 64;  // elements
+constexpr std::size_t grain = 256;  // elements
 
 // What speaks for no slope, where a neighbour as large as the element counts 1: along rows of
 // neighbours there is none across, and slivers with few rays, close by as they are, make none.
@@ -20,7 +20,10 @@ constexpr double ridge = 0.03;
 // counted by its area over its distance squared.
 class SlopeFit {
  public:
-  SlopeFit(const Elements& elements, const SmoothCorners& corners, std::uint32_t element);
+  SlopeFit(const Elements& elements, std::span<const Vec3d> middles, const SmoothCorners& corners)
+      : elements_(elements), middles_(middles), corners_(corners) {}
+
+  void fit(std::uint32_t element);
 
   /// The part of each neighbour's difference from the element in what a place has more than the
   /// element's middle.
@@ -40,20 +43,24 @@ class SlopeFit {
     Vec3d slope;  // for a difference of 1
   };
 
-  void find_neighbours(const Elements& elements, const SmoothCorners& corners);
+  void find_neighbours();
 
-  std::uint32_t element_;
+  const Elements& elements_;
+  std::span<const Vec3d> middles_;  // of elements
+  const SmoothCorners& corners_;
+  std::uint32_t element_ = 0;
   std::vector<Neighbour> neighbours_;
 };
 
 // Pieces of facets that are cut may lie far away.
-void SlopeFit::find_neighbours(const Elements& elements, const SmoothCorners& corners) {
-  for (const std::uint32_t p : elements.pieces_of(element_)) {
+void SlopeFit::find_neighbours() {
+  neighbours_.clear();
+  for (const std::uint32_t p : elements_.pieces_of(element_)) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      corners.for_each(elements.piece(p).facet, corner, [&](std::uint32_t facet, double) {
-        const std::uint32_t first = elements.first_of(facet);
-        const std::uint32_t found = elements.element_of(first);
-        if (elements.first_of(facet + 1) != first + 1 || found == element_) return;
+      corners_.for_each(elements_.piece(p).facet, corner, [&](std::uint32_t facet, double) {
+        const std::uint32_t first = elements_.first_of(facet);
+        const std::uint32_t found = elements_.element_of(first);
+        if (elements_.first_of(facet + 1) != first + 1 || found == element_) return;
         const auto is_found = [&](const Neighbour& known) { return known.element == found; };
         if (std::ranges::none_of(neighbours_, is_found)) neighbours_.push_back({found, {}});
       });
@@ -61,14 +68,14 @@ void SlopeFit::find_neighbours(const Elements& elements, const SmoothCorners& co
   }
 }
 
-SlopeFit::SlopeFit(const Elements& elements, const SmoothCorners& corners, std::uint32_t element)
-    : element_(element) {
-  find_neighbours(elements, corners);
-  const Vec3d middle = elements.middle(element);
+void SlopeFit::fit(std::uint32_t element) {
+  element_ = element;
+  find_neighbours();
   std::array<Vec3d, 3> squares{};  // the normal equations
   for (Neighbour& neighbour : neighbours_) {
-    const Vec3d d = elements.middle(neighbour.element) - middle;
-    const double weight = std::min(1.0, elements.area(neighbour.element) / elements.area(element));
+    const Vec3d d = middles_[neighbour.element] - middles_[element];
+    const double weight =
+        std::min(1.0, elements_.area(neighbour.element) / elements_.area(element));
     neighbour.slope = weight / dot(d, d) * d;
     for (int axis = 0; axis < 3; ++axis)
       squares[static_cast<std::size_t>(axis)] += neighbour.slope[axis] * d;
@@ -88,28 +95,37 @@ SlopeFit::SlopeFit(const Elements& elements, const SmoothCorners& corners, std::
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
     : first_(mesh.triangles.size()), end_(mesh.triangles.size()) {
   const SmoothCorners corners(mesh);
-  std::vector<std::vector<Term>> of_element(elements.count());
-  parallel_for(elements.count(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t e = begin; e < end; ++e) {
-      const auto pieces = elements.pieces_of(e);
-      if (pieces.size() == 1) continue;
-      const SlopeFit fit(elements, corners, static_cast<std::uint32_t>(e));
-      const Vec3d middle = elements.middle(e);
-      for (const std::uint32_t p : pieces) {
-        const Elements::Piece& piece = elements.piece(p);
-        first_[piece.facet] = of_element[e].size();
-        fit.add_terms(middle_of(piece.corners) - middle, of_element[e]);
-        end_[piece.facet] = of_element[e].size();
-      }
+  std::vector<Vec3d> middles(elements.count());
+  for (std::size_t e = 0; e < middles.size(); ++e) middles[e] = elements.middle(e);
+  std::vector<std::vector<Term>> of_range((elements.count() + grain - 1) / grain);
+  const auto for_each_joined = [&](std::size_t range, const auto& use) {
+    const std::size_t end = std::min((range + 1) * grain, elements.count());
+    for (std::size_t e = range * grain; e < end; ++e)
+      if (elements.pieces_of(e).size() > 1) use(static_cast<std::uint32_t>(e));
+  };
+  parallel_for(of_range.size(), 1, [&](std::size_t begin, std::size_t end) {
+    SlopeFit slope(elements, middles, corners);
+    for (std::size_t range = begin; range < end; ++range) {
+      std::vector<Term>& terms = of_range[range];
+      for_each_joined(range, [&](std::uint32_t e) {
+        slope.fit(e);
+        for (const std::uint32_t p : elements.pieces_of(e)) {
+          const Elements::Piece& piece = elements.piece(p);
+          first_[piece.facet] = terms.size();
+          slope.add_terms(middle_of(piece.corners) - middles[e], terms);
+          end_[piece.facet] = terms.size();
+        }
+      });
     }
   });
-  for (std::size_t e = 0; e < of_element.size(); ++e) {
-    if (of_element[e].empty()) continue;
-    for (const std::uint32_t p : elements.pieces_of(e)) {
-      first_[elements.piece(p).facet] += terms_.size();
-      end_[elements.piece(p).facet] += terms_.size();
-    }
-    terms_.insert(terms_.end(), of_element[e].begin(), of_element[e].end());
+  for (std::size_t range = 0; range < of_range.size(); ++range) {
+    for_each_joined(range, [&](std::uint32_t e) {
+      for (const std::uint32_t p : elements.pieces_of(e)) {
+        first_[elements.piece(p).facet] += terms_.size();
+        end_[elements.piece(p).facet] += terms_.size();
+      }
+    });
+    terms_.insert(terms_.end(), of_range[range].begin(), of_range[range].end());
   }
 }
 

@@ -366,13 +366,11 @@ FluxSpread Gathered::spread() const {
                 return mean_on_facet(plan_, f,
                                      [this](std::size_t rank) { return solution_.flux[rank]; });
               },
-          .deviation =
-              [this](std::size_t f, std::size_t draw) {
-                return mean_on_facet(plan_, f, [this, draw](std::size_t rank) {
-                  return static_cast<double>(solution_.deviation[rank * draw_count + draw]);
-                });
+          .deviations =
+              [this](std::size_t f, std::span<double> draws) {
+                mean_draws_on_facet(plan_, f, solution_.deviation, draws);
               },
-          .deviations = solution_.draws,
+          .count = solution_.draws,
           .divisor = static_cast<double>(solution_.draws),
           .unseen = unseen_};
 }
@@ -388,8 +386,8 @@ FluxField Gathered::field(const FacetValues& values) const {
   const auto deviation = on_facets.of<float, draw_count>(solution_.deviation);
   FluxSpread on_joined = spread();
   on_joined.flux = [&](std::size_t f) { return flux[f]; };
-  on_joined.deviation = [&](std::size_t f, std::size_t draw) {
-    return static_cast<double>(deviation[f * draw_count + draw]);
+  on_joined.deviations = [&](std::size_t f, std::span<double> draws) {
+    std::copy_n(&deviation[f * draw_count], draws.size(), draws.begin());
   };
   FluxEstimate estimated = estimate(problem_.scene, problem_.patches, on_joined);
   return {.tallies = {std::move(estimated.tally)},

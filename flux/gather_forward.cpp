@@ -79,13 +79,11 @@ class Direct {
                 [this](std::size_t f) {
                   return mean_on_facet(plan_, f, [this](std::size_t rank) { return mean_[rank]; });
                 },
-            .deviation =
-                [this](std::size_t f, std::size_t draw) {
-                  return mean_on_facet(plan_, f, [this, draw](std::size_t rank) {
-                    return static_cast<double>(deviation_[rank * draw_count + draw]);
-                  });
+            .deviations =
+                [this](std::size_t f, std::span<double> draws) {
+                  mean_draws_on_facet(plan_, f, deviation_, draws);
                 },
-            .deviations = draw_count,
+            .count = draw_count,
             .divisor = draw_count,
             .unseen = unseen};
   }
@@ -118,12 +116,16 @@ FluxSpread sum_of(const FluxSpread& a, const FluxSpread& b) {
   const double scale_a = 1 / std::sqrt(a.divisor);
   const double scale_b = 1 / std::sqrt(b.divisor);
   return {.flux = [a, b](std::size_t f) { return a.flux(f) + b.flux(f); },
-          .deviation =
-              [a, b, scale_a, scale_b](std::size_t f, std::size_t k) {
-                return k < a.deviations ? scale_a * a.deviation(f, k)
-                                        : scale_b * b.deviation(f, k - a.deviations);
+          .deviations =
+              [a, b, scale_a, scale_b](std::size_t f, std::span<double> of_facet) {
+                const std::span<double> of_a = of_facet.first(a.count);
+                const std::span<double> of_b = of_facet.subspan(a.count);
+                a.deviations(f, of_a);
+                b.deviations(f, of_b);
+                for (double& each : of_a) each *= scale_a;
+                for (double& each : of_b) each *= scale_b;
               },
-          .deviations = a.deviations + b.deviations,
+          .count = a.count + b.count,
           .divisor = 1,
           .unseen = std::sqrt(a.unseen * a.unseen + b.unseen * b.unseen)};
 }

@@ -42,18 +42,19 @@ Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& 
   tally.patch_mean.resize(patches.list().size());
   tally.patch_std_error.resize(patches.list().size());
   parallel_for(patches.list().size(), 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> sums(spread.deviations);
+    std::vector<double> sums(spread.count);
+    std::vector<double> of_facet(spread.count);
     for (std::size_t p = begin; p < end; ++p) {
       const Patches::Patch& patch = patches.list()[p];
       std::fill(sums.begin(), sums.end(), 0.0);
       double mean = 0;
       for (const std::uint32_t f : patch.facets) {
         const double flux = spread.flux(f);
+        spread.deviations(f, of_facet);
         double squares = 0;
-        for (std::size_t b = 0; b < sums.size(); ++b) {
-          const double deviation = spread.deviation(f, b);
-          squares += deviation * deviation;
-          sums[b] += deviation * scene.area(f);
+        for (std::size_t k = 0; k < sums.size(); ++k) {
+          squares += of_facet[k] * of_facet[k];
+          sums[k] += of_facet[k] * scene.area(f);
         }
         mean += flux * scene.area(f) / patch.area;
         tally.mean[f] = static_cast<float>(flux);
@@ -140,25 +141,33 @@ FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxS
 
 FluxSpread sum_of_responses(std::vector<FluxSpread> spreads,
                             std::span<const std::vector<float>> responses) {
-  const std::size_t deviations = spreads.front().deviations;
+  const std::size_t count = spreads.front().count;
   const double divisor = spreads.front().divisor;
-  const auto sum = [responses, spreads = std::move(spreads)](std::size_t f, const auto& of) {
-    double total = 0;
+  const auto for_each = [responses, spreads = std::move(spreads)](std::size_t f, const auto& use) {
     for (std::size_t t = 0; t < spreads.size(); ++t) {
       const double response = static_cast<double>(responses[t][f]);
-      if (response != 0) total += response * of(spreads[t]);
+      if (response != 0) use(spreads[t], response);
     }
-    return total;
   };
   return {.flux =
-              [sum](std::size_t f) {
-                return sum(f, [f](const FluxSpread& spread) { return spread.flux(f); });
+              [for_each](std::size_t f) {
+                double sum = 0;
+                for_each(f, [&](const FluxSpread& spread, double response) {
+                  sum += response * spread.flux(f);
+                });
+                return sum;
               },
-          .deviation =
-              [sum](std::size_t f, std::size_t k) {
-                return sum(f, [f, k](const FluxSpread& spread) { return spread.deviation(f, k); });
+          .deviations =
+              [for_each](std::size_t f, std::span<double> of_facet) {
+                std::ranges::fill(of_facet, 0.0);
+                std::vector<double> of_spread(of_facet.size());
+                for_each(f, [&](const FluxSpread& spread, double response) {
+                  spread.deviations(f, of_spread);
+                  for (std::size_t k = 0; k < of_facet.size(); ++k)
+                    of_facet[k] += response * of_spread[k];
+                });
               },
-          .deviations = deviations,
+          .count = count,
           .divisor = divisor};
 }
 
@@ -171,7 +180,8 @@ double response_error(const RayScene& scene, const Patches& patches,
   };
   std::vector<OfPatch> of_patch(patches.list().size());
   parallel_for(of_patch.size(), 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> sums(sum.deviations);
+    std::vector<double> sums(sum.count);
+    std::vector<double> of_facet(sum.count);
     for (std::size_t p = begin; p < end; ++p) {
       const Patches::Patch& patch = patches.list()[p];
       std::fill(sums.begin(), sums.end(), 0.0);
@@ -181,8 +191,8 @@ double response_error(const RayScene& scene, const Patches& patches,
         for (std::size_t t = 0; t < spreads.size(); ++t)
           unseen =
               std::max(unseen, std::abs(static_cast<double>(responses[t][f])) * spreads[t].unseen);
-        for (std::size_t k = 0; k < sums.size(); ++k)
-          sums[k] += scene.area(f) * sum.deviation(f, k);
+        sum.deviations(f, of_facet);
+        for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += scene.area(f) * of_facet[k];
       }
       double squares = 0;
       for (const double each : sums) squares += each * each;

@@ -36,8 +36,8 @@ class Patches {
 /// root of the sum of squared deviations over divisor.
 struct FluxSpread {
   std::function<double(std::size_t facet)> flux;
-  std::function<double(std::size_t facet, std::size_t deviation)> deviation;
-  std::size_t deviations = 0;
+  std::function<void(std::size_t facet, std::span<double> of_facet)> deviations;
+  std::size_t count = 0;  ///< of deviations
   double divisor = 1;
   double unseen = 0;  ///< standard error times area (squared spacings) where nothing arrived
 };

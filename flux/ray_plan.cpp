@@ -43,6 +43,12 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&e
   });
   rank_of_.resize(keys.size());
   for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
+  rank_of_facet_.resize(scene.facet_count(), is_cut);
+  for (std::uint32_t f = 0; f < rank_of_facet_.size(); ++f) {
+    const std::uint32_t piece = elements.first_of(f);
+    if (elements.first_of(f + 1) == piece + 1)
+      rank_of_facet_[f] = rank_of_[elements.element_of(piece)];
+  }
   make_blocks(scene);
   rays_.resize(keys.size());
   first_.resize(keys.size() + 1);

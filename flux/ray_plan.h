@@ -50,7 +50,8 @@ class RayPlan {
   std::uint32_t rank_of(std::size_t element) const { return rank_of_[element]; }
   /// Of the element in which a point of a facet lies.
   std::uint32_t rank_at(std::uint32_t facet, Vec3d r) const {
-    return rank_of_[elements_->element_of(elements_->piece_at(facet, r))];
+    const std::uint32_t rank = rank_of_facet_[facet];
+    return rank != is_cut ? rank : rank_of_[elements_->element_of(elements_->piece_at(facet, r))];
   }
   std::uint32_t rays(std::size_t rank) const { return rays_[rank]; }
   /// Elements in a row with the same main direction.
@@ -84,6 +85,8 @@ class RayPlan {
   std::vector<std::uint64_t> totals() const;
 
  private:
+  static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
+
   void make_blocks(const RayScene& scene);
   std::uint32_t least(std::size_t rank) const;
   std::uint32_t step(std::size_t rank) const;
@@ -93,6 +96,7 @@ class RayPlan {
   double surface_ = 0;
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;
+  std::vector<std::uint32_t> rank_of_facet_;  // is_cut where it has several pieces
   std::vector<Block> blocks_;
   std::vector<Window> windows_;
   std::vector<std::uint32_t> block_of_;  // per rank

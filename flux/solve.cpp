@@ -205,8 +205,8 @@ bool particles_are_fewer(const FluxProblem& problem) {
 FluxField nothing_arrives(const FluxProblem& problem) {
   FluxField field{.tallies = {estimate(problem.scene, problem.patches,
                                        {.flux = [](std::size_t) { return 0.0; },
-                                        .deviation = [](std::size_t, std::size_t) { return 0.0; },
-                                        .deviations = 1})
+                                        .deviations = [](std::size_t, std::span<double>) {},
+                                        .count = 0})
                                   .tally}};
   if (!problem.responses().empty()) field.response_error = 0;
   return field;

@@ -57,16 +57,16 @@ void turn(Particle& particle, Vec3d u, bool two_dimensional) {
 }
 
 Tracer::Tracer(const FluxProblem& problem)
-    : problem_(problem), absorbed_weight_(problem.scene.facet_count()) {
+    : problem_(problem),
+      absorbed_weight_(problem.scene.facet_count()),
+      units_(1 + problem.species.yields.size(), 1),
+      sums_(units_.size() * batch_count, absorbed_weight_.size()) {
   for (std::size_t f = 0; f < absorbed_weight_.size(); ++f) {
     const double sticking = problem.sticking[f];
     absorbed_weight_[f] = static_cast<std::uint32_t>(std::floor(sticking * unit_weight + 0.5));
   }
-  tallies_.resize(1 + problem.species.yields.size());
   for (std::size_t k = 0; k < problem.species.yields.size(); ++k)
-    tallies_[k + 1].unit =
-        problem.species.yields[k].largest(problem.species.ions->energy.largest());
-  for (TallySums& tally : tallies_) tally.sums.resize(absorbed_weight_.size() * batch_count);
+    units_[k + 1] = problem.species.yields[k].largest(problem.species.ions->energy.largest());
 }
 
 // Sums are whole numbers, which do not tell how large a pool was.
@@ -74,7 +74,8 @@ void Tracer::trace(std::uint64_t count, const std::function<Particle(std::uint64
   const std::size_t pool = std::clamp(
       count / (pools_per_thread * static_cast<std::size_t>(thread_count())), least_pool, most_pool);
   parallel_for(count, pool, [&](std::size_t first, std::size_t end) {
-    Counts counts;
+    Books books(sums_);
+    Counts& counts = books.counts;
     std::vector<Particle> particles;
     particles.reserve(end - first);
     for (std::uint64_t k = first; k < end; ++k) {
@@ -84,7 +85,7 @@ void Tracer::trace(std::uint64_t count, const std::function<Particle(std::uint64
       const bool flies = starts || leave(particle, impact_of(particle), counts);
       if (flies) particles.push_back(particle);
     }
-    trace_pool(std::move(particles), counts);
+    trace_pool(std::move(particles), books);
     add(counts_.emitted, counts.emitted);
     add(counts_.absorbed, counts.absorbed);
     add(counts_.escaped, counts.escaped);
@@ -97,12 +98,12 @@ void Tracer::trace(std::uint64_t count, const std::function<Particle(std::uint64
 }
 
 // All particles of a pool fly once, then all that go on fly again.
-void Tracer::trace_pool(std::vector<Particle> particles, Counts& counts) {
+void Tracer::trace_pool(std::vector<Particle> particles, Books& books) {
   std::vector<Particle> sorted;
   std::vector<Ray> rays(flights_at_once);
   std::vector<Flight> flights(flights_at_once);
   while (!particles.empty()) {
-    counts.segments += static_cast<std::int64_t>(particles.size());
+    books.counts.segments += static_cast<std::int64_t>(particles.size());
     const auto order = flight_order(problem_.scene, particles.size(),
                                     [&](std::size_t i) -> const Ray& { return particles[i].ray; });
     sorted.clear();
@@ -117,24 +118,24 @@ void Tracer::trace_pool(std::vector<Particle> particles, Counts& counts) {
       for (std::size_t k = 0; k < count; ++k) rays[k] = sorted[first + k].ray;
       problem_.scene.fly(std::span(rays).first(count), flights);
       for (std::size_t k = 0; k < count; ++k) {
-        if (k + ahead < count) prefetch(flights[k + ahead], sorted[first + k + ahead]);
+        if (k + ahead < count) prefetch(flights[k + ahead]);
         Particle& particle = sorted[first + k];
-        if (arrive(particle, flights[k], counts)) particles.push_back(particle);
+        if (arrive(particle, flights[k], books)) particles.push_back(particle);
       }
     }
   }
 }
 
 // Asks for what arrive() will need from memory.
-void Tracer::prefetch(const Flight& flight, const Particle& particle) const {
+void Tracer::prefetch(const Flight& flight) const {
   if (flight.end != Flight::End::front) return;
   __builtin_prefetch(&absorbed_weight_[flight.facet]);
   problem_.scene.prefetch(flight.facet);
-  __builtin_prefetch(&tallies_.front().sums[tally_index(particle.batch, flight.facet)], 1);
 }
 
 // Books the end of a flight and starts the next; false if there is none.
-bool Tracer::arrive(Particle& particle, const Flight& flight, Counts& counts) {
+bool Tracer::arrive(Particle& particle, const Flight& flight, Books& books) {
+  Counts& counts = books.counts;
   switch (flight.end) {
     case Flight::End::sky:
       counts.escaped += particle.weight;
@@ -152,10 +153,10 @@ bool Tracer::arrive(Particle& particle, const Flight& flight, Counts& counts) {
       break;
   }
   const std::uint32_t f = flight.facet;
-  scarp::add(tallies_.front().sums[tally_index(particle.batch, f)], std::int64_t{particle.weight});
+  books.arrivals.add(row_of(0, particle.batch), f, particle.weight);
   particle.ray = {.r = flight.r, .u = flight.u, .from = f};
   const Impact impact = impact_of(particle);
-  count_yields(particle, impact);
+  count_yields(particle, impact, books);
   const auto absorbed = static_cast<std::uint32_t>(
       (std::uint64_t{particle.weight} * sticking_part(particle, impact) + unit_weight / 2) /
       unit_weight);
@@ -177,13 +178,13 @@ Tracer::Impact Tracer::impact_of(const Particle& particle) const {
   return impact;
 }
 
-void Tracer::count_yields(const Particle& particle, const Impact& impact) {
-  for (std::size_t k = 1; k < tallies_.size(); ++k) {
+void Tracer::count_yields(const Particle& particle, const Impact& impact, Books& books) {
+  for (std::size_t k = 1; k < units_.size(); ++k) {
     const double yield = problem_.species.yields[k - 1].at(particle.energy, impact.half_sine);
     if (!(yield > 0)) continue;
-    const double part = yield / tallies_[k].unit;
-    scarp::add(tallies_[k].sums[tally_index(particle.batch, particle.ray.from)],
-               static_cast<std::int64_t>(std::floor(particle.weight * part + 0.5)));
+    const double part = yield / units_[k];
+    books.arrivals.add(row_of(k, particle.batch), particle.ray.from,
+                       static_cast<std::uint32_t>(std::floor(particle.weight * part + 0.5)));
   }
 }
 
@@ -218,20 +219,24 @@ bool Tracer::leave(Particle& particle, const Impact& impact, Counts& counts) con
 
 FluxSpread Tracer::spread(std::size_t tally, double worth) const {
   const RayScene& scene = problem_.scene;
-  const double unit = tallies_[tally].unit;
+  const double unit = units_[tally];
   const double scale = unit * worth / unit_weight;
-  const std::span<const std::int64_t> of_batches = tallies_[tally].sums;
   std::vector<double> sums(scene.facet_count());
-  for (std::size_t k = 0; k < of_batches.size(); ++k)
-    sums[k % sums.size()] += static_cast<double>(of_batches[k]);
+  for (std::size_t b = 0; b < batch_count; ++b)
+    for (std::size_t f = 0; f < sums.size(); ++f)
+      sums[f] += static_cast<double>(sums_.at(row_of(tally, b), f));
   // Of a batch: its own estimate less that of all.
-  const auto deviation = [this, &scene, of_batches, sums, scale](std::size_t f, std::size_t b) {
-    const auto own = static_cast<double>(of_batches[tally_index(b, f)]);
-    return (own * batch_count - sums[f]) * scale / scene.area(f);
+  const auto deviations = [this, &scene, tally, sums, scale](std::size_t f,
+                                                             std::span<double> of_facet) {
+    const double per_area = scale / scene.area(f);
+    for (std::size_t b = 0; b < of_facet.size(); ++b) {
+      const auto own = static_cast<double>(sums_.at(row_of(tally, b), f));
+      of_facet[b] = (own * batch_count - sums[f]) * per_area;
+    }
   };
   return {.flux = [&scene, sums, scale](std::size_t f) { return sums[f] * scale / scene.area(f); },
-          .deviation = deviation,
-          .deviations = batch_count,
+          .deviations = deviations,
+          .count = batch_count,
           .divisor = batch_count * (batch_count - 1),
           .unseen = unit * worth};
 }

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "core/huge_pages.h"
 #include "core/random.h"
 #include "flux/patches.h"
 #include "flux/problem.h"
 #include "flux/ray.h"
+#include "flux/shared_sums.h"
 
 namespace scarp {
 
@@ -66,9 +66,11 @@ class Tracer {
     std::int64_t roulette = 0;
     std::int64_t segments = 0;
   };
-  struct TallySums {
-    double unit = 1;  // of the weights: the largest yield of a law
-    LargeVector<std::int64_t> sums;
+  // What the particles of a pool do.
+  struct Books {
+    explicit Books(SharedSums& sums) : arrivals(sums) {}
+    Counts counts;
+    SharedSums::Buffer arrivals;
   };
 
   struct Impact {
@@ -77,22 +79,23 @@ class Tracer {
     double half_sine = 0;  // of half the angle between them; of ions
   };
 
-  void trace_pool(std::vector<Particle> particles, Counts& counts);
-  void prefetch(const Flight& flight, const Particle& particle) const;
-  bool arrive(Particle& particle, const Flight& flight, Counts& counts);
+  void trace_pool(std::vector<Particle> particles, Books& books);
+  void prefetch(const Flight& flight) const;
+  bool arrive(Particle& particle, const Flight& flight, Books& books);
   Impact impact_of(const Particle& particle) const;
-  void count_yields(const Particle& particle, const Impact& impact);
+  void count_yields(const Particle& particle, const Impact& impact, Books& books);
   std::uint32_t sticking_part(const Particle& particle, const Impact& impact) const;
   bool leave(Particle& particle, const Impact& impact, Counts& counts) const;
 
   // A pool meets few batches, and all facets.
-  std::size_t tally_index(std::size_t batch, std::size_t facet) const {
-    return batch * problem_.scene.facet_count() + facet;
+  static std::size_t row_of(std::size_t tally, std::size_t batch) {
+    return tally * batch_count + batch;
   }
 
   const FluxProblem& problem_;
   std::vector<std::uint32_t> absorbed_weight_;  // of a particle of unit weight, per facet
-  std::vector<TallySums> tallies_;
+  std::vector<double> units_;  // of the weights of each tally: 1, the largest yield of a law
+  SharedSums sums_;            // of weights, by tally, batch and facet
   Counts counts_;
 };
 

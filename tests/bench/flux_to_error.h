@@ -117,13 +117,16 @@ inline CostToError plain(const TriMesh& mesh, const Feature& feature, std::uint6
   const auto mean = [&](std::size_t f) {
     return weight * sums.back()[f] / scene.area(f) / static_cast<double>(batches);
   };
-  const FluxEstimate estimated =
-      estimate(scene, patches,
-               {.flux = mean,
-                .deviation = [&](std::size_t f, std::size_t b) { return in_batch(f, b) - mean(f); },
-                .deviations = batches,
-                .divisor = batches * (batches - 1.0),
-                .unseen = weight / static_cast<double>(batches)});
+  const FluxEstimate estimated = estimate(scene, patches,
+                                          {.flux = mean,
+                                           .deviations =
+                                               [&](std::size_t f, std::span<double> of_facet) {
+                                                 for (std::size_t b = 0; b < of_facet.size(); ++b)
+                                                   of_facet[b] = in_batch(f, b) - mean(f);
+                                               },
+                                           .count = batches,
+                                           .divisor = batches * (batches - 1.0),
+                                           .unseen = weight / static_cast<double>(batches)});
   return at_error(cost, estimated.error, target);
 }
 

@@ -48,11 +48,13 @@ TEST(Estimate, TakesDeviationsTogetherOnPatches) {
   const exact::Shape wafer = exact::flat_wafer(20, 20);
   const RayScene scene = scene_of(wafer);
   const Patches patches(wafer.mesh, scene);
-  const auto deviation = [](std::size_t f, std::size_t b) { return f % 2 == b ? 0.2 : 0.0; };
+  const auto deviations = [](std::size_t f, std::span<double> of_facet) {
+    for (std::size_t k = 0; k < of_facet.size(); ++k) of_facet[k] = f % 2 == k ? 0.2 : 0.0;
+  };
   const FluxEstimate result = estimate(scene, patches,
                                        {.flux = [](std::size_t) { return 0.5; },
-                                        .deviation = deviation,
-                                        .deviations = 2,
+                                        .deviations = deviations,
+                                        .count = 2,
                                         .divisor = 2});
   for (const float error : result.tally.std_error) EXPECT_FLOAT_EQ(error, 0.2F / std::sqrt(2.0F));
   EXPECT_NEAR(result.error, 0.1 / 0.5, 1e-7);
@@ -69,11 +71,13 @@ TEST(Estimate, DoesNotDependOnWhereTheCellsFall) {
     wafer.sides.upper = {24, 24};
     const RayScene scene = scene_of(wafer);
     const Patches patches(wafer.mesh, scene);
-    const auto deviation = [](std::size_t f, std::size_t b) { return f == b ? 1.0 : 0.0; };
+    const auto deviations = [](std::size_t f, std::span<double> of_facet) {
+      for (std::size_t k = 0; k < of_facet.size(); ++k) of_facet[k] = f == k ? 1.0 : 0.0;
+    };
     return estimate(scene, patches,
                     {.flux = [](std::size_t) { return 1.0; },
-                     .deviation = deviation,
-                     .deviations = wafer.mesh.triangles.size(),
+                     .deviations = deviations,
+                     .count = wafer.mesh.triangles.size(),
                      .divisor = 100})
         .error;
   };
@@ -85,12 +89,14 @@ TEST(Estimate, GivesUnseenFacetsTheErrorOfOneParticle) {
   const exact::Shape wafer = exact::flat_wafer(20, 20);
   const RayScene scene = scene_of(wafer);
   const Patches patches(wafer.mesh, scene);
-  const FluxEstimate result = estimate(scene, patches,
-                                       {.flux = [](std::size_t f) { return f == 0 ? 1.0 : 0.0; },
-                                        .deviation = [](std::size_t, std::size_t) { return 0.0; },
-                                        .deviations = 2,
-                                        .divisor = 2,
-                                        .unseen = 0.01});
+  const FluxEstimate result =
+      estimate(scene, patches,
+               {.flux = [](std::size_t f) { return f == 0 ? 1.0 : 0.0; },
+                .deviations = [](std::size_t,
+                                 std::span<double> of_facet) { std::ranges::fill(of_facet, 0.0); },
+                .count = 2,
+                .divisor = 2,
+                .unseen = 0.01});
   EXPECT_EQ(result.tally.std_error[0], 0);
   EXPECT_FLOAT_EQ(result.tally.std_error[1], 0.02F);
   EXPECT_NEAR(result.error, std::sqrt(24.0 / 25) * 0.01 / 16 / 0.05, 1e-6);
