@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <ranges>
@@ -21,6 +23,16 @@ CLI::Validator number(const std::string& wanted, bool (*is_wanted)(double)) {
             double value = 0;
             if (CLI::detail::lexical_cast(text, value) && is_wanted(value)) return "";
             return '"' + text + "\" is not " + wanted;
+          },
+          ""};
+}
+
+CLI::Validator method() {
+  return {[](std::string& name) -> std::string {
+            constexpr std::array<std::string_view, 4> methods{"curvature", "paper",
+                                                              "lindstrom-turk", "length"};
+            if (std::ranges::find(methods, name) != methods.end()) return "";
+            return fmt::format("\"{}\" is none of {}", name, fmt::join(methods, ", "));
           },
           ""};
 }
@@ -107,7 +119,7 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command
       .add_option("--method", arguments.method,
                   "curvature (default), paper, lindstrom-turk or length")
-      ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
+      ->check(method());
   command
       .add_option("--spacing", options.spacing,
                   "Grid spacing the mesh came from (default: from the length of its edges)")
@@ -117,16 +129,24 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
   command.add_option("--vertices", options.vertices, "Number of vertices to keep")
       ->transform(count())
       ->excludes(remove);
-  command.add_option("--max-error", options.max_error,
-                     "Bound on the distance, both ways, in the unit of the mesh (default without a "
-                     "number of vertices: 0.1 spacings)");
-  command.add_option(
-      "--l0", options.l0,
-      "Shortest edge wanted at features, in the unit of the mesh (default: 0.6 spacings)");
-  command.add_option("--step-length", options.step_length,
-                     "Growth of the edge length per region, likewise (default: 2 spacings)");
-  command.add_option("--l-max", options.l_max,
-                     "Longest edge wanted in flat regions, likewise (default: any)");
+  command
+      .add_option("--max-error", options.max_error,
+                  "Bound on the distance, both ways, in the unit of the mesh (default without a "
+                  "number of vertices: 0.1 spacings)")
+      ->check(not_negative());
+  command
+      .add_option(
+          "--l0", options.l0,
+          "Shortest edge wanted at features, in the unit of the mesh (default: 0.6 spacings)")
+      ->check(not_negative());
+  command
+      .add_option("--step-length", options.step_length,
+                  "Growth of the edge length per region, likewise (default: 2 spacings)")
+      ->check(not_negative());
+  command
+      .add_option("--l-max", options.l_max,
+                  "Longest edge wanted in flat regions, likewise (default: any)")
+      ->check(not_negative());
   command.add_option("--curvature-threshold", options.curvature_threshold,
                      "Mean curvature above which a vertex is a feature (default: from the noise)");
   command.add_option(
@@ -159,6 +179,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
   command
       .add_option("--target-error", options.target_error,
                   "Rays are added until this error (default: 0.01)")
+      ->check(above_zero())
       ->excludes(rays);
   command
       .add_option("--max-rays", options.max_rays,
@@ -251,7 +272,7 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->delimiter(',')
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->check(CLI::IsMember({"curvature", "paper", "lindstrom-turk", "length"}));
+      ->check(method());
   command.add_option("--line", arguments.line,
                      "Where a contour was measured (default: 'y = 0 nm')");
   command

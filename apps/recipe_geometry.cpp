@@ -164,7 +164,12 @@ Outline read_outline(const RecipeTable& table, const GeometryContext& context) {
                             {"rectangle", Kind::rectangle},
                             {"polygon", Kind::polygon},
                             {"gds", Kind::gds}};
-  switch (table.choice<Kind>("shape", kinds)) {
+  const Kind kind = table.choice<Kind>("shape", kinds);
+  if (!table.ok("shape")) {
+    table.accept_rest();
+    return SlotOutline{};
+  }
+  switch (kind) {
     case Kind::slot: {
       const int along = table.choice<int>("along", axes, "y");
       return SlotOutline{.width = table.length("width", positive),

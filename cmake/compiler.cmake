@@ -26,13 +26,18 @@ endif()
 if(SCARP_NATIVE)
   add_compile_options(-march=native)
 endif()
-if(SCARP_ASAN)
+if(SCARP_ASAN OR SCARP_FUZZ)
   # Enough for a stack trace, and half the time to compile; assertions and bounds checks of the library are on.
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1 -D_GLIBCXX_ASSERTIONS")
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)
   # g++ 12 warns of std::variant members that another alternative would use, with sanitizers only.
   add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+endif()
+
+if(SCARP_FUZZ)
+  # Every branch that is taken is told to libFuzzer, which clang has.
+  add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
 find_program(CCACHE ccache)

@@ -66,3 +66,21 @@ function(scarp_bench name)
   target_link_libraries(bench_${name} PRIVATE ${bench_NEEDS} ${bench_LIBRARIES})
   target_compile_definitions(bench_${name} PRIVATE SCARP_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()
+
+# scarp_fuzz(NAME NEEDS ...)
+#
+# tests/fuzz/fuzz_NAME.cpp: a reader that is given any bytes. With SCARP_FUZZ a program of libFuzzer; otherwise a test that gives it
+# what tests/fuzz/seeds/NAME and tests/fuzz/found/NAME hold.
+function(scarp_fuzz name)
+  cmake_parse_arguments(PARSE_ARGV 1 fuzz "" "" "NEEDS")
+  add_executable(fuzz_${name} fuzz/fuzz_${name}.cpp)
+  list(TRANSFORM fuzz_NEEDS PREPEND scarp_)
+  target_link_libraries(fuzz_${name} PRIVATE ${fuzz_NEEDS})
+  if(SCARP_FUZZ)
+    target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+  else()
+    target_sources(fuzz_${name} PRIVATE fuzz/replay.cpp)
+    add_test(NAME Fuzz.${name} COMMAND fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/seeds/${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/found/${name})
+    set_tests_properties(Fuzz.${name} PROPERTIES LABELS fuzz)
+  endif()
+endfunction()

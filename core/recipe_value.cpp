@@ -87,6 +87,10 @@ std::optional<double> parse_noted(const Item& item, Dimension dimension) {
 
 namespace {
 
+std::string counted(std::size_t count, std::string_view one, std::string_view many) {
+  return std::to_string(count) + ' ' + std::string(count == 1 ? one : many);
+}
+
 std::optional<double> read_number(const Item& item) {
   if (item.value.kind == TomlValue::Kind::integer) return static_cast<double>(item.value.integer);
   if (std::isfinite(item.value.decimal)) return item.value.decimal;
@@ -157,8 +161,8 @@ std::vector<Item> read_list(const Item& item, ListSize size) {
     } else if (size.maximum != size.minimum) {
       wanted += " to " + std::to_string(size.maximum);
     }
-    note(item, "has " + std::to_string(item.value.entries.size()) + " entries; " + wanted +
-                   " are wanted");
+    note(item, "has " + counted(item.value.entries.size(), "entry", "entries") + "; " + wanted +
+                   (wanted == "1" ? " is wanted" : " are wanted"));
     return {};
   }
   std::vector<Item> entries;
@@ -215,8 +219,8 @@ std::optional<NumberTable> read_csv_noted(const Item& item, std::span<const Colu
   try {
     NumberTable table = read_csv(folder / item.value.text, columns);
     if (table.values.size() >= 2 && table.values.size() <= most_rows) return table;
-    note(item, table.file + ": has " + std::to_string(table.values.size()) +
-                   " rows of numbers; 2 to " + std::to_string(most_rows) + " are wanted");
+    note(item, table.file + ": has " + counted(table.values.size(), "row", "rows") +
+                   " of numbers; 2 to " + std::to_string(most_rows) + " are wanted");
   } catch (const InputError& error) {
     note(item, error.what());
   }

@@ -24,6 +24,7 @@ double portable_log(double x) {
 }
 
 double portable_exp(double x) {
+  if (std::isnan(x)) return x;
   // Beyond 800 it is zero or infinite.
   x = std::clamp(x, -800.0, 800.0);
   const double exponent = std::floor(x / std::numbers::ln2 + 0.5);

@@ -14,7 +14,7 @@ double portable_power(double x, double y);
 /// The natural logarithm of x > 0; absolute error below 2e-15 (1 + |ln x|).
 double portable_log(double x);
 
-/// e to the power x; relative error below 1e-13 for |x| <= 100.
+/// e to the power x; relative error below 1e-13 for |x| <= 100. No number stays none.
 double portable_exp(double x);
 
 struct SineCosine {

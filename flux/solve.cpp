@@ -27,7 +27,8 @@ void check(bool valid, const std::string& message) {
 void check_options(const FluxOptions& options) {
   for (int axis = 0; axis < 2; ++axis) {
     check(std::isfinite(options.sides.width(axis)) && options.sides.width(axis) > 0,
-          "flux: the domain has no width along " + std::string(axis == 0 ? "x" : "y"));
+          std::string("flux: the domain has no width along ") + (axis == 0 ? "x" : "y") +
+              "; the mesh has to cover an area seen from above");
   }
   check(std::isfinite(options.spacing) && options.spacing >= 0,
         "flux: spacing has to be a positive length");

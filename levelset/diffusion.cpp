@@ -221,14 +221,16 @@ std::vector<WallPiece> pieces_of(const TriMesh& facets, const BathBox& box,
   const std::vector<Vec3d> steps = steps_around();
   std::vector<WallPiece> pieces;
   for (std::size_t f = 0; f < facets.triangles.size(); ++f) {
-    const auto [a, b, c] = corners(facets, f);
+    const std::array<Vec3d, 3> r = corners(facets, f);
     const Vec3d area = area_vector(facets, f);
-    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    const Vec3d along = r[1] - r[0];
+    const Vec3d across = r[2] - r[0];
+    const double longest = std::max({length(along), length(across), length(across - along)});
     if (length(area) == 0) continue;
     const Vec3d outward = (0.5 * h / length(area)) * area;
     const int parts = std::max(1, static_cast<int>(std::ceil(longest / h)));
     const auto add = [&](double u, double v) {
-      const Vec3d middle = a + u / parts * (b - a) + v / parts * (c - a) + outward;
+      const Vec3d middle = r[0] + u / parts * along + v / parts * across + outward;
       for (const Vec3d& step : steps) {
         const std::uint32_t node = number[box.index(box.nearest(middle + h * step))];
         if (node == no_node) continue;

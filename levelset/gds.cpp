@@ -45,7 +45,7 @@ enum Record : int {
 };
 
 /// More shapes than this are taken for a mistake.
-constexpr std::size_t most_loops = 4'000'000;
+constexpr std::size_t most_loops = 1'000'000;
 
 /// Cells within cells; layouts have ten or twenty.
 constexpr int most_levels = 200;

@@ -23,7 +23,7 @@ struct GdsSelection {
 /// Units:  nm, from the file's own database unit.
 /// Throws: InputError with the name of the file if it cannot be read, is no GDSII file, ends early,
 ///         lacks the cell or the layer, has a cell that contains itself, cells more than 200 levels
-///         deep, more than 4 million shapes on the layer, or points beyond 1 m.
+///         deep, more than a million shapes on the layer, or points beyond 1 m.
 /// Source: GDSII Stream Format Manual, release 6.0 (Calma, 1987).
 std::vector<Loop> read_gds(const std::filesystem::path& file, const GdsSelection& selection);
 

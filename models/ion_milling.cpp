@@ -81,14 +81,14 @@ class Reader {
         flat.push_back(response.flat());
         values.factors.back().push_back(response.factor());
       }
-      for (std::size_t m = 0; m < rate.size(); ++m) {
+      // Others may have a rate as well, but have no yields.
+      for (const MaterialId m : met_by(scope_, film_)) {
         if (rate[m] == 0) continue;
         Sputtering::Surface& surface = values.surfaces[m];
         const std::size_t law = yields.law_of[m];
         if (flat[law] <= 0) {
           step_.error("threshold", "no ion has as much energy, so none makes the etch rate of " +
-                                       scope_.materials[static_cast<MaterialId>(m)].name +
-                                       "; lower it or raise ion.energy");
+                                       scope_.materials[m].name + "; lower it or raise ion.energy");
           return;
         }
         surface.by_ion.push_back(

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace scarp {
@@ -36,6 +37,12 @@ TEST(PortableExp, AgreesWithTheLibrary) {
     EXPECT_NEAR(portable_exp(x), std::exp(x), 1e-13 * std::exp(x)) << x;
   EXPECT_EQ(portable_exp(-1e9), 0);
   EXPECT_TRUE(std::isinf(portable_exp(1e9)));
+}
+
+TEST(PortableExp, NoNumberStaysNone) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(portable_exp(none)));
+  EXPECT_TRUE(std::isnan(portable_power(none, 0.5)));
 }
 
 TEST(PortableSineCosine, AgreesWithTheLibrary) {

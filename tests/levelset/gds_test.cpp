@@ -283,7 +283,7 @@ TEST_F(Gds, CellsWithoutTheLayerAreNotWrittenOut) {
 TEST_F(Gds, MoreShapesThanALayoutHasAreRefusedBeforeTheyAreWrittenOut) {
   EXPECT_THAT(
       message(endless_layout([](GdsWriter& gds) { gds.rectangle(1, 0, 0, 4, 4); }), {.layer = 1}),
-      HasSubstr("more than 4000000 shapes"));
+      HasSubstr("more than 1000000 shapes"));
 }
 
 TEST_F(Gds, PointsBeyondAMetreAreRefused) {

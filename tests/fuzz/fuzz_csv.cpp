@@ -1,0 +1,15 @@
+#include <array>
+
+#include "core/number_table.h"
+#include "tests/fuzz/target.h"
+
+using namespace scarp;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::InputFile file(".csv");
+  return fuzz::read_or_refuse([&] {
+    const std::array<Column, 2> columns{
+        {{"energy", Dimension::energy}, {"density", Dimension::number}}};
+    read_csv(file.with(data, size), columns);
+  });
+}

@@ -1,0 +1,9 @@
+#include "apps/recipe.h"
+#include "tests/fuzz/target.h"
+
+using namespace scarp;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::InputFile file(".toml");
+  return fuzz::read_or_refuse([&] { read_recipe(file.with(data, size), {}); });
+}

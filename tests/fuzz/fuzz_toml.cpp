@@ -1,0 +1,8 @@
+#include "core/toml.h"
+#include "tests/fuzz/target.h"
+
+using namespace scarp;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return fuzz::read_or_refuse([&] { parse_toml(fuzz::text_of(data, size), "input.toml"); });
+}
