@@ -8,8 +8,25 @@
 #include "apps/recipe.h"
 #include "apps/report.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 
 namespace scarp {
+
+namespace {
+
+// What a run wrote before it was resumed may be damaged since; the run itself does not need it.
+void write_page_of(const std::filesystem::path& folder, const std::filesystem::path& page) {
+  std::string text;
+  try {
+    text = run_page(folder);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "warning: there is no {}: {}\n", page.filename().string(), error.what());
+    return;
+  }
+  write_file(page, text);
+}
+
+}  // namespace
 
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
@@ -22,7 +39,7 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   }
   const std::filesystem::path page = folder / report_file;
   // A run that was complete stays as it is.
-  if (end == RunEnd::complete || !std::filesystem::exists(page)) write_file(page, run_page(folder));
+  if (end == RunEnd::complete || !std::filesystem::exists(page)) write_page_of(folder, page);
   if (common.json) {
     std::ifstream summary(folder / "summary.json");
     std::cout << summary.rdbuf();

@@ -376,7 +376,10 @@ TEST_F(DamagedFolder, GoesOnFromTheCheckpointBeforeADamagedOne) {
 
 TEST_F(DamagedFolder, NeedsNoCheckpointButTheLast) {
   write("cut/state_0001.vdb", "");
-  EXPECT_EQ(resume().exit_code, 0);
+  fs::remove(folder_ / "cut" / "report.html");
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("there is no report.html"), HasSubstr("state_0001")));
 }
 
 TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseRowsAreLost) {

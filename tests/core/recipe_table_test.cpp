@@ -476,7 +476,7 @@ TEST(RecipeNumberTable, SaysWhichRowIsWrong) {
   expect('[' + first + ", [\"20 eV\", \"1 deg\", 0]]", "");
   expect("7", "5: t: 7 is not a table; write its rows, [[...], [...]], or the name of a CSV file");
   expect("[]", "5: t: has 0 entries; 2 to 100000 are wanted");
-  expect('[' + first + "]", "5: t: has 1 entries; 2 to 100000 are wanted");
+  expect('[' + first + "]", "5: t: has 1 entry; 2 to 100000 are wanted");
   expect('[' + first + ", [\"20 eV\", 0]]", "29: t[1]: has 2 entries; 3 are wanted");
   expect('[' + first + ", [30, \"0 deg\", 0]]",
          "30: t[1][0]: 30 has no unit; write for example \"30 eV\"");
@@ -506,7 +506,7 @@ TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
   expect("energy [V],angle [deg],yield\n",
          "1: \"1 V\": \"V\" is not a unit; write for example \"1 eV\"");
   expect(head, " has 0 rows of numbers; 2 to 100000 are wanted");
-  expect(head + "20,0,1\n", " has 1 rows of numbers; 2 to 100000 are wanted");
+  expect(head + "20,0,1\n", " has 1 row of numbers; 2 to 100000 are wanted");
   expect(head + "20,0,1\n\n30,0\n", "4: has 2 columns; 3 are wanted");
   expect(head + "20,0,1\n30,0,nan\n", "3: \"nan\" is not a number; write for example \"5\"");
   expect(head + "20,0,1\n-30,0,1\n", "3: -30 eV is below 0");
