@@ -56,19 +56,12 @@ Recipe coarser(const Recipe& recipe, int factor) {
   return coarse;
 }
 
-// What a time step depends on besides; voids are found anew.
+// Voids are found anew.
 State on_grid(const State& state, const Frame& frame) {
-  return {
-      .layers = frame == state.layers.frame ? state.layers.copy() : resampled(state.layers, frame),
-      .origin = state.origin,
-      .time = state.time,
-      .step = state.step,
-      .step_start = state.step_start,
-      .progress = state.progress,
-      .repeat_start = state.repeat_start,
-      .time_step = state.time_step,
-      .mesh = state.mesh,
-      .coverages = state.coverages};
+  State moved = copy_of(state);
+  if (frame != state.layers.frame) moved.layers = resampled(state.layers, frame);
+  moved.voids.clear();
+  return moved;
 }
 
 }  // namespace

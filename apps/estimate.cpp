@@ -152,19 +152,6 @@ double ray_factor(std::span<const TrialStep> trials) {
   return factor;
 }
 
-State copy_of(const State& state) {
-  return {.layers = state.layers.copy(),
-          .time = state.time,
-          .step = state.step,
-          .step_start = state.step_start,
-          .progress = state.progress,
-          .repeat_start = state.repeat_start,
-          .time_step = state.time_step,
-          .voids = state.voids,
-          .mesh = state.mesh,
-          .coverages = state.coverages};
-}
-
 // The first time steps of a step after the given survey, the last of them with more rays. What acts
 // at once is not tried.
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,

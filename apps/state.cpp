@@ -5,6 +5,23 @@
 
 namespace scarp {
 
+State copy_of(const State& state) {
+  return {.layers = state.layers.copy(),
+          .origin = state.origin,
+          .time = state.time,
+          .step = state.step,
+          .step_start = state.step_start,
+          .progress = state.progress,
+          .repeat_start = state.repeat_start,
+          .ends = state.ends,
+          .time_step = state.time_step,
+          .voids = state.voids,
+          .islands = state.islands,
+          .residue_volume = state.residue_volume,
+          .mesh = state.mesh,
+          .coverages = state.coverages};
+}
+
 const ProcessStep& current_step(const State& state, const Recipe& recipe) {
   return recipe.steps[std::min(state.step, recipe.steps.size() - 1)];
 }

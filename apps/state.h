@@ -73,6 +73,9 @@ struct State {
   SurfaceCoverages coverages{};  ///< of its facets, at the beginning of that time step
 };
 
+/// All of a state, with layers of its own.
+State copy_of(const State& state);
+
 /// The step that the next time step belongs to; the last one when the recipe is complete.
 const ProcessStep& current_step(const State& state, const Recipe& recipe);
 
