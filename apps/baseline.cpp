@@ -35,9 +35,10 @@ double rounded(double value, double step) { return std::round(value / step) * st
 
 DistanceStatistics distances(std::span<const Polyline> from, std::span<const Polyline> to,
                              double spacing) {
+  const DistanceToLines distance(to);
   std::vector<double> values;
   for (const Polyline& line : from)
-    for (const auto& point : line.points) values.push_back(distance(point, to) / spacing);
+    for (const auto& point : line.points) values.push_back(distance(point) / spacing);
   return statistics(values);
 }
 

@@ -281,6 +281,7 @@ std::string profiles_svg(const Comparison& comparison) {
 /// How far the last profiles are apart, along the first.
 std::string apart_svg(const Comparison& comparison) {
   const ComparedProfile& last = comparison.profiles.back();
+  const DistanceToLines distance(last.second);
   Curve curve{.name = "", .colour = 1, .lines = {}};
   double along = 0;
   for (const Polyline& line : last.first) {
@@ -289,8 +290,7 @@ std::string apart_svg(const Comparison& comparison) {
     for (const auto& point : line.points) {
       if (before != nullptr) along += std::hypot(point[0] - (*before)[0], point[1] - (*before)[1]);
       before = &point;
-      curve.lines.back().push_back(
-          {1e-3 * along, distance(point, last.second) / comparison.spacing});
+      curve.lines.back().push_back({1e-3 * along, distance(point) / comparison.spacing});
     }
   }
   return plot_svg(

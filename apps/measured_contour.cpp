@@ -54,7 +54,8 @@ std::vector<Point> points_on(std::span<const Polyline> lines, double most) {
 DistanceStatistics distances_to(std::span<const Polyline> lines, std::span<const Point> points,
                                 double spacing) {
   std::vector<double> values;
-  for (const Point& point : points) values.push_back(distance(point, lines) / spacing);
+  const DistanceToLines distance(lines);
+  for (const Point& point : points) values.push_back(distance(point) / spacing);
   return statistics(values);
 }
 

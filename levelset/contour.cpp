@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -31,6 +32,17 @@ void add_crossings(std::span<const Point> points, double height, std::size_t lin
                          .line = line,
                          .segment = n});
   }
+}
+
+double squared_to_segment(const Point& point, const Point& from, const Point& to) {
+  const double dx = to[0] - from[0];
+  const double dz = to[1] - from[1];
+  const double length = dx * dx + dz * dz;
+  const double along = (point[0] - from[0]) * dx + (point[1] - from[1]) * dz;
+  const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0.0;
+  const double x = point[0] - (from[0] + t * dx);
+  const double z = point[1] - (from[1] + t * dz);
+  return x * x + z * z;
 }
 
 void sort_by_place(std::vector<Crossing>& crossings) {
@@ -503,22 +515,43 @@ double gas_above(std::span<const Polyline> lines, double lateral, double lower, 
   return gas;
 }
 
-double distance(const Point& point, std::span<const Polyline> lines) {
-  double squared = 1e300;
+DistanceToLines::DistanceToLines(std::span<const Polyline> lines) {
+  constexpr std::size_t longest = 16;  // segments
   for (const Polyline& line : lines) {
-    for (std::size_t n = 1; n < line.points.size(); ++n) {
-      const auto& [x0, z0] = line.points[n - 1];
-      const double dx = line.points[n][0] - x0;
-      const double dz = line.points[n][1] - z0;
-      const double length = dx * dx + dz * dz;
-      const double along = (point[0] - x0) * dx + (point[1] - z0) * dz;
-      const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0.0;
-      const double x = point[0] - (x0 + t * dx);
-      const double z = point[1] - (z0 + t * dz);
-      squared = std::min(squared, x * x + z * z);
+    for (std::size_t n = 0; n + 1 < line.points.size(); n += longest) {
+      const std::size_t count = std::min(longest + 1, line.points.size() - n);
+      Stretch stretch{std::span(line.points).subspan(n, count), line.points[n], line.points[n]};
+      for (const auto& [x, z] : stretch.points) {
+        stretch.lower = {std::min(stretch.lower[0], x), std::min(stretch.lower[1], z)};
+        stretch.upper = {std::max(stretch.upper[0], x), std::max(stretch.upper[1], z)};
+      }
+      stretches_.push_back(stretch);
     }
   }
-  return std::sqrt(squared);
+}
+
+// What lies in boxes further away than the nearest so far is not looked at.
+double DistanceToLines::operator()(const Point& point) const {
+  const auto squared_to_box = [&](const Stretch& stretch) {
+    double squared = 0;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double nearest = std::clamp(point[axis], stretch.lower[axis], stretch.upper[axis]);
+      squared += (point[axis] - nearest) * (point[axis] - nearest);
+    }
+    return squared;
+  };
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto look_at = [&](const Stretch& stretch) {
+    for (std::size_t n = 1; n < stretch.points.size(); ++n)
+      nearest =
+          std::min(nearest, squared_to_segment(point, stretch.points[n - 1], stretch.points[n]));
+  };
+  if (stretches_.empty()) return nearest;
+  const Stretch& first = *std::ranges::min_element(stretches_, {}, squared_to_box);
+  look_at(first);
+  for (const Stretch& stretch : stretches_)
+    if (&stretch != &first && squared_to_box(stretch) < nearest) look_at(stretch);
+  return std::sqrt(nearest);
 }
 
 }  // namespace scarp

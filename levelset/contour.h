@@ -112,7 +112,25 @@ std::optional<double> facet_width(std::span<const Contour::Point> wall, double f
 /// How much gas lies straight above a height, up to another one: in voids.
 double gas_above(std::span<const Polyline> lines, double lateral, double lower, double upper);
 
-/// The distance from a point to lines.
-double distance(const Contour::Point& point, std::span<const Polyline> lines);
+/// How far points are from lines.
+class DistanceToLines {
+ public:
+  explicit DistanceToLines(std::span<const Polyline> lines);
+
+  /// Infinite without lines.
+  double operator()(const Contour::Point& point) const;
+
+ private:
+  using Point = Contour::Point;
+
+  // Some of a line, whose points share all but one with the next, and the box around it.
+  struct Stretch {
+    std::span<const Point> points;
+    Point lower;
+    Point upper;
+  };
+
+  std::vector<Stretch> stretches_;
+};
 
 }  // namespace scarp

@@ -273,15 +273,14 @@ class SectionMeasurement {
         upper.floor - lower.floor - gas_above(upper.lines, row_.centre, lower.floor, upper.floor);
     if (!upper.contour || !lower.contour) return found;
     const Polyline wall{.points = lower.contour->points()};
-    const std::span<const Polyline> below(&wall, 1);
+    const DistanceToLines below({&wall, 1});
     if (const std::optional<Gap> gap = upper.contour->gap(lower.middle())) {
-      found.wall = mean(distance({gap->left, lower.middle()}, below),
-                        distance({gap->right, lower.middle()}, below));
+      found.wall = mean(below({gap->left, lower.middle()}), below({gap->right, lower.middle()}));
     }
     double thinnest = 1e300;
     double thickest = 0;
     for (const Contour::Point& point : upper.contour->points()) {
-      const double thickness = distance(point, below);
+      const double thickness = below(point);
       thinnest = std::min(thinnest, thickness);
       thickest = std::max(thickest, thickness);
     }

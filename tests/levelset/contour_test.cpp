@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "contours.h"
 
@@ -97,9 +98,29 @@ TEST(Contour, ScallopsAreCountedOnEitherWallAndNotOnASmoothOne) {
 
 TEST(Contour, DistanceIsThatToTheNearestLine) {
   const std::vector<Polyline> lines{{.points = {{0, 0}, {10, 0}}}, {.points = {{0, 5}, {10, 5}}}};
-  EXPECT_EQ(distance({4, 2}, lines), 2);
-  EXPECT_EQ(distance({4, 3.5}, lines), 1.5);
-  EXPECT_EQ(distance({13, 4}, {lines.data(), 1}), 5);
+  const DistanceToLines distance(lines);
+  EXPECT_EQ(distance({4, 2}), 2);
+  EXPECT_EQ(distance({4, 3.5}), 1.5);
+  EXPECT_EQ(DistanceToLines({lines.data(), 1})({13, 4}), 5);
+}
+
+// A line of many points is looked at in stretches, some of which are left out.
+TEST(Contour, DistanceToALongLineIsThatToItsNearestSegment) {
+  Polyline circle;
+  constexpr int count = 1000;
+  for (int n = 0; n <= count; ++n) {
+    const double angle = 2 * std::numbers::pi * n / count;
+    circle.points.push_back({10 * std::cos(angle), 10 * std::sin(angle)});
+  }
+  const DistanceToLines distance({&circle, 1});
+  const double sagitta = 10 * (1 - std::cos(std::numbers::pi / count));
+  for (int n = 0; n < 360; ++n) {
+    const double angle = n * std::numbers::pi / 180;
+    for (const double radius : {0.0, 3.0, 9.9, 10.1, 25.0}) {
+      EXPECT_NEAR(distance({radius * std::cos(angle), radius * std::sin(angle)}),
+                  std::abs(radius - 10), 1.001 * sagitta);
+    }
+  }
 }
 
 }  // namespace
