@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
 
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
+#include "apps/results.h"
 #include "core/peak_memory.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
@@ -18,6 +23,7 @@ namespace scarp {
 namespace {
 
 constexpr std::uint64_t trial_rays = 1 << 16;
+constexpr std::uint64_t most_trial_rays = 1 << 19;  // half a second: enough for most targets
 constexpr double rounding = 1 - 1e-6;  // of speeds: what they make is no time step more
 constexpr double least_area = 0.2;     // a surface that closes keeps a part of its size
 
@@ -157,7 +163,7 @@ double ray_factor(std::span<const TrialStep> trials) {
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
                                 Survey now) {
   constexpr std::size_t most_trials = 5;
-  const Recipe more_rays = with_few_rays(recipe, 4 * trial_rays);
+  const Recipe more_rays = with_few_rays(recipe, most_trial_rays);
   const std::size_t step = state.step;
   std::vector<TrialStep> trials;
   while (true) {
@@ -205,11 +211,14 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
           .duration = at(&StepCost::duration)};
 }
 
+double time_between_outputs(double duration, const Recipe& recipe) {
+  return recipe.output_every > 0 ? std::min(duration, recipe.output_every) : duration;
+}
+
 // With those that outputs cut short, and the speeds that are met or will be.
 double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& recipe) {
   const double duration = cost.duration;
-  const double between_outputs =
-      recipe.output_every > 0 ? std::min(duration, recipe.output_every) : duration;
+  const double between_outputs = time_between_outputs(duration, recipe);
   const auto count = [&](double time) {
     return std::max(time_steps(step, time, recipe), std::ceil(rounding * time / cost.stable_dt));
   };
@@ -217,6 +226,17 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
   const double outputs = std::floor(duration / between_outputs);
   const double rest = duration - outputs * between_outputs;
   return outputs * count(between_outputs) + (rest > 1e-9 * duration ? count(rest) : 0);
+}
+
+double seconds_of_output(const State& state, const Survey& now, const Recipe& recipe) {
+  namespace fs = std::filesystem;
+  std::string folder = (fs::temp_directory_path() / "scarp-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) return 0;
+  const auto start = std::chrono::steady_clock::now();
+  ResultFolder(folder).write_output(state, now, recipe);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  fs::remove_all(folder);
+  return wall.count();
 }
 
 // What a run holds at once: what the trials did, and a time step's copies of the band.
@@ -266,6 +286,7 @@ class Estimator {
       if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
     cost_.rays_per_time_step = rays_ / cost_.time_steps;
+    cost_.seconds += (1 + outputs_) * output_seconds_;
     return cost_;
   }
 
@@ -283,6 +304,7 @@ class Estimator {
       ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
     cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
+    output_seconds_ = seconds_of_output(state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
     if (step.until) cost_.ends.push_back({n, duration});
     StepCost& cost = known_[n];
@@ -313,6 +335,9 @@ class Estimator {
     area_ = end_area;
     rays_ += count * of_area * of_step.rays;
     cost_.time_steps += count;
+    outputs_ += of_step.duration > 0 ? std::ceil(rounding * of_step.duration /
+                                                 time_between_outputs(of_step.duration, recipe_))
+                                     : 1;
     cost_.seconds += count * of_area * of_step.seconds;
     cost_.at_most = cost_.at_most || step.round_end;
   }
@@ -325,6 +350,8 @@ class Estimator {
   std::map<std::size_t, StepCost> known_;  // by step
   double area_ = 0;                        // of the surface, as it is expected
   double rays_ = 0;
+  double outputs_ = 0;
+  double output_seconds_ = 0;  // of one
   CostEstimate cost_;
 };
 

@@ -18,7 +18,8 @@ struct ExpectedEnd {
 ///
 /// Good to about a factor of two, where steps go on as they begin.
 /// Units: heights in nm, memory in MB; seconds of wall time on this machine, with as many threads
-///        as now: what the trials took for each time step and ray, times their numbers.
+///        as now: what the trials took for each time step, ray and output, times their
+///        numbers.
 struct CostEstimate {
   std::size_t active_nodes = 0;
   double lowest = 0;  ///< of the start geometry's band
