@@ -631,6 +631,8 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   Recipe recipe;
   recipe.title = root.text("title", path.stem().string());
   recipe.frame = read_domain(root.table("domain"));
+  recipe.uses_symmetry =
+      root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
   read_materials(root.table("materials"), recipe.materials);
 
   if (root.has("start")) {

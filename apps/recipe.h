@@ -61,6 +61,7 @@ struct ProcessStep {
 struct Recipe {
   std::string title;
   Frame frame;
+  bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
   Materials materials;
   std::vector<Shape> geometry;  ///< empty where there is a start
   std::optional<StartState> start;

@@ -18,8 +18,14 @@ std::string volume_text(const Frame& frame, double volume) {
 
 double volume_of(std::span<const Region> regions) {
   double volume = 0;
-  for (const Region& region : regions) volume += region.volume;
+  for (const Region& region : regions) volume += region.images * region.volume;
   return volume;
+}
+
+std::size_t count_of(std::span<const Region> regions) {
+  std::size_t count = 0;
+  for (const Region& region : regions) count += static_cast<std::size_t>(region.images);
+  return count;
 }
 
 std::string counted(std::size_t count, std::string_view what) {
@@ -37,7 +43,8 @@ std::vector<std::string> region_lines(const Frame& frame, std::span<const Region
   constexpr std::size_t most_told = 8;
   std::vector<std::string> lines;
   for (const Region& region : regions.first(std::min(regions.size(), most_told))) {
-    lines.push_back(fmt::format("  {} between z = {:.4g} nm and {:.4g} nm",
+    const std::string images = region.images > 1 ? fmt::format("{} times ", region.images) : "";
+    lines.push_back(fmt::format("  {}{} between z = {:.4g} nm and {:.4g} nm", images,
                                 volume_text(frame, region.volume), region.lower, region.upper));
   }
   if (regions.size() > most_told) {

@@ -14,6 +14,9 @@ namespace scarp {
 /// Units: nm^3.
 double volume_of(std::span<const Region> regions);
 
+/// With the mirror images of each.
+std::size_t count_of(std::span<const Region> regions);
+
 /// "1 void", "2 voids".
 std::string counted(std::size_t count, std::string_view what);
 

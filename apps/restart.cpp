@@ -6,6 +6,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "apps/symmetry.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/quantity.h"
@@ -39,28 +40,39 @@ constexpr std::size_t numbers_per_void = 7;
 std::vector<double> numbers_of(std::span<const VoidClosure> voids) {
   std::vector<double> numbers;
   for (const VoidClosure& each : voids) {
-    const auto& [node, volume, lower, upper] = each.region;
-    numbers.insert(numbers.end(), node.begin(), node.end());
-    numbers.insert(numbers.end(), {volume, lower, upper, each.time});
+    const Region& region = each.region;
+    numbers.insert(numbers.end(), region.first_node.begin(), region.first_node.end());
+    numbers.insert(numbers.end(), {region.volume, region.lower, region.upper, each.time});
   }
   return numbers;
 }
 
-std::vector<VoidClosure> voids_of(std::span<const double> numbers, const fs::path& file) {
-  if (numbers.size() % numbers_per_void != 0) {
+// Without images in files of earlier versions.
+std::vector<VoidClosure> voids_of(std::span<const double> numbers, std::span<const double> images,
+                                  const fs::path& file) {
+  const std::size_t count = numbers.size() / numbers_per_void;
+  if (numbers.size() % numbers_per_void != 0 || (!images.empty() && images.size() != count)) {
     throw InputError(
         fmt::format("{}: the entry voids is not whole; it is not of this version", file.string()));
   }
   std::vector<VoidClosure> voids;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_void)) {
     const auto node = [&](std::size_t axis) { return static_cast<int>(numbers[axis]); };
-    voids.push_back({.region = {.first_node = {node(0), node(1), node(2)},
-                                .volume = numbers[3],
-                                .lower = numbers[4],
-                                .upper = numbers[5]},
-                     .time = numbers[6]});
+    voids.push_back(
+        {.region = {.first_node = {node(0), node(1), node(2)},
+                    .volume = numbers[3],
+                    .lower = numbers[4],
+                    .upper = numbers[5],
+                    .images = images.empty() ? 1 : static_cast<int>(images[voids.size()])},
+         .time = numbers[6]});
   }
   return voids;
+}
+
+std::vector<double> images_of(std::span<const VoidClosure> voids) {
+  std::vector<double> images;
+  for (const VoidClosure& each : voids) images.push_back(each.region.images);
+  return images;
 }
 
 // For each complete step when it ended, when its condition held (before everything: never), and
@@ -269,6 +281,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"seed", std::to_string(recipe.flux.seed)},
           {"output_times_s", joined(output_times)},
           {"voids", joined(numbers_of(state.voids))},
+          {"void_images", joined(images_of(state.voids))},
           {"islands_removed", std::to_string(state.islands.count)},
           {"island_volume_nm3", format_number(state.islands.volume)},
           {"residue_volume_nm3", format_number(state.residue_volume)},
@@ -285,6 +298,13 @@ std::vector<double> numbers_of(const CheckpointNotes& notes, const std::string& 
   std::istringstream text(note_of(notes, key, file));
   for (std::string word; text >> word;) numbers.push_back(std::strtod(word.c_str(), nullptr));
   return numbers;
+}
+
+std::vector<VoidClosure> read_voids(const CheckpointNotes& notes, const fs::path& file) {
+  const bool has_images = notes.contains("void_images");
+  return voids_of(numbers_of(notes, "voids", file),
+                  has_images ? numbers_of(notes, "void_images", file) : std::vector<double>{},
+                  file);
 }
 
 double number_of(const CheckpointNotes& notes, const std::string& key, const fs::path& file) {
@@ -321,7 +341,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .repeat_start = optional_of(numbers("repeat_start_height_nm")),
                     .ends = ends_of(numbers("step_ends"), file),
                     .time_step = static_cast<std::uint32_t>(value("time_step")),
-                    .voids = voids_of(numbers("voids"), file),
+                    .voids = read_voids(checkpoint.notes, file),
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
                     .residue_volume = value("residue_volume_nm3"),
@@ -378,17 +398,17 @@ State read_start_state(const fs::path& file, const Materials& materials) {
   const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
   name_materials(checkpoint.layers, note_of(checkpoint.notes, "materials", file), materials, file);
   auto [mesh, coverages] = read_surface(checkpoint.notes, file);
-  return {.layers = std::move(checkpoint.layers),
-          .time = value("time_s"),
-          .time_step = static_cast<std::uint32_t>(value("time_step")),
-          .voids = voids_of(numbers_of(checkpoint.notes, "voids", file), file),
-          .mesh = std::move(mesh),
-          .coverages = std::move(coverages)};
+  return whole_of({.layers = std::move(checkpoint.layers),
+                   .time = value("time_s"),
+                   .time_step = static_cast<std::uint32_t>(value("time_step")),
+                   .voids = read_voids(checkpoint.notes, file),
+                   .mesh = std::move(mesh),
+                   .coverages = std::move(coverages)});
 }
 
 SavedWafer read_wafer(const fs::path& file, Materials known) {
   Checkpoint checkpoint = read_checkpoint(file);
-  SavedWafer wafer{.layers = std::move(checkpoint.layers),
+  SavedWafer wafer{.layers = whole_of({.layers = std::move(checkpoint.layers)}).layers,
                    .materials = std::move(known),
                    .time = number_of(checkpoint.notes, "time_s", file)};
   const std::string names = note_of(checkpoint.notes, "materials", file);
@@ -429,6 +449,7 @@ fs::path newest_state(const fs::path& where) {
 }
 
 std::string state_hash(const State& state, const Materials& materials) {
+  if (state.layers.frame.images() > 1) return state_hash(whole_of(copy_of(state)), materials);
   Hash result;
   for (const Layer& layer : state.layers.stack) {
     result.add(materials[layer.material].name);

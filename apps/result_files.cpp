@@ -21,6 +21,7 @@
 #include "core/quantity.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
+#include "levelset/symmetry.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -59,10 +60,11 @@ nlohmann::ordered_json void_list(const State& state, std::span<const Region> voi
                    [&](std::size_t a, std::size_t b) { return voids[a].volume > voids[b].volume; });
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const std::size_t n : order) {
-    list.push_back({{"volume_nm3", voids[n].volume},
-                    {"lowest_nm", voids[n].lower},
-                    {"highest_nm", voids[n].upper},
-                    {"closed_at_s", state.voids[n].time}});
+    const nlohmann::ordered_json each{{"volume_nm3", voids[n].volume},
+                                      {"lowest_nm", voids[n].lower},
+                                      {"highest_nm", voids[n].upper},
+                                      {"closed_at_s", state.voids[n].time}};
+    for (int image = 0; image < voids[n].images; ++image) list.push_back(each);
   }
   return list;
 }
@@ -118,14 +120,16 @@ std::vector<std::string> coverage_names(const Recipe& recipe) {
 
 // The area of the surface, and for every name what that coverage takes up and what it took over.
 std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
+  const double images = recipe.frame.images();
   const std::vector<double> areas = facet_areas(survey.facets);
-  std::string cells = ',' + format_number(std::accumulate(areas.begin(), areas.end(), 0.0));
+  std::string cells =
+      ',' + format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0));
   const std::vector<double> covered = covered_areas(survey.facets, survey.coverages);
   const std::vector<std::string> known =
       model == nullptr ? std::vector<std::string>{} : model->coverages();
   const auto cell = [&](std::span<const double> of_known, const std::string& name) {
     const auto k = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
-    return ',' + (k < of_known.size() ? format_number(of_known[k]) : "");
+    return ',' + (k < of_known.size() ? format_number(images * of_known[k]) : "");
   };
   for (const std::string& name : coverage_names(recipe))
     cells += cell(covered, name) + cell(survey.carried_areas, name);
@@ -194,10 +198,18 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
   for (std::size_t k = 0; k < survey.coverages.size(); ++k)
     fields.facets.push_back({"coverage_" + covers[k], std::span(survey.coverages[k])});
   fields.facets.push_back({"speed_nm_s", std::span(speed)});
-  write_vtp(file, survey.facets, fields);
+  const Frame& frame = state.layers.frame;
+  std::vector<std::vector<float>> with_those_of_images;
+  with_those_of_images.reserve(fields.facets.size());
+  for (FieldView& field : fields.facets) {
+    const auto& values = std::get<std::span<const float>>(field.values);
+    field.values =
+        std::span<const float>(with_those_of_images.emplace_back(with_images(values, frame)));
+  }
+  write_vtp(file, with_images(survey.facets, frame), fields);
 }
 
-Sections::Sections(const Recipe& recipe) : lines_{middle(recipe.frame)} {
+Sections::Sections(const Recipe& recipe) : lines_{middle(whole_of(recipe.frame))} {
   lines_.insert(lines_.end(), recipe.sections.begin(), recipe.sections.end());
   earlier_.resize(lines_.size());
 }
@@ -208,14 +220,15 @@ void Sections::add(double time, const Layers& layers) {
     earlier_[n].push_back({.time = time, .lines = exposed_lines(cut(layers, surfaces, lines_[n]))});
 }
 
-void Sections::write(const fs::path& folder, int number, const State& state, const Recipe& recipe) {
-  const std::vector<TriMesh> surfaces = layer_surfaces(state.layers);
+void Sections::write(const fs::path& folder, int number, const State& state, const Layers& layers,
+                     const Recipe& recipe) {
+  const std::vector<TriMesh> surfaces = layer_surfaces(layers);
   for (std::size_t n = 0; n < lines_.size(); ++n) {
     const std::string name = n == 0 ? "profile" : fmt::format("section_{}", n);
     const fs::path file = folder / fmt::format("{}_{:04}.csv", name, number);
     ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe.title,
                                           moment_of(state, recipe), state.time),
-                     .layers = cut(state.layers, surfaces, lines_[n]),
+                     .layers = cut(layers, surfaces, lines_[n]),
                      .left = lines_[n].left,
                      .right = lines_[n].right,
                      .time = state.time};
@@ -253,8 +266,8 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   for (const char* stage : {"map", "advect"}) {
     row += fmt::format(",{:.6f}", move.timer.seconds(stage));
   }
-  row += fmt::format(",{},{},{},{},{}", survey.gas.voids.size(),
-                     format_number(volume_of(survey.gas.voids)), move.islands.size(),
+  row += fmt::format(",{},{},{},{},{}", count_of(survey.gas.voids),
+                     format_number(volume_of(survey.gas.voids)), count_of(move.islands),
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
   const ProcessStep& of_row = recipe.steps[step];
@@ -285,7 +298,7 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["state_hash"] = state_hash(state, recipe.materials);
   summary["metrology"] =
       metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});
-  summary["void_count"] = survey.gas.voids.size();
+  summary["void_count"] = count_of(survey.gas.voids);
   summary["void_volume_nm3"] = volume_of(survey.gas.voids);
   summary["voids"] = void_list(state, survey.gas.voids);
   summary["islands_removed"] = {{"count", state.islands.count},

@@ -34,8 +34,10 @@ class Sections {
   /// Writes profile_NNNN.csv and .svg and profiles.svg of the middle; section_K_NNNN.csv and .svg
   /// and section_K.svg of the others, from 1. Pictures say in or after which step they are, as
   /// several may be at one time.
+  ///
+  /// Shape: layers are those of the whole wafer.
   void write(const std::filesystem::path& folder, int number, const State& state,
-             const Recipe& recipe);
+             const Layers& layers, const Recipe& recipe);
 
  private:
   std::vector<SectionLine> lines_;

@@ -15,9 +15,11 @@
 #include "apps/report.h"
 #include "apps/restart.h"
 #include "apps/result_files.h"
+#include "apps/symmetry.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/read_file.h"
+#include "levelset/symmetry.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -227,8 +229,9 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
   const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
-  sections(recipe).write(path_, number, state, recipe);
-  newest_ = measure(state, recipe);
+  const WholeLayers whole(state.layers);
+  sections(recipe).write(path_, number, state, whole.get(), recipe);
+  newest_ = measure(whole.get(), recipe);
   metrology_rows_ += metrology_rows(output_times_.size(), state.time, *newest_, recipe);
   write_file(file(metrology_file), metrology_rows_);
   output_times_.push_back(state.time);
@@ -255,12 +258,13 @@ Sections& ResultFolder::sections(const Recipe& recipe) {
   return *sections_;
 }
 
-Metrology ResultFolder::measure(const State& state, const Recipe& recipe) {
+Metrology ResultFolder::measure(const Layers& layers, const Recipe& recipe) {
   if (!start_) {
-    start_ = output_count() == 0 ? scarp::measure(state.layers, recipe.metrology)
-                                 : scarp::measure(start_state(recipe).layers, recipe.metrology);
+    start_ = output_count() == 0
+                 ? scarp::measure(layers, recipe.metrology)
+                 : scarp::measure(whole_of(start_state(recipe)).layers, recipe.metrology);
   }
-  return scarp::measure(state.layers, recipe.metrology, &*start_);
+  return scarp::measure(layers, recipe.metrology, &*start_);
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
@@ -282,9 +286,9 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
   // The end of a recipe is an output; it may have been written before the run was resumed.
-  if (!newest_) newest_ = measure(state, recipe);
-  write_file(file("summary.json"), summary_text(state, survey, measure(state, recipe), recipe,
-                                                output_times_, total, wall_seconds));
+  if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
+  write_file(file("summary.json"),
+             summary_text(state, survey, *newest_, recipe, output_times_, total, wall_seconds));
 }
 
 }  // namespace scarp

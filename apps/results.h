@@ -72,8 +72,8 @@ class ResultFolder {
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
   Sections& sections(const Recipe& recipe);
-  /// Compared with the start of the recipe.
-  Metrology measure(const State& state, const Recipe& recipe);
+  /// Of a whole wafer, compared with the start of the recipe.
+  Metrology measure(const Layers& layers, const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;

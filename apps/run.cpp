@@ -12,6 +12,7 @@
 #include "apps/region_text.h"
 #include "apps/results.h"
 #include "apps/surface_speeds.h"
+#include "apps/symmetry.h"
 #include "core/error.h"
 #include "core/quantity.h"
 
@@ -97,7 +98,7 @@ class Observer {
     }
     if (move.islands.empty()) return;
     log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
-                          counted(move.islands.size(), "piece")));
+                          counted(count_of(move.islands), "piece")));
     tell(move.islands);
   }
 
@@ -200,13 +201,13 @@ class Observer {
   void tell_voids(const State& state, const Survey& now, const VoidChanges& changes) {
     if (changes.opened > 0) {
       log_.info(fmt::format("t = {:.4g} s: {} opened again, {} closed", state.time,
-                            counted(changes.opened, "void"), state.voids.size()));
+                            counted(changes.opened, "void"), count_of(now.gas.voids)));
     }
     if (changes.closed.empty()) return;
-    log_.info(fmt::format("t = {:.4g} s: {} closed, {} in all", state.time,
-                          counted(changes.closed.size(), "void"), state.voids.size()));
     std::vector<Region> closed;
     for (const std::size_t n : changes.closed) closed.push_back(now.gas.voids[n]);
+    log_.info(fmt::format("t = {:.4g} s: {} closed, {} in all", state.time,
+                          counted(count_of(closed), "void"), count_of(now.gas.voids)));
     tell(closed);
   }
 
@@ -236,7 +237,8 @@ class Observer {
 
 }  // namespace
 
-RunEnd run(const Recipe& recipe, const std::filesystem::path& path, const RunOptions& options) {
+RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOptions& options) {
+  const Recipe recipe = on_symmetric_part(given);
   ResultFolder folder(path);
   if (options.resume && folder.complete(recipe)) return RunEnd::was_complete;
   const auto start = std::chrono::steady_clock::now();

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/region_text.h"
+#include "apps/symmetry.h"
 #include "core/error.h"
 #include "levelset/advect.h"
 #include "levelset/extend.h"
 #include "levelset/layer_steps.h"
 #include "levelset/shapes.h"
+#include "levelset/symmetry.h"
 
 namespace scarp {
 
@@ -17,8 +20,8 @@ namespace {
 
 // What nothing held any more is gone.
 void count_islands(State& state, std::span<const Region> islands) {
-  state.islands.count += islands.size();
-  for (const Region& island : islands) state.islands.volume += island.volume;
+  state.islands.count += count_of(islands);
+  state.islands.volume += volume_of(islands);
 }
 
 // Where the plane of a planarising step lies. Units: nm.
@@ -176,6 +179,11 @@ Move end_before_it_begins(State& state, const ProcessStep& step) {
 }  // namespace
 
 State start_state(const Recipe& recipe) {
+  if (recipe.frame.images() > 1) {
+    Recipe whole = recipe;
+    whole.frame = whole_of(recipe.frame);
+    return half_of(start_state(whole), recipe.frame.half);
+  }
   if (recipe.start) {
     const State& start = *recipe.start->state;
     return {.layers = start.layers.copy(),
@@ -221,7 +229,14 @@ VoidChanges note_voids(State& state, const OpenGas& gas) {
     if (known == state.voids.end()) changes.closed.push_back(n);
     voids.push_back({region, known == state.voids.end() ? state.time : known->time});
   }
-  changes.opened = state.voids.size() + changes.closed.size() - voids.size();
+  const auto count = [](std::span<const VoidClosure> some) {
+    std::size_t sum = 0;
+    for (const VoidClosure& each : some) sum += static_cast<std::size_t>(each.region.images);
+    return sum;
+  };
+  std::vector<Region> closed;
+  for (const std::size_t n : changes.closed) closed.push_back(gas.voids[n]);
+  changes.opened = count(state.voids) + count_of(closed) - count(voids);
   state.voids = std::move(voids);
   return changes;
 }
@@ -253,7 +268,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
     removed = mover.move(state.layers, move.dt);
   }
   move.islands = std::move(removed.islands);
-  move.residue_volume = removed.residue_volume;
+  move.residue_volume = state.layers.frame.images() * removed.residue_volume;
   count_islands(state, move.islands);
   state.residue_volume += move.residue_volume;
 

@@ -27,24 +27,32 @@ struct Sides {
 /// periodic sides the two are the same node. Along z node k lies at k * spacing, any integer k. In
 /// two dimensions y is one cell wide and nothing varies along it.
 ///
+/// Of a wafer that is its own mirror image only the half beyond the plane may be here: node 0 then
+/// lies on the plane, at 0, which is a reflective side as any other.
+///
 /// Units: nm.
 struct Frame {
   double spacing = 0;
   std::array<int, 2> cells{};
   std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
   bool two_dimensional = false;
+  std::array<bool, 2> half{};  ///< the other half is the mirror image
+
+  /// The index of the node, or of the place between two of them, that lies at 0.
+  double middle(int axis) const { return axis == 2 || half[axis] ? 0 : 0.5 * cells[axis]; }
 
   /// Antisymmetric about the middle to the last bit, so that a mirrored geometry gives mirrored
   /// numbers.
-  double node_position(int axis, double index) const {
-    return axis == 2 ? index * spacing : (index - 0.5 * cells[axis]) * spacing;
-  }
+  double node_position(int axis, double index) const { return (index - middle(axis)) * spacing; }
 
   Vec3d node_position(const std::array<int, 3>& node) const {
     return {node_position(0, node[0]), node_position(1, node[1]), node_position(2, node[2])};
   }
 
   friend bool operator==(const Frame&, const Frame&) = default;
+
+  /// How many mirror images, with itself, make up the whole wafer.
+  int images() const { return (half[0] ? 2 : 1) * (half[1] ? 2 : 1); }
 
   Sides sides() const {
     Sides sides;

@@ -62,6 +62,7 @@ VdbMetadata file_metadata(const Layers& layers, const CheckpointNotes& notes) {
     const std::string name(1, axis == 0 ? 'x' : 'y');
     values["cells_" + name] = frame.cells[axis];
     values["periodic_" + name] = frame.boundary[axis] == Boundary::periodic;
+    if (frame.half[axis]) values["half_" + name] = true;
   }
   for (const auto& [key, value] : notes) {
     values[std::string(note_prefix) + key] = value;
@@ -83,6 +84,7 @@ Frame read_frame(const VdbMetadata& values) {
     frame.cells[axis] = value_of<std::int32_t>(values, "cells_" + name);
     frame.boundary[axis] =
         value_of<bool>(values, "periodic_" + name) ? Boundary::periodic : Boundary::reflective;
+    frame.half[axis] = values.contains("half_" + name);
   }
   frame.two_dimensional = value_of<bool>(values, "two_dimensional");
   if (!(frame.spacing > 0) || frame.cells[0] < 1 || frame.cells[1] < 1) {

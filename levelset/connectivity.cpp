@@ -147,8 +147,30 @@ class RegionList {
     const TriMesh surface = extract_surface(layers_, only_regions());
     const std::vector<std::size_t> region = regions_of_facets(surface);
     const std::vector<double> rise = bulges(surface);
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f)
-      if (region[f] != none) add_facet(surface, f, rise[f], regions_[region[f]]);
+    std::vector<std::array<bool, 2>> is_cut(regions_.size());  // by the planes of symmetry
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+      if (region[f] == none) continue;
+      add_facet(surface, f, rise[f], regions_[region[f]]);
+      for (int axis = 0; axis < 2; ++axis)
+        if (reaches_middle(surface, f, axis)) is_cut[region[f]][axis] = true;
+    }
+    for (std::size_t n = 0; n < regions_.size(); ++n) {
+      if (!is_new_[n]) continue;
+      for (int axis = 0; axis < 2; ++axis) {
+        if (!band_.frame().half[axis]) continue;
+        if (is_cut[n][axis]) {
+          regions_[n].volume *= 2;
+        } else {
+          regions_[n].images *= 2;
+        }
+      }
+    }
+  }
+
+  /// Surfaces end on the sides exactly.
+  static bool reaches_middle(const TriMesh& surface, std::size_t f, int axis) {
+    return std::ranges::any_of(surface.triangles[f],
+                               [&](std::uint32_t v) { return surface.vertices[v][axis] == 0; });
   }
 
   /// Each part of the surface is that of one region, which any of its cells tells where no two

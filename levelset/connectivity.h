@@ -23,6 +23,9 @@ struct Region {
   double volume = 0;
   double lower = 0;  ///< height of the lowest and of the highest point of its surface
   double upper = 0;
+  /// How many of them the wafer has, where the frame holds the half of it; one that the plane cuts
+  /// is measured as a whole.
+  int images = 1;
 };
 
 /// Which gas is joined to the source above the wafer.

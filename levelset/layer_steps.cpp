@@ -24,8 +24,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 Node nearest_node(const Frame& frame, Vec3d r) {
   Node node{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double middle = axis < 2 ? 0.5 * frame.cells[axis] : 0.0;
-    node[axis] = static_cast<int>(std::lround(r[axis] / frame.spacing + middle));
+    node[axis] = static_cast<int>(std::lround(r[axis] / frame.spacing + frame.middle(axis)));
   }
   return node;
 }

@@ -115,7 +115,7 @@ double LevelSet::distance(Vec3d r) const {
   std::array<int, 3> cell{};
   std::array<double, 3> t{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double index = r[axis] / frame.spacing + (axis < 2 ? 0.5 * frame.cells[axis] : 0.0);
+    const double index = r[axis] / frame.spacing + frame.middle(axis);
     const double below = std::floor(index);
     cell[axis] = static_cast<int>(below);
     t[axis] = index - below;

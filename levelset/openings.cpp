@@ -167,7 +167,7 @@ int OpeningMap::fold(int axis, int index) const {
 std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double position) const {
   const int other = 1 - axis;
   const int cells = frame_.cells[axis];
-  const double between = position / frame_.spacing + 0.5 * frame_.cells[other];
+  const double between = position / frame_.spacing + frame_.middle(other);
   const std::array<int, 2> rows{fold(other, static_cast<int>(std::floor(between + 1e-6))),
                                 fold(other, static_cast<int>(std::ceil(between - 1e-6)))};
   const auto node = [&](int index, int row) {

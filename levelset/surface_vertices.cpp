@@ -223,7 +223,7 @@ void SurfaceVertices::place_on_edges(const Leaf& leaf, const LeafVertices& verti
   for (int axis = 0; axis < 3; ++axis) {
     for (int n = 0; n < leaf_edge; ++n) {
       const int node = leaf.origin[axis] + n;
-      index[axis][n] = static_cast<float>(axis == 2 ? node : node - 0.5 * frame.cells[axis]);
+      index[axis][n] = static_cast<float>(node - frame.middle(axis));
       coordinate[axis][n] = static_cast<float>(frame.node_position(axis, node));
     }
   }
