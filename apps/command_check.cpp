@@ -7,6 +7,7 @@
 #include "apps/estimate.h"
 #include "apps/recipe.h"
 #include "apps/region_text.h"
+#include "apps/symmetry.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -39,11 +40,19 @@ void print_ends(const CostEstimate& cost, const Recipe& recipe) {
   }
 }
 
+nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
+  nlohmann::ordered_json names = nlohmann::ordered_json::array();
+  if (planes.across[0]) names.push_back("x = 0");
+  if (planes.across[1]) names.push_back("y = 0");
+  return names;
+}
+
 }  // namespace
 
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  const CostEstimate cost = estimate_cost(recipe);
+  const MirrorPlanes planes = mirror_planes(recipe);
+  const CostEstimate cost = estimate_cost(on_part(recipe, planes));
   if (common.json) {
     const nlohmann::ordered_json result{{"valid", true},
                                         {"recipe", recipe.resolved},
@@ -58,11 +67,14 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"seconds", cost.seconds},
                                         {"threads", thread_count()},
                                         {"at_most", cost.at_most},
+                                        {"mirror_planes", names_of(planes)},
                                         {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
   }
   fmt::print("{}\n", recipe.resolved);
+  if (const std::string text = symmetry_text(recipe, planes); !text.empty())
+    fmt::print("# Symmetry: {}\n", text);
   print_ends(cost, recipe);
   fmt::print(
       "# Cost, good to about a factor of two, the memory better{}:\n"

@@ -14,7 +14,6 @@
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
 #include "apps/results.h"
-#include "apps/symmetry.h"
 #include "core/peak_memory.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
@@ -374,9 +373,6 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
 }
 
-CostEstimate estimate_cost(const Recipe& given) {
-  const Recipe recipe = on_symmetric_part(given);
-  return Estimator(recipe).estimate();
-}
+CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }
 
 }  // namespace scarp

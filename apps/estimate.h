@@ -45,6 +45,7 @@ std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t mate
 /// source. Units: s.
 double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
 
+/// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
 CostEstimate estimate_cost(const Recipe& recipe);
 
 }  // namespace scarp

@@ -238,7 +238,8 @@ class Observer {
 }  // namespace
 
 RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOptions& options) {
-  const Recipe recipe = on_symmetric_part(given);
+  const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
+  const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);
   if (options.resume && folder.complete(recipe)) return RunEnd::was_complete;
   const auto start = std::chrono::steady_clock::now();
@@ -256,6 +257,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (!resumed) {
     folder.start(recipe, options.log);
     warn_of_loose_shapes(state, recipe, options.log);
+    if (given.uses_symmetry) options.log.info("this recipe " + symmetry_text(given, planes));
   }
   total.add(now.timer);
   observer.look_at(state, now, note_voids(state, now.gas));

@@ -1,5 +1,7 @@
 #include "apps/symmetry.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -32,16 +34,48 @@ void move_to_part(std::optional<EndCondition>& condition, const Frame& frame) {
 
 }  // namespace
 
-std::array<bool, 2> mirror_planes(const Recipe& recipe) {
-  if (has_source_map(recipe)) return {};
+MirrorPlanes mirror_planes(const Recipe& recipe) {
+  const Frame& frame = recipe.frame;
+  const bool has_map = has_source_map(recipe);
   const Layers layers = start_state(recipe).layers;
-  return {is_mirror_symmetric(layers, 0), is_mirror_symmetric(layers, 1)};
+  MirrorPlanes planes;
+  for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
+    std::string& hindrance = planes.hindrance[axis];
+    if (frame.boundary[axis] != Boundary::reflective) {
+      hindrance = "the sides are not reflective";
+    } else if (frame.cells[axis] % 2 != 0) {
+      hindrance = fmt::format("{} cells cannot be halved", frame.cells[axis]);
+    } else if (has_map) {
+      hindrance = "a source has a map";
+    } else if (!is_mirror_symmetric(layers, axis)) {
+      hindrance = "the start is not its own mirror image";
+    }
+    planes.across[axis] = hindrance.empty();
+  }
+  return planes;
 }
 
-Recipe on_symmetric_part(const Recipe& recipe) {
+std::string symmetry_text(const Recipe& recipe, const MirrorPlanes& planes) {
+  const auto& [x, y] = planes.across;
+  if (x || y) {
+    const std::string which = fmt::format("on the {} of the domain beyond the mirror plane{}",
+                                          x && y ? "quarter" : "half",
+                                          x && y ? "s x = 0 and y = 0"
+                                          : x    ? " x = 0"
+                                                 : " y = 0");
+    return recipe.uses_symmetry ? "runs " + which : "domain.symmetry = \"auto\" would run " + which;
+  }
+  if (!recipe.uses_symmetry) return "";
+  const bool is_same = planes.hindrance[0] == planes.hindrance[1];
+  std::string text = "runs on the whole domain, there is no mirror plane: ";
+  if (recipe.frame.two_dimensional || is_same) return text + planes.hindrance[0];
+  return text + "along x " + planes.hindrance[0] + ", along y " + planes.hindrance[1];
+}
+
+Recipe on_part(const Recipe& recipe, const MirrorPlanes& planes) {
   Recipe part = recipe;
   if (!recipe.uses_symmetry) return part;
-  part.frame = half_of(recipe.frame, mirror_planes(recipe));
+  part.frame = half_of(recipe.frame, planes.across);
   part.flux.sides = part.frame.sides();
   if (part.simplify) part.simplify->sides = part.frame.sides();
   for (ProcessStep& step : part.steps) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "apps/recipe.h"
 #include "apps/state.h"
@@ -13,11 +14,18 @@ namespace scarp {
 /// Only between reflective sides: a process on them is its own mirror image, or the recipe would
 /// have been refused. What is left is the start geometry, which has to be the same to the last bit,
 /// and maps of sources.
-std::array<bool, 2> mirror_planes(const Recipe& recipe);
+struct MirrorPlanes {
+  std::array<bool, 2> across{};
+  std::array<std::string, 2> hindrance{};  ///< why there is none, where there is none
+};
+MirrorPlanes mirror_planes(const Recipe& recipe);
+
+/// What a recipe makes of its mirror planes, or could; empty in two dimensions without one.
+std::string symmetry_text(const Recipe& recipe, const MirrorPlanes& planes);
 
 /// The recipe on the half or quarter of its domain beyond the planes of symmetry, where it asks for
 /// them; as it is otherwise.
-Recipe on_symmetric_part(const Recipe& recipe);
+Recipe on_part(const Recipe& recipe, const MirrorPlanes& planes);
 
 /// The part of a state beyond planes of symmetry, without what is known on facets.
 State half_of(const State& whole, std::array<bool, 2> planes);

@@ -34,7 +34,7 @@ std::vector<std::uint32_t> parts_of(const TriMesh& mesh) {
 ///
 /// Source: quadratic PN triangles (Vlachos et al. 2001): the middle of an edge rises by
 /// (p_j - p_i) (n_j - n_i) / 8, the mean over the facet is a third of the sum.
-std::vector<double> bulges(const TriMesh& mesh) {
+std::vector<double> bulges(const TriMesh& mesh, const Frame& frame) {
   // What the area vectors around a vertex lose when they are added tells how far they fan out. On
   // a ball of 3 spacings it is 2 %, on a right angle up to 30 %.
   constexpr double least_joined = 0.95;
@@ -47,7 +47,14 @@ std::vector<double> bulges(const TriMesh& mesh) {
       area[v] += length(a);
     }
   }
+  const Sides sides = frame.sides();
   for (std::size_t v = 0; v < normal.size(); ++v) {
+    // With what is mirrored at a side the surface goes straight through it.
+    for (int axis = 0; axis < 2; ++axis) {
+      const double at = mesh.vertices[v][axis];
+      const bool is_on_side = at == sides.lower[axis] || at == sides.upper[axis];
+      if (is_on_side && sides.boundary[axis] == Boundary::reflective) normal[v][axis] = 0;
+    }
     const double joined = length(normal[v]);
     normal[v] = joined > least_joined * area[v] ? normal[v] / joined : Vec3d{};
   }
@@ -146,7 +153,7 @@ class RegionList {
   void measure() {
     const TriMesh surface = extract_surface(layers_, only_regions());
     const std::vector<std::size_t> region = regions_of_facets(surface);
-    const std::vector<double> rise = bulges(surface);
+    const std::vector<double> rise = bulges(surface, band_.frame());
     std::vector<std::array<bool, 2>> is_cut(regions_.size());  // by the planes of symmetry
     for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
       if (region[f] == none) continue;

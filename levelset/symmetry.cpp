@@ -111,9 +111,7 @@ Frame whole_of(const Frame& part) {
 }
 
 bool is_mirror_symmetric(const Layers& layers, int axis) {
-  const Frame& frame = layers.frame;
-  if (frame.boundary[axis] != Boundary::reflective || frame.cells[axis] % 2 != 0) return false;
-  if (frame.half[axis] || (frame.two_dimensional && axis == 1)) return false;
+  SCARP_ASSERT(layers.frame.cells[axis] % 2, ==, 0);
   return std::ranges::all_of(
       layers.stack, [&](const Layer& layer) { return is_mirror_symmetric(layer.phi, axis); });
 }

@@ -20,8 +20,9 @@ Frame half_of(const Frame& whole, std::array<bool, 2> planes);
 /// The frame of the wafer of which this may be the half.
 Frame whole_of(const Frame& part);
 
-/// Whether the wafer is its own mirror image across its middle, to the last bit, and a plane can be
-/// put there: between reflective sides, on nodes.
+/// Whether the wafer is its own mirror image across its middle, to the last bit.
+///
+/// Shape: an even number of cells along the axis, between reflective sides.
 bool is_mirror_symmetric(const Layers& layers, int axis);
 
 /// The part of the layers beyond planes of symmetry; see half_of().

@@ -1,0 +1,197 @@
+// Recipes that run on the half or quarter of a wafer that is its own mirror image.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "mesh/mesh_file.h"
+#include "tests/apps/program.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* hole = R"(
+[domain]
+spacing = "10 nm"
+extent = ["260 nm", "220 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "60 nm"
+opening = { shape = "hole", radius = "45 nm" }
+)";
+
+// Undercuts the mask, then closes its opening: a void on both planes.
+constexpr const char* prescribed = R"(
+[[step]]
+name = "etch"
+model = "isotropic"
+duration = "40 s"
+etch_rate = { Si = "2 nm/s", resist = "0 nm/s" }
+[step.until]
+depth = "60 nm"
+at = ["-12 nm", "-7 nm"]
+[[step]]
+name = "film"
+model = "isotropic"
+duration = "30 s"
+material = "SiO2"
+growth_rate = "2 nm/s"
+[output]
+every = "25 s"
+)";
+
+constexpr const char* deposition = R"(
+[metrology]
+masks = []
+[[step]]
+model = "single_particle"
+duration = "10 s"
+growth_rate = "2 nm/s"
+material = "SiO2"
+sticking = 0.3
+[flux]
+target_error = 0.02
+)";
+
+class SymmetricRun : public Program {
+ protected:
+  nlohmann::json run(const std::string& recipe, const std::string& folder,
+                     const std::string& symmetry, const std::string& more = "") const {
+    const Outcome outcome = scarp("run " + path(recipe) + " --json --set 'domain.symmetry=\"" +
+                                  symmetry + "\"' -o " + path(folder) + " " + more);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+    return nlohmann::json::parse(read_file(path(folder) + "/summary.json"));
+  }
+};
+
+TEST_F(SymmetricRun, PrescribedSpeedsGiveTheBitsOfTheWhole) {
+  write("hole.toml", std::string(hole) + prescribed);
+  const auto whole = run("hole.toml", "whole", "none");
+  const auto quarter = run("hole.toml", "quarter", "auto");
+  EXPECT_EQ(quarter["state_hash"], whole["state_hash"]);
+  EXPECT_EQ(quarter["steps"], whole["steps"]);
+  EXPECT_EQ(quarter["void_count"], 1);
+  EXPECT_EQ(whole["void_count"], 1);
+  const double volume = whole["void_volume_nm3"];
+  EXPECT_NEAR(quarter["void_volume_nm3"], volume, 1e-6 * volume);
+  EXPECT_EQ(read_file(path("quarter") + "/metrology.csv"),
+            read_file(path("whole") + "/metrology.csv"));
+  EXPECT_EQ(read_file(path("quarter") + "/profile_0002.csv"),
+            read_file(path("whole") + "/profile_0002.csv"));
+  const double facets = read_mesh(path("whole") + "/surface_0001.vtp").triangles.size();
+  EXPECT_NEAR(read_mesh(path("quarter") + "/surface_0001.vtp").triangles.size(), facets,
+              0.1 * facets);
+}
+
+TEST_F(SymmetricRun, TwoDimensionalBitsAreThoseOfTheWhole) {
+  write("trench.toml", R"(
+[domain]
+spacing = "10 nm"
+extent = ["260 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "80 nm"
+depth = "110 nm"
+taper = "-8 deg"
+[[step]]
+model = "isotropic"
+duration = "30 s"
+material = "SiO2"
+growth_rate = "2 nm/s"
+)");
+  const auto whole = run("trench.toml", "whole", "none");
+  const auto half = run("trench.toml", "half", "auto");
+  EXPECT_EQ(half["state_hash"], whole["state_hash"]);
+  EXPECT_EQ(half["void_count"], whole["void_count"]);
+}
+
+// The film on the floor, in which the flux counts most.
+TEST_F(SymmetricRun, FluxModelsAgreeWithinTheirErrors) {
+  write("hole.toml", std::string(hole) + deposition);
+  const auto depth = [&](const std::string& folder, const std::string& symmetry, int seed) {
+    return run("hole.toml", folder, symmetry,
+               "--set flux.seed=" + std::to_string(seed))["metrology"]["openings"][0]["depth_nm"]
+        .get<double>();
+  };
+  constexpr int count = 6;
+  std::array<double, 2> mean{};
+  std::array<double, 2> squares{};
+  for (int seed = 1; seed <= count; ++seed) {
+    const std::array<double, 2> found{depth("whole", "none", seed), depth("quarter", "auto", seed)};
+    for (std::size_t n = 0; n < 2; ++n) {
+      mean[n] += found[n] / count;
+      squares[n] += found[n] * found[n] / count;
+    }
+  }
+  double variance = 0;
+  for (std::size_t n = 0; n < 2; ++n)
+    variance += std::max(0.0, squares[n] - mean[n] * mean[n]) / (count - 1);
+  // Time steps go by the largest of all speeds, with its noise, of which a quarter has less: that
+  // makes a twentieth of a spacing.
+  EXPECT_NEAR(mean[0], mean[1], 4 * std::sqrt(variance) + 0.5);
+}
+
+TEST_F(SymmetricRun, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
+  write("hole.toml", std::string(hole) + prescribed + "checkpoint_every = \"3 s\"\n");
+  const auto whole = run("hole.toml", "whole", "auto");
+  std::filesystem::create_directory(path("part"));
+  for (const char* name :
+       {"recipe.toml", "metrics.csv", "metrology.csv", "state_0000.vdb", "state_0001.vdb"})
+    std::filesystem::copy_file(path("whole") + "/" + name, path("part") + "/" + name);
+  const auto resumed = run("hole.toml", "part", "auto", "--resume");
+  EXPECT_EQ(resumed["state_hash"], whole["state_hash"]);
+  EXPECT_EQ(metrics_without_times(path("part") + "/metrics.csv"),
+            metrics_without_times(path("whole") + "/metrics.csv"));
+}
+
+TEST_F(SymmetricRun, LeavesAStateThatIsThatOfTheWhole) {
+  write("hole.toml", std::string(hole) + deposition);
+  run("hole.toml", "quarter", "auto");
+  write("on.toml", "start = \"quarter/state_0001.vdb\"\n" +
+                       std::string(hole).substr(0, std::string(hole).find("[[geometry]]")) +
+                       deposition);
+  const auto whole = run("on.toml", "on_whole", "none");
+  const auto quarter = run("on.toml", "on_quarter", "auto");
+  const double thick = whole["metrology"]["openings"][0]["depth_nm"];
+  EXPECT_NEAR(quarter["metrology"]["openings"][0]["depth_nm"], thick, 2);
+  const Outcome measured = scarp("measure " + path("quarter") + " --json");
+  EXPECT_EQ(measured.exit_code, 0) << measured.messages;
+}
+
+TEST_F(SymmetricRun, CheckTellsOfMirrorPlanesAndWhyThereAreNone) {
+  write("hole.toml", std::string(hole) + prescribed);
+  const auto told = [&](const std::string& settings) {
+    return scarp("check " + path("hole.toml") + " " + settings).out;
+  };
+  EXPECT_THAT(told(""), HasSubstr("\"auto\" would run on the quarter of the domain beyond the "
+                                  "mirror planes x = 0 and y = 0"));
+  const std::string used = "--set 'domain.symmetry=\"auto\"' ";
+  EXPECT_THAT(told(used), HasSubstr("Symmetry: runs on the quarter"));
+  EXPECT_THAT(told(used + "--set 'geometry[1].opening.center=[\"10 nm\",\"0 nm\"]'"),
+              HasSubstr("runs on the half of the domain beyond the mirror plane y = 0"));
+  EXPECT_THAT(told(used + "--set 'domain.extent=[\"250 nm\",\"210 nm\"]'"),
+              HasSubstr("there is no mirror plane: along x 25 cells cannot be halved, along y 21 "
+                        "cells cannot be halved"));
+  EXPECT_THAT(told(used + "--set 'domain.boundary=[\"periodic\",\"periodic\"]'"),
+              HasSubstr("there is no mirror plane: the sides are not reflective"));
+  EXPECT_THAT(told("--set 'domain.boundary=[\"periodic\",\"periodic\"]'"),
+              Not(HasSubstr("# Symmetry")));
+  const auto planes = json_of(scarp("check --json " + path("hole.toml")))["mirror_planes"];
+  EXPECT_EQ(planes, (nlohmann::json{"x = 0", "y = 0"}));
+}
+
+}  // namespace
+}  // namespace scarp
