@@ -35,6 +35,8 @@ void listen() {
   std::signal(SIGTERM, on_interrupt);
   std::signal(SIGXCPU, on_last_call);
   std::signal(SIGUSR1, on_checkpoint_request);
+  // A limit on the size of files (ulimit -f) is then told as an error of the file that grew.
+  std::signal(SIGXFSZ, SIG_IGN);
   // nohup lets it be ignored.
   if (std::signal(SIGHUP, on_last_call) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }

@@ -12,6 +12,7 @@
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/folder_lock.h"
 #include "core/read_file.h"
 
 namespace scarp {
@@ -117,6 +118,8 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
         fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
                     arguments.recipe));
   }
+  // Of the whole comparison: each run holds its own folder, but only while it lasts.
+  const FolderLock lock(arguments.result_folder());
   const Runner runner(arguments, common);
   const std::uint64_t seed = recipe.flux.seed;
   const auto stopped = [&] {

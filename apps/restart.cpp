@@ -368,7 +368,7 @@ void write_restart(const fs::path& file, const State& state, std::span<const dou
   write_checkpoint(file, state.layers, notes_of(state, recipe, output_times));
 }
 
-std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::size_t row_count,
+std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::uint32_t row_end,
                                       const Recipe& recipe, const Log& log) {
   // Outputs are numbered in the order of time; only checkpoints between them are not.
   std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
@@ -378,7 +378,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
   for (const fs::path& file : newest_first) {
     try {
       Restart restart = read_restart(file, recipe);
-      if (restart.state.time_step - restart.state.origin.time_step >= row_count) {
+      if (restart.state.time_step > row_end) {
         throw InputError(
             fmt::format("{}: metrics.csv has no rows for its time steps", file.string()));
       }

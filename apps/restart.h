@@ -36,10 +36,10 @@ void write_restart(const std::filesystem::path& file, const State& state,
 /// The newest of the checkpoints from which the run can go on; empty if there is none.
 ///
 /// One that cannot be read, is of another recipe, or whose time steps have no rows in metrics.csv
-/// (row_count lines, the head included) is passed over and the log is told: an earlier one leads
+/// (they go to the one before row_end) is passed over and the log is told: an earlier one leads
 /// to the same bits.
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
-                                      std::size_t row_count, const Recipe& recipe, const Log& log);
+                                      std::uint32_t row_end, const Recipe& recipe, const Log& log);
 
 /// The state that another run left, for a recipe to start from: layers, materials by their names,
 /// process time, closed voids, coverages.

@@ -1,13 +1,10 @@
 #include "apps/results.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "apps/metrology_files.h"
@@ -82,15 +79,36 @@ std::uint32_t first_time_step(const Recipe& recipe) {
   return recipe.start ? recipe.start->state->time_step : 0;
 }
 
-// The lines of metrics.csv up to the first that is not what it should be: the head, then a row for
-// each time step from the first one on, which has its number at the end.
-std::size_t count_whole_rows(const std::vector<std::string>& lines, const Recipe& recipe) {
-  if (lines.empty() || lines.front() + '\n' != metrics_head(recipe)) return 0;
-  const std::uint32_t first = first_time_step(recipe);
-  std::size_t count = 1;
-  while (count < lines.size() && lines[count].ends_with(fmt::format(",{}", first + count - 1)))
-    ++count;
-  return count;
+// The rows of metrics.csv up to the first that is not what it should be, for the time steps from
+// begin to before end; they have their numbers at the end.
+struct MetricsRows {
+  std::vector<std::string> lines{};
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+};
+
+// A file that was lost has begun anew with a later time step than the first one.
+MetricsRows read_rows(const fs::path& file, const Recipe& recipe) {
+  MetricsRows rows{.begin = first_time_step(recipe), .end = first_time_step(recipe)};
+  std::vector<std::string> lines = lines_of(read_text(file));
+  if (lines.empty() || lines.front() + '\n' != metrics_head(recipe)) {
+    throw InputError(
+        fmt::format("{}: does not begin as that of this run: it is damaged, or of another version "
+                    "of scarp; move it away, and the run goes on without its rows",
+                    file.string()));
+  }
+  lines.erase(lines.begin());
+  if (!lines.empty()) {
+    const std::size_t last_cell = lines.front().rfind(',') + 1;
+    const auto number = static_cast<std::uint32_t>(std::atoll(lines.front().c_str() + last_cell));
+    rows.begin = rows.end = std::max(rows.begin, number);
+  }
+  for (std::string& line : lines) {
+    if (!line.ends_with(fmt::format(",{}", rows.end))) break;
+    rows.lines.push_back(std::move(line));
+    ++rows.end;
+  }
+  return rows;
 }
 
 // The rows of metrology.csv of the first outputs, its head included; that alone where it is not of
@@ -121,31 +139,7 @@ void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name
 
 bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
 
-ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)) {
-  std::error_code error;
-  fs::create_directories(path_, error);
-  if (error) {
-    throw InputError(fmt::format("{}: the result folder cannot be made: {}; choose another with -o",
-                                 path_.string(), error.message()));
-  }
-  // The kernel drops the lock when its process ends, however it ends: none is ever left over.
-  lock_ = open(file(".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_ < 0) {
-    throw InputError(
-        fmt::format("{}: the result folder cannot be written: {}; choose another with "
-                    "-o",
-                    path_.string(), std::strerror(errno)));
-  }
-  if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    close(lock_);
-    throw InputError(
-        fmt::format("{}: another run is writing here; wait for it or choose another "
-                    "folder with -o",
-                    path_.string()));
-  }
-}
-
-ResultFolder::~ResultFolder() { close(lock_); }
+ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
 
 bool ResultFolder::complete(const Recipe& recipe) const {
   if (read_text(file("recipe.toml")) != recipe.resolved) return false;
@@ -205,9 +199,11 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
         file("recipe.toml").string(),
         first_difference(recipe.resolved, read_text(file("recipe.toml")))));
   }
-  const std::vector<std::string> rows = lines_of(read_text(file("metrics.csv")));
-  std::optional<Restart> restart =
-      newest_restart(checkpoints, count_whole_rows(rows, recipe), recipe, log);
+  const bool rows_are_lost = !fs::exists(file("metrics.csv"));
+  const MetricsRows rows = rows_are_lost
+                               ? MetricsRows{.end = std::numeric_limits<std::uint32_t>::max()}
+                               : read_rows(file("metrics.csv"), recipe);
+  std::optional<Restart> restart = newest_restart(checkpoints, rows.end, recipe, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
@@ -218,15 +214,21 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   metrology_rows_ = first_outputs(read_text(file(metrology_file)), output_count(), recipe);
   remove_files(path_, is_temporary);
 
+  if (rows_are_lost) {
+    log.warn(fmt::format("{}: is missing; it begins anew with time step {}",
+                         file("metrics.csv").string(), restart->state.time_step));
+  }
   // The rows of time steps that will be done again go.
-  std::string kept;
-  const std::uint32_t row_count = restart->state.time_step - first_time_step(recipe);
-  for (std::size_t n = 0; n <= row_count; ++n) kept += rows[n] + '\n';
+  std::string kept = metrics_head(recipe);
+  std::uint32_t time_step = rows.begin;
+  for (const std::string& line : rows.lines)
+    if (time_step++ < restart->state.time_step) kept += line + '\n';
   write_file(file("metrics.csv"), kept);
   return std::move(restart->state);
 }
 
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
+  lock_.require_held();
   const int number = output_count();
   write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
   const WholeLayers whole(state.layers);
@@ -273,6 +275,7 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 }
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
+  lock_.require_held();
   if (fs::exists(file(interrupted_state)))
     fs::rename(file(interrupted_state), file(earlier_interrupted_state));
   write_state(interrupted_state, state, recipe);
@@ -280,11 +283,19 @@ void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
 
 void ResultFolder::append_metrics(const State& after, std::size_t step, const Survey& survey,
                                   const Move& move, const Recipe& recipe) {
+  lock_.require_held();
+  if (!fs::exists(file("metrics.csv"))) {
+    throw NumericalError(
+        fmt::format("{}: cannot be written: it was removed while the run writes it; --resume goes "
+                    "on from {} without its rows",
+                    file("metrics.csv").string(), last_checkpoint_.string()));
+  }
   append_to_file(file("metrics.csv"), metrics_row(after, step, survey, move, recipe));
 }
 
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
+  lock_.require_held();
   // The end of a recipe is an output; it may have been written before the run was resumed.
   if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
   write_file(file("summary.json"),

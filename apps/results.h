@@ -7,6 +7,7 @@
 
 #include "apps/result_files.h"
 #include "apps/simulator.h"
+#include "core/folder_lock.h"
 #include "core/log.h"
 #include "levelset/metrology.h"
 
@@ -19,13 +20,10 @@ bool is_result(const std::string& name);
 ///
 /// Files appear whole or not at all; metrics.csv grows by whole lines.
 /// Throws: InputError when the folder cannot be made or written, or another process holds it;
-///         NumericalError when the disk is full.
+///         NumericalError when the disk is full, or the folder was removed in the meantime.
 class ResultFolder {
  public:
   explicit ResultFolder(std::filesystem::path folder);
-  ~ResultFolder();
-  ResultFolder(const ResultFolder&) = delete;
-  ResultFolder& operator=(const ResultFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
 
@@ -77,13 +75,13 @@ class ResultFolder {
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
+  FolderLock lock_;
   std::vector<double> output_times_;
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
   std::optional<Metrology> newest_;  ///< of the last output that was written
   std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
-  int lock_ = -1;
 };
 
 }  // namespace scarp

@@ -23,6 +23,9 @@ bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
   if (is_full_disk(error)) {
     throw DiskFullError(place + "the disk is full; free some space");
   }
+  if (error == EFBIG) {
+    throw DiskFullError(place + "it is larger than files may be here; raise the limit (ulimit -f)");
+  }
   throw NumericalError(place + std::strerror(error));
 }
 

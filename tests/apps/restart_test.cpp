@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -332,6 +333,44 @@ TEST_F(Checkpoints, OneBeforeADamagedOneIsGoneOnFrom) {
   EXPECT_EQ(time_steps.front(), 4U);
   EXPECT_EQ(metrics_without_times(folder_ / "r" / "metrics.csv"),
             metrics_without_times(folder_ / "whole" / "metrics.csv"));
+}
+
+// Cut to any length, or with one bit turned anywhere.
+TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
+  const Recipe known = recipe("checkpoint_wall_time = \"0 s\"\n");
+  EXPECT_THROW(run_with("checkpoint_wall_time = \"0 s\"\n",
+                        [](const State& state) { return state.time_step < 5; }),
+               ProcessDied);
+  const fs::path newest = folder_ / "r" / interrupted_state;
+  const fs::path before = folder_ / "r" / earlier_interrupted_state;
+  const std::vector<fs::path> states{folder_ / "r" / "state_0000.vdb", newest, before};
+  const auto found = [&](std::ostream& messages) {
+    return newest_restart(states, 5, known, Log(messages, Log::Level::everything)).value();
+  };
+  std::ostringstream none;
+  ASSERT_EQ(found(none).file, newest);
+  ASSERT_EQ(none.str(), "");
+  const std::string whole = read_file(newest);
+  const std::string hash_before =
+      state_hash(newest_restart({&before, 1}, 5, known, {})->state, known.materials);
+  const auto expect_earlier = [&](const std::string& bytes, const std::string& how) {
+    std::ofstream(newest, std::ios::binary) << bytes;
+    std::ostringstream messages;
+    const auto restart = found(messages);
+    ASSERT_EQ(restart.file, before) << how;
+    ASSERT_EQ(state_hash(restart.state, known.materials), hash_before) << how;
+    ASSERT_THAT(messages.str(), AllOf(HasSubstr(newest.string()), HasSubstr("earlier checkpoint")))
+        << how;
+  };
+  std::mt19937 random(8);
+  for (int n = 0; n < 1000; ++n) {
+    const std::size_t place = random() % whole.size();
+    std::string turned = whole;
+    turned[place] = static_cast<char>(turned[place] ^ (1 << random() % 8));
+    expect_earlier(turned, "a bit of byte " + std::to_string(place));
+    const std::size_t length = n < 100 ? static_cast<std::size_t>(n) : random() % whole.size();
+    expect_earlier(whole.substr(0, length), "cut to " + std::to_string(length));
+  }
 }
 
 TEST_F(Restart, ASignalOfABatchSystemHasACheckpointWritten) {

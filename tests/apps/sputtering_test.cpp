@@ -211,7 +211,7 @@ const std::string plane =
     domain("mode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"800 nm\"]\n") + wafer + one_trench;
 const std::string strip =
     domain("spacing = \"20 nm\"\nextent = [\"800 nm\", \"60 nm\"]\n") + wafer + one_trench;
-const std::string hole =
+const std::string sputtered_hole =
     domain("spacing = \"20 nm\"\nextent = [\"500 nm\", \"500 nm\"]\n") + wafer + one_hole;
 
 std::string milled(const std::string& geometry, const std::string& keys) {
@@ -254,7 +254,7 @@ TEST(Redeposition, OnAWallIsThatOfTheFloorInSight) {
 
 // Sputtered = settled + escaped, from facets and from the audit of all flights.
 TEST(Redeposition, ConservesAtoms) {
-  for (const std::string& geometry : {plane, strip, hole}) {
+  for (const std::string& geometry : {plane, strip, sputtered_hole}) {
     for (const std::string sticking : {"1", "0.4"}) {
       const Recipe recipe =
           read_text(milled(geometry, "duration = \"1 s\"\nredeposition_sticking = " + sticking +
@@ -293,7 +293,7 @@ TEST(Redeposition, ConservesAtoms) {
 // moved and not what should have. A yield that is the same at all angles takes off no edges, which
 // no facet stands for before they are off.
 TEST(Redeposition, LeavesTheVolumeThatDoesNotEscape) {
-  for (const std::string& geometry : {plane, hole}) {
+  for (const std::string& geometry : {plane, sputtered_hole}) {
     Recipe recipe = read_text(
         milled(geometry,
                std::string("duration = \"20 s\"\nangular_polynomial = [[0, 1], [1, 0]]\n") + beam));

@@ -1,0 +1,177 @@
+// What may happen to a run from outside: it ends with the right exit code and says what to do, and
+// nothing that was finished is lost.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+#include "tests/apps/program.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+// Two hundred time steps, with a checkpoint after each.
+constexpr const char* long_etch = R"(
+[domain]
+spacing = "10 nm"
+extent = ["200 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "60 s"
+etch_rate = "1 nm/s"
+[advection]
+cfl = 0.03
+[output]
+every = "10 s"
+checkpoint_wall_time = "0 s"
+)";
+
+// A run beside the test, which stands still while the test looks at its folder.
+class Faults : public Program {
+ protected:
+  void SetUp() override { write("r.toml", long_etch); }
+
+  void TearDown() override {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+  }
+
+  std::string run_into(const std::string& name) const {
+    return "run " + path("r.toml") + " --quiet -o " + path(name);
+  }
+
+  // It is stopped as soon as the file is there.
+  void start_until(const std::string& file, const std::string& arguments) {
+    const std::string line =
+        "exec " + std::string(SCARP_BINARY) + ' ' + arguments + " 2>" + path("log");
+    process_ = fork();
+    if (process_ == 0) {
+      execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      _exit(127);
+    }
+    while (!fs::exists(folder_ / file) && waitpid(process_, nullptr, WNOHANG) == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(process_, SIGSTOP);
+    waitpid(process_, nullptr, WUNTRACED);
+  }
+
+  int exit_code_of_rest() {
+    kill(process_, SIGCONT);
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = 0;
+    return WEXITSTATUS(status);
+  }
+
+  std::string messages() const { return read_file(folder_ / "log"); }
+
+  void expect_resumes_to_the_same_state() {
+    const Outcome resumed = scarp(run_into("r") + " --resume");
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.messages;
+    ASSERT_EQ(scarp(run_into("whole")).exit_code, 0);
+    EXPECT_EQ(summary("r")["state_hash"], summary("whole")["state_hash"]);
+  }
+
+ private:
+  pid_t process_ = 0;
+};
+
+TEST_F(Faults, ASecondRunInAFolderIsRefusedAndTheFirstGoesOn) {
+  start_until("r/state_0001.vdb", run_into("r"));
+  for (const char* how : {"", " --resume"}) {
+    const Outcome second = scarp(run_into("r") + how);
+    EXPECT_EQ(second.exit_code, 2);
+    EXPECT_THAT(second.messages, AllOf(HasSubstr(path("r")), HasSubstr("another run is writing"),
+                                       HasSubstr("another folder with -o")));
+  }
+  EXPECT_EQ(exit_code_of_rest(), 0);
+  ASSERT_EQ(scarp(run_into("whole")).exit_code, 0);
+  expect_same_bits("r", "whole");
+}
+
+TEST_F(Faults, OutputsThatAreRemovedAreNotMissed) {
+  start_until("r/state_0002.vdb", run_into("r"));
+  for (const char* name : {"state_0001.vdb", "surface_0001.vtp", "recipe.toml", "surface.pvd"})
+    fs::remove(folder_ / "r" / name);
+  EXPECT_EQ(exit_code_of_rest(), 0) << messages();
+  ASSERT_EQ(scarp(run_into("whole")).exit_code, 0);
+  expect_same_bits("r", "whole");
+}
+
+TEST_F(Faults, RowsThatAreRemovedEndTheRunAndItGoesOn) {
+  start_until("r/state_0002.vdb", run_into("r"));
+  fs::remove(folder_ / "r" / "metrics.csv");
+  EXPECT_EQ(exit_code_of_rest(), 3);
+  EXPECT_THAT(messages(), AllOf(HasSubstr("metrics.csv"), HasSubstr("cannot be written"),
+                                HasSubstr("--resume")));
+  const std::string state = read_file(folder_ / "r" / "state_0002.vdb");
+  expect_resumes_to_the_same_state();
+  EXPECT_EQ(read_file(folder_ / "r" / "state_0002.vdb"), state);
+}
+
+// The first must not write among the files of the second.
+TEST_F(Faults, AFolderThatIsReplacedIsLeftToTheRunThatIsInIt) {
+  start_until("r/state_0001.vdb", run_into("r"));
+  fs::rename(folder_ / "r", folder_ / "moved");
+  ASSERT_EQ(scarp(run_into("r")).exit_code, 0);
+  const std::string metrics = read_file(folder_ / "r" / "metrics.csv");
+  EXPECT_EQ(exit_code_of_rest(), 3);
+  EXPECT_THAT(messages(), HasSubstr("was removed while a run writes into its folder"));
+  EXPECT_EQ(read_file(folder_ / "r" / "metrics.csv"), metrics);
+}
+
+TEST_F(Faults, AFolderThatIsRemovedEndsTheRun) {
+  start_until("r/state_0001.vdb", run_into("r"));
+  fs::remove_all(folder_ / "r");
+  EXPECT_EQ(exit_code_of_rest(), 3);
+  EXPECT_THAT(messages(), HasSubstr("was removed while a run writes into its folder"));
+}
+
+// ulimit counts in units of 512 bytes.
+TEST_F(Faults, AFileThatMayNotGrowIsToldAndTheRunGoesOn) {
+  const std::string line =
+      "ulimit -f 40; " + std::string(SCARP_BINARY) + ' ' + run_into("r") + " 2>" + path("log");
+  ASSERT_EQ(WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str())), 3);
+  EXPECT_THAT(messages(), AllOf(HasSubstr("larger than files may be here"), HasSubstr("ulimit -f"),
+                                HasSubstr("go on with: scarp run ")));
+  EXPECT_GT(files("r").size(), 3U);
+  for (const std::string& name : files("r")) EXPECT_THAT(name, Not(HasSubstr(".tmp-")));
+  expect_resumes_to_the_same_state();
+  expect_same_bits("r", "whole");
+}
+
+// A mount, as permission does not hold for root.
+TEST_F(Faults, AFolderThatIsReadOnlyIsRefusedBeforeAnythingIsLost) {
+  ASSERT_EQ(scarp(run_into("r") + " --set step[0].duration='\"6 s\"'").exit_code, 0);
+  const std::string before = read_file(folder_ / "r" / "summary.json");
+  const std::string mount =
+      "mount --bind " + path("r") + ' ' + path("r") + " && mount -o remount,bind,ro " + path("r");
+  if (std::system(("unshare -rm sh -c '" + mount + "' 2>/dev/null").c_str()) != 0)
+    GTEST_SKIP() << "no user namespace to mount a folder read-only in";
+  const std::string line = "unshare -rm sh -c '" + mount + " && exec " + SCARP_BINARY + ' ' +
+                           run_into("r") + "' 2>" + path("log");
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
+  EXPECT_THAT(messages(), AllOf(HasSubstr(path("r")), HasSubstr("cannot be written"),
+                                HasSubstr("choose another with -o")));
+  EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
+}
+
+}  // namespace
+}  // namespace scarp
