@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/watchdog.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/quantity.h"
@@ -62,12 +63,6 @@ constexpr double most_lost = 1e-3;
 
 double share(double part, const FluxAudit& audit) {
   return audit.emitted > 0 ? part / audit.emitted : 0;
-}
-
-// Chance explains five standard errors, but a tenth of all particles is too much to trust the rest.
-bool is_balanced(const FluxAudit& audit) {
-  const double chance = std::min(5 * audit.balance_std_error, 0.1);
-  return std::abs(audit.balance_error()) - chance <= most_lost;
 }
 
 // Rays from facets cannot tell what passes them by: a missing part of the particles is looked for

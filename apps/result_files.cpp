@@ -118,12 +118,14 @@ std::vector<std::string> coverage_names(const Recipe& recipe) {
   return names;
 }
 
-// The area of the surface, and for every name what that coverage takes up and what it took over.
+// The area of the surface, the volume below it and its growth, and for every name what that
+// coverage takes up and what it took over.
 std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
   const double images = recipe.frame.images();
   const std::vector<double> areas = facet_areas(survey.facets);
-  std::string cells =
-      ',' + format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0));
+  std::string cells = ',' +
+                      format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +
+                      ',' + format_number(survey.volume) + ',' + format_number(survey.growth.net);
   const std::vector<double> covered = covered_areas(survey.facets, survey.coverages);
   const std::vector<std::string> known =
       model == nullptr ? std::vector<std::string>{} : model->coverages();
@@ -245,7 +247,8 @@ std::string metrics_head(const Recipe& recipe) {
       "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
       "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,"
       "t_map_s,t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,coverage_iterations,"
-      "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,mesh_made_at,surface_area_nm2";
+      "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,mesh_made_at,surface_area_nm2,"
+      "solid_volume_nm3,growth_nm3_per_s";
   for (const std::string& name : coverage_names(recipe))
     head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
   return head + ",time_step\n";

@@ -13,6 +13,7 @@
 #include "apps/results.h"
 #include "apps/surface_speeds.h"
 #include "apps/symmetry.h"
+#include "apps/watchdog.h"
 #include "core/error.h"
 #include "core/quantity.h"
 
@@ -20,10 +21,17 @@ namespace scarp {
 
 namespace {
 
+Survey watched_survey(const State& state, const Recipe& recipe, Watchdog& watchdog) {
+  Survey now = survey(state, recipe);
+  watchdog.look_at(state, now);
+  return now;
+}
+
 // A state that cannot go on is still good: it is brought to the disk before the run ends.
-Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& folder) {
+Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& folder,
+                      Watchdog& watchdog) {
   try {
-    return survey(state, recipe);
+    return watched_survey(state, recipe, watchdog);
   } catch (const NumericalError& error) {
     folder.write_checkpoint(state, recipe);
     throw NumericalError(
@@ -249,10 +257,12 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   State state = resumed ? std::move(*resumed) : start_state(recipe);
   StageTimer total;
   Observer observer(recipe, options.log);
+  Watchdog watchdog(recipe, options.log);
   CheckpointClock checkpoints(recipe);
 
   begin_step(state, recipe);
-  Survey now = resumed ? survey_or_save(state, recipe, folder) : survey(state, recipe);
+  Survey now = resumed ? survey_or_save(state, recipe, folder, watchdog)
+                       : watched_survey(state, recipe, watchdog);
   // An earlier run is not given up before this one is known to work.
   if (!resumed) {
     folder.start(recipe, options.log);
@@ -269,12 +279,13 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     const double output_time = next_output(state, recipe);
     const Move move = advance_or_tell(state, recipe, now, output_time, folder);
     observer.look_at(state, move, step);
+    watchdog.note(now, move, step);
     folder.append_metrics(state, step, now, move, recipe);
     total.add(move.timer);
     if (options.progress) options.progress(state, now);
 
     if (!finished(state, recipe)) begin_step(state, recipe);
-    now = survey_or_save(state, recipe, folder);
+    now = survey_or_save(state, recipe, folder, watchdog);
     total.add(now.timer);
     observer.look_at(state, now, note_voids(state, now.gas));
     const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
@@ -284,8 +295,10 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
       is_output ? folder.write_output(state, now, recipe) : folder.write_checkpoint(state, recipe);
       checkpoints.note_checkpoint(state);
     }
-    if (stop) return RunEnd::interrupted;
+    if (stop) break;
   }
+  watchdog.sum_up();
+  if (!finished(state, recipe)) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   folder.write_summary(state, now, recipe, total, wall.count());
   return RunEnd::complete;

@@ -139,6 +139,17 @@ void require_sound_speeds(const Survey& survey, const State& state, const Recipe
   }
 }
 
+Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe) {
+  const std::vector<float> speeds = facet_speeds(state, survey);
+  const std::vector<double> areas = facet_areas(survey.facets);
+  Growth growth;
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    growth.net += recipe.frame.images() * areas[f] * speeds[f];
+    growth.gross += recipe.frame.images() * areas[f] * std::abs(speeds[f]);
+  }
+  return growth;
+}
+
 }  // namespace
 
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {
@@ -154,6 +165,7 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   result.factors = step.model->angular_factors();
   result.speeds_of_layers = speeds_at_corners(state, result, *step.model);
   require_sound_speeds(result, state, recipe);
+  result.growth = growth_of(result, state, recipe);
 }
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/coverage_cycle.h"
+#include "apps/region_text.h"
 #include "apps/surface_speeds.h"
 #include "core/error.h"
 #include "flux/solve.h"
@@ -19,6 +20,16 @@ namespace scarp {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Voids are below the surface, too, but no solid.
+double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& frame) {
+  double volume = 0;
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(surface, f);
+    volume += (a.z + b.z + c.z) / 3 * area_vector(surface, f).z;
+  }
+  return frame.images() * volume - volume_of(gas.voids);
+}
 
 // Gas that no path joins to the source sees no particle and does not move: its surface is left out.
 TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result) {
@@ -36,6 +47,7 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   result.vertices_full = surface.vertices.size();
   result.facets_full = surface.triangles.size();
   result.extent = bounding_box(surface);
+  result.volume = solid_volume(surface, result.gas, recipe.frame);
   return surface;
 }
 

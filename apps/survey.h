@@ -14,6 +14,15 @@
 
 namespace scarp {
 
+/// How the volume of the solid changes by what speeds and areas say, and by how much all of it
+/// moves, what grows and what goes alike.
+///
+/// Units: nm^3/s.
+struct Growth {
+  double net = 0;
+  double gross = 0;
+};
+
 /// The surface at one moment with all that the current step of the recipe does to it. A pure
 /// function of state and recipe: an interrupted run finds the same numbers again.
 ///
@@ -24,7 +33,8 @@ struct Survey {
   OpenGas gas;
   std::size_t vertices_full = 0;
   std::size_t facets_full = 0;
-  Box extent;  ///< of the surface before it is simplified
+  Box extent;         ///< of the surface before it is simplified
+  double volume = 0;  ///< of the solid from z = 0 up to it, of the whole wafer; nm^3
   double simplify_max_distance = 0;
   TriMesh facets;
   std::uint32_t made_at = 0;         ///< the time step that the facets were made in
@@ -38,6 +48,7 @@ struct Survey {
   std::vector<double> carried_areas;
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
+  Growth growth;                       ///< of the whole wafer
   /// The longest time step for which the model holds, and the flux is good enough with a target in
   /// position. Units: s.
   double longest_dt = std::numeric_limits<double>::infinity();

@@ -1,0 +1,127 @@
+#include "apps/watchdog.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/region_text.h"
+#include "apps/surface_speeds.h"
+#include "core/error.h"
+#include "levelset/extend.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double most_time_steps = 1e8;   // of a step: a recipe is refused from 1e7 on
+constexpr double many_time_steps = 1e6;   // of a step: a day at a tenth of a second each
+constexpr double most_unbalanced = 1e-3;  // part of the particles
+constexpr double largest_surplus = 0.1;   // part of the volume that moved
+
+}  // namespace
+
+bool is_balanced(const FluxAudit& audit) {
+  // Chance explains five standard errors, but a tenth of all particles is too much to trust the
+  // rest.
+  const double chance = std::min(5 * audit.balance_std_error, 0.1);
+  return std::abs(audit.balance_error()) - chance <= most_unbalanced;
+}
+
+void Watchdog::look_at(const State& state, const Survey& now) {
+  settle(state, now);
+  if (finished(state, recipe_) || !current_step(state, recipe_).model) return;
+  look_at_time_step(state, now);
+  look_at_audit(state, now);
+}
+
+void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
+  due_.reset();
+  if (!recipe_.steps[step].model) return;
+  ++time_steps_;
+  // An edge of a crystal moves by none of the speeds of the facets beside it.
+  if (!before.factors.empty()) return;
+  due_ = Due{.step = step,
+             .volume_then = before.volume,
+             .growth = before.growth.net * move.dt - volume_of(move.islands) - move.residue_volume,
+             .moved = before.growth.gross * move.dt};
+}
+
+void Watchdog::settle(const State& state, const Survey& now) {
+  if (due_) {
+    if (balance_.moved == 0) balance_.step = due_->step;
+    balance_.surplus += now.volume - due_->volume_then - due_->growth;
+    balance_.moved += due_->moved;
+    due_.reset();
+  }
+  if (finished(state, recipe_) || state.step != balance_.step) close_balance();
+}
+
+void Watchdog::close_balance() {
+  const Balance balance = std::exchange(balance_, {});
+  if (balance.moved <= 0) return;
+  ++steps_;
+  const double part = balance.surplus / balance.moved;
+  if (std::abs(part) <= largest_surplus) return;
+  find(unbalanced_volume_, std::abs(part),
+       fmt::format("step \"{}\": the solid has {:.3g} nm^3 {} than speeds and areas say, {:.2g} of "
+                   "all that moved: the grid is too coarse for what happens; lower domain.spacing "
+                   "or advection.cfl",
+                   recipe_.steps[balance.step].name, std::abs(balance.surplus),
+                   part > 0 ? "more" : "less", std::abs(part)));
+}
+
+void Watchdog::look_at_time_step(const State& state, const Survey& now) {
+  const ProcessStep& step = current_step(state, recipe_);
+  const double dt = std::min(now.longest_dt, stable_time_step(state.layers, now.speeds_of_layers,
+                                                              now.factors, recipe_.cfl));
+  const double count = (state.step_start + step.duration - state.time) / dt;
+  if (count < many_time_steps && state.time + dt > state.time) return;
+  const std::string what = fmt::format(
+      "time step {} of step \"{}\", t = {:g} s: time steps of {:.3g} s, {:.2g} of them "
+      "to the end of the step; {}",
+      state.time_step, step.name, state.time, dt, count, place_of_fastest(state, now));
+  if (count > most_time_steps || !(state.time + dt > state.time)) throw NumericalError(what);
+  find(many_time_steps_, count, what);
+}
+
+std::string Watchdog::place_of_fastest(const State& state, const Survey& now) const {
+  const std::vector<float> speeds = facet_speeds(state, now);
+  const auto slower = [](float a, float b) { return std::abs(a) < std::abs(b); };
+  const auto fastest = std::ranges::max_element(speeds, slower);
+  const auto f = static_cast<std::size_t>(fastest - speeds.begin());
+  const Vec3f r = now.facets.vertices[now.facets.triangles[f][0]];
+  return fmt::format("{:.3g} nm/s on facet {} at ({:g}, {:g}, {:g}) nm, material {}", *fastest, f,
+                     r.x, r.y, r.z, recipe_.materials[now.facets.materials[f]].name);
+}
+
+void Watchdog::look_at_audit(const State& state, const Survey& now) {
+  for (const FluxField& field : now.flux) {
+    if (is_balanced(field.audit)) continue;
+    const double off = field.audit.balance_error();
+    find(unbalanced_flux_, std::abs(off),
+         fmt::format("time step {} of step \"{}\", t = {:g} s: {:.2g} of the particles that were "
+                     "sent are {}, by chance {:.2g}; raise flux.rays or lower flux.target_error",
+                     state.time_step, current_step(state, recipe_).name, state.time, std::abs(off),
+                     off < 0 ? "missing" : "too many", field.audit.balance_std_error));
+    return;
+  }
+}
+
+void Watchdog::find(Finding& finding, double measure, const std::string& text) {
+  if (finding.count++ == 0) log_.warn(text);
+  finding.worst = std::max(finding.worst, measure);
+}
+
+void Watchdog::sum_up() {
+  const auto tell = [&](const Finding& finding, const char* what, const std::string& of) {
+    if (finding.count < 2) return;
+    log_.warn(fmt::format("{} of {}: {}, {:.2g} at worst", finding.count, of, what, finding.worst));
+  };
+  tell(many_time_steps_, "many more to the end of the step", counted(time_steps_, "time step"));
+  tell(unbalanced_flux_, "particles missing or too many", counted(time_steps_, "time step"));
+  tell(unbalanced_volume_, "the solid changed by other than speeds and areas say",
+       counted(steps_, "step"));
+}
+
+}  // namespace scarp

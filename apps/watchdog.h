@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "apps/recipe.h"
+#include "apps/simulator.h"
+#include "core/log.h"
+
+namespace scarp {
+
+/// Looks at every time step of a run for what makes results wrong without showing it.
+///
+/// Told once when it happens first, with the place or the numbers; how often it did, at the end.
+class Watchdog {
+ public:
+  Watchdog(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
+
+  /// At the beginning of a time step: whether it goes anywhere, and whether the particles of the
+  /// flux are all accounted for. And of the step that ended before, whether the solid changed by
+  /// what speeds say (see Survey::growth), unless they depend on the normal.
+  ///
+  /// Throws: NumericalError with step, time and place when the time step has collapsed: its step
+  ///         would take more than 1e8 of them.
+  void look_at(const State& state, const Survey& now);
+
+  /// After a time step, of the step with the given number.
+  void note(const Survey& before, const Move& move, std::size_t step);
+
+  /// Tells how often things happened.
+  void sum_up();
+
+ private:
+  /// Something that is told the first time and counted then. The worst has the largest measure.
+  struct Finding {
+    std::size_t count = 0;
+    double worst = 0;
+  };
+
+  /// Of one step of the recipe. Units: nm^3.
+  struct Balance {
+    std::size_t step = 0;
+    double surplus = 0;  ///< of solid, beyond what speeds say
+    double moved = 0;    ///< what grew and what went together
+  };
+
+  /// A time step whose effect on the volume is not seen yet. Units: nm^3.
+  struct Due {
+    std::size_t step = 0;
+    double volume_then = 0;
+    double growth = 0;
+    double moved = 0;
+  };
+
+  void look_at_time_step(const State& state, const Survey& now);
+  void look_at_audit(const State& state, const Survey& now);
+  void settle(const State& state, const Survey& now);
+  void close_balance();
+  std::string place_of_fastest(const State& state, const Survey& now) const;
+  void find(Finding& finding, double measure, const std::string& text);
+
+  const Recipe& recipe_;
+  Log log_;
+  std::size_t time_steps_ = 0;
+  std::size_t steps_ = 0;
+  Finding many_time_steps_;
+  Finding unbalanced_flux_;
+  Finding unbalanced_volume_;
+  Balance balance_;
+  std::optional<Due> due_;
+};
+
+/// False when the particles of a flux are not all accounted for, beyond what chance explains: by
+/// more than 1e-3 of them.
+bool is_balanced(const FluxAudit& audit);
+
+}  // namespace scarp

@@ -1,0 +1,134 @@
+#include "apps/watchdog.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <sstream>
+
+#include "core/error.h"
+#include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
+
+namespace scarp {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+std::string growing_film(const std::string& rate) {
+  return "[domain]\nspacing = \"10 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n"
+         "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+         "[[step]]\nname = \"film\"\nmodel = \"isotropic\"\nduration = \"20 s\"\nmaterial = "
+         "\"SiO2\"\ngrowth_rate = \"" +
+         rate + "\"\n";
+}
+
+// A run as the program makes it, with a say in what the watchdog is shown.
+std::string messages_of(const std::string& text, const std::function<void(Survey&)>& change) {
+  const Recipe recipe = read_text(text);
+  std::ostringstream messages;
+  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  while (true) {
+    Survey now = survey(state, recipe);
+    Survey shown = survey(state, recipe);
+    change(shown);
+    watchdog.look_at(state, shown);
+    if (finished(state, recipe)) break;
+    const std::size_t step = state.step;
+    const Move move = advance(state, recipe, now, no_limit);
+    watchdog.note(shown, move, step);
+    if (!finished(state, recipe)) begin_step(state, recipe);
+  }
+  watchdog.sum_up();
+  return messages.str();
+}
+
+// A flat film of 200 nm x 10 nm x 20 nm.
+TEST(Watchdog, IsSilentWhereTheSolidGrowsByWhatSpeedsSay) {
+  EXPECT_EQ(messages_of(growing_film("1 nm/s"), [](Survey&) {}), "");
+  const Recipe recipe = read_text(growing_film("1 nm/s"));
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  const Survey first = survey(state, recipe);
+  EXPECT_NEAR(first.growth.net, 200 * 10 * 1.0, 1e-3);
+  EXPECT_EQ(first.growth.gross, first.growth.net);
+  while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), no_limit);
+  EXPECT_NEAR(survey(state, recipe).volume - first.volume, 200 * 10 * 20.0, 1);
+}
+
+TEST(Watchdog, TellsOfSolidThatIsNotWhatSpeedsSay) {
+  const std::string messages =
+      messages_of(growing_film("1 nm/s"), [](Survey& shown) { shown.growth.net *= 0.8; });
+  EXPECT_THAT(messages, AllOf(HasSubstr("step \"film\""), HasSubstr("8e+03 nm^3 more"),
+                              HasSubstr("0.2 of all that moved"), HasSubstr("domain.spacing")));
+  EXPECT_EQ(messages_of(growing_film("1 nm/s"), [](Survey& shown) { shown.growth.net *= 0.95; }),
+            "");
+}
+
+TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {
+  const std::string messages = messages_of(growing_film("1 nm/s"), [](Survey& shown) {
+    shown.flux = {FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = 49}}};
+  });
+  EXPECT_THAT(messages,
+              AllOf(HasSubstr("time step 0 of step \"film\""), HasSubstr("0.01 of the particles"),
+                    HasSubstr("are missing"), HasSubstr("5 of 5 time steps")));
+}
+
+TEST(Watchdog, AllowsParticlesFiveStandardErrors) {
+  FluxAudit audit{.emitted = 100, .absorbed = 50, .escaped = 49, .balance_std_error = 0.0019};
+  EXPECT_TRUE(is_balanced(audit));
+  audit.balance_std_error = 0.0017;
+  EXPECT_FALSE(is_balanced(audit));
+}
+
+// Of a step of 20 s: 5 nm at 1e8 nm/s are four hundred million.
+TEST(Watchdog, EndsARunWhoseTimeStepsHaveCollapsed) {
+  const Recipe recipe = read_text(growing_film("1 nm/s"));
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  std::ostringstream messages;
+  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  const auto look_at_speeds = [&](float factor) {
+    Survey now = survey(state, recipe);
+    for (LayerSpeeds& layer : now.speeds_of_layers)
+      for (auto& corners : layer.speed)
+        for (float& speed : corners) speed *= factor;
+    watchdog.look_at(state, now);
+  };
+  look_at_speeds(1e5F);
+  EXPECT_EQ(messages.str(), "");
+  look_at_speeds(1e6F);
+  EXPECT_THAT(messages.str(), AllOf(HasSubstr("of them to the end of the step"),
+                                    HasSubstr("1e+06 nm/s on facet"), HasSubstr("material Si")));
+  EXPECT_THAT([&] { look_at_speeds(1e8F); },
+              testing::ThrowsMessage<NumericalError>(
+                  AllOf(HasSubstr("time step 0 of step \"film\""), HasSubstr("t = 0 s"),
+                        HasSubstr("1e+08 nm/s on facet"), HasSubstr("material Si"))));
+}
+
+using WatchedRun = Program;
+
+// A rate that is harmless on an open wafer and has no bound in the shade.
+TEST_F(WatchedRun, EndsWhereItsTimeStepsCollapse) {
+  write("r.toml",
+        "[domain]\nspacing = \"10 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[geometry]]\nshape = \"trench\"\nwidth = \"60 nm\"\ndepth = \"300 nm\"\n"
+        "[flux]\nrays = 1000\n[[step]]\nname = \"etch\"\nmodel = \"multi_particle\"\nduration = "
+        "\"10 s\"\n[[step.neutral]]\nname = \"F\"\nsticking = 0.9\n"
+        "[step.rate]\nSi = \"-1 nm/s * exp(30 * (1 - F))\"\n");
+  const Outcome run = scarp("run " + path("r.toml") + " --quiet -o " + path("r"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.messages,
+              AllOf(HasSubstr("time step 0 of step \"etch\""),
+                    HasSubstr("of them to the end of the step"), HasSubstr("material Si")));
+}
+
+}  // namespace
+}  // namespace scarp
