@@ -119,6 +119,7 @@ RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
         {.resume = options.resume,
          .stop = &interrupt_requested,
          .checkpoint = &checkpoint_requested,
+         .memory_limit_mb = options.memory_limit_mb,
          .log = Log(std::cerr, options.quiet ? Log::Level::warnings : Log::Level::everything),
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
   } catch (const DiskFullError& error) {

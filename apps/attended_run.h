@@ -12,6 +12,7 @@ namespace scarp {
 struct AttendedOptions {
   bool resume = false;
   bool quiet = false;  ///< no progress and no notes
+  double memory_limit_mb = available_memory_mb();
 };
 
 /// Runs a recipe with its progress on standard error.

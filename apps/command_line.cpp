@@ -102,6 +102,10 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
 void add_arguments(CLI::App& command, RunArguments& arguments) {
   add_recipe_arguments(command, arguments);
   command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
+  command
+      .add_option("--memory-limit", arguments.memory_limit,
+                  "A run that takes more ends, for example 8GB (default: what the machine has)")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
 }
 
 void add_arguments(CLI::App& command, CheckArguments& arguments) {

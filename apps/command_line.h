@@ -42,6 +42,7 @@ struct RecipeArguments {
 
 struct RunArguments : RecipeArguments {
   bool resume = false;
+  std::uint64_t memory_limit = 0;  ///< bytes; 0: what the machine has
 };
 
 struct CheckArguments : RecipeArguments {};

@@ -31,8 +31,10 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const std::filesystem::path folder = arguments.result_folder();
-  const RunEnd end =
-      attended_run(recipe, folder, {.resume = arguments.resume, .quiet = common.quiet});
+  AttendedOptions options{.resume = arguments.resume, .quiet = common.quiet};
+  if (arguments.memory_limit > 0)
+    options.memory_limit_mb = static_cast<double>(arguments.memory_limit) / (1024 * 1024);
+  const RunEnd end = attended_run(recipe, folder, options);
   if (end == RunEnd::interrupted) {
     fmt::print(stderr, "interrupted; {}\n", how_to_go_on(folder));
     return interrupted;

@@ -239,14 +239,6 @@ double seconds_of_output(const State& state, const Survey& now, const Recipe& re
   return wall.count();
 }
 
-// What a run holds at once: what the trials did, and a time step's copies of the band.
-double memory_mb(const Layers& layers) {
-  constexpr double band_copies = 3;
-  double band = 0;
-  for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
-  return peak_memory_mb() + 1e-6 * band_copies * band;
-}
-
 // The steps to try: of those that share a model the first and the last one.
 struct Trials {
   std::map<const SurfaceModel*, std::array<std::size_t, 2>> of_model;
@@ -310,7 +302,7 @@ class Estimator {
     StepCost& cost = known_[n];
     cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
     cost.duration = duration;
-    cost_.memory_mb = std::max(cost_.memory_mb, memory_mb(state_.layers));
+    cost_.memory_mb = std::max(cost_.memory_mb, expected_memory_mb(state_.layers));
   }
 
   // As the step was tried; between two that were, by the way from one to the other.
@@ -371,6 +363,13 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
       duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
   const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
+}
+
+double expected_memory_mb(const Layers& layers) {
+  constexpr double band_copies = 3;
+  double band = 0;
+  for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
+  return peak_memory_mb() + 1e-6 * band_copies * band;
 }
 
 CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }

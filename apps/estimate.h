@@ -45,6 +45,10 @@ std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t mate
 /// source. Units: s.
 double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
 
+/// What a run holds at once: what this process did until now, and a time step's copies of the
+/// band. After a first survey that is most of it. Units: MB.
+double expected_memory_mb(const Layers& layers);
+
 /// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
 CostEstimate estimate_cost(const Recipe& recipe);
 

@@ -1,7 +1,6 @@
 #include "apps/recipe.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
 #include "apps/restart.h"
+#include "core/peak_memory.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -45,8 +45,7 @@ constexpr double memory_per_cell = 256;
 void require_memory(const RecipeTable& table, std::string_view key, std::string_view what,
                     double cells) {
   const double needed = memory_per_cell * cells;
-  const double there =
-      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const double there = 1024 * 1024 * available_memory_mb();
   if (needed < there) return;
   table.error(key, fmt::format("{} need {:.3g} GB or more, this machine has {:.3g} GB; use a "
                                "coarser spacing or a smaller geometry",

@@ -9,12 +9,14 @@
 #include <span>
 #include <string>
 
+#include "apps/estimate.h"
 #include "apps/region_text.h"
 #include "apps/results.h"
 #include "apps/surface_speeds.h"
 #include "apps/symmetry.h"
 #include "apps/watchdog.h"
 #include "core/error.h"
+#include "core/peak_memory.h"
 #include "core/quantity.h"
 
 namespace scarp {
@@ -37,6 +39,34 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
     throw NumericalError(
         fmt::format("{}; last good state: {}", error.what(), folder.last_checkpoint().string()));
   }
+}
+
+std::string memory_text(double needed, double limit) {
+  return fmt::format("{:.3g} MB of memory, more than the {:.3g} MB of --memory-limit", needed,
+                     limit);
+}
+
+constexpr const char* memory_remedy = "raise it, or use a coarser spacing or a smaller extent";
+
+void require_memory(const State& state, double limit) {
+  const double needed = expected_memory_mb(state.layers);
+  if (needed <= limit) return;
+  throw InputError(
+      fmt::format("the run takes about {}; {}", memory_text(needed, limit), memory_remedy));
+}
+
+// In place of the end that the kernel makes.
+void require_memory_or_save(const State& state, const Recipe& recipe, double limit,
+                            ResultFolder& folder) {
+  const double held = peak_memory_mb();
+  if (held <= limit || finished(state, recipe)) return;
+  folder.write_checkpoint(state, recipe);
+  throw NumericalError(
+      fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {}; {}; go on with "
+                  "--resume, last good "
+                  "state: {}",
+                  state.time_step, current_step(state, recipe).name, state.time,
+                  memory_text(held, limit), memory_remedy, folder.last_checkpoint().string()));
 }
 
 // Advection may stop half-way; the state before it is then the last checkpoint.
@@ -263,6 +293,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   begin_step(state, recipe);
   Survey now = resumed ? survey_or_save(state, recipe, folder, watchdog)
                        : watched_survey(state, recipe, watchdog);
+  require_memory(state, options.memory_limit_mb);
   // An earlier run is not given up before this one is known to work.
   if (!resumed) {
     folder.start(recipe, options.log);
@@ -288,6 +319,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     now = survey_or_save(state, recipe, folder, watchdog);
     total.add(now.timer);
     observer.look_at(state, now, note_voids(state, now.gas));
+    require_memory_or_save(state, recipe, options.memory_limit_mb, folder);
     const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
     const bool asked = options.checkpoint != nullptr && options.checkpoint->exchange(false);
     const bool is_output = state.time >= output_time || state.step != step;

@@ -5,4 +5,8 @@ namespace scarp {
 /// The most memory that this process has held at once. Units: MB of 1024 * 1024 bytes.
 double peak_memory_mb();
 
+/// What this process may hold: the memory of the machine, or what its control group (of a batch
+/// system or a container) allows where that is less. Units: MB of 1024 * 1024 bytes.
+double available_memory_mb();
+
 }  // namespace scarp

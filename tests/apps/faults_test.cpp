@@ -10,7 +10,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <thread>
+#include <vector>
 
+#include "apps/run.h"
+#include "core/error.h"
+#include "core/peak_memory.h"
 #include "tests/apps/program.h"
 
 namespace scarp {
@@ -171,6 +175,36 @@ TEST_F(Faults, AFolderThatIsReadOnlyIsRefusedBeforeAnythingIsLost) {
   EXPECT_THAT(messages(), AllOf(HasSubstr(path("r")), HasSubstr("cannot be written"),
                                 HasSubstr("choose another with -o")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
+}
+
+TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
+  const std::string shorter = " --set step[0].duration='\"6 s\"'";
+  ASSERT_EQ(scarp(run_into("r") + shorter).exit_code, 0);
+  const std::string before = read_file(folder_ / "r" / "summary.json");
+  const Outcome refused = scarp(run_into("r") + shorter + " --memory-limit 10MB");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.messages,
+              AllOf(HasSubstr("MB of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
+  EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
+  EXPECT_EQ(scarp(run_into("r") + shorter + " --memory-limit 4GB").exit_code, 0);
+}
+
+TEST_F(Faults, ARunThatComesToTakeMoreMemoryEndsWithACheckpoint) {
+  const Recipe recipe = read_recipe(folder_ / "r.toml", {});
+  RunOptions options;
+  options.memory_limit_mb = peak_memory_mb() + 100;
+  std::vector<char> ballast;
+  std::uint32_t ended_at = 0;
+  options.progress = [&](const State& state, const Survey&) {
+    if (state.time_step == 5) ballast.assign(200 << 20, 'x');
+    ended_at = state.time_step;
+  };
+  EXPECT_THAT([&] { run(recipe, folder_ / "r", options); },
+              testing::ThrowsMessage<NumericalError>(
+                  AllOf(HasSubstr("time step 5 of step"), HasSubstr("MB of memory, more than the "),
+                        HasSubstr("--resume"), HasSubstr("state_interrupted.vdb"))));
+  EXPECT_EQ(ended_at, 5U);
+  expect_resumes_to_the_same_state();
 }
 
 }  // namespace
