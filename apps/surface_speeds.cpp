@@ -145,6 +145,7 @@ Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe)
   Growth growth;
   for (std::size_t f = 0; f < speeds.size(); ++f) {
     growth.net += recipe.frame.images() * areas[f] * speeds[f];
+    growth.area += recipe.frame.images() * areas[f];
     growth.gross += recipe.frame.images() * areas[f] * std::abs(speeds[f]);
   }
   return growth;

@@ -21,6 +21,7 @@ namespace scarp {
 struct Growth {
   double net = 0;
   double gross = 0;
+  double area = 0;  ///< of the surface; nm^2
 };
 
 /// The surface at one moment with all that the current step of the recipe does to it. A pure

@@ -73,10 +73,10 @@ TEST(Watchdog, TellsOfSolidThatIsNotWhatSpeedsSay) {
 
 TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {
   const std::string messages = messages_of(growing_film("1 nm/s"), [](Survey& shown) {
-    shown.flux = {FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = 49}}};
+    shown.flux = {FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = 48}}};
   });
   EXPECT_THAT(messages,
-              AllOf(HasSubstr("time step 0 of step \"film\""), HasSubstr("0.01 of the particles"),
+              AllOf(HasSubstr("time step 0 of step \"film\""), HasSubstr("0.02 of the particles"),
                     HasSubstr("are missing"), HasSubstr("5 of 5 time steps")));
 }
 

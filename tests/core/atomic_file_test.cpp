@@ -156,7 +156,7 @@ TEST_F(AtomicFileTest, AppendsToWhatIsThere) {
   try {
     append_to_file(file, "two\n");
   } catch (const NumericalError& error) {
-    std::_Exit(std::string(error.what()).ends_with("File too large") ? 3 : 5);
+    std::_Exit(std::string(error.what()).ends_with("raise the limit (ulimit -f)") ? 3 : 5);
   }
   std::_Exit(0);
 }
