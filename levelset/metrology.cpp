@@ -313,11 +313,11 @@ class SectionMeasurement {
     if (surfaces_.top_mask()) found.undercut = undercut(*surfaces_.top_mask());
   }
 
-  /// The walls next to an interface at a height: where the line through the places three quarters
-  /// of a spacing and one and a half away meets it, as the mesh may cut the edge itself off.
+  /// The walls next to an interface at a height: where the line through the places some distance
+  /// and twice as far away meets it, as the mesh may cut the edge itself off.
   std::optional<Gap> gap_beside(const Contour& contour, double height, double away) const {
-    const std::optional<Gap> near = contour.gap(height + 0.75 * away);
-    const std::optional<Gap> far = contour.gap(height + 1.5 * away);
+    const std::optional<Gap> near = contour.gap(height + away);
+    const std::optional<Gap> far = contour.gap(height + 2 * away);
     if (!near || !far) return near;
     return Gap{.left = 2 * near->left - far->left, .right = 2 * near->right - far->right};
   }
@@ -329,8 +329,9 @@ class SectionMeasurement {
         find_contour(cuts_[top_mask].lines, row_.centre, structure.field + 0.5 * h_,
                      {row_.left_field, row_.right_field});
     if (!mask) return std::nullopt;
-    const std::optional<Gap> above = gap_beside(*mask, structure.field, h_);
-    const std::optional<Gap> below = gap_beside(*structure.contour, structure.field, -h_);
+    // The foot of a mask that is undercut loses up to a spacing; the walls below bend.
+    const std::optional<Gap> above = gap_beside(*mask, structure.field, 1.25 * h_);
+    const std::optional<Gap> below = gap_beside(*structure.contour, structure.field, -0.75 * h_);
     if (!above || !below) return std::nullopt;
     return 0.5 * (below->width() - above->width());
   }

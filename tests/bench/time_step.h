@@ -5,13 +5,13 @@
 
 namespace scarp::bench {
 
-/// The first time step of the default trench, on the threads that are allowed.
-struct TimeStep {
-  double cpu = 1e9;       ///< CPU seconds
-  double flux_share = 1;  ///< of the wall time
-};
+// Time steps of the default trench, on the threads that are allowed.
 
-/// The least of some runs. Overrides are those of the recipe, PATH=VALUE.
-TimeStep first_time_step(const std::vector<std::string>& overrides, int repeats);
+/// CPU seconds of the first one, the least of some runs. Overrides are those of the recipe,
+/// PATH=VALUE.
+double first_time_step(const std::vector<std::string>& overrides, int repeats);
+
+/// The part of the wall time of all of them that the flux takes.
+double flux_share_of_run();
 
 }  // namespace scarp::bench
