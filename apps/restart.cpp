@@ -200,7 +200,7 @@ class EntryReader {
   std::vector<T> numbers(std::size_t count) {
     if (count > bytes_.size() / sizeof(T)) refuse();
     std::vector<T> values(count);
-    std::memcpy(values.data(), bytes_.data(), count * sizeof(T));
+    if (count > 0) std::memcpy(values.data(), bytes_.data(), count * sizeof(T));
     bytes_.remove_prefix(count * sizeof(T));
     return values;
   }

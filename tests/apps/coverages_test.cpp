@@ -388,8 +388,8 @@ TEST_F(CoveragesOfRuns, AreWrittenAndCounted) {
   ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
   const std::string surface = read_file(folder_ / "r" / "surface_0001.vtp");
   EXPECT_THAT(surface, AllOf(HasSubstr("Name=\"coverage_F\""), HasSubstr("Name=\"coverage_O\"")));
-  for (const std::string& count : columns_of(folder_ / "r" / "metrics.csv")["coverage_iterations"])
-    EXPECT_GT(std::stoi(count), 0);
+  const auto columns = columns_of(folder_ / "r" / "metrics.csv");
+  for (const std::string& count : columns.at("coverage_iterations")) EXPECT_GT(std::stoi(count), 0);
 }
 
 // Of the time step before, as far as the hole goes on growing: the part of the surface that each
