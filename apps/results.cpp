@@ -139,15 +139,15 @@ void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name
 
 bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
 
-ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
-
-bool ResultFolder::complete(const Recipe& recipe) const {
-  if (read_text(file("recipe.toml")) != recipe.resolved) return false;
-  const auto summary =
-      nlohmann::json::parse(read_text(file("summary.json")), nullptr, /*allow_exceptions=*/false);
+bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
+  if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
+  const auto summary = nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
+                                             /*allow_exceptions=*/false);
   return summary.is_object() && summary.value("complete", false) &&
          summary.value("start_state_hash", "") == (recipe.start ? recipe.start->hash : "");
 }
+
+ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
 
 bool ResultFolder::holds_run() const {
   return read_text(file("metrics.csv")).rfind("step,step_name,time_s,", 0) == 0;

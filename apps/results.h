@@ -16,6 +16,9 @@ namespace scarp {
 /// Whether a run writes a file of that name into its folder.
 bool is_result(const std::string& name);
 
+/// True when a run of the same recipe has come to its end in a folder, which is only read.
+bool holds_complete_run(const std::filesystem::path& folder, const Recipe& recipe);
+
 /// The folder that a run writes, see the README's table of files. Held by one process at a time.
 ///
 /// Files appear whole or not at all; metrics.csv grows by whole lines.
@@ -26,9 +29,6 @@ class ResultFolder {
   explicit ResultFolder(std::filesystem::path folder);
 
   const std::filesystem::path& path() const { return path_; }
-
-  /// True when a run of the same recipe has come to its end here.
-  bool complete(const Recipe& recipe) const;
 
   /// Removes what an earlier run left, of which the log is told, and starts anew.
   ///

@@ -276,10 +276,10 @@ class Observer {
 }  // namespace
 
 RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOptions& options) {
+  if (options.resume && holds_complete_run(path, given)) return RunEnd::was_complete;
   const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
   const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);
-  if (options.resume && folder.complete(recipe)) return RunEnd::was_complete;
   const auto start = std::chrono::steady_clock::now();
 
   std::optional<State> resumed;

@@ -169,9 +169,13 @@ TEST_F(Faults, AFolderThatIsReadOnlyIsRefusedBeforeAnythingIsLost) {
       "mount --bind " + path("r") + ' ' + path("r") + " && mount -o remount,bind,ro " + path("r");
   if (std::system(("unshare -rm sh -c '" + mount + "' 2>/dev/null").c_str()) != 0)
     GTEST_SKIP() << "no user namespace to mount a folder read-only in";
-  const std::string line = "unshare -rm sh -c '" + mount + " && exec " + SCARP_BINARY + ' ' +
-                           run_into("r") + "' 2>" + path("log");
-  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
+  const auto exit_code_of = [&](const std::string& call) {
+    const std::string line = "unshare -rm sh -c \"" + mount + " && exec " + SCARP_BINARY + ' ' +
+                             call + "\" 2>" + path("log");
+    return WEXITSTATUS(std::system(line.c_str()));
+  };
+  EXPECT_EQ(exit_code_of(run_into("r") + R"( --resume --set 'step[0].duration=\"6 s\"')"), 0);
+  EXPECT_EQ(exit_code_of(run_into("r")), 2);
   EXPECT_THAT(messages(), AllOf(HasSubstr(path("r")), HasSubstr("cannot be written"),
                                 HasSubstr("choose another with -o")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
