@@ -227,23 +227,36 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   return std::move(restart->state);
 }
 
-void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
+// A write that fails because the folder went in the meantime is told as that.
+template <class Write>
+void ResultFolder::while_held(const Write& write) const {
   lock_.require_held();
-  const int number = output_count();
-  write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
-  const WholeLayers whole(state.layers);
-  sections(recipe).write(path_, number, state, whole.get(), recipe);
-  newest_ = measure(whole.get(), recipe);
-  metrology_rows_ += metrology_rows(output_times_.size(), state.time, *newest_, recipe);
-  write_file(file(metrology_file), metrology_rows_);
-  output_times_.push_back(state.time);
-  std::vector<std::string> series;
-  for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
-  write_series(file("surface.pvd"), series);
-  // The checkpoint comes last: where it stands, the output is whole.
-  write_state(numbered("state", number, ".vdb"), state, recipe);
-  fs::remove(file(interrupted_state));
-  fs::remove(file(earlier_interrupted_state));
+  try {
+    write();
+  } catch (const std::exception&) {
+    lock_.require_held();
+    throw;
+  }
+}
+
+void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
+  while_held([&] {
+    const int number = output_count();
+    write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
+    const WholeLayers whole(state.layers);
+    sections(recipe).write(path_, number, state, whole.get(), recipe);
+    newest_ = measure(whole.get(), recipe);
+    metrology_rows_ += metrology_rows(output_times_.size(), state.time, *newest_, recipe);
+    write_file(file(metrology_file), metrology_rows_);
+    output_times_.push_back(state.time);
+    std::vector<std::string> series;
+    for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
+    write_series(file("surface.pvd"), series);
+    // The checkpoint comes last: where it stands, the output is whole.
+    write_state(numbered("state", number, ".vdb"), state, recipe);
+    fs::remove(file(interrupted_state));
+    fs::remove(file(earlier_interrupted_state));
+  });
 }
 
 Sections& ResultFolder::sections(const Recipe& recipe) {
@@ -275,31 +288,34 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 }
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
-  lock_.require_held();
-  if (fs::exists(file(interrupted_state)))
-    fs::rename(file(interrupted_state), file(earlier_interrupted_state));
-  write_state(interrupted_state, state, recipe);
+  while_held([&] {
+    if (fs::exists(file(interrupted_state)))
+      fs::rename(file(interrupted_state), file(earlier_interrupted_state));
+    write_state(interrupted_state, state, recipe);
+  });
 }
 
 void ResultFolder::append_metrics(const State& after, std::size_t step, const Survey& survey,
                                   const Move& move, const Recipe& recipe) {
-  lock_.require_held();
-  if (!fs::exists(file("metrics.csv"))) {
-    throw NumericalError(
-        fmt::format("{}: cannot be written: it was removed while the run writes it; --resume goes "
-                    "on from {} without its rows",
-                    file("metrics.csv").string(), last_checkpoint_.string()));
-  }
-  append_to_file(file("metrics.csv"), metrics_row(after, step, survey, move, recipe));
+  while_held([&] {
+    if (!fs::exists(file("metrics.csv"))) {
+      throw NumericalError(fmt::format(
+          "{}: cannot be written: it was removed while the run writes it; --resume goes "
+          "on from {} without its rows",
+          file("metrics.csv").string(), last_checkpoint_.string()));
+    }
+    append_to_file(file("metrics.csv"), metrics_row(after, step, survey, move, recipe));
+  });
 }
 
 void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
                                  const StageTimer& total, double wall_seconds) {
-  lock_.require_held();
-  // The end of a recipe is an output; it may have been written before the run was resumed.
-  if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
-  write_file(file("summary.json"),
-             summary_text(state, survey, *newest_, recipe, output_times_, total, wall_seconds));
+  while_held([&] {
+    // The end of a recipe is an output; it may have been written before the run was resumed.
+    if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
+    write_file(file("summary.json"),
+               summary_text(state, survey, *newest_, recipe, output_times_, total, wall_seconds));
+  });
 }
 
 }  // namespace scarp

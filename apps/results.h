@@ -69,6 +69,8 @@ class ResultFolder {
   void require_not_start(const Recipe& recipe) const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
+  template <class Write>
+  void while_held(const Write& write) const;
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
