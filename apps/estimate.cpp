@@ -4,17 +4,15 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
-#include <string>
 
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
 #include "apps/results.h"
 #include "core/peak_memory.h"
+#include "core/temporary_folder.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
 
@@ -229,13 +227,10 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
 }
 
 double seconds_of_output(const State& state, const Survey& now, const Recipe& recipe) {
-  namespace fs = std::filesystem;
-  std::string folder = (fs::temp_directory_path() / "scarp-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) return 0;
+  const TemporaryFolder folder;
   const auto start = std::chrono::steady_clock::now();
   ResultFolder(folder).write_output(state, now, recipe);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  fs::remove_all(folder);
   return wall.count();
 }
 

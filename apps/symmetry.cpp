@@ -98,7 +98,7 @@ State half_of(const State& whole, std::array<bool, 2> planes) {
 State whole_of(State state) {
   const Frame frame = state.layers.frame;
   if (frame.images() == 1) return state;
-  state.layers = WholeLayers(state.layers).get().copy();
+  state.layers = with_images(state.layers);
   state.voids.clear();
   state.mesh.facets = with_images(state.mesh.facets, frame);
   state.mesh.hits = {};

@@ -58,19 +58,6 @@ Layers on_frame(const Layers& layers, const Frame& frame, const Rebuild& rebuild
   return result;
 }
 
-Layers with_images(const Layers& part) {
-  const Frame whole = whole_of(part.frame);
-  const auto places = [&](int axis, int node) -> std::vector<int> {
-    if (!part.frame.half[axis]) return {node};
-    return {part.frame.cells[axis] - node, part.frame.cells[axis] + node};
-  };
-  const auto origin = [&](int axis, int node) {
-    return part.frame.half[axis] ? std::abs(node - part.frame.cells[axis]) : node;
-  };
-  return on_frame(part, whole,
-                  [&](const LevelSet& phi) { return rebuilt(phi, whole, places, origin); });
-}
-
 bool is_mirror_symmetric(const LevelSet& level_set, int axis) {
   const Band& band = level_set.band();
   const int cells = level_set.frame().cells[axis];
@@ -128,6 +115,19 @@ Layers half_of(const Layers& whole, std::array<bool, 2> planes) {
   };
   return on_frame(whole, part,
                   [&](const LevelSet& phi) { return rebuilt(phi, part, places, origin); });
+}
+
+Layers with_images(const Layers& part) {
+  const Frame whole = whole_of(part.frame);
+  const auto places = [&](int axis, int node) -> std::vector<int> {
+    if (!part.frame.half[axis]) return {node};
+    return {part.frame.cells[axis] - node, part.frame.cells[axis] + node};
+  };
+  const auto origin = [&](int axis, int node) {
+    return part.frame.half[axis] ? std::abs(node - part.frame.cells[axis]) : node;
+  };
+  return on_frame(part, whole,
+                  [&](const LevelSet& phi) { return rebuilt(phi, whole, places, origin); });
 }
 
 WholeLayers::WholeLayers(const Layers& part) : part_(&part) {

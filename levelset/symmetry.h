@@ -28,7 +28,10 @@ bool is_mirror_symmetric(const Layers& layers, int axis);
 /// The part of the layers beyond planes of symmetry; see half_of().
 Layers half_of(const Layers& whole, std::array<bool, 2> planes);
 
-/// All of a wafer of which layers may hold the half: every bit as it would have been without.
+/// The wafer of which layers hold the half: every bit as it would have been without.
+Layers with_images(const Layers& part);
+
+/// All of a wafer of which layers may hold the half.
 class WholeLayers {
  public:
   /// part has to outlive this.

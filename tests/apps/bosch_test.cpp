@@ -11,10 +11,10 @@
 
 #include "apps/run.h"
 #include "core/read_file.h"
+#include "core/temporary_folder.h"
 #include "levelset/checkpoint.h"
 #include "levelset/cross_section.h"
 #include "levelset/layer_steps.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

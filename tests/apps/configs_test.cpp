@@ -11,8 +11,8 @@
 
 #include "apps/estimate.h"
 #include "apps/run.h"
+#include "core/temporary_folder.h"
 #include "tests/apps/columns.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

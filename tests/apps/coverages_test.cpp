@@ -17,11 +17,11 @@
 #include "apps/run.h"
 #include "apps/simulator.h"
 #include "core/parallel.h"
+#include "core/temporary_folder.h"
 #include "levelset/checkpoint.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

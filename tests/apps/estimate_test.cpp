@@ -7,7 +7,7 @@
 #include <initializer_list>
 
 #include "core/peak_memory.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

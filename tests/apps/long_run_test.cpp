@@ -12,9 +12,9 @@
 
 #include "apps/run.h"
 #include "core/parallel.h"
+#include "core/temporary_folder.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/recipe_text.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

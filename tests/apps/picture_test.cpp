@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "apps/recipe.h"
 #include "core/error.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -17,9 +17,9 @@
 #include "apps/recipe.h"
 #include "apps/recipe_geometry.h"
 #include "core/recipe_table.h"
+#include "core/temporary_folder.h"
 #include "models/registry.h"
 #include "tests/apps/reference_page.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

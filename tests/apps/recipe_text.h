@@ -4,7 +4,7 @@
 #include <string>
 
 #include "apps/recipe.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 

@@ -15,8 +15,8 @@
 #include "apps/recipe.h"
 #include "apps/report.h"
 #include "apps/run.h"
+#include "core/temporary_folder.h"
 #include "tests/apps/reference_page.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

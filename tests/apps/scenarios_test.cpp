@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "apps/run.h"
+#include "core/temporary_folder.h"
 #include "levelset/checkpoint.h"
 #include "levelset/cross_section.h"
 #include "tests/apps/program.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

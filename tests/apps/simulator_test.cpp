@@ -15,8 +15,8 @@
 #include "apps/surface_speeds.h"
 #include "core/error.h"
 #include "core/running_statistics.h"
+#include "core/temporary_folder.h"
 #include "flux/solve.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

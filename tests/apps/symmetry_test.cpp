@@ -162,11 +162,15 @@ TEST_F(SymmetricRun, LeavesAStateThatIsThatOfTheWhole) {
   run("hole.toml", "quarter", "auto");
   write("on.toml", "start = \"quarter/state_0001.vdb\"\n" +
                        std::string(hole).substr(0, std::string(hole).find("[[geometry]]")) +
-                       deposition);
+                       R"(
+[[step]]
+model = "isotropic"
+duration = "8 s"
+etch_rate = "2 nm/s"
+)");
   const auto whole = run("on.toml", "on_whole", "none");
   const auto quarter = run("on.toml", "on_quarter", "auto");
-  const double thick = whole["metrology"]["openings"][0]["depth_nm"];
-  EXPECT_NEAR(quarter["metrology"]["openings"][0]["depth_nm"], thick, 2);
+  EXPECT_EQ(quarter["state_hash"], whole["state_hash"]);
   const Outcome measured = scarp("measure " + path("quarter") + " --json");
   EXPECT_EQ(measured.exit_code, 0) << measured.messages;
 }

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "apps/run.h"
+#include "core/temporary_folder.h"
 #include "levelset/checkpoint.h"
 #include "levelset/cross_section.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

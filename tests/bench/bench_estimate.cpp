@@ -18,9 +18,9 @@
 #include "apps/estimate.h"
 #include "apps/run.h"
 #include "core/parallel.h"
+#include "core/temporary_folder.h"
 #include "tests/apps/columns.h"
 #include "tests/bench/bench_main.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp::bench {
 namespace {

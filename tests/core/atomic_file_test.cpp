@@ -13,7 +13,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "core/recipe_table.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

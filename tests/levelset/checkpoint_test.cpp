@@ -10,9 +10,9 @@
 
 #include "core/error.h"
 #include "core/read_file.h"
+#include "core/temporary_folder.h"
 #include "levelset/advect.h"
 #include "levelset/shapes.h"
-#include "tests/temporary_folder.h"
 
 namespace scarp {
 namespace {

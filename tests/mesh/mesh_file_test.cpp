@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "tests/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace scarp {
 namespace {

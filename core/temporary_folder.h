@@ -1,17 +1,27 @@
 #pragma once
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <string>
 
+#include "core/error.h"
+
 namespace scarp {
 
-/// A new folder that goes with this object. Several test runs may go on at the same time.
+/// A new folder that goes with this object. Several processes may have one at the same time.
+///
+/// Throws: NumericalError when there is no place for temporary files.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string pattern = (std::filesystem::temp_directory_path() / "scarp-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
+    if (mkdtemp(pattern.data()) == nullptr) {
+      throw NumericalError(pattern + ": cannot be made: " + std::strerror(errno) +
+                           "; name another folder for temporary files in TMPDIR");
+    }
+    path_ = pattern;
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
