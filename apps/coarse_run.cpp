@@ -44,6 +44,7 @@ Recipe coarser(const Recipe& recipe, int factor) {
   coarse.flux.sides = coarse.frame.sides();
   coarse.flux.spacing = coarse.frame.spacing;
   coarse.keep_mesh_within *= factor;
+  coarse.carry_within *= factor;
   coarse.position_error *= factor;
   if (!coarse.simplify) return coarse;
   SimplifyOptions& simplify = *coarse.simplify;

@@ -106,8 +106,9 @@ struct TrialStep {
   double flux_seconds = 0;
   double rays = 0;
   std::vector<double> missed{};  ///< error over its target, by species
-  double stable_dt = 0;
-  double time = 0;  ///< at its beginning
+  double dt = 0;
+  double moves = 1;  ///< that the flux is carried for in it
+  double time = 0;   ///< at its beginning
   double area = 0;  ///< of the surface then, in those of the domain
 };
 
@@ -115,7 +116,8 @@ struct TrialStep {
 struct StepCost {
   double rays = 0;  ///< of one time step
   double seconds = 0;
-  double stable_dt = 0;
+  double dt = 0;
+  double moves = 1;
   double area = 0;    ///< of the surface that this is for, in those of the domain
   double growth = 0;  ///< of that in a second
   double duration = 0;
@@ -125,7 +127,9 @@ TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe
   TrialStep trial{
       .grid_seconds = now.timer.seconds("surface") + now.timer.seconds("simplify"),
       .flux_seconds = now.timer.seconds("flux"),
-      .stable_dt = stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl),
+      .dt = now.longest_dt,
+      .moves = std::max(1.0, now.longest_dt / stable_time_step(state.layers, now.speeds_of_layers,
+                                                               now.factors, recipe.cfl)),
       .time = state.time,
       .area = area_of(now, recipe.frame)};
   for (const FluxField& flux : now.flux) {
@@ -139,25 +143,26 @@ TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe
 }
 
 // How many times the rays of the last trial a target takes. The error falls with the root of their
-// number, or faster: as from the trial before, which had fewer.
+// number, or faster: as from the last trial that had fewer.
 double ray_factor(std::span<const TrialStep> trials) {
   const TrialStep& last = trials.back();
+  const auto before = std::find_if(trials.rbegin(), trials.rend(), [&](const TrialStep& each) {
+    return last.rays > 1.5 * each.rays;
+  });
   double factor = 1;
   for (std::size_t s = 0; s < last.missed.size(); ++s) {
     double power = 0.5;
-    if (trials.size() > 1) {
-      const TrialStep& before = trials[trials.size() - 2];
-      const double fall = std::log(before.missed[s] / last.missed[s]);
-      if (last.rays > 1.5 * before.rays)
-        power = std::clamp(fall / std::log(last.rays / before.rays), 0.5, 1.0);
+    if (before != trials.rend()) {
+      const double fall = std::log(before->missed[s] / last.missed[s]);
+      power = std::clamp(fall / std::log(last.rays / before->rays), 0.5, 1.0);
     }
     factor = std::max(factor, std::pow(last.missed[s], 1 / power));
   }
   return factor;
 }
 
-// The first time steps of a step after the given survey, the last of them with more rays. What acts
-// at once is not tried.
+// The first time steps of a step after the given survey, the last two of them with more rays, so that
+// noise is not taken for a change of speeds. What acts at once is not tried.
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
                                 Survey now) {
   constexpr std::size_t most_trials = 5;
@@ -170,7 +175,7 @@ std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe&
     const Move move = advance(state, few_rays, now, std::numeric_limits<double>::infinity());
     trials.back().grid_seconds += move.timer.seconds("map") + move.timer.seconds("advect");
     if (trials.size() == most_trials || state.step != step) return trials;
-    now = survey(state, trials.size() + 1 == most_trials ? more_rays : few_rays);
+    now = survey(state, trials.size() + 2 >= most_trials ? more_rays : few_rays);
   }
 }
 
@@ -186,12 +191,11 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const double factor = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
   StepCost cost{.rays = factor * last.rays,
                 .seconds = factor * last.flux_seconds,
-                .stable_dt = std::numeric_limits<double>::infinity(),
+                .dt = last.dt,
+                .moves = last.moves,
                 .area = first.area};
-  for (const TrialStep& each : trials) {
+  for (const TrialStep& each : trials)
     cost.seconds += each.grid_seconds / static_cast<double>(trials.size());
-    cost.stable_dt = std::min(cost.stable_dt, each.stable_dt);
-  }
   if (last.time > first.time) cost.growth = (last.area - first.area) / (last.time - first.time);
   return cost;
 }
@@ -203,7 +207,8 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
   };
   return {.rays = at(&StepCost::rays),
           .seconds = at(&StepCost::seconds),
-          .stable_dt = at(&StepCost::stable_dt),
+          .dt = at(&StepCost::dt),
+          .moves = at(&StepCost::moves),
           .area = at(&StepCost::area),
           .growth = at(&StepCost::growth),
           .duration = at(&StepCost::duration)};
@@ -218,7 +223,8 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
   const double duration = cost.duration;
   const double between_outputs = time_between_outputs(duration, recipe);
   const auto count = [&](double time) {
-    return std::max(time_steps(step, time, recipe), std::ceil(rounding * time / cost.stable_dt));
+    return std::max({1.0, std::ceil(time_steps(step, time, recipe) / cost.moves),
+                     std::ceil(rounding * time / cost.dt)});
   };
   if (!step.model || !(between_outputs > 0)) return 1;
   const double outputs = std::floor(duration / between_outputs);

@@ -10,10 +10,9 @@
 
 namespace scarp {
 
-/// The facets that the flux was solved on: for as long as the surface stays close to them, and for
-/// what covers them.
+/// The facets that the flux was solved on: for as long as the surface stays close to them, for what
+/// covers them and for what arrived on them.
 ///
-/// Their materials are not kept: a film may come and go on a surface that hardly moves.
 /// Units: nm.
 struct KeptMesh {
   TriMesh facets{};

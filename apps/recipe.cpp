@@ -197,6 +197,12 @@ double read_kept_distance(const RecipeTable& table, const Frame& frame) {
                                   {.fallback = "0.05", .minimum = 0, .maximum = 0.5});
 }
 
+// Units: nm.
+double read_carried_distance(const RecipeTable& table, const Frame& frame) {
+  return table.length_or_multiple("carry_within", frame.spacing,
+                                  {.fallback = "0.02", .minimum = 0, .maximum = 1});
+}
+
 CoverageOptions read_coverages(const RecipeTable& table) {
   return {.tolerance = table.number("coverage_tolerance",
                                     {.fallback = "0.0001", .minimum = 1e-6, .maximum = 1}),
@@ -646,6 +652,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
   recipe.keep_mesh_within = read_kept_distance(root.table("flux"), recipe.frame);
+  recipe.carry_within = read_carried_distance(root.table("flux"), recipe.frame);
   recipe.coverages = read_coverages(root.table("flux"));
   read_advection(root.table("advection"), recipe);
   const std::vector<RecipeTable> steps = root.tables("step");

@@ -69,6 +69,8 @@ struct Recipe {
   FluxOptions flux;
   double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
   double keep_mesh_within = 0;  ///< how far the surface may be from a mesh that is kept; nm
+  double carry_within = 0;      ///< how far its change may move the surface before the flux is
+                                ///< solved again; nm
   CoverageOptions coverages;
   std::vector<ProcessStep> steps;
   Scheme scheme = Scheme::eno2;

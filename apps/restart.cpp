@@ -140,11 +140,21 @@ std::string bytes_of(const SurfaceCoverages& coverages) {
   return bytes;
 }
 
-// Counts, time step, bound and distance in a line, then vertices and triangles.
+// The count and the time step in a line, then values.
+std::string bytes_of(const EarlierFlux& flux) {
+  std::string bytes = fmt::format("{} {}\n", flux.tallies.size(), format_number(flux.dt));
+  for (const std::vector<float>& tally : flux.tallies) append_bytes<float>(bytes, tally);
+  return bytes;
+}
+
+// Counts, time step, bound and distance in a line, then vertices, triangles and their materials.
 std::string bytes_of(const KeptMesh& mesh) {
-  return fmt::format("{} {} {} {} {}\n", mesh.facets.vertices.size(), mesh.facets.triangles.size(),
-                     mesh.made_at, format_number(mesh.bound), format_number(mesh.max_distance)) +
-         bytes_of(mesh.facets);
+  std::string bytes = fmt::format(
+      "{} {} {} {} {}\n", mesh.facets.vertices.size(), mesh.facets.triangles.size(), mesh.made_at,
+      format_number(mesh.bound), format_number(mesh.max_distance));
+  bytes += bytes_of(mesh.facets);
+  append_bytes<MaterialId>(bytes, mesh.facets.materials);
+  return bytes;
 }
 
 const std::string& note_of(const CheckpointNotes& notes, const std::string& key,
@@ -169,6 +179,16 @@ class EntryReader {
       coverages.values.push_back(numbers<float>(facets));
     if (!bytes_.empty()) refuse();
     return coverages;
+  }
+
+  EarlierFlux earlier_flux(std::size_t facets) {
+    EarlierFlux flux;
+    std::size_t count = 0;
+    std::istringstream head{std::string(line())};
+    if (!(head >> count >> flux.dt) || count > bytes_.size()) refuse();
+    for (std::size_t k = 0; k < count; ++k) flux.tallies.push_back(numbers<float>(facets));
+    if (!bytes_.empty()) refuse();
+    return flux;
   }
 
   KeptMesh kept_mesh() {
@@ -209,6 +229,7 @@ class EntryReader {
     TriMesh mesh;
     mesh.vertices = numbers<Vec3f>(vertices);
     mesh.triangles = numbers<Triangle>(facets);
+    mesh.materials = numbers<MaterialId>(facets);
     for (const Triangle& triangle : mesh.triangles)
       for (const std::uint32_t v : triangle)
         if (v >= vertices) refuse();
@@ -287,6 +308,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"residue_volume_nm3", format_number(state.residue_volume)},
           {"mesh", bytes_of(state.mesh)},
           {"coverages", bytes_of(state.coverages)},
+          {"earlier_flux", bytes_of(state.earlier)},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
           {"recipe_hash", recipe_hash(recipe)}};
@@ -330,6 +352,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
     throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
   }
   auto [mesh, coverages] = read_surface(checkpoint.notes, file);
+  EarlierFlux earlier = EntryReader(checkpoint.notes, "earlier_flux", file)
+                            .earlier_flux(mesh.facets.triangles.size());
   return {.state = {.layers = std::move(checkpoint.layers),
                     .origin = {value("origin_s"),
                                static_cast<std::uint32_t>(value("origin_time_step"))},
@@ -346,7 +370,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                                 .volume = value("island_volume_nm3")},
                     .residue_volume = value("residue_volume_nm3"),
                     .mesh = std::move(mesh),
-                    .coverages = std::move(coverages)},
+                    .coverages = std::move(coverages),
+                    .earlier = std::move(earlier)},
           .file = file,
           .output_times = numbers("output_times_s")};
 }
@@ -398,6 +423,7 @@ State read_start_state(const fs::path& file, const Materials& materials) {
   const auto value = [&](const char* key) { return number_of(checkpoint.notes, key, file); };
   name_materials(checkpoint.layers, note_of(checkpoint.notes, "materials", file), materials, file);
   auto [mesh, coverages] = read_surface(checkpoint.notes, file);
+  mesh.facets.materials.clear();  // numbers of the other recipe
   return whole_of({.layers = std::move(checkpoint.layers),
                    .time = value("time_s"),
                    .time_step = static_cast<std::uint32_t>(value("time_step")),

@@ -43,6 +43,7 @@ void end_step(State& state, const ProcessStep& step) {
                         .reached = state.progress.reached,
                         .out_of_time = step.until && state.time < end_of_over_etch(state, step)});
   state.progress = {};
+  state.earlier = {};
   state.step_start = state.time;
   ++state.step;
   if (!step.round_end) return;
@@ -72,53 +73,60 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
   count_islands(state, move.islands);
   state.mesh = {};
   state.coverages = {};
+  state.earlier = {};
   state.time = state.step_start + step.duration;
   ++state.time_step;
   end_step(state, step);
   return move;
 }
 
-// What went in a time step that was not etched.
-struct Removed {
-  std::vector<Region> islands;
-  double residue_volume = 0;
-};
-
-// The layers after a time step, and what is left then to the end condition.
+// The layers after a part of a time step, what went on the way that was not etched, and what is left
+// then to the end condition.
 struct Trial {
   double dt = 0;
   Layers layers;
-  Removed removed{};
+  std::vector<Region> islands{};
+  double residue_volume = 0;
   double left = 0;
 
   bool is_end(double spacing) const { return left <= end_tolerance * spacing; }
 };
 
-// Moves layers of a state through a time step; tells what was removed.
+// Carries the layers of a state through a time step, in as many moves as the scheme needs.
 class Mover {
  public:
-  Mover(const State& state, const Recipe& recipe, const Survey& survey, StageTimer& timer)
-      : state_(state), recipe_(recipe), survey_(survey), timer_(timer) {}
+  Mover(State& state, const Recipe& recipe, const Survey& survey, Move& result)
+      : state_(state), recipe_(recipe), survey_(survey), result_(result), gas_(survey.gas) {}
 
-  Removed move(Layers& layers, double dt) const {
-    const SpeedField band = [&] {
-      const auto measurement = timer_.measure("map");
-      return extend_speeds(layers, survey_.gas, survey_.facets, survey_.speeds_of_layers,
-                           survey_.factors, dt);
-    }();
-    const auto measurement = timer_.measure("advect");
-    const double residues = advect(layers, band, dt, recipe_.scheme);
-    return {remove_islands(layers), residues};
+  // Ends before dt where a void closes, whose surface sees no particle any more.
+  void move(double dt) {
+    for (bool goes_on = true; goes_on;) {
+      const double part = next_part(dt);
+      move_layers(state_.layers, part, result_.islands, result_.residue_volume);
+      goes_on = note(part, dt);
+    }
   }
 
-  // A time step that is cut to the moment at which the end condition holds, if it does on the way.
-  Trial move_to_end(double dt) const {
-    Trial whole = try_step(dt);
-    return whole.is_end(spacing()) ? cut_to_end(std::move(whole)) : std::move(whole);
+  // The same; ends, too, at the moment at which the end condition holds. Whether it does.
+  bool move_to_end(double dt) {
+    for (bool goes_on = true; goes_on;) {
+      Trial trial = try_move(next_part(dt));
+      const bool is_end = trial.is_end(spacing());
+      if (is_end) trial = cut_to_end(std::move(trial));
+      state_.layers = std::move(trial.layers);
+      result_.islands.insert(result_.islands.end(), trial.islands.begin(), trial.islands.end());
+      result_.residue_volume += trial.residue_volume;
+      if (is_end) {
+        result_.dt += trial.dt;
+        return true;
+      }
+      goes_on = note(trial.dt, dt);
+    }
+    return false;
   }
 
   double left_to_end(const Layers& layers) const {
-    const auto measurement = timer_.measure("advect");
+    const auto measurement = result_.timer.measure("advect");
     return distance_left(*current_step(state_, recipe_).until, state_.progress.start_height,
                          layers);
   }
@@ -126,16 +134,64 @@ class Mover {
  private:
   double spacing() const { return recipe_.frame.spacing; }
 
-  Trial try_step(double dt) const {
+  // The time that the next move takes, where the whole takes dt.
+  double next_part(double dt) const {
+    const double left = dt - result_.dt;
+    const double stable =
+        stable_time_step(state_.layers, speeds(left), survey_.factors, recipe_.cfl);
+    constexpr double rounding = 1 - 1e-9;
+    return left / std::max(1.0, std::ceil(rounding * left / stable));
+  }
+
+  // The means over the next dt.
+  std::vector<LayerSpeeds> speeds(double dt) const {
+    if (!survey_.change) return survey_.speeds_of_layers;
+    return changed_speeds(survey_.speeds_of_layers, *survey_.change, result_.dt + 0.5 * dt);
+  }
+
+  // How far the facets of the survey may be from a surface that has moved since.
+  double distance() const {
+    return (close_facets + static_cast<double>(moves_) * recipe_.cfl) * spacing();
+  }
+
+  void move_layers(Layers& layers, double dt, std::vector<Region>& islands,
+                   double& residue_volume) const {
+    const SpeedField band = [&] {
+      const auto measurement = result_.timer.measure("map");
+      return extend_speeds(layers, gas_, survey_.facets, speeds(dt), survey_.factors, dt,
+                           distance());
+    }();
+    const auto measurement = result_.timer.measure("advect");
+    residue_volume += advect(layers, band, dt, recipe_.scheme);
+    const std::vector<Region> removed = remove_islands(layers);
+    islands.insert(islands.end(), removed.begin(), removed.end());
+  }
+
+  // After a move; whether another one follows.
+  bool note(double part, double dt) {
+    const bool is_last = part >= dt - result_.dt;
+    result_.dt = is_last ? dt : result_.dt + part;
+    if (is_last) return false;
+    ++moves_;
+    const auto measurement = result_.timer.measure("surface");
+    gas_ = open_gas(state_.layers, survey_.gas.voids);
+    return std::ranges::all_of(gas_.voids, [&](const Region& region) {
+      return std::ranges::any_of(survey_.gas.voids, [&](const Region& known) {
+        return known.first_node == region.first_node;
+      });
+    });
+  }
+
+  Trial try_move(double dt) const {
     Trial trial{.dt = dt, .layers = state_.layers.copy()};
-    trial.removed = move(trial.layers, dt);
+    move_layers(trial.layers, dt, trial.islands, trial.residue_volume);
     trial.left = left_to_end(trial.layers);
     return trial;
   }
 
   // By regula falsi (Illinois) where distances are known, by halves elsewhere.
   Trial cut_to_end(Trial beyond) const {
-    constexpr double resolution = 1e-3;  // of the time step
+    constexpr double resolution = 1e-3;  // of the move
     const double narrow = resolution * beyond.dt;
     const bool is_measured = is_length(*current_step(state_, recipe_).until);
     double before = 0;
@@ -146,7 +202,7 @@ class Mover {
       if (is_measured && std::abs(beyond.left) <= end_tolerance * spacing()) break;
       const bool has_slope = is_measured && std::isfinite(left_before) && left_before > left_beyond;
       const double part = has_slope ? left_before / (left_before - left_beyond) : 0.5;
-      Trial trial = try_step(before + part * (beyond.dt - before));
+      Trial trial = try_move(before + part * (beyond.dt - before));
       const bool is_end = trial.is_end(spacing());
       // The end that stays twice counts half, or it would stay for ever.
       if (last_was_end == is_end) (is_end ? left_before : left_beyond) *= 0.5;
@@ -162,10 +218,12 @@ class Mover {
     return beyond;
   }
 
-  const State& state_;
+  State& state_;
   const Recipe& recipe_;
   const Survey& survey_;
-  StageTimer& timer_;
+  Move& result_;
+  OpenGas gas_;  // of the layers as they are
+  std::size_t moves_ = 0;
 };
 
 // A step whose condition holds already: nothing happens in it.
@@ -245,7 +303,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   const ProcessStep& step = current_step(state, recipe);
   if (step.operation) return act_at_once(state, recipe, step);
   Move move;
-  const Mover mover(state, recipe, survey, move.timer);
+  Mover mover(state, recipe, survey, move);
   const bool waits = step.until && !state.progress.reached;
   if (waits && state.time == state.step_start &&
       mover.left_to_end(state.layers) <= end_tolerance * recipe.frame.spacing) {
@@ -253,27 +311,20 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   }
   const double target = next_moment(state, recipe, time_limit);
   const double left = target - state.time;
-  const double stable =
-      stable_time_step(state.layers, survey.speeds_of_layers, survey.factors, recipe.cfl);
-  move.dt = cut_to(left, std::min(stable, survey.longest_dt));
+  const double dt = cut_to(left, survey.longest_dt);
   bool reached = false;
-  Removed removed;
   if (waits) {
-    Trial trial = mover.move_to_end(move.dt);
-    reached = trial.is_end(recipe.frame.spacing);
-    move.dt = trial.dt;
-    removed = std::move(trial.removed);
-    state.layers = std::move(trial.layers);
+    reached = mover.move_to_end(dt);
   } else {
-    removed = mover.move(state.layers, move.dt);
+    mover.move(dt);
   }
-  move.islands = std::move(removed.islands);
-  move.residue_volume = state.layers.frame.images() * removed.residue_volume;
+  move.residue_volume *= state.layers.frame.images();
   count_islands(state, move.islands);
   state.residue_volume += move.residue_volume;
 
   state.coverages = coverages_of(survey, *step.model);
   state.mesh = mesh_of(survey, recipe);
+  state.earlier = earlier_flux(survey, recipe, move.dt);
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (reached) state.progress.reached = state.time;

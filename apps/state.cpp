@@ -19,7 +19,8 @@ State copy_of(const State& state) {
           .islands = state.islands,
           .residue_volume = state.residue_volume,
           .mesh = state.mesh,
-          .coverages = state.coverages};
+          .coverages = state.coverages,
+          .earlier = state.earlier};
 }
 
 const ProcessStep& current_step(const State& state, const Recipe& recipe) {

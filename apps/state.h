@@ -44,6 +44,15 @@ struct StepEnd {
   bool ends_repeat = false;         ///< what its repeat waits for holds at its end
 };
 
+/// What arrived in the last time step on the facets of the mesh of a state, and how long that time
+/// step was; empty at the beginning of a step of the recipe.
+///
+/// Shape: tallies[t][f], species in their order, of each one its tallies in theirs. Units: s.
+struct EarlierFlux {
+  std::vector<std::vector<float>> tallies{};
+  double dt = 0;
+};
+
 /// Where the time of a recipe begins: at 0, or where the run ended whose state it starts from.
 ///
 /// Units: s.
@@ -71,6 +80,7 @@ struct State {
   double residue_volume = 0;     ///< of films that went beside layers that stand still; nm^3
   KeptMesh mesh{};               ///< of the last time step; empty if nothing needs it any more
   SurfaceCoverages coverages{};  ///< of its facets, at the beginning of that time step
+  EarlierFlux earlier{};         ///< on its facets, likewise
 };
 
 /// All of a state, with layers of its own.

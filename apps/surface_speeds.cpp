@@ -11,6 +11,13 @@ namespace scarp {
 
 namespace {
 
+// What a model is asked about: facets, tallies on them, and what covers them.
+struct SeenSurface {
+  const TriMesh& facets;
+  std::span<const std::span<const float>> flux;
+  std::span<const std::vector<float>> coverages;
+};
+
 // Values at the three corners of every facet, in one row.
 std::vector<float> at_corners(const TriMesh& facets, std::span<const float> on_facets) {
   std::vector<float> values;
@@ -19,12 +26,11 @@ std::vector<float> at_corners(const TriMesh& facets, std::span<const float> on_f
   return values;
 }
 
-// The flux at the corners, one array per tally of each species.
+// The flux at the corners, one array per tally.
 std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
-                                                std::span<const FluxField> flux) {
+                                                std::span<const std::span<const float>> flux) {
   std::vector<std::vector<float>> tallies;
-  for (const FluxField& field : flux)
-    for (const Tally& tally : field.tallies) tallies.push_back(at_corners(facets, tally.mean));
+  for (const std::span<const float> tally : flux) tallies.push_back(at_corners(facets, tally));
   return tallies;
 }
 
@@ -49,14 +55,14 @@ LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
 
 // With factors of the normal it speaks of facets, where flux and normal belong together: a mean of
 // the flux over facets that turn is that of none of their normals. Amplitudes do not turn.
-LayerSpeeds parts_of_material(const TriMesh& facets, const std::vector<Vec3f>& normals,
-                              std::span<const FluxField> flux, const SurfaceModel& model,
-                              std::span<const AngularFactor> factors, MaterialId material) {
+LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>& normals,
+                              const SurfaceModel& model, std::span<const AngularFactor> factors,
+                              MaterialId material) {
   const std::vector<MaterialId> everywhere(normals.size(), material);
   const SurfacePoints points{.material = everywhere, .normal = normals};
   LayerSpeeds speeds;
-  for (const std::vector<float>& part : model.amplitudes(points, tallies_on_facets(flux)))
-    speeds.parts.push_back(corner_values(facets, part));
+  for (const std::vector<float>& part : model.amplitudes(points, seen.flux))
+    speeds.parts.push_back(corner_values(seen.facets, part));
   speeds.speed = speeds.parts.front();
   for (std::size_t k = 0; k < factors.size(); ++k) {
     for (std::size_t f = 0; f < normals.size(); ++f) {
@@ -68,32 +74,31 @@ LayerSpeeds parts_of_material(const TriMesh& facets, const std::vector<Vec3f>& n
   return speeds;
 }
 
-std::vector<LayerSpeeds> speeds_at_corners(const State& state, const Survey& survey,
+std::vector<LayerSpeeds> speeds_at_corners(std::span<const Layer> stack, const SeenSurface& seen,
                                            const SurfaceModel& model) {
-  const TriMesh& facets = survey.facets;
-  const std::vector<Vec3f> normals = facet_normals(facets);
+  const std::vector<AngularFactor> factors = model.angular_factors();
+  const std::vector<Vec3f> normals = facet_normals(seen.facets);
   std::vector<Vec3f> corner_normals;
   std::vector<std::vector<float>> corner_flux;
   std::vector<std::vector<float>> corner_coverages;
-  if (survey.factors.empty()) {
+  if (factors.empty()) {
     for (const Vec3f& n : normals) corner_normals.insert(corner_normals.end(), 3, n);
-    corner_flux = flux_at_corners(facets, survey.flux);
-    for (const std::vector<float>& coverage : survey.coverages)
-      corner_coverages.push_back(at_corners(facets, coverage));
+    corner_flux = flux_at_corners(seen.facets, seen.flux);
+    for (const std::vector<float>& coverage : seen.coverages)
+      corner_coverages.push_back(at_corners(seen.facets, coverage));
   }
   std::vector<LayerSpeeds> speeds;
-  for (std::size_t k = 0; k < state.layers.stack.size(); ++k) {
-    const MaterialId material = state.layers.stack[k].material;
+  for (std::size_t k = 0; k < stack.size(); ++k) {
+    const MaterialId material = stack[k].material;
     std::size_t same = 0;
-    while (state.layers.stack[same].material != material) ++same;
+    while (stack[same].material != material) ++same;
     if (same < k) {
       speeds.push_back(speeds[same]);
-    } else if (survey.factors.empty()) {
+    } else if (factors.empty()) {
       speeds.push_back(
           speeds_of_material(corner_normals, corner_flux, corner_coverages, model, material));
     } else {
-      speeds.push_back(
-          parts_of_material(facets, normals, survey.flux, model, survey.factors, material));
+      speeds.push_back(parts_of_material(seen, normals, model, factors, material));
     }
   }
   return speeds;
@@ -164,9 +169,26 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   const ProcessStep& step = current_step(state, recipe);
   if (!step.model) return;
   result.factors = step.model->angular_factors();
-  result.speeds_of_layers = speeds_at_corners(state, result, *step.model);
+  result.speeds_of_layers = speeds_at_corners(
+      state.layers.stack, {result.facets, tallies_on_facets(result.flux), result.coverages},
+      *step.model);
   require_sound_speeds(result, state, recipe);
   result.growth = growth_of(result, state, recipe);
+}
+
+void find_change(const State& state, const Recipe& recipe, Survey& result) {
+  const EarlierFlux& earlier = state.earlier;
+  if (recipe.carry_within <= 0 || earlier.tallies.empty()) return;
+  const auto measurement = result.timer.measure("map");
+  const std::vector<std::span<const float>> flux(earlier.tallies.begin(), earlier.tallies.end());
+  const std::vector<LayerSpeeds> before =
+      speeds_at_corners(state.layers.stack, {state.mesh.facets, flux, state.coverages.values},
+                        *current_step(state, recipe).model);
+  std::vector<std::size_t> layers;
+  for (const MaterialId material : result.facets.materials)
+    layers.push_back(layer_of(state, material));
+  result.change = speed_change({state.mesh.facets, before}, {result.facets, result.speeds_of_layers},
+                               layers, earlier.dt, recipe.frame.spacing);
 }
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {

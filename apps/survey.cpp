@@ -21,6 +21,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// For which a flux is carried on the surface.
+static const double most_moves = getenv("SCARP_M") ? atof(getenv("SCARP_M")) : 4;
+
 // Voids are below the surface, too, but no solid.
 double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& frame) {
   double volume = 0;
@@ -150,7 +153,8 @@ std::vector<FluxField> solve_covered(std::span<const Species> species, const Flu
   }
   if (result.coverages.empty() && state.coverages.names == model.coverages()) {
     result.coverages =
-        carried(state.coverages.values, state.mesh.facets, result.facets, recipe.frame.spacing);
+        carried(state.coverages.values, state.mesh.facets, result.facets,
+                (1 + most_moves * recipe.cfl) * recipe.frame.spacing);
     result.carried_areas = covered_areas(result.facets, result.coverages);
   }
   CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
@@ -211,10 +215,21 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
 // Of the flux that tells what the wanted error of the position asks for.
 constexpr double first_flux_error = 0.1;
 
+// As far as the flux is carried on the surface as it moves: so far that what it will have changed by
+// then, as far as that is known, moves it by no more than was asked for.
+double longest_time_step(const State& state, const Recipe& recipe, const Survey& now) {
+  constexpr double least_part = 0.25;
+  const double stable =
+      stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl);
+  if (!now.change) return stable;
+  const double within = std::sqrt(2 * recipe.carry_within / now.change->typical);
+  return std::clamp(std::min(within, 2 * state.earlier.dt), least_part * stable,
+                    most_moves * stable);
+}
+
 double planned_time_step(const State& state, const Recipe& recipe, const Survey& now) {
   const double left = next_moment(state, recipe, next_output(state, recipe)) - state.time;
-  return cut_to(left,
-                stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl));
+  return cut_to(left, now.longest_dt);
 }
 
 // How far a unit of a tally moves each facet in a time step, by differences about the flux that is
@@ -253,7 +268,7 @@ std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model
   for (const FluxField& field : now.flux) {
     result.emplace_back();
     for (const Tally& tally : field.tallies)
-      result.back().push_back(response(model, points, flux, t++, tally.std_error, now.longest_dt));
+      result.back().push_back(response(model, points, flux, t++, tally.std_error, now.planned_dt));
   }
   return result;
 }
@@ -266,25 +281,41 @@ bool aims_at_position(const State& state, const Recipe& recipe) {
          });
 }
 
+// Speeds, and how far they carry.
+void look_ahead(const State& state, const Recipe& recipe, Survey& result) {
+  find_speeds(state, recipe, result);
+  find_change(state, recipe, result);
+  result.longest_dt = std::min(result.longest_dt, longest_time_step(state, recipe, result));
+}
+
 // The flux of a survey again, to the error that a rough one shows to be needed.
 void refine_to_position(const State& state, const Recipe& recipe, Survey& result) {
-  result.longest_dt = std::min(result.longest_dt, planned_time_step(state, recipe, result));
+  result.planned_dt = planned_time_step(state, recipe, result);
   FluxOptions options = recipe.flux;
   options.responses = responses(*current_step(state, recipe).model, result);
   options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
   trace(state, recipe, options, result);
-  find_speeds(state, recipe, result);
+  look_ahead(state, recipe, result);
 }
 
 }  // namespace
 
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
-  if (recipe.keep_mesh_within <= 0 && survey.coverages.empty()) return {};
-  return {.facets = {survey.facets.vertices, survey.facets.triangles, {}},
+  if (recipe.keep_mesh_within <= 0 && recipe.carry_within <= 0 && survey.coverages.empty())
+    return {};
+  return {.facets = survey.facets,
           .made_at = survey.made_at,
           .bound = survey.simplify_bound,
           .max_distance = survey.simplify_max_distance,
           .hits = survey.hits};
+}
+
+EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) {
+  if (recipe.carry_within <= 0 || survey.flux.empty()) return {};
+  EarlierFlux earlier{.dt = dt};
+  for (const std::span<const float> tally : tallies_on_facets(survey.flux))
+    earlier.tallies.emplace_back(tally.begin(), tally.end());
+  return earlier;
 }
 
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
@@ -302,7 +333,7 @@ Survey survey(const State& state, const Recipe& recipe) {
   const bool refines = aims_at_position(state, recipe);
   if (refines) options.target_error = first_flux_error;
   trace(state, recipe, options, result);
-  find_speeds(state, recipe, result);
+  look_ahead(state, recipe, result);
   if (refines) refine_to_position(state, recipe, result);
   return result;
 }
@@ -315,7 +346,7 @@ std::optional<double> position_error(const Survey& survey, double dt) {
     squares += std::pow(field.response_error.value_or(0), 2);
   }
   if (!was_target) return std::nullopt;
-  return std::sqrt(squares) * dt / survey.longest_dt;
+  return std::sqrt(squares) * dt / survey.planned_dt;
 }
 
 }  // namespace scarp

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/coverages.h"
+#include "apps/speed_change.h"
 #include "apps/state.h"
 #include "core/stage_timer.h"
 #include "flux/flux_field.h"
@@ -50,9 +51,11 @@ struct Survey {
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
   Growth growth;                       ///< of the whole wafer
-  /// The longest time step for which the model holds, and the flux is good enough with a target in
-  /// position. Units: s.
+  std::optional<SpeedChange> change;
+  /// The longest time step for which model, flux and speeds hold. Units: s.
   double longest_dt = std::numeric_limits<double>::infinity();
+  /// That for which the flux reaches a target in position. Units: s.
+  double planned_dt = std::numeric_limits<double>::infinity();
   StageTimer timer;
 };
 
@@ -68,6 +71,10 @@ Survey survey(const State& state, const Recipe& recipe);
 
 /// The mesh of a survey for the next one; nothing where meshes are not kept, and nothing covers it.
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
+
+/// What arrives on that mesh in a time step of dt, for the next survey; nothing where the flux is
+/// solved anew before every move.
+EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt);
 
 /// What covers the surface of a survey, for the next one.
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model);

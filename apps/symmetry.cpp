@@ -92,6 +92,7 @@ State half_of(const State& whole, std::array<bool, 2> planes) {
   part.voids.clear();
   part.mesh = {};
   part.coverages = {};
+  part.earlier = {};
   return part;
 }
 
@@ -102,6 +103,7 @@ State whole_of(State state) {
   state.voids.clear();
   state.mesh.facets = with_images(state.mesh.facets, frame);
   state.mesh.hits = {};
+  state.earlier = {};
   for (std::vector<float>& values : state.coverages.values) values = with_images(values, frame);
   return state;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "apps/region_text.h"
 #include "apps/surface_speeds.h"
@@ -44,17 +45,23 @@ void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
   // An edge of a crystal moves by none of the speeds of the facets beside it.
   if (!before.factors.empty()) return;
   due_ = Due{.step = step,
+             .dt = move.dt,
              .volume_then = before.volume,
-             .growth = before.growth.net * move.dt - volume_of(move.islands) - move.residue_volume,
-             .moved = before.growth.gross * move.dt,
+             .growth_then = before.growth,
+             .removed = volume_of(move.islands) + move.residue_volume,
              .of_edges = edge_surplus * recipe_.frame.spacing * before.growth.area};
 }
 
 void Watchdog::settle(const State& state, const Survey& now) {
   if (due_) {
     if (balance_.moved == 0) balance_.step = due_->step;
-    balance_.surplus += now.volume - due_->volume_then - due_->growth;
-    balance_.moved += due_->moved;
+    // Speeds and areas of both ends, unless what comes next is another step.
+    const bool goes_on = !finished(state, recipe_) && state.step == due_->step;
+    const Growth& then = due_->growth_then;
+    const Growth& growth = goes_on ? now.growth : then;
+    const double grown = due_->dt * std::midpoint(then.net, growth.net);
+    balance_.surplus += now.volume - due_->volume_then - grown + due_->removed;
+    balance_.moved += due_->dt * std::midpoint(then.gross, growth.gross);
     balance_.of_edges = std::max(balance_.of_edges, due_->of_edges);
     due_.reset();
   }
@@ -77,8 +84,7 @@ void Watchdog::close_balance() {
 
 void Watchdog::look_at_time_step(const State& state, const Survey& now) {
   const ProcessStep& step = current_step(state, recipe_);
-  const double dt = std::min(now.longest_dt, stable_time_step(state.layers, now.speeds_of_layers,
-                                                              now.factors, recipe_.cfl));
+  const double dt = now.longest_dt;
   const double count = (state.step_start + step.duration - state.time) / dt;
   if (count < many_time_steps && state.time + dt > state.time) return;
   const std::string what = fmt::format(

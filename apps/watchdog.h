@@ -48,9 +48,10 @@ class Watchdog {
   /// A time step whose effect on the volume is not seen yet. Units: nm^3.
   struct Due {
     std::size_t step = 0;
+    double dt = 0;
     double volume_then = 0;
-    double growth = 0;
-    double moved = 0;
+    Growth growth_then;
+    double removed = 0;
     double of_edges = 0;  ///< no surplus to speak of
   };
 

@@ -23,9 +23,6 @@ namespace {
 
 constexpr std::size_t grain = 8;
 
-/// A surface further from a node than phi says by more than this, in spacings, is not its own.
-constexpr double own_surface = 0.5;
-
 /// Below this slope the gradient of phi does not tell which side a node belongs to.
 constexpr double least_gradient = 0.5;
 
@@ -43,13 +40,17 @@ class Extension {
   using ValuesAt =
       std::function<void(const NearNode&, const ClosestPoint&, std::span<float> values)>;
 
-  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, ValuesAt values_at)
+  /// distance: of facets from the surface. A surface further from a node than phi says by more than
+  /// that is not its own.
+  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, double distance,
+            ValuesAt values_at)
       : layers_(layers),
         frame_(layers.frame),
         band_(layers.top().band()),
         gas_(gas),
         facets_(facets),
         tree_(facets),
+        distance_(distance),
         values_at_(std::move(values_at)) {}
 
   /// Shape: 512 per leaf, of each of the given number of values; stands_still one per layer, or
@@ -61,7 +62,7 @@ class Extension {
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
   TriangleTree::Start search_start(const Leaf& leaf, const LeafMask& nodes) const;
-  double limit(float phi) const { return (std::abs(phi) + own_surface) * frame_.spacing; }
+  double limit(float phi) const { return std::abs(phi) * frame_.spacing + distance_; }
   ClosestPoint query(const NearNode& at, const TriangleTree::Start& start,
                      const ClosestPoint& last) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit,
@@ -75,6 +76,7 @@ class Extension {
   const OpenGas& gas_;
   const TriMesh& facets_;
   TriangleTree tree_;
+  double distance_;
   ValuesAt values_at_;
 };
 
@@ -399,7 +401,8 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
     values[0] = speed_on_facet(corner_speeds[point.triangle], point);
   };
   SpeedField field;
-  field.speed = std::move(Extension(layers, gas, facets, speed_at).run(1).front());
+  const double distance = close_facets * layers.frame.spacing;
+  field.speed = std::move(Extension(layers, gas, facets, distance, speed_at).run(1).front());
   update_max_speed(layers, field);
   return field;
 }
@@ -410,12 +413,12 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   for (const CornerSpeeds& speeds : speeds_of_layers) {
     parts.push_back({.speed = speeds});
   }
-  return extend_speeds(layers, gas, facets, parts, {}, dt);
+  return extend_speeds(layers, gas, facets, parts, {}, dt, close_facets * layers.frame.spacing);
 }
 
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
-                         std::span<const AngularFactor> factors, double dt) {
+                         std::span<const AngularFactor> factors, double dt, double distance) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
   SpeedField field;
   const auto values_at = [&](const NearNode& at, const ClosestPoint& point,
@@ -451,7 +454,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
       !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
   // Then the last ones are the whole speed, and how much of it is that of what grows.
   const std::size_t count = 1 + factors.size() + (field.grows_beside_standing ? 2 : 0);
-  auto fields = Extension(layers, gas, facets, values_at)
+  auto fields = Extension(layers, gas, facets, distance, values_at)
                     .run(count, field.stands_still, field.grows_beside_standing);
   if (field.grows_beside_standing) {
     part_from_standing(fields);

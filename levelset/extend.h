@@ -11,6 +11,9 @@
 
 namespace scarp {
 
+/// How far simplified facets are taken to be from the surface, at the most. Spacings.
+inline constexpr double close_facets = 0.5;
+
 /// Speeds at the three corners of every facet. Units: nm/s.
 using CornerSpeeds = std::vector<std::array<float, 3>>;
 
@@ -47,12 +50,13 @@ struct LayerSpeeds {
 };
 
 /// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
-/// seen, scaled where the surface passes from layer to layer within dt.
+/// seen, scaled where the surface passes from layer to layer within dt. The facets may be those of
+/// the surface some time before: how far they may be from it is told.
 ///
-/// Shape: speeds_of_layers[k].parts has one entry more than factors.
+/// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
-                         std::span<const AngularFactor> factors, double dt);
+                         std::span<const AngularFactor> factors, double dt, double distance);
 
 /// The time in which the fastest layer moves by cfl spacings, of those layers that are seen or lie
 /// within two spacings below the surface. Units: s.

@@ -534,17 +534,17 @@ std::uint64_t rays_of(const Survey& survey) { return survey.flux.front().rays; }
 TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
   const Survey now = first_survey("[flux]\nposition_error = 0.001\n");
   EXPECT_TRUE(now.flux.front().target_reached);
-  ASSERT_TRUE(position_error(now, now.longest_dt).has_value());
-  EXPECT_LE(*position_error(now, now.longest_dt), 0.001);
+  ASSERT_TRUE(position_error(now, now.planned_dt).has_value());
+  EXPECT_LE(*position_error(now, now.planned_dt), 0.001);
   // A growth of 1 nm/s: it is the error of the flux, in parts of the source's, times dt.
-  const std::vector<float> moved(now.facets.triangles.size(), static_cast<float>(now.longest_dt));
+  const std::vector<float> moved(now.facets.triangles.size(), static_cast<float>(now.planned_dt));
   const Recipe recipe = recipe_of(coated_trench);
   FluxOptions options = recipe.flux;
   options.target_error = 0.001;
   options.responses = {{moved}};
   const std::vector<FluxField> flux =
       solve_flux(now.facets, recipe.steps[0].model->species(), options);
-  EXPECT_NEAR(*flux[0].response_error, *position_error(now, now.longest_dt), 1e-5);
+  EXPECT_NEAR(*flux[0].response_error, *position_error(now, now.planned_dt), 1e-5);
   EXPECT_EQ(flux[0].arrivals().mean, now.flux[0].arrivals().mean);
   EXPECT_FALSE(position_error(first_survey(""), 1).has_value());
 }
@@ -553,8 +553,8 @@ TEST(PositionError, TakesFewerRaysWhereTheSurfaceMovesLittle) {
   const std::string target = "[flux]\nposition_error = 0.0005\n";
   const Survey whole = first_survey(target);
   const Survey cut = first_survey(target + "[output]\nevery = \"0.02 s\"\n");
-  EXPECT_NEAR(cut.longest_dt, 0.02, 1e-12);
-  EXPECT_GT(whole.longest_dt, 0.2);
+  EXPECT_NEAR(cut.planned_dt, 0.02, 1e-12);
+  EXPECT_GT(whole.planned_dt, 0.2);
   EXPECT_TRUE(cut.flux.front().target_reached);
   EXPECT_LT(2 * rays_of(cut), rays_of(whole));
   EXPECT_LT(2 * rays_of(cut), rays_of(first_survey("[flux]\ntarget_error = 0.003\n")));
@@ -568,7 +568,7 @@ TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
   for (int n = 0; n < 4; ++n) {
     const Survey now = survey(state, recipe);
     const Move move = advance(state, recipe, now, next_output(state, recipe));
-    EXPECT_LE(move.dt, now.longest_dt);
+    EXPECT_DOUBLE_EQ(move.dt, now.planned_dt);
     EXPECT_LE(*position_error(now, move.dt), 0.002);
   }
 }
@@ -596,8 +596,8 @@ rate = "-1 nm/s / max(F - 0.9995, 0)"
 name = "F"
 )toml");
   const Survey now = survey(start_state(recipe), recipe);
-  ASSERT_TRUE(position_error(now, now.longest_dt).has_value());
-  EXPECT_LE(*position_error(now, now.longest_dt), 0.01);
+  ASSERT_TRUE(position_error(now, now.planned_dt).has_value());
+  EXPECT_LE(*position_error(now, now.planned_dt), 0.01);
 }
 
 TEST(PositionError, IsATargetInPlaceOfTheOthers) {

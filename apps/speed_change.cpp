@@ -1,0 +1,193 @@
+#include "apps/speed_change.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "core/parallel.h"
+#include "core/triangle_tree.h"
+#include "flux/spatial_order.h"
+
+namespace scarp {
+
+namespace {
+
+// The surface moved by less in a time step. Spacings.
+constexpr double reach = 3;
+
+// Between the normals then and now: speeds on slopes that differ by more say nothing of each other.
+constexpr double least_cosine = 0.9;
+
+// The place then that is closest to the middle of each facet now.
+std::vector<ClosestPoint> places_then(const TriMesh& before, const TriMesh& now, double spacing) {
+  const TriangleTree tree(before);
+  const std::vector<Vec3f> normals_then = facet_normals(before);
+  const std::vector<Vec3f> normals = facet_normals(now);
+  std::vector<ClosestPoint> places(normals.size());
+  parallel_for(places.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto [a, b, c] = corners(now, f);
+      const ClosestPoint place =
+          tree.closest_facing((a + b + c) / 3.0, Vec3d(normals[f]), reach * spacing);
+      if (place.found() &&
+          dot(Vec3d(normals_then[place.triangle]), Vec3d(normals[f])) > least_cosine)
+        places[f] = place;
+    }
+  });
+  return places;
+}
+
+// Means over the facets of one main direction around the nodes of a coarse grid, each facet shared
+// out between the eight nodes of its cell, and taken back to facets in the same way.
+class Patches {
+ public:
+  Patches(const TriMesh& facets, double width);
+
+  /// Of something per area.
+  std::vector<double> sums(std::span<const double> on_facets) const;
+  double at_facet(std::size_t f, std::span<const double> of_patches) const {
+    double value = 0;
+    for (const auto& [patch, share] : shares_[f]) value += share * of_patches[patch];
+    return value;
+  }
+  std::size_t count() const { return areas_.size(); }
+  double area(std::size_t patch) const { return areas_[patch]; }
+
+ private:
+  struct Share {
+    std::size_t patch = 0;
+    double share = 0;
+  };
+  std::vector<std::array<Share, 8>> shares_;  // of each facet
+  std::vector<double> facet_areas_;
+  std::vector<double> areas_;
+};
+
+Patches::Patches(const TriMesh& facets, double width)
+    : shares_(facets.triangles.size()), facet_areas_(facet_areas(facets)) {
+  std::map<std::tuple<int, int, int, int>, std::size_t> numbers;
+  for (std::size_t f = 0; f < shares_.size(); ++f) {
+    const auto [a, b, c] = corners(facets, f);
+    const Vec3d middle = (a + b + c) / (3 * width);
+    const int direction = main_direction(area_vector(facets, f));
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      std::array<int, 3> node{};
+      double share = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double lower = std::floor(middle[axis]);
+        const bool is_upper = ((corner >> axis) & 1U) != 0;
+        const auto at = static_cast<std::size_t>(axis);
+        node[at] = static_cast<int>(lower) + (is_upper ? 1 : 0);
+        share *= is_upper ? middle[axis] - lower : 1 - (middle[axis] - lower);
+      }
+      const auto number =
+          numbers.try_emplace({direction, node[0], node[1], node[2]}, numbers.size());
+      shares_[f][corner] = {number.first->second, share};
+    }
+  }
+  areas_ = std::vector<double>(numbers.size());
+  areas_ = sums(std::vector<double>(shares_.size(), 1.0));
+}
+
+std::vector<double> Patches::sums(std::span<const double> on_facets) const {
+  std::vector<double> sums(areas_.size());
+  for (std::size_t f = 0; f < shares_.size(); ++f)
+    for (const auto& [patch, share] : shares_[f])
+      sums[patch] += share * facet_areas_[f] * on_facets[f];
+  return sums;
+}
+
+// Speeds, or one part of them, of one layer on the facets, and how they changed.
+struct OnFacets {
+  std::vector<double> rate;  // nm/s^2
+  std::vector<double> size;  // nm/s, of the speed
+};
+
+OnFacets on_facets(const CornerSpeeds& then, const CornerSpeeds& now,
+                   std::span<const ClosestPoint> places, double dt) {
+  OnFacets result{std::vector<double>(now.size()), std::vector<double>(now.size())};
+  for (std::size_t f = 0; f < now.size(); ++f) {
+    if (!places[f].found()) continue;
+    double speed = 0;
+    double earlier = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      speed += static_cast<double>(now[f][c]) / 3;
+      earlier += places[f].barycentric[c] * static_cast<double>(then[places[f].triangle][c]);
+    }
+    result.rate[f] = (speed - earlier) / dt;
+    result.size[f] = std::abs(speed);
+  }
+  return result;
+}
+
+std::vector<float> relative_change(const Patches& patches, const OnFacets& speeds) {
+  const std::vector<double> rates = patches.sums(speeds.rate);
+  const std::vector<double> sizes = patches.sums(speeds.size);
+  std::vector<float> change(speeds.rate.size());
+  for (std::size_t f = 0; f < change.size(); ++f) {
+    const double size = patches.at_facet(f, sizes);
+    if (size > 0) change[f] = static_cast<float>(patches.at_facet(f, rates) / size);
+  }
+  return change;
+}
+
+double typical_change(const Patches& patches, std::span<const double> rates) {
+  const std::vector<double> sums = patches.sums(rates);
+  double squares = 0;
+  double fourth_powers = 0;
+  for (std::size_t patch = 0; patch < sums.size(); ++patch) {
+    const double area = patches.area(patch);
+    if (area == 0) continue;
+    const double square = std::pow(sums[patch] / area, 2);
+    squares += area * square;
+    fourth_powers += area * square * square;
+  }
+  return squares > 0 ? std::sqrt(fourth_powers / squares) : 0;
+}
+
+void change_by(CornerSpeeds& speeds, std::span<const float> change, double time) {
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    const float part = std::clamp(static_cast<float>(time) * change[f], -1.0F, 1.0F);
+    for (float& speed : speeds[f]) speed += part * std::abs(speed);
+  }
+}
+
+}  // namespace
+
+SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
+                         std::span<const std::size_t> layer_of_facet, double dt, double spacing) {
+  constexpr double patch_width = 4;  // spacings
+  const std::vector<ClosestPoint> places = places_then(before.facets, now.facets, spacing);
+  const Patches patches(now.facets, patch_width * spacing);
+  SpeedChange change;
+  std::vector<double> seen(places.size());
+  for (std::size_t k = 0; k < now.of_layers.size(); ++k) {
+    const LayerSpeeds& then = before.of_layers[k];
+    const LayerSpeeds& speeds = now.of_layers[k];
+    const OnFacets whole = on_facets(then.speed, speeds.speed, places, dt);
+    for (std::size_t f = 0; f < seen.size(); ++f)
+      if (layer_of_facet[f] == k) seen[f] = whole.rate[f];
+    LayerChange of_layer{.of_speed = relative_change(patches, whole)};
+    for (std::size_t v = 0; v < speeds.parts.size(); ++v)
+      of_layer.of_parts.push_back(
+          relative_change(patches, on_facets(then.parts[v], speeds.parts[v], places, dt)));
+    change.of_layers.push_back(std::move(of_layer));
+  }
+  change.typical = typical_change(patches, seen);
+  return change;
+}
+
+std::vector<LayerSpeeds> changed_speeds(std::span<const LayerSpeeds> speeds,
+                                        const SpeedChange& change, double time) {
+  std::vector<LayerSpeeds> changed(speeds.begin(), speeds.end());
+  for (std::size_t k = 0; k < change.of_layers.size(); ++k) {
+    change_by(changed[k].speed, change.of_layers[k].of_speed, time);
+    for (std::size_t v = 0; v < changed[k].parts.size(); ++v)
+      change_by(changed[k].parts[v], change.of_layers[k].of_parts[v], time);
+  }
+  return changed;
+}
+
+}  // namespace scarp
