@@ -218,18 +218,27 @@ double time_between_outputs(double duration, const Recipe& recipe) {
   return recipe.output_every > 0 ? std::min(duration, recipe.output_every) : duration;
 }
 
+// How many more time steps some moves take since the first ones have one move, two, four, ...
+double time_steps_to_begin_with(double moves, double at_most) {
+  return std::log2(std::min(moves + 1, at_most)) - std::min(moves, at_most - 1) / at_most;
+}
+
 // With those that outputs cut short, and the speeds that are met or will be.
 double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& recipe) {
   const double duration = cost.duration;
   const double between_outputs = time_between_outputs(duration, recipe);
-  const auto count = [&](double time) {
-    return std::max({1.0, std::ceil(time_steps(step, time, recipe) / cost.moves),
-                     std::ceil(rounding * time / cost.dt)});
+  const auto moves = [&](double time) {
+    return std::max(time_steps(step, time, recipe), rounding * time / cost.dt * cost.moves);
+  };
+  const auto count = [&](double time, double to_begin_with) {
+    return std::max(1.0, std::ceil(rounding * (to_begin_with + moves(time) / cost.moves)));
   };
   if (!step.model || !(between_outputs > 0)) return 1;
   const double outputs = std::floor(duration / between_outputs);
   const double rest = duration - outputs * between_outputs;
-  return outputs * count(between_outputs) + (rest > 1e-9 * duration ? count(rest) : 0);
+  const double first = time_steps_to_begin_with(moves(between_outputs), cost.moves);
+  return count(between_outputs, first) + (outputs - 1) * count(between_outputs, 0) +
+         (rest > 1e-9 * duration ? count(rest, 0) : 0);
 }
 
 double seconds_of_output(const State& state, const Survey& now, const Recipe& recipe) {

@@ -88,6 +88,7 @@ struct Trial {
   std::vector<Region> islands{};
   double residue_volume = 0;
   double left = 0;
+  bool brings_to_light = false;  ///< other materials than the facets have, before it begins
 
   bool is_end(double spacing) const { return left <= end_tolerance * spacing; }
 };
@@ -98,30 +99,31 @@ class Mover {
   Mover(State& state, const Recipe& recipe, const Survey& survey, Move& result)
       : state_(state), recipe_(recipe), survey_(survey), result_(result), gas_(survey.gas) {}
 
-  // Ends before dt where a void closes, whose surface sees no particle any more.
+  // Ends before dt where the flux would not be that of the facets any more: where a void closes, or
+  // another material comes to light.
   void move(double dt) {
-    for (bool goes_on = true; goes_on;) {
+    do {
       const double part = next_part(dt);
-      move_layers(state_.layers, part, result_.islands, result_.residue_volume);
-      goes_on = note(part, dt);
-    }
+      const SpeedField band = extended_speeds(part);
+      if (comes_to_light(band)) return;
+      advance_layers(state_.layers, band, part, result_.islands, result_.residue_volume);
+      note(part, dt);
+    } while (goes_on(dt));
   }
 
   // The same; ends, too, at the moment at which the end condition holds. Whether it does.
   bool move_to_end(double dt) {
-    for (bool goes_on = true; goes_on;) {
+    do {
       Trial trial = try_move(next_part(dt));
       const bool is_end = trial.is_end(spacing());
+      if (!is_end && trial.brings_to_light) return false;
       if (is_end) trial = cut_to_end(std::move(trial));
       state_.layers = std::move(trial.layers);
       result_.islands.insert(result_.islands.end(), trial.islands.begin(), trial.islands.end());
       result_.residue_volume += trial.residue_volume;
-      if (is_end) {
-        result_.dt += trial.dt;
-        return true;
-      }
-      goes_on = note(trial.dt, dt);
-    }
+      note(trial.dt, dt);
+      if (is_end) return true;
+    } while (goes_on(dt));
     return false;
   }
 
@@ -154,25 +156,35 @@ class Mover {
     return (close_facets + static_cast<double>(moves_) * recipe_.cfl) * spacing();
   }
 
-  void move_layers(Layers& layers, double dt, std::vector<Region>& islands,
-                   double& residue_volume) const {
-    const SpeedField band = [&] {
-      const auto measurement = result_.timer.measure("map");
-      return extend_speeds(layers, gas_, survey_.facets, speeds(dt), survey_.factors, dt,
-                           distance());
-    }();
+  SpeedField extended_speeds(double dt) const {
+    const auto measurement = result_.timer.measure("map");
+    return extend_speeds(state_.layers, gas_, survey_.facets, speeds(dt), survey_.factors, dt,
+                         distance());
+  }
+
+  void advance_layers(Layers& layers, const SpeedField& band, double dt,
+                      std::vector<Region>& islands, double& residue_volume) const {
     const auto measurement = result_.timer.measure("advect");
     residue_volume += advect(layers, band, dt, recipe_.scheme);
     const std::vector<Region> removed = remove_islands(layers);
     islands.insert(islands.end(), removed.begin(), removed.end());
   }
 
-  // After a move; whether another one follows.
-  bool note(double part, double dt) {
-    const bool is_last = part >= dt - result_.dt;
-    result_.dt = is_last ? dt : result_.dt + part;
-    if (is_last) return false;
+  // Since the first move, in which facets and surface differ at borders of materials alone.
+  bool comes_to_light(const SpeedField& band) {
+    constexpr double little = 0.005;  // of the surface
+    if (moves_ == 0) seen_at_first_ = band.newly_seen;
+    return band.newly_seen > seen_at_first_ + little;
+  }
+
+  // After a move.
+  void note(double part, double dt) {
+    result_.dt = part >= dt - result_.dt ? dt : result_.dt + part;
     ++moves_;
+  }
+
+  bool goes_on(double dt) {
+    if (result_.dt >= dt) return false;
     const auto measurement = result_.timer.measure("surface");
     gas_ = open_gas(state_.layers, survey_.gas.voids);
     return std::ranges::all_of(gas_.voids, [&](const Region& region) {
@@ -182,15 +194,17 @@ class Mover {
     });
   }
 
-  Trial try_move(double dt) const {
+  Trial try_move(double dt) {
     Trial trial{.dt = dt, .layers = state_.layers.copy()};
-    move_layers(trial.layers, dt, trial.islands, trial.residue_volume);
+    const SpeedField band = extended_speeds(dt);
+    trial.brings_to_light = comes_to_light(band);
+    advance_layers(trial.layers, band, dt, trial.islands, trial.residue_volume);
     trial.left = left_to_end(trial.layers);
     return trial;
   }
 
   // By regula falsi (Illinois) where distances are known, by halves elsewhere.
-  Trial cut_to_end(Trial beyond) const {
+  Trial cut_to_end(Trial beyond) {
     constexpr double resolution = 1e-3;  // of the move
     const double narrow = resolution * beyond.dt;
     const bool is_measured = is_length(*current_step(state_, recipe_).until);
@@ -224,6 +238,7 @@ class Mover {
   Move& result_;
   OpenGas gas_;  // of the layers as they are
   std::size_t moves_ = 0;
+  double seen_at_first_ = 0;
 };
 
 // A step whose condition holds already: nothing happens in it.

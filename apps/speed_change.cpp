@@ -18,7 +18,7 @@ namespace {
 constexpr double reach = 3;
 
 // Between the normals then and now: speeds on slopes that differ by more say nothing of each other.
-constexpr double least_cosine = 0.9;
+constexpr double least_cosine = 0.95;
 
 // The place then that is closest to the middle of each facet now.
 std::vector<ClosestPoint> places_then(const TriMesh& before, const TriMesh& now, double spacing) {
@@ -101,8 +101,8 @@ std::vector<double> Patches::sums(std::span<const double> on_facets) const {
 
 // Speeds, or one part of them, of one layer on the facets, and how they changed.
 struct OnFacets {
-  std::vector<double> rate;  // nm/s^2
-  std::vector<double> size;  // nm/s, of the speed
+  std::vector<double> rate;   // nm/s^2
+  std::vector<double> speed;  // nm/s
 };
 
 OnFacets on_facets(const CornerSpeeds& then, const CornerSpeeds& now,
@@ -117,14 +117,31 @@ OnFacets on_facets(const CornerSpeeds& then, const CornerSpeeds& now,
       earlier += places[f].barycentric[c] * static_cast<double>(then[places[f].triangle][c]);
     }
     result.rate[f] = (speed - earlier) / dt;
-    result.size[f] = std::abs(speed);
+    result.speed[f] = speed;
   }
   return result;
 }
 
+// A whole speed of its parts, at the normals of now.
+OnFacets at_normals(const TriMesh& facets, std::span<const OnFacets> parts,
+                    std::span<const AngularFactor> factors) {
+  OnFacets whole = parts.front();
+  const std::vector<Vec3f> normals = facet_normals(facets);
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    for (std::size_t f = 0; f < normals.size(); ++f) {
+      const double factor = factors[k].value(normals[f]);
+      whole.rate[f] += factor * parts[1 + k].rate[f];
+      whole.speed[f] += factor * parts[1 + k].speed[f];
+    }
+  }
+  return whole;
+}
+
 std::vector<float> relative_change(const Patches& patches, const OnFacets& speeds) {
   const std::vector<double> rates = patches.sums(speeds.rate);
-  const std::vector<double> sizes = patches.sums(speeds.size);
+  std::vector<double> sizes = speeds.speed;
+  for (double& size : sizes) size = std::abs(size);
+  sizes = patches.sums(sizes);
   std::vector<float> change(speeds.rate.size());
   for (std::size_t f = 0; f < change.size(); ++f) {
     const double size = patches.at_facet(f, sizes);
@@ -157,7 +174,8 @@ void change_by(CornerSpeeds& speeds, std::span<const float> change, double time)
 }  // namespace
 
 SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
-                         std::span<const std::size_t> layer_of_facet, double dt, double spacing) {
+                         std::span<const std::size_t> layer_of_facet,
+                         std::span<const AngularFactor> factors, double dt, double spacing) {
   constexpr double patch_width = 4;  // spacings
   const std::vector<ClosestPoint> places = places_then(before.facets, now.facets, spacing);
   const Patches patches(now.facets, patch_width * spacing);
@@ -166,14 +184,17 @@ SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
   for (std::size_t k = 0; k < now.of_layers.size(); ++k) {
     const LayerSpeeds& then = before.of_layers[k];
     const LayerSpeeds& speeds = now.of_layers[k];
-    const OnFacets whole = on_facets(then.speed, speeds.speed, places, dt);
+    LayerChange& of_layer = change.of_layers.emplace_back();
+    std::vector<OnFacets> parts;
+    for (std::size_t v = 0; v < speeds.parts.size(); ++v) {
+      parts.push_back(on_facets(then.parts[v], speeds.parts[v], places, dt));
+      of_layer.of_parts.push_back(relative_change(patches, parts.back()));
+    }
+    const OnFacets whole = parts.empty() ? on_facets(then.speed, speeds.speed, places, dt)
+                                         : at_normals(now.facets, parts, factors);
+    of_layer.of_speed = relative_change(patches, whole);
     for (std::size_t f = 0; f < seen.size(); ++f)
       if (layer_of_facet[f] == k) seen[f] = whole.rate[f];
-    LayerChange of_layer{.of_speed = relative_change(patches, whole)};
-    for (std::size_t v = 0; v < speeds.parts.size(); ++v)
-      of_layer.of_parts.push_back(
-          relative_change(patches, on_facets(then.parts[v], speeds.parts[v], places, dt)));
-    change.of_layers.push_back(std::move(of_layer));
   }
   change.typical = typical_change(patches, seen);
   return change;

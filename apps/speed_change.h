@@ -35,11 +35,14 @@ struct SurfaceSpeeds {
   std::span<const LayerSpeeds> of_layers;
 };
 
+/// Where speeds depend on the normal by known factors they are compared at the normal of now.
+///
 /// Shape: of the two surfaces as many layers; layer_of_facet, one per facet of the later one.
 /// Units: dt, the time between them, in s; spacing in nm.
 /// Cost:  a closest-point query per facet, about a microsecond.
 SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
-                         std::span<const std::size_t> layer_of_facet, double dt, double spacing);
+                         std::span<const std::size_t> layer_of_facet,
+                         std::span<const AngularFactor> factors, double dt, double spacing);
 
 /// The speeds some time later, if they go on changing as they did; none turns round, nor more than
 /// doubles.

@@ -21,8 +21,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// For which a flux is carried on the surface.
-static const double most_moves = getenv("SCARP_M") ? atof(getenv("SCARP_M")) : 4;
+// For which a flux is carried on the surface: closest places on facets further away tell less.
+constexpr double most_moves = 4;
 
 // Voids are below the surface, too, but no solid.
 double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& frame) {
@@ -215,16 +215,15 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
 // Of the flux that tells what the wanted error of the position asks for.
 constexpr double first_flux_error = 0.1;
 
-// As far as the flux is carried on the surface as it moves: so far that what it will have changed by
-// then, as far as that is known, moves it by no more than was asked for.
+// As far as the flux is carried on the surface as it moves: at least through one move, and so far
+// that what it will have changed by then, as far as that is known, moves it by no more than was
+// asked for.
 double longest_time_step(const State& state, const Recipe& recipe, const Survey& now) {
-  constexpr double least_part = 0.25;
   const double stable =
       stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl);
   if (!now.change) return stable;
   const double within = std::sqrt(2 * recipe.carry_within / now.change->typical);
-  return std::clamp(std::min(within, 2 * state.earlier.dt), least_part * stable,
-                    most_moves * stable);
+  return std::clamp(std::min(within, 2 * state.earlier.dt), stable, most_moves * stable);
 }
 
 double planned_time_step(const State& state, const Recipe& recipe, const Survey& now) {
@@ -311,7 +310,8 @@ KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
 }
 
 EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) {
-  if (recipe.carry_within <= 0 || survey.flux.empty()) return {};
+  const auto is_beam = [](const FluxField& field) { return field.engine == FluxEngine::beam; };
+  if (recipe.carry_within <= 0 || std::ranges::all_of(survey.flux, is_beam)) return {};
   EarlierFlux earlier{.dt = dt};
   for (const std::span<const float> tally : tallies_on_facets(survey.flux))
     earlier.tallies.emplace_back(tally.begin(), tally.end());

@@ -73,7 +73,8 @@ Survey survey(const State& state, const Recipe& recipe);
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
 
 /// What arrives on that mesh in a time step of dt, for the next survey; nothing where the flux is
-/// solved anew before every move.
+/// solved anew before every move, as that of beams is: it is found quickly, and its shadows have
+/// sharp edges.
 EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt);
 
 /// What covers the surface of a survey, for the next one.

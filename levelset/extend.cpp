@@ -1,6 +1,7 @@
 #include "levelset/extend.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -421,6 +422,8 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
                          std::span<const AngularFactor> factors, double dt, double distance) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
   SpeedField field;
+  std::atomic<std::size_t> nodes = 0;
+  std::atomic<std::size_t> newly_seen = 0;
   const auto values_at = [&](const NearNode& at, const ClosestPoint& point,
                              std::span<float> values) {
     std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
@@ -428,6 +431,10 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
     if (field.grows_beside_standing && field.stands_still[seen] && *at.phi < 0) {
       seen = layer_at(layers, at.index);
     }
+    nodes.fetch_add(1, std::memory_order_relaxed);
+    if (!facets.materials.empty() &&
+        layers.stack[seen].material != facets.materials[point.triangle])
+      newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
     const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
     const float mean = mean_speed(layers, speeds_of_layers, {at, seen, speed}, point, dt);
@@ -456,6 +463,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   const std::size_t count = 1 + factors.size() + (field.grows_beside_standing ? 2 : 0);
   auto fields = Extension(layers, gas, facets, distance, values_at)
                     .run(count, field.stands_still, field.grows_beside_standing);
+  field.newly_seen = nodes == 0 ? 0 : static_cast<double>(newly_seen) / static_cast<double>(nodes);
   if (field.grows_beside_standing) {
     part_from_standing(fields);
     pass_standing(layers, field.stands_still, dt, fields[1 + factors.size()], fields[0]);

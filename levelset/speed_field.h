@@ -32,6 +32,9 @@ struct SpeedField {
   /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
   /// that grows.
   bool grows_beside_standing = false;
+  /// The part of the nodes next to the surface that see another material than the facet does whose
+  /// speed they take: what has come to light since the facets were made.
+  double newly_seen = 0;
 };
 
 /// Speeds given as a function of position and exposed material, at every node of the band.

@@ -119,7 +119,7 @@ TEST(AldRun, AnOpenWaferGrowsByTheCoverageOfItsCycles) {
   }
 }
 
-// A simulated cycle stands for as many as are allowed, and no more than move the surface by cfl.
+// A simulated cycle stands for as many as are allowed, and no more than a time step has.
 TEST(AldRun, CyclesAtOnceLimitTheTimeStep) {
   const auto time_steps_of = [](const std::string& keys) {
     const Recipe recipe = read_text(wafer(keys));
@@ -129,7 +129,7 @@ TEST(AldRun, CyclesAtOnceLimitTheTimeStep) {
     return state.time_step;
   };
   EXPECT_EQ(time_steps_of("cycles = 40\ncycles_at_once = 5\n"), 8U);
-  EXPECT_EQ(time_steps_of("cycles = 40\n"), 3U);  // 4.17 nm by 2 at the most
+  EXPECT_EQ(time_steps_of("cycles = 40\n"), 2U);  // 4.17 nm: 2 at first, up to 4 then
 }
 
 // Where molecules hardly stick what arrives is nearly the same everywhere. At the bottom it lies

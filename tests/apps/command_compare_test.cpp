@@ -98,7 +98,7 @@ TEST_F(CompareCommand, RunsThatAreThereAreNotMadeAgain) {
 
 TEST_F(CompareCommand, FacetsThatAreTooLargeFailAndAreNamed) {
   const Outcome outcome = scarp("compare " + small_trench("--set simplify.l_max=30 --set "
-                                                          "step[0].duration='\"50 s\"' "
+                                                          "step[0].duration='\"90 s\"' "
                                                           "--set flux.target_error=0.01 -o " +
                                                           path("out")));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;

@@ -51,7 +51,7 @@ std::vector<LayerSpeeds> speeds_on(const TriMesh& mesh,
 SpeedChange change_between(const TriMesh& before, const std::vector<LayerSpeeds>& then,
                            const TriMesh& now, const std::vector<LayerSpeeds>& speeds, double dt) {
   const std::vector<std::size_t> layers(now.triangles.size());
-  return speed_change({before, then}, {now, speeds}, layers, dt, 1);
+  return speed_change({before, then}, {now, speeds}, layers, {}, dt, 1);
 }
 
 // 0.5 nm/s more everywhere after 0.25 s, whatever the speeds are.
@@ -173,7 +173,7 @@ struct Estimate {
 };
 
 Estimate film_of(const std::string& settings) {
-  constexpr int seeds = 4;
+  constexpr int seeds = 3;
   double sum = 0;
   double squares = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -201,8 +201,8 @@ TEST(CarriedFlux, IsCloserToTheEndInFewerTimeSteps) {
 
 // A void is found in the move that closes it, not some moves later.
 TEST(CarriedFlux, EndsATimeStepWhereAVoidCloses) {
-  const Filled carried_run = run_of("45 s", "", 1);
-  const Filled plain_run = run_of("45 s", "carry_within = 0\n", 1);
+  const Filled carried_run = run_of("80 s", "", 1);
+  const Filled plain_run = run_of("80 s", "carry_within = 0\n", 1);
   ASSERT_EQ(carried_run.voids.size(), 1U);
   ASSERT_EQ(plain_run.voids.size(), 1U);
   constexpr double of_a_move = 0.4 * 2.5;  // s
