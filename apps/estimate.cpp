@@ -109,7 +109,7 @@ struct TrialStep {
   double dt = 0;
   double moves = 1;  ///< that the flux is carried for in it
   double time = 0;   ///< at its beginning
-  double area = 0;  ///< of the surface then, in those of the domain
+  double area = 0;   ///< of the surface then, in those of the domain
 };
 
 // What the time steps of a step of the recipe take, and how the surface grows in it.
@@ -161,8 +161,8 @@ double ray_factor(std::span<const TrialStep> trials) {
   return factor;
 }
 
-// The first time steps of a step after the given survey, the last two of them with more rays, so that
-// noise is not taken for a change of speeds. What acts at once is not tried.
+// The first time steps of a step after the given survey, the last two of them with more rays, so
+// that noise is not taken for a change of speeds. What acts at once is not tried.
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
                                 Survey now) {
   constexpr std::size_t most_trials = 5;

@@ -149,9 +149,9 @@ std::string bytes_of(const EarlierFlux& flux) {
 
 // Counts, time step, bound and distance in a line, then vertices, triangles and their materials.
 std::string bytes_of(const KeptMesh& mesh) {
-  std::string bytes = fmt::format(
-      "{} {} {} {} {}\n", mesh.facets.vertices.size(), mesh.facets.triangles.size(), mesh.made_at,
-      format_number(mesh.bound), format_number(mesh.max_distance));
+  std::string bytes =
+      fmt::format("{} {} {} {} {}\n", mesh.facets.vertices.size(), mesh.facets.triangles.size(),
+                  mesh.made_at, format_number(mesh.bound), format_number(mesh.max_distance));
   bytes += bytes_of(mesh.facets);
   append_bytes<MaterialId>(bytes, mesh.facets.materials);
   return bytes;

@@ -80,8 +80,8 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
   return move;
 }
 
-// The layers after a part of a time step, what went on the way that was not etched, and what is left
-// then to the end condition.
+// The layers after a part of a time step, what went on the way that was not etched, and what is
+// left then to the end condition.
 struct Trial {
   double dt = 0;
   Layers layers;

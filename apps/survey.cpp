@@ -152,9 +152,8 @@ std::vector<FluxField> solve_covered(std::span<const Species> species, const Flu
     return solve_with(cycle, species, options, model, result);
   }
   if (result.coverages.empty() && state.coverages.names == model.coverages()) {
-    result.coverages =
-        carried(state.coverages.values, state.mesh.facets, result.facets,
-                (1 + most_moves * recipe.cfl) * recipe.frame.spacing);
+    result.coverages = carried(state.coverages.values, state.mesh.facets, result.facets,
+                               (1 + most_moves * recipe.cfl) * recipe.frame.spacing);
     result.carried_areas = covered_areas(result.facets, result.coverages);
   }
   CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);

@@ -97,10 +97,11 @@ TEST_F(CompareCommand, RunsThatAreThereAreNotMadeAgain) {
 }
 
 TEST_F(CompareCommand, FacetsThatAreTooLargeFailAndAreNamed) {
-  const Outcome outcome = scarp("compare " + small_trench("--set simplify.l_max=30 --set "
-                                                          "step[0].duration='\"90 s\"' "
-                                                          "--set flux.target_error=0.01 -o " +
-                                                          path("out")));
+  const Outcome outcome =
+      scarp("compare " + small_trench("--set simplify.l_max=30 --set flux.target_error=0.01 "
+                                      "--set step[0].duration='\"90 s\"' "
+                                      "--set output.every='\"0 s\"' -o " +
+                                      path("out")));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;
   EXPECT_THAT(outcome.out, HasSubstr("moved"));
   EXPECT_THAT(outcome.out, HasSubstr("\n  trench 1 bow_nm at t = "));

@@ -137,7 +137,8 @@ TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
 // A law of 10 upright at the mean energy, and of 2.852 times as much on the fastest slope.
 TEST(Estimate, TakesIonsAtTheirMeanEnergyOnTheSlopeThatTheyEtchFastest) {
   const std::string ions =
-      "[flux]\ncarry_within = 0\n[[step]]\nmodel = \"multi_particle\"\nduration = \"4 s\"\nrate = \"-1 nm/s * etch\"\n"
+      "[flux]\ncarry_within = 0\n[[step]]\nmodel = \"multi_particle\"\nduration = \"4 s\"\nrate = "
+      "\"-1 nm/s * etch\"\n"
       "[[step.ion]]\nname = \"ion\"\nenergy = \"100 eV\"\nenergy_deviation = \"5 eV\"\n"
       "[[step.ion.yield]]\nname = \"etch\"\namplitude = 1\nangular = ";
   EXPECT_EQ(estimate({(ions + "\"cosine\"\n").c_str()}).time_steps, 10);

@@ -24,8 +24,8 @@ TriMesh square(float height, float slope = 0) {
   TriMesh mesh;
   for (std::uint32_t j = 0; j <= cells; ++j)
     for (std::uint32_t i = 0; i <= cells; ++i)
-      mesh.vertices.push_back({static_cast<float>(i), static_cast<float>(j),
-                               height + slope * static_cast<float>(i)});
+      mesh.vertices.push_back(
+          {static_cast<float>(i), static_cast<float>(j), height + slope * static_cast<float>(i)});
   for (std::uint32_t j = 0; j < cells; ++j) {
     for (std::uint32_t i = 0; i < cells; ++i) {
       const std::uint32_t v = j * (cells + 1) + i;
@@ -37,8 +37,7 @@ TriMesh square(float height, float slope = 0) {
   return mesh;
 }
 
-std::vector<LayerSpeeds> speeds_on(const TriMesh& mesh,
-                                   const std::function<double(Vec3f)>& speed) {
+std::vector<LayerSpeeds> speeds_on(const TriMesh& mesh, const std::function<double(Vec3f)>& speed) {
   CornerSpeeds speeds;
   for (const Triangle& t : mesh.triangles) {
     speeds.emplace_back();
@@ -193,7 +192,8 @@ TEST(CarriedFlux, IsCloserToTheEndInFewerTimeSteps) {
   const double limit = 2 * twentieth.mean - tenth.mean;
   const Estimate first_order = film_of(plain);
   const Estimate carried_film = film_of("");
-  const double chance = 4 * std::hypot(2 * twentieth.std_error, tenth.std_error, carried_film.std_error);
+  const double chance =
+      4 * std::hypot(2 * twentieth.std_error, tenth.std_error, carried_film.std_error);
   EXPECT_GT(first_order.mean - limit, 3 * chance);
   EXPECT_LT(std::abs(carried_film.mean - limit), (first_order.mean - limit) / 3 + chance);
   EXPECT_LT(2.5 * run_of("25 s", "", 1).time_steps, run_of("25 s", plain, 1).time_steps);

@@ -108,7 +108,9 @@ struct Wafer {
     of_layers[1].speed.assign(facets.triangles.size(), {motion.mask, motion.mask, motion.mask});
   }
 
-  SpeedField speeds() const { return extend_speeds(layers, gas, facets, of_layers, {}, dt, close_facets); }
+  SpeedField speeds() const {
+    return extend_speeds(layers, gas, facets, of_layers, {}, dt, close_facets);
+  }
 
   void step(const Motion& motion, Scheme scheme) {
     look(motion);

@@ -40,7 +40,7 @@ before(async () => {
     ...set(
       'domain.spacing="0.4 um"',
       'domain.extent=["10 um", "4 um"]',
-      'flux.target_error=0.1',
+      'flux.target_error=0.03',
       'output.every="48 s"',
     ),
   );
