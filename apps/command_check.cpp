@@ -53,8 +53,12 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
+  std::vector<std::string> warnings = recipe.warnings;
+  if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (common.json) {
     const nlohmann::ordered_json result{{"valid", true},
+                                        {"warnings", warnings},
                                         {"recipe", recipe.resolved},
                                         {"active_nodes", cost.active_nodes},
                                         {"lowest_nm", cost.lowest},

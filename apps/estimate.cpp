@@ -1,5 +1,7 @@
 #include "apps/estimate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -12,6 +14,7 @@
 #include "apps/expected_end.h"
 #include "apps/results.h"
 #include "core/peak_memory.h"
+#include "core/quantity.h"
 #include "core/temporary_folder.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
@@ -115,6 +118,7 @@ struct TrialStep {
 struct StepCost {
   double rays = 0;  ///< of one time step
   double seconds = 0;
+  double flux_seconds = 0;  ///< of them
   double stable_dt = 0;
   double area = 0;    ///< of the surface that this is for, in those of the domain
   double growth = 0;  ///< of that in a second
@@ -183,9 +187,13 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const bool is_fixed = recipe.flux.rays > 0 && last.rays > 0;
   const auto wanted =
       static_cast<double>(recipe.flux.rays) * static_cast<double>(last.missed.size());
-  const double factor = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
+  const double most = static_cast<double>(recipe.flux.max_rays) *
+                      static_cast<double>(last.missed.size()) / std::max(last.rays, 1.0);
+  const double factor = is_fixed ? std::max(1.0, wanted / last.rays)
+                                 : std::min(ray_factor(trials), std::max(1.0, most));
   StepCost cost{.rays = factor * last.rays,
                 .seconds = factor * last.flux_seconds,
+                .flux_seconds = factor * last.flux_seconds,
                 .stable_dt = std::numeric_limits<double>::infinity(),
                 .area = first.area};
   for (const TrialStep& each : trials) {
@@ -203,6 +211,7 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
   };
   return {.rays = at(&StepCost::rays),
           .seconds = at(&StepCost::seconds),
+          .flux_seconds = at(&StepCost::flux_seconds),
           .stable_dt = at(&StepCost::stable_dt),
           .area = at(&StepCost::area),
           .growth = at(&StepCost::growth),
@@ -326,6 +335,7 @@ class Estimator {
                                                  time_between_outputs(of_step.duration, recipe_))
                                      : 1;
     cost_.seconds += count * of_area * of_step.seconds;
+    cost_.flux_seconds += count * of_area * of_step.flux_seconds;
     cost_.at_most = cost_.at_most || step.round_end;
   }
 
@@ -365,6 +375,21 @@ double expected_memory_mb(const Layers& layers) {
   double band = 0;
   for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
   return peak_memory_mb() + 1e-6 * band_copies * band;
+}
+
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {
+  if (recipe.flux.rays > 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
+  const bool in_position = recipe.position_error > 0;
+  const double target = in_position ? recipe.position_error : recipe.flux.target_error;
+  // The time goes with the inverse square of the target.
+  const double affordable = target * std::sqrt(cost.flux_seconds / recipe.dear_flux);
+  const char* const unit = in_position ? " nm" : "";
+  return fmt::format(
+      "flux.{}: {:.3g}{} takes about {:.2g} rays per time step and {:.3g} h on this machine, more "
+      "than flux.warn_above ({}); {:.2g}{} would not",
+      in_position ? "position_error" : "target_error", target, unit, cost.rays_per_time_step,
+      cost.flux_seconds / 3600, format_quantity(recipe.dear_flux, Dimension::time),
+      1.1 * affordable, unit);
 }
 
 CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "apps/recipe.h"
 
@@ -30,6 +33,7 @@ struct CostEstimate {
   double rays_per_time_step = 0;  ///< mean over all of them
   double memory_mb = 0;
   double seconds = 0;
+  double flux_seconds = 0;  ///< of them those that fluxes take
   /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
   bool at_most = false;
   std::vector<ExpectedEnd> ends;  ///< of steps with an end condition, repeated ones once
@@ -48,6 +52,10 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
 /// What a run holds at once: what this process did until now, and a time step's copies of the
 /// band. After a first survey that is most of it. Units: MB.
 double expected_memory_mb(const Layers& layers);
+
+/// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
+/// wants, and which target would not; nothing where they do not, or have no target.
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
 
 /// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
 CostEstimate estimate_cost(const Recipe& recipe);

@@ -82,6 +82,19 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
   }
 }
 
+// The estimate takes seconds: it is made where the pace of the first time step makes a hundredth of
+// what it is to warn of.
+void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log) {
+  constexpr double doubtful = 0.01;
+  double pace = 0;
+  for (const char* const stage : {"surface", "simplify", "flux"})
+    pace += first.timer.seconds(stage);
+  double count = 0;
+  for (const ProcessStep& step : recipe.steps) count += time_steps(step, step.duration, recipe);
+  if (pace * count < doubtful * recipe.dear_flux) return;
+  if (const auto warning = dear_flux_warning(estimate_cost(recipe), recipe)) log.warn(*warning);
+}
+
 // When checkpoints between outputs are due.
 class CheckpointClock {
  public:
@@ -280,6 +293,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
   const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);
+  for (const std::string& warning : recipe.warnings) options.log.warn(warning);
   const auto start = std::chrono::steady_clock::now();
 
   std::optional<State> resumed;
@@ -298,6 +312,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (!resumed) {
     folder.start(recipe, options.log);
     warn_of_loose_shapes(state, recipe, options.log);
+    warn_of_dear_flux(recipe, now, options.log);
     if (given.uses_symmetry) options.log.info("this recipe " + symmetry_text(given, planes));
   }
   total.add(now.timer);
