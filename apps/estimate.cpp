@@ -13,7 +13,6 @@
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
 #include "apps/results.h"
-#include "core/peak_memory.h"
 #include "core/quantity.h"
 #include "core/temporary_folder.h"
 #include "levelset/extend.h"
@@ -108,6 +107,7 @@ struct TrialStep {
   double grid_seconds = 0;  ///< of all but the flux
   double flux_seconds = 0;
   double rays = 0;
+  double kept_rays = 0;          ///< of them those whose hits are stored
   std::vector<double> missed{};  ///< error over its target, by species
   double stable_dt = 0;
   double time = 0;  ///< at its beginning
@@ -117,6 +117,7 @@ struct TrialStep {
 // What the time steps of a step of the recipe take, and how the surface grows in it.
 struct StepCost {
   double rays = 0;  ///< of one time step
+  double kept_rays = 0;
   double seconds = 0;
   double flux_seconds = 0;  ///< of them
   double stable_dt = 0;
@@ -138,6 +139,9 @@ TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe
                                               : recipe.flux.target_error;
     trial.missed.push_back(flux.target_measure() / target);
     trial.rays += static_cast<double>(flux.rays);
+    const bool keeps =
+        flux.engine == FluxEngine::gather || flux.engine == FluxEngine::gather_forward;
+    if (keeps) trial.kept_rays += static_cast<double>(flux.rays);
   }
   return trial;
 }
@@ -192,6 +196,7 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const double factor = is_fixed ? std::max(1.0, wanted / last.rays)
                                  : std::min(ray_factor(trials), std::max(1.0, most));
   StepCost cost{.rays = factor * last.rays,
+                .kept_rays = factor * last.kept_rays,
                 .seconds = factor * last.flux_seconds,
                 .flux_seconds = factor * last.flux_seconds,
                 .stable_dt = std::numeric_limits<double>::infinity(),
@@ -210,6 +215,7 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
     return std::lerp(before.*value, after.*value, part);
   };
   return {.rays = at(&StepCost::rays),
+          .kept_rays = at(&StepCost::kept_rays),
           .seconds = at(&StepCost::seconds),
           .flux_seconds = at(&StepCost::flux_seconds),
           .stable_dt = at(&StepCost::stable_dt),
@@ -281,6 +287,7 @@ class Estimator {
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n)
       if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
+    for (const auto& [n, tried] : tried_) add_memory(n, tried);
     cost_.rays_per_time_step = rays_ / cost_.time_steps;
     cost_.seconds += (1 + outputs_) * output_seconds_;
     return cost_;
@@ -302,11 +309,14 @@ class Estimator {
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
     output_seconds_ = seconds_of_output(state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
+    const std::size_t first_facets_full = first.facets_full;
+    const std::size_t first_facets = first.facets.triangles.size();
     if (step.until) cost_.ends.push_back({n, duration});
     StepCost& cost = known_[n];
     cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
     cost.duration = duration;
-    cost_.memory_mb = std::max(cost_.memory_mb, expected_memory_mb(state_.layers));
+    tried_[n] = {state_.layers.copy(), static_cast<double>(first_facets_full),
+                 static_cast<double>(first_facets)};
   }
 
   // As the step was tried; between two that were, by the way from one to the other.
@@ -339,12 +349,32 @@ class Estimator {
     cost_.at_most = cost_.at_most || step.round_end;
   }
 
+  // What a step was tried on.
+  struct Tried {
+    Layers layers;
+    double facets_full = 0;
+    double facets = 0;
+  };
+
+  // As the surface is when it is largest.
+  void add_memory(std::size_t n, const Tried& tried) {
+    const StepCost& step = known_.at(n);
+    const double growth = std::max(1.0, 1 + step.growth * step.duration / step.area);
+    const MemoryEstimate memory = expected_memory(tried.layers, recipe_,
+                                                  {.facets_full = growth * tried.facets_full,
+                                                   .facets = growth * tried.facets,
+                                                   .kept_rays = growth * step.kept_rays,
+                                                   .outputs = outputs_});
+    if (memory.total() > cost_.memory.total()) cost_.memory = memory;
+  }
+
   const Recipe& recipe_;
   Recipe few_rays_;
   Trials trials_;
   State state_;
   std::optional<CoarseRun> ahead_;
   std::map<std::size_t, StepCost> known_;  // by step
+  std::map<std::size_t, Tried> tried_;     // likewise
   double area_ = 0;                        // of the surface, as it is expected
   double rays_ = 0;
   double outputs_ = 0;
@@ -368,13 +398,6 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
       duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
   const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
-}
-
-double expected_memory_mb(const Layers& layers) {
-  constexpr double band_copies = 3;
-  double band = 0;
-  for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
-  return peak_memory_mb() + 1e-6 * band_copies * band;
 }
 
 std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {

@@ -204,9 +204,10 @@ class ShippedRecipes : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedRecipes, GiveNoWarning) {
   const std::filesystem::path folder = std::filesystem::path(SCARP_SOURCE_DIR) / GetParam();
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".toml")
-      EXPECT_THAT(read_recipe(entry.path(), {}).warnings, IsEmpty()) << entry.path();
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".toml") continue;
+    EXPECT_THAT(read_recipe(entry.path(), {}).warnings, IsEmpty()) << entry.path();
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedRecipes, ::testing::Values("configs", "tests/regression"),
