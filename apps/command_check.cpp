@@ -53,8 +53,12 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
+  std::vector<std::string> warnings = recipe.warnings;
+  if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (common.json) {
     const nlohmann::ordered_json result{{"valid", true},
+                                        {"warnings", warnings},
                                         {"recipe", recipe.resolved},
                                         {"active_nodes", cost.active_nodes},
                                         {"lowest_nm", cost.lowest},
@@ -63,7 +67,13 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"facets", cost.facets},
                                         {"time_steps", cost.time_steps},
                                         {"rays_per_time_step", cost.rays_per_time_step},
-                                        {"memory_mb", cost.memory_mb},
+                                        {"memory_mb", cost.memory.total()},
+                                        {"memory_parts_mb",
+                                         {{"program", cost.memory.program},
+                                          {"grid", cost.memory.grid},
+                                          {"mesh", cost.memory.mesh},
+                                          {"flux", cost.memory.flux},
+                                          {"output", cost.memory.output}}},
                                         {"seconds", cost.seconds},
                                         {"threads", thread_count()},
                                         {"at_most", cost.at_most},
@@ -77,17 +87,17 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
     fmt::print("# Symmetry: {}\n", text);
   print_ends(cost, recipe);
   fmt::print(
-      "# Cost, good to about a factor of two, the memory better{}:\n"
+      "# Cost, good to about a factor of two{}:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
       "#   facets      {} of {} after simplification\n"
       "#   time steps  {:.0f}\n"
       "#   rays        {:.2g} per time step on average\n"
-      "#   memory      {:.0f} MB\n"
+      "#   memory      {}\n"
       "#   time        {} {:.0f} s on {} of this machine\n"
       "# Results would go to {}\n",
       cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
       cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
-      cost.memory_mb, cost.at_most ? "at most about" : "about", cost.seconds,
+      memory_text(cost.memory), cost.at_most ? "at most about" : "about", cost.seconds,
       counted(static_cast<std::size_t>(thread_count()), "thread"),
       arguments.result_folder().string());
   return done;

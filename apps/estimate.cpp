@@ -1,5 +1,7 @@
 #include "apps/estimate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -11,7 +13,7 @@
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
 #include "apps/results.h"
-#include "core/peak_memory.h"
+#include "core/quantity.h"
 #include "core/temporary_folder.h"
 #include "levelset/extend.h"
 #include "models/open_response.h"
@@ -105,6 +107,7 @@ struct TrialStep {
   double grid_seconds = 0;  ///< of all but the flux
   double flux_seconds = 0;
   double rays = 0;
+  double kept_rays = 0;          ///< of them those whose hits are stored
   std::vector<double> missed{};  ///< error over its target, by species
   double dt = 0;
   double moves = 1;  ///< that the flux is carried for in it
@@ -115,7 +118,9 @@ struct TrialStep {
 // What the time steps of a step of the recipe take, and how the surface grows in it.
 struct StepCost {
   double rays = 0;  ///< of one time step
+  double kept_rays = 0;
   double seconds = 0;
+  double flux_seconds = 0;  ///< of them
   double dt = 0;
   double moves = 1;
   double area = 0;    ///< of the surface that this is for, in those of the domain
@@ -138,6 +143,9 @@ TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe
                                               : recipe.flux.target_error;
     trial.missed.push_back(flux.target_measure() / target);
     trial.rays += static_cast<double>(flux.rays);
+    const bool keeps =
+        flux.engine == FluxEngine::gather || flux.engine == FluxEngine::gather_forward;
+    if (keeps) trial.kept_rays += static_cast<double>(flux.rays);
   }
   return trial;
 }
@@ -188,9 +196,14 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const bool is_fixed = recipe.flux.rays > 0 && last.rays > 0;
   const auto wanted =
       static_cast<double>(recipe.flux.rays) * static_cast<double>(last.missed.size());
-  const double factor = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
+  const double most = static_cast<double>(recipe.flux.max_rays) *
+                      static_cast<double>(last.missed.size()) / std::max(last.rays, 1.0);
+  const double factor = is_fixed ? std::max(1.0, wanted / last.rays)
+                                 : std::min(ray_factor(trials), std::max(1.0, most));
   StepCost cost{.rays = factor * last.rays,
+                .kept_rays = factor * last.kept_rays,
                 .seconds = factor * last.flux_seconds,
+                .flux_seconds = factor * last.flux_seconds,
                 .dt = last.dt,
                 .moves = last.moves,
                 .area = first.area};
@@ -206,7 +219,9 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
     return std::lerp(before.*value, after.*value, part);
   };
   return {.rays = at(&StepCost::rays),
+          .kept_rays = at(&StepCost::kept_rays),
           .seconds = at(&StepCost::seconds),
+          .flux_seconds = at(&StepCost::flux_seconds),
           .dt = at(&StepCost::dt),
           .moves = at(&StepCost::moves),
           .area = at(&StepCost::area),
@@ -287,6 +302,7 @@ class Estimator {
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n)
       if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
     for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
+    for (const auto& [n, tried] : tried_) add_memory(n, tried);
     cost_.rays_per_time_step = rays_ / cost_.time_steps;
     cost_.seconds += (1 + outputs_) * output_seconds_;
     return cost_;
@@ -308,11 +324,14 @@ class Estimator {
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
     output_seconds_ = seconds_of_output(state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
+    const std::size_t first_facets_full = first.facets_full;
+    const std::size_t first_facets = first.facets.triangles.size();
     if (step.until) cost_.ends.push_back({n, duration});
     StepCost& cost = known_[n];
     cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
     cost.duration = duration;
-    cost_.memory_mb = std::max(cost_.memory_mb, expected_memory_mb(state_.layers));
+    tried_[n] = {state_.layers.copy(), static_cast<double>(first_facets_full),
+                 static_cast<double>(first_facets)};
   }
 
   // As the step was tried; between two that were, by the way from one to the other.
@@ -341,7 +360,27 @@ class Estimator {
                                                  time_between_outputs(of_step.duration, recipe_))
                                      : 1;
     cost_.seconds += count * of_area * of_step.seconds;
+    cost_.flux_seconds += count * of_area * of_step.flux_seconds;
     cost_.at_most = cost_.at_most || step.round_end;
+  }
+
+  // What a step was tried on.
+  struct Tried {
+    Layers layers;
+    double facets_full = 0;
+    double facets = 0;
+  };
+
+  // As the surface is when it is largest.
+  void add_memory(std::size_t n, const Tried& tried) {
+    const StepCost& step = known_.at(n);
+    const double growth = std::max(1.0, 1 + step.growth * step.duration / step.area);
+    const MemoryEstimate memory = expected_memory(tried.layers, recipe_,
+                                                  {.facets_full = growth * tried.facets_full,
+                                                   .facets = growth * tried.facets,
+                                                   .kept_rays = growth * step.kept_rays,
+                                                   .outputs = outputs_});
+    if (memory.total() > cost_.memory.total()) cost_.memory = memory;
   }
 
   const Recipe& recipe_;
@@ -350,6 +389,7 @@ class Estimator {
   State state_;
   std::optional<CoarseRun> ahead_;
   std::map<std::size_t, StepCost> known_;  // by step
+  std::map<std::size_t, Tried> tried_;     // likewise
   double area_ = 0;                        // of the surface, as it is expected
   double rays_ = 0;
   double outputs_ = 0;
@@ -375,11 +415,19 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
 }
 
-double expected_memory_mb(const Layers& layers) {
-  constexpr double band_copies = 3;
-  double band = 0;
-  for (const Layer& layer : layers.stack) band += static_cast<double>(layer.phi.memory_bytes());
-  return peak_memory_mb() + 1e-6 * band_copies * band;
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {
+  if (recipe.flux.rays > 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
+  const bool in_position = recipe.position_error > 0;
+  const double target = in_position ? recipe.position_error : recipe.flux.target_error;
+  // The time goes with the inverse square of the target.
+  const double affordable = target * std::sqrt(cost.flux_seconds / recipe.dear_flux);
+  const char* const unit = in_position ? " nm" : "";
+  return fmt::format(
+      "flux.{}: {:.3g}{} takes about {:.2g} rays per time step and {:.3g} h on this machine, more "
+      "than flux.warn_above ({}); {:.2g}{} would not",
+      in_position ? "position_error" : "target_error", target, unit, cost.rays_per_time_step,
+      cost.flux_seconds / 3600, format_quantity(recipe.dear_flux, Dimension::time),
+      1.1 * affordable, unit);
 }
 
 CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }

@@ -1,7 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "apps/memory_estimate.h"
 #include "apps/recipe.h"
 
 namespace scarp {
@@ -17,7 +21,7 @@ struct ExpectedEnd {
 /// that it meets, as far as a CoarseRun gets.
 ///
 /// Good to about a factor of two, where steps go on as they begin.
-/// Units: heights in nm, memory in MB; seconds of wall time on this machine, with as many threads
+/// Units: heights in nm; seconds of wall time on this machine, with as many threads
 ///        as now: what the trials took for each time step, ray and output, times their
 ///        numbers.
 struct CostEstimate {
@@ -28,11 +32,12 @@ struct CostEstimate {
   std::size_t facets = 0;
   double time_steps = 0;
   double rays_per_time_step = 0;  ///< mean over all of them
-  double memory_mb = 0;
+  MemoryEstimate memory{};        ///< when it is most
   double seconds = 0;
+  double flux_seconds = 0;  ///< of them those that fluxes take
   /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
   bool at_most = false;
-  std::vector<ExpectedEnd> ends;  ///< of steps with an end condition, repeated ones once
+  std::vector<ExpectedEnd> ends{};  ///< of steps with an end condition, repeated ones once
 };
 
 /// How fast an open flat wafer of each material moves, > 0 grows; what comes from the surface
@@ -45,9 +50,9 @@ std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t mate
 /// source. Units: s.
 double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
 
-/// What a run holds at once: what this process did until now, and a time step's copies of the
-/// band. After a first survey that is most of it. Units: MB.
-double expected_memory_mb(const Layers& layers);
+/// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
+/// wants, and which target would not; nothing where they do not, or have no target.
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
 
 /// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
 CostEstimate estimate_cost(const Recipe& recipe);

@@ -11,6 +11,7 @@
 
 #include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
+#include "apps/recipe_warnings.h"
 #include "apps/restart.h"
 #include "core/peak_memory.h"
 #include "core/recipe_table.h"
@@ -380,7 +381,7 @@ class StepReader {
   }
 
   std::vector<ProcessStep> read_one(const RecipeTable& table) {
-    ProcessStep step;
+    ProcessStep step{.path = table.path()};
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
     const ModelDescription* const model = find_model(step.model_name);
@@ -651,6 +652,8 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
+  recipe.dear_flux =
+      root.table("flux").time("warn_above", {.fallback = "24 h", .minimum = 0, .exclusive = true});
   recipe.keep_mesh_within = read_kept_distance(root.table("flux"), recipe.frame);
   recipe.carry_within = read_carried_distance(root.table("flux"), recipe.frame);
   recipe.coverages = read_coverages(root.table("flux"));
@@ -676,6 +679,8 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
   recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();
+  warn_of_coarseness(root, recipe);
+  recipe.warnings = file.warnings();
   recipe.resolved = file.resolved();
   return recipe;
 }

@@ -43,6 +43,7 @@ struct RoundEnd {
 /// Units: duration in s, the longest time where there is an end condition; 0 is possible for
 /// operations.
 struct ProcessStep {
+  std::string path;  ///< of its table in the recipe: "step[0].step[1]"
   std::string name;
   std::string model_name;
   double duration = 0;
@@ -68,6 +69,7 @@ struct Recipe {
   std::optional<SimplifyOptions> simplify;
   FluxOptions flux;
   double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
+  double dear_flux = 0;         ///< wall time of all fluxes from which a run warns; s
   double keep_mesh_within = 0;  ///< how far the surface may be from a mesh that is kept; nm
   double carry_within = 0;      ///< how far its change may move the surface before the flux is
                                 ///< solved again; nm
@@ -82,6 +84,7 @@ struct Recipe {
   MetrologyOptions metrology;
   std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first
   std::string resolved;               ///< the recipe as TOML with every default written out
+  std::vector<std::string> warnings;  ///< of what is doubtful, with its place in the file
 };
 
 /// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.

@@ -41,18 +41,33 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
   }
 }
 
-std::string memory_text(double needed, double limit) {
-  return fmt::format("{:.3g} MB of memory, more than the {:.3g} MB of --memory-limit", needed,
-                     limit);
-}
-
 constexpr const char* memory_remedy = "raise it, or use a coarser spacing or a smaller extent";
 
-void require_memory(const State& state, double limit) {
-  const double needed = expected_memory_mb(state.layers);
-  if (needed <= limit) return;
-  throw InputError(
-      fmt::format("the run takes about {}; {}", memory_text(needed, limit), memory_remedy));
+std::string limit_text(double limit) {
+  return fmt::format("more than the {:.3g} MB of --memory-limit", limit);
+}
+
+void require_memory(const MemoryEstimate& memory, double limit) {
+  if (memory.total() <= limit) return;
+  throw InputError(fmt::format("the run takes about {} of memory, {}; {}", memory_text(memory),
+                               limit_text(limit), memory_remedy));
+}
+
+void require_held_memory(double limit) {
+  const double held = peak_memory_mb();
+  if (held <= limit) return;
+  throw InputError(fmt::format("the run holds {:.3g} MB of memory, {}; {}", held, limit_text(limit),
+                               memory_remedy));
+}
+
+// Before the surface is made. How the surface grows and how many rays a target takes is asked where
+// what is known before comes near the limit: that takes seconds, and as much memory.
+void require_memory(const State& start, const Recipe& recipe, double limit) {
+  constexpr double near = 0.25;
+  const MemoryEstimate at_least =
+      expected_memory(start.layers, recipe, size_from_grid(start.layers, recipe));
+  require_memory(at_least, limit);
+  if (at_least.total() > near * limit) require_memory(estimate_cost(recipe).memory, limit);
 }
 
 // In place of the end that the kernel makes.
@@ -62,11 +77,10 @@ void require_memory_or_save(const State& state, const Recipe& recipe, double lim
   if (held <= limit || finished(state, recipe)) return;
   folder.write_checkpoint(state, recipe);
   throw NumericalError(
-      fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {}; {}; go on with "
-                  "--resume, last good "
-                  "state: {}",
-                  state.time_step, current_step(state, recipe).name, state.time,
-                  memory_text(held, limit), memory_remedy, folder.last_checkpoint().string()));
+      fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.3g} MB of memory, {}; "
+                  "{}; go on with --resume, last good state: {}",
+                  state.time_step, current_step(state, recipe).name, state.time, held,
+                  limit_text(limit), memory_remedy, folder.last_checkpoint().string()));
 }
 
 // Advection may stop half-way; the state before it is then the last checkpoint.
@@ -80,6 +94,19 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
                     state.time_step, current_step(state, recipe).name, state.time, error.what(),
                     folder.last_checkpoint().string()));
   }
+}
+
+// The estimate takes seconds: it is made where the pace of the first time step makes a hundredth of
+// what it is to warn of.
+void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log) {
+  constexpr double doubtful = 0.01;
+  double pace = 0;
+  for (const char* const stage : {"surface", "simplify", "flux"})
+    pace += first.timer.seconds(stage);
+  double count = 0;
+  for (const ProcessStep& step : recipe.steps) count += time_steps(step, step.duration, recipe);
+  if (pace * count < doubtful * recipe.dear_flux) return;
+  if (const auto warning = dear_flux_warning(estimate_cost(recipe), recipe)) log.warn(*warning);
 }
 
 // When checkpoints between outputs are due.
@@ -280,6 +307,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
   const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);
+  for (const std::string& warning : recipe.warnings) options.log.warn(warning);
   const auto start = std::chrono::steady_clock::now();
 
   std::optional<State> resumed;
@@ -291,13 +319,15 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   CheckpointClock checkpoints(recipe);
 
   begin_step(state, recipe);
+  if (!resumed) require_memory(state, recipe, options.memory_limit_mb);
   Survey now = resumed ? survey_or_save(state, recipe, folder, watchdog)
                        : watched_survey(state, recipe, watchdog);
-  require_memory(state, options.memory_limit_mb);
+  require_held_memory(options.memory_limit_mb);
   // An earlier run is not given up before this one is known to work.
   if (!resumed) {
     folder.start(recipe, options.log);
     warn_of_loose_shapes(state, recipe, options.log);
+    warn_of_dear_flux(recipe, now, options.log);
     if (given.uses_symmetry) options.log.info("this recipe " + symmetry_text(given, planes));
   }
   total.add(now.timer);

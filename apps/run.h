@@ -16,7 +16,7 @@ struct RunOptions {
   const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
   /// When set, a checkpoint is written after the time step, and it is cleared.
   std::atomic<bool>* checkpoint = nullptr;
-  double memory_limit_mb = available_memory_mb();  ///< see expected_memory_mb()
+  double memory_limit_mb = available_memory_mb();  ///< see expected_memory()
   Log log{};  ///< told of voids, of targets that were not reached, of a run that is replaced
   /// Told after every time step; may be empty.
   std::function<void(const State&, const Survey&)> progress;
@@ -28,8 +28,8 @@ enum class RunEnd { complete, interrupted, was_complete };
 ///
 /// Checkpoints are written at outputs, between them as the recipe says or when one is asked for,
 /// and when the run is interrupted or cannot go on.
-/// Throws: InputError, also where the first time step takes more memory than the limit, before
-///         anything is written; NumericalError, also where a later one does; the latter names the
+/// Throws: InputError, also where it will take more memory than the limit, before anything is
+///         made or written; NumericalError, also where a later one does; the latter names the
 ///         checkpoint with the last good state.
 RunEnd run(const Recipe& recipe, const std::filesystem::path& folder, const RunOptions& options);
 

@@ -10,12 +10,16 @@
 #include "apps/surface_speeds.h"
 #include "core/error.h"
 #include "levelset/extend.h"
+#include "levelset/slope.h"
+#include "mesh/surface_fault.h"
 
 namespace scarp {
 
 namespace {
 
 constexpr double most_time_steps = 1e8;   // of a step: a recipe is refused from 1e7 on
+constexpr double many_bad_slopes = 0.05;  // part of the nodes next to the surface
+constexpr double most_bad_slopes = 0.5;
 constexpr double many_time_steps = 1e6;   // of a step: a day at a tenth of a second each
 constexpr double most_unbalanced = 0.01;  // part of the particles, in a time step
 constexpr double largest_surplus = 0.1;   // part of the volume that moved
@@ -33,6 +37,8 @@ bool is_balanced(const FluxAudit& audit, double allowed) {
 
 void Watchdog::look_at(const State& state, const Survey& now) {
   settle(state, now);
+  look_at_slopes(state);
+  look_at_mesh(state, now);
   if (finished(state, recipe_) || !current_step(state, recipe_).model) return;
   look_at_time_step(state, now);
   look_at_audit(state, now);
@@ -82,15 +88,42 @@ void Watchdog::close_balance() {
                    part > 0 ? "more" : "less", std::abs(part)));
 }
 
+std::string Watchdog::moment(const State& state) const {
+  return fmt::format("time step {} of step \"{}\", t = {:g} s", state.time_step,
+                     current_step(state, recipe_).name, state.time);
+}
+
+void Watchdog::look_at_slopes(const State& state) {
+  ++surfaces_;
+  const SurfaceSlopes slopes = surface_slopes(state.layers.top());
+  const double part =
+      static_cast<double>(slopes.off) / std::max(1.0, static_cast<double>(slopes.nodes));
+  if (part <= many_bad_slopes && std::isfinite(slopes.worst)) return;
+  const Vec3d r = slopes.worst_at;
+  const std::string what = fmt::format(
+      "{}: |grad phi| is {:.3g} at ({:g}, {:g}, {:g}) nm, and below 1/2 or above 2 on {:.2g} of "
+      "the surface, where it should be 1; lower domain.spacing or advection.cfl",
+      moment(state), slopes.worst, r.x, r.y, r.z, part);
+  if (part > most_bad_slopes || !std::isfinite(slopes.worst)) throw NumericalError(what);
+  find(bad_slopes_, part, what);
+}
+
+void Watchdog::look_at_mesh(const State& state, const Survey& now) const {
+  const auto fault = surface_fault(now.facets, recipe_.frame.sides());
+  if (!fault) return;
+  throw NumericalError(fmt::format(
+      "{}: {} at ({:g}, {:g}, {:g}) nm of the mesh of {} facets; please report it with the recipe",
+      moment(state), fault->text, fault->r.x, fault->r.y, fault->r.z, now.facets.triangles.size()));
+}
+
 void Watchdog::look_at_time_step(const State& state, const Survey& now) {
   const ProcessStep& step = current_step(state, recipe_);
   const double dt = now.longest_dt;
   const double count = (state.step_start + step.duration - state.time) / dt;
   if (count < many_time_steps && state.time + dt > state.time) return;
-  const std::string what = fmt::format(
-      "time step {} of step \"{}\", t = {:g} s: time steps of {:.3g} s, {:.2g} of them "
-      "to the end of the step; {}",
-      state.time_step, step.name, state.time, dt, count, place_of_fastest(state, now));
+  const std::string what =
+      fmt::format("{}: time steps of {:.3g} s, {:.2g} of them to the end of the step; {}",
+                  moment(state), dt, count, place_of_fastest(state, now));
   if (count > most_time_steps || !(state.time + dt > state.time)) throw NumericalError(what);
   find(many_time_steps_, count, what);
 }
@@ -112,10 +145,10 @@ void Watchdog::look_at_audit(const State& state, const Survey& now) {
     if (is_balanced(field.audit, most_unbalanced)) continue;
     const double off = field.audit.balance_error();
     find(unbalanced_flux_, std::abs(off),
-         fmt::format("time step {} of step \"{}\", t = {:g} s: {:.2g} of the particles that were "
-                     "sent are {}, by chance {:.2g}; raise flux.rays or lower flux.target_error",
-                     state.time_step, current_step(state, recipe_).name, state.time, std::abs(off),
-                     off < 0 ? "missing" : "too many", field.audit.balance_std_error));
+         fmt::format("{}: {:.2g} of the particles that were sent are {}, by chance {:.2g}; raise "
+                     "flux.rays or lower flux.target_error",
+                     moment(state), std::abs(off), off < 0 ? "missing" : "too many",
+                     field.audit.balance_std_error));
     return;
   }
 }
@@ -130,6 +163,7 @@ void Watchdog::sum_up() {
     if (finding.count < 2) return;
     log_.warn(fmt::format("{} of {}: {}, {:.2g} at worst", finding.count, of, what, finding.worst));
   };
+  tell(bad_slopes_, "|grad phi| off 1 on a part of it", counted(surfaces_, "surface"));
   tell(many_time_steps_, "many more to the end of the step", counted(time_steps_, "time step"));
   tell(unbalanced_flux_, "particles missing or too many", counted(time_steps_, "time step"));
   tell(unbalanced_volume_, "the solid changed by other than speeds and areas say",

@@ -16,12 +16,15 @@ class Watchdog {
  public:
   Watchdog(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
 
-  /// At the beginning of a time step: whether it goes anywhere, and whether the particles of the
-  /// flux are all accounted for. And of the step that ended before, whether the solid changed by
-  /// what speeds say (see Survey::growth), unless they depend on the normal.
+  /// At the beginning of a time step: whether phi is a distance near the surface (see
+  /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether
+  /// the time step goes anywhere, and whether the particles of the flux are all accounted for. And
+  /// of the step that ended before, whether the solid changed by what speeds say (see
+  /// Survey::growth), unless they depend on the normal.
   ///
-  /// Throws: NumericalError with step, time and place when the time step has collapsed: its step
-  ///         would take more than 1e8 of them.
+  /// Throws: NumericalError with step, time and place when phi is not finite or on half of the
+  ///         surface no distance, when the mesh is no surface, and when the time step has
+  ///         collapsed: its step would take more than 1e8 of them.
   void look_at(const State& state, const Survey& now);
 
   /// After a time step, of the step with the given number.
@@ -55,17 +58,22 @@ class Watchdog {
     double of_edges = 0;  ///< no surplus to speak of
   };
 
+  void look_at_slopes(const State& state);
+  void look_at_mesh(const State& state, const Survey& now) const;
   void look_at_time_step(const State& state, const Survey& now);
   void look_at_audit(const State& state, const Survey& now);
   void settle(const State& state, const Survey& now);
   void close_balance();
   std::string place_of_fastest(const State& state, const Survey& now) const;
+  std::string moment(const State& state) const;
   void find(Finding& finding, double measure, const std::string& text);
 
   const Recipe& recipe_;
   Log log_;
+  std::size_t surfaces_ = 0;
   std::size_t time_steps_ = 0;
   std::size_t steps_ = 0;
+  Finding bad_slopes_;
   Finding many_time_steps_;
   Finding unbalanced_flux_;
   Finding unbalanced_volume_;

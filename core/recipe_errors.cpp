@@ -44,24 +44,27 @@ bool RecipeErrors::ok(std::string_view path) const {
   return true;
 }
 
-std::string RecipeErrors::text() const {
+std::vector<std::string> RecipeErrors::lines() const {
   std::vector<Entry> sorted = entries_;
   const auto key = [](const Entry& entry) {
     return std::tuple(entry.place.source, entry.place.line, entry.place.column);
   };
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
-  std::string lines;
+  std::vector<std::string> lines;
   for (const Entry& entry : std::span(sorted).first(std::min(sorted.size(), most_lines))) {
-    if (!lines.empty()) lines += '\n';
-    lines += formatted(entry.place, file_);
-    if (!entry.path.empty()) lines += entry.path + ": ";
-    lines += entry.text;
+    const std::string path = entry.path.empty() ? "" : entry.path + ": ";
+    lines.push_back(formatted(entry.place, file_) + path + entry.text);
   }
-  if (sorted.size() > most_lines) {
-    lines += "\n... and " + std::to_string(sorted.size() - most_lines) + " more";
-  }
+  if (sorted.size() > most_lines)
+    lines.push_back("... and " + std::to_string(sorted.size() - most_lines) + " more");
   return lines;
+}
+
+std::string RecipeErrors::text() const {
+  std::string text;
+  for (const std::string& line : lines()) text.append(text.empty() ? "" : "\n").append(line);
+  return text;
 }
 
 }  // namespace scarp

@@ -10,7 +10,7 @@
 
 namespace scarp {
 
-/// What is wrong with a recipe, gathered to be said at once.
+/// What is wrong with a recipe, or doubtful, gathered to be said at once.
 class RecipeErrors {
  public:
   struct Entry {
@@ -33,6 +33,8 @@ class RecipeErrors {
   /// One line per error, by line of the file, those of the command line last. Of very many, the
   /// first hundred and how many there are.
   std::string text() const;
+  /// The same as a list.
+  std::vector<std::string> lines() const;
 
  private:
   std::string file_;

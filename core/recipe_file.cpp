@@ -142,6 +142,7 @@ RecipeFile::RecipeFile(std::string_view text, const std::string& name,
                        std::span<const std::string> overrides)
     : content_(new RecipeContent{.toml = parse_toml(text, name),
                                  .errors = RecipeErrors(name),
+                                 .warnings = RecipeErrors(name),
                                  .record = {},
                                  .nodes = {}}) {
   if (content_->toml.entries.empty()) {
@@ -167,6 +168,8 @@ void RecipeFile::finish() const {
   errors.forget_missing(misspelt);
   if (!errors.empty()) throw InputError(errors.text());
 }
+
+std::vector<std::string> RecipeFile::warnings() const { return content_->warnings.lines(); }
 
 std::string RecipeFile::resolved() const { return content_->record.toml(); }
 

@@ -31,6 +31,7 @@ struct RecipeNode {
 struct RecipeContent {
   TomlValue toml;
   RecipeErrors errors;
+  RecipeErrors warnings;
   RecipeRecord record;
   std::deque<RecipeNode> nodes;  ///< grows without moving what handles point at
 };

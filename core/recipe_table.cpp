@@ -98,6 +98,13 @@ const TomlValue* value_at(const TomlValue* value, const RecipePath& path) {
   return value;
 }
 
+/// What is to be said of a key, or of the whole table.
+RecipeErrors::Entry entry_at(const RecipeNode& node, std::string_view key, std::string_view text) {
+  const TomlValue* const value =
+      key.empty() ? nullptr : value_at(node.toml, parse_recipe_path(key));
+  return {inner_path(node, key), value != nullptr ? value->place : node.place, std::string(text)};
+}
+
 }  // namespace
 
 double RecipeTable::quantity(std::string_view key, Dimension dimension,
@@ -526,10 +533,11 @@ void RecipeTable::missing(std::span<const std::string_view> keys, std::string_vi
 void RecipeTable::error(std::string_view key, std::string_view text) const {
   // Of what is no table, that is all there is to say.
   if (!node_->missing_is_noted) return;
-  const TomlValue* const value =
-      key.empty() ? nullptr : value_at(node_->toml, parse_recipe_path(key));
-  node_->content->errors.add(
-      {inner_path(*node_, key), value != nullptr ? value->place : node_->place, std::string(text)});
+  node_->content->errors.add(entry_at(*node_, key, text));
+}
+
+void RecipeTable::warning(std::string_view key, std::string_view text) const {
+  node_->content->warnings.add(entry_at(*node_, key, text));
 }
 
 bool RecipeTable::ok(std::string_view key) const {

@@ -138,6 +138,8 @@ class RecipeTable {
 
   /// Notes that the value of a key (or of `key[2]`; of the table, when empty) is wrong.
   void error(std::string_view key, std::string_view text) const;
+  /// Notes that it is doubtful, with the same keys; see RecipeFile::warnings().
+  void warning(std::string_view key, std::string_view text) const;
   /// Notes that one of some keys has to be there; forgotten when one is there misspelt.
   void missing(std::span<const std::string_view> keys, std::string_view text) const;
   /// No error was noted for the key (for anything in the table, when empty).
@@ -190,6 +192,9 @@ class RecipeFile {
 
   /// Call it when all has been read. Throws: InputError with one line per error, by line of file.
   void finish() const;
+
+  /// What is allowed and doubtful, a line each, by line of file.
+  std::vector<std::string> warnings() const;
 
   /// What was read, defaults written out, as TOML that reads the same to the last bit.
   std::string resolved() const;

@@ -221,8 +221,7 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
     const Point2 place = nearest_end(e, f);
     fault = "walls at (" + text(place[0]) + ", " + text(place[1]) + ") nm " +
             (gap > 1e-4 * shortest ? "are " + text(gap) + " nm apart" : "touch or cross") +
-            "; let shapes overlap, or keep walls two grid spacings apart (" + text(shortest) +
-            " nm)";
+            "; let shapes overlap, or keep walls " + text(shortest) + " nm apart";
     return true;
   });
   return fault;

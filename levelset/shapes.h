@@ -133,10 +133,18 @@ struct ShapeProblem {
   std::size_t shape = 0;
   std::string key;
   std::string message;
+  bool is_opening = false;  ///< walls are too close to each other, or may be (polygons)
 };
 
 /// Everything that is wrong with a list of shapes; empty if nothing is.
 std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes);
+
+/// Openings, ridges and walls that are narrower than a width, of shapes that are a geometry. Of a
+/// shape that has several, the first.
+///
+/// Units: nm.
+std::vector<ShapeProblem> narrow_features(const Frame& frame, std::span<const Shape> shapes,
+                                          double width);
 
 /// About the area of the walls that a shape adds to the surface, those of meshes not counted: to
 /// know what a geometry takes before it is built. Units: nm^2.

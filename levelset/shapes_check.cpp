@@ -14,6 +14,9 @@ namespace {
 /// Features thinner than this many spacings are refused: the band cannot hold both their sides.
 constexpr double thinnest = 2;
 
+/// What a narrow place lies between: the walls of an opening, or the sides of a solid.
+enum class Between { walls, sides };
+
 /// Every layer is a level set of its own, and every point is compared with every shape.
 constexpr std::size_t most_layers = 200;
 constexpr std::size_t most_shapes = 1000;
@@ -35,7 +38,9 @@ std::string whole_text(double count) {
 
 class Checker {
  public:
-  explicit Checker(const Frame& frame) : frame_(frame), sides_(frame.sides()) {}
+  /// Units: the least width of a feature in spacings.
+  Checker(const Frame& frame, double narrowest)
+      : frame_(frame), sides_(frame.sides()), narrowest_(narrowest) {}
 
   std::vector<ShapeProblem> run(std::span<const Shape> shapes) {
     if (shapes.empty()) {
@@ -61,17 +66,44 @@ class Checker {
 
  private:
   void report(std::string key, std::string message) {
-    problems_.push_back({shape_, std::move(key), std::move(message)});
+    problems_.push_back({shape_, std::move(key), std::move(message), false});
   }
 
-  /// A size of at least two spacings: a length, or twice a radius.
-  bool feature(const std::string& key, double length) {
+  void report_narrow(std::string key, std::string message, Between between) {
+    problems_.push_back({shape_, std::move(key), std::move(message), between == Between::walls});
+  }
+
+  double narrow() const { return narrowest_ * frame_.spacing; }
+
+  bool is_narrow(double width) const { return width < narrow() * (1 - 1e-9); }
+
+  /// "less than two grid spacings (20 nm)" without the first word.
+  std::string than_spacings() const {
+    const std::string count = narrowest_ == thinnest ? "two" : rounded_number(narrowest_);
+    return "than " + count + " grid spacings (" + in_nm(narrow()) + ")";
+  }
+
+  static bool is_length(double length) { return std::isfinite(length) && length > 0; }
+
+  /// A width that is not too narrow: a length, or twice a radius.
+  bool feature(const std::string& key, double width, Between between) {
+    if (!is_length(width)) {
+      report(key, "must be a length above 0");
+    } else if (is_narrow(width)) {
+      report_narrow(key, size_text(key, width) + " is thinner " + than_spacings(), between);
+    } else {
+      return true;
+    }
+    return false;
+  }
+
+  /// A height of at least two spacings.
+  bool height(const std::string& key, double length) {
     const double shortest = thinnest * frame_.spacing;
-    if (!std::isfinite(length) || length <= 0) {
+    if (!is_length(length)) {
       report(key, "must be a length above 0");
     } else if (length < shortest * (1 - 1e-9)) {
-      report(key, size_text(key, length) + " is thinner than two grid spacings (" +
-                      in_nm(shortest) + ")");
+      report(key, in_nm(length) + " is thinner than two grid spacings (" + in_nm(shortest) + ")");
     } else {
       return true;
     }
@@ -116,13 +148,14 @@ class Checker {
     double width = 0;
     int count = 1;
     double pitch = 0;
+    Between between = Between::walls;
   };
 
   /// Copies that do not overlap; the first and the last with their centres in the domain, none of
   /// which fills it, and walls that are not too thin between them and to the images
   /// beyond the sides.
   void interval(const Interval& s) {
-    const double thin = thinnest * frame_.spacing;
+    const Between others = s.between == Between::walls ? Between::sides : Between::walls;
     const double extent = sides_.width(s.axis);
     const double half_row = 0.5 * (s.count - 1) * s.pitch;
     const double slack = 1e-9 * extent;
@@ -150,20 +183,20 @@ class Checker {
                         in_nm(extent) + ")");
       return;
     }
-    if (s.count > 1 && !(s.pitch - s.width >= thin * (1 - 1e-9))) {
-      report(prefix_of(s.centre_key) + "pitch",
-             "leaves " + in_nm(s.pitch - s.width) +
-                 " between copies at their widest: less than two grid spacings (" + in_nm(thin) +
-                 ")");
+    if (s.count > 1 && !(s.pitch - s.width >= narrow() * (1 - 1e-9))) {
+      report_narrow(prefix_of(s.centre_key) + "pitch",
+                    "leaves " + in_nm(s.pitch - s.width) +
+                        " between copies at their widest: less " + than_spacings(),
+                    others);
       return;
     }
     for (const double wall :
          {periodic ? left + right : 2 * left, periodic ? left + right : 2 * right}) {
-      if (wall > (periodic && s.count > 1 ? -s.width : 0) && wall < thin * (1 - 1e-9)) {
-        report(s.key, "leaves " + in_nm(wall) +
-                          " to its image beyond a side of the domain: less than two grid spacings "
-                          "(" +
-                          in_nm(thin) + ")");
+      if (wall > (periodic && s.count > 1 ? -s.width : 0) && is_narrow(wall)) {
+        report_narrow(s.key,
+                      "leaves " + in_nm(wall) + " to its image beyond a side of the domain: less " +
+                          than_spacings(),
+                      others);
         return;
       }
     }
@@ -188,14 +221,14 @@ class Checker {
   }
 
   /// A slot, trench or fin: one interval across.
-  void row(const std::string& prefix, int along, double centre, double widest,
-           const Repeat& repeat) {
+  void row(const std::string& prefix, int along, double centre, double widest, const Repeat& repeat,
+           Between between) {
     if (frame_.two_dimensional && along != 1) {
       report(prefix + "along", "must be \"y\" in two dimensions");
     } else if (lattice(prefix, repeat)) {
       const int axis = 1 - along;
       interval({prefix + "width", prefix + "center", axis, centre, widest, repeat.count[axis],
-                repeat.pitch[axis]});
+                repeat.pitch[axis], between});
     }
   }
 
@@ -221,13 +254,15 @@ class Checker {
       known("through", material);
     }
     const double floor = width - 2 * cut.depth * std::tan(cut.taper);
-    const bool depth_is_good = feature("depth", cut.depth);
+    const bool depth_is_good = height("depth", cut.depth);
     reach("depth", highest_ - cut.depth, highest_);
     if (depth_is_good) radius("top_radius", cut.top_radius, cut.depth);
     if (depth_is_good && width_is_good) {
-      if (floor < thinnest * frame_.spacing * (1 - 1e-9)) {
-        report("taper", "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
-                            " at this depth: less than two grid spacings");
+      if (is_narrow(floor)) {
+        report_narrow("taper",
+                      "leaves a floor of " + in_nm(std::max(floor, 0.0)) + " at this depth: less " +
+                          than_spacings(),
+                      Between::walls);
       } else {
         radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
       }
@@ -245,12 +280,12 @@ class Checker {
 
   /// Whether the radius is good.
   bool round_outline(const std::string& prefix, const std::array<double, 2>& centre, double radius,
-                     double widest_radius, const Repeat& repeat) {
-    const bool is_good = feature(prefix + "radius", 2 * radius);
+                     double widest_radius, const Repeat& repeat, Between between) {
+    const bool is_good = feature(prefix + "radius", 2 * radius, between);
     if (is_good && lattice(prefix, repeat)) {
       for (int axis = 0; axis < (frame_.two_dimensional ? 1 : 2); ++axis) {
         interval({prefix + "radius", prefix + "center", axis, centre[axis], 2 * widest_radius,
-                  repeat.count[axis], repeat.pitch[axis]});
+                  repeat.count[axis], repeat.pitch[axis], between});
       }
     }
     if (frame_.two_dimensional) {
@@ -283,25 +318,24 @@ class Checker {
   }
 
   void check(const TrenchShape& s) {
-    const bool is_good = feature("width", s.width);
-    if (is_good) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat);
+    const bool is_good = feature("width", s.width, Between::walls);
+    if (is_good) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat, Between::walls);
     cut(s.cut, s.width, is_good);
   }
 
   void check(const HoleShape& s) {
-    const bool is_good =
-        round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut), s.repeat);
+    const bool is_good = round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut),
+                                       s.repeat, Between::walls);
     cut(s.cut, 2 * s.radius, is_good);
   }
 
   void check(const FinShape& s) {
     taper(s.taper);
-    const bool width_is_good = feature("width", s.width);
-    if (width_is_good) row("", s.along, s.centre, s.width, s.repeat);
+    const bool width_is_good = feature("width", s.width, Between::sides);
+    if (width_is_good) row("", s.along, s.centre, s.width, s.repeat, Between::sides);
     const double ridge = s.width - 2 * s.height * std::tan(s.taper);
-    if (feature("height", s.height) && width_is_good &&
-        ridge < thinnest * frame_.spacing * (1 - 1e-9)) {
-      report("taper", "leaves a ridge of less than two grid spacings");
+    if (height("height", s.height) && width_is_good && is_narrow(ridge)) {
+      report_narrow("taper", "leaves a ridge of less " + than_spacings(), Between::sides);
     }
     add_layers("material", 1);
     reach("height", lowest_, highest_ + s.height);
@@ -309,13 +343,14 @@ class Checker {
   }
 
   void check(const MaskShape& s) {
-    const bool thickness_is_good = feature("thickness", s.thickness);
+    const bool thickness_is_good = height("thickness", s.thickness);
     const bool has_growth = taper(s.taper) && thickness_is_good;
     add_layers("material", 1);
     reach("thickness", lowest_, highest_ + s.thickness);
     const bool opening = s.outlines == MaskShape::Outlines::opening;
     const double growth = has_growth ? (opening ? 1 : -1) * s.thickness * std::tan(s.taper) : 0;
     const std::string prefix = opening ? "opening." : "resist.";
+    outline_ = opening ? Between::walls : Between::sides;
     std::visit([&](const auto& outline) { check_outline(prefix, outline, growth); }, s.outline);
     materials_.push_back(s.material);
   }
@@ -348,14 +383,15 @@ class Checker {
     if (mesh_border(mesh) > 0) return;
     for (const TriMesh& part : separate_parts(mesh)) {
       const double thick = thickness(part);
-      if (thick < thinnest * frame_.spacing * (1 - 1e-9)) {
+      if (is_narrow(thick)) {
         const Box body = bounding_box(part);
         const Vec3d size = body.upper - body.lower;
-        report("file",
-               "has a body around " + place(0.5 * (body.lower + body.upper)) + " that is " +
-                   in_nm(thick) + " thick and " + in_nm(std::max({size.x, size.y, size.z})) +
-                   " long, thinner than two grid spacings (" + in_nm(thinnest * frame_.spacing) +
-                   "); choose a smaller spacing, or another unit if that is wrong");
+        report_narrow("file",
+                      "has a body around " + place(0.5 * (body.lower + body.upper)) + " that is " +
+                          in_nm(thick) + " thick and " + in_nm(std::max({size.x, size.y, size.z})) +
+                          " long, thinner " + than_spacings() +
+                          "; choose a smaller spacing, or another unit if that is wrong",
+                      Between::sides);
         return;
       }
     }
@@ -369,12 +405,13 @@ class Checker {
   // Growth is by how much an outline lies further out at the top of the mask than at its foot.
 
   void check_outline(const std::string& prefix, const SlotOutline& s, double growth) {
-    if (!feature(prefix + "width", s.width)) return;
-    row(prefix, s.along, s.centre, s.width + std::max(2 * growth, 0.0), s.repeat);
+    if (!feature(prefix + "width", s.width, outline_)) return;
+    row(prefix, s.along, s.centre, s.width + std::max(2 * growth, 0.0), s.repeat, outline_);
     narrow_end(prefix, s.width + 2 * growth);
   }
   void check_outline(const std::string& prefix, const CircleOutline& s, double growth) {
-    if (round_outline(prefix, s.centre, s.radius, s.radius + std::max(growth, 0.0), s.repeat)) {
+    if (round_outline(prefix, s.centre, s.radius, s.radius + std::max(growth, 0.0), s.repeat,
+                      outline_)) {
       narrow_end(prefix, 2 * (s.radius + growth));
     }
   }
@@ -382,10 +419,10 @@ class Checker {
     if (!lattice(prefix, s.repeat)) return;
     bool is_good = true;
     for (int axis = 0; axis < 2; ++axis) {
-      if (feature(prefix + "size", s.size[axis])) {
+      if (feature(prefix + "size", s.size[axis], outline_)) {
         interval({prefix + "size", prefix + "center", axis, s.centre[axis],
                   s.size[axis] + std::max(2 * growth, 0.0), s.repeat.count[axis],
-                  s.repeat.pitch[axis]});
+                  s.repeat.pitch[axis], outline_});
       } else {
         is_good = false;
       }
@@ -396,11 +433,12 @@ class Checker {
 
   /// The outline must not close below the top of the mask.
   void narrow_end(const std::string& prefix, double width) {
-    if (width < thinnest * frame_.spacing * (1 - 1e-9)) {
-      report("taper", "leaves " + in_nm(std::max(width, 0.0)) + " of the " +
-                          prefix.substr(0, prefix.size() - 1) +
-                          " at the top of the mask: less than two grid spacings (" +
-                          in_nm(thinnest * frame_.spacing) + ")");
+    if (is_narrow(width)) {
+      report_narrow("taper",
+                    "leaves " + in_nm(std::max(width, 0.0)) + " of the " +
+                        prefix.substr(0, prefix.size() - 1) + " at the top of the mask: less " +
+                        than_spacings(),
+                    outline_);
     }
   }
 
@@ -418,7 +456,6 @@ class Checker {
         return;
       }
     }
-    const double shortest = thinnest * frame_.spacing;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
     if (foot.empty()) {
       report_outside(key);
@@ -426,13 +463,14 @@ class Checker {
       report(key, prefix == "opening."
                       ? "covers the whole domain and leaves nothing of the mask"
                       : "covers the whole domain; write shape = \"layer\" for that");
-    } else if (const auto fault = thin_feature(frame_, foot, shortest)) {
-      report(key, *fault);
+    } else if (const auto fault = thin_feature(frame_, foot, narrow())) {
+      report_narrow(key, *fault, Between::walls);
     } else if (growth != 0) {
       const std::vector<Loop> top = moved_outwards(foot, growth);
-      if (!same_directions(foot, top) || thin_feature(frame_, top, shortest)) {
-        report("taper",
-               "makes the walls of the polygon meet, or nearly, below the top of the mask");
+      if (!same_directions(foot, top) || thin_feature(frame_, top, narrow())) {
+        report_narrow("taper",
+                      "makes the walls of the polygon meet, or nearly, below the top of the mask",
+                      Between::walls);
       }
     }
   }
@@ -485,6 +523,8 @@ class Checker {
 
   const Frame& frame_;
   Sides sides_;
+  double narrowest_;
+  Between outline_ = Between::walls;  ///< what is within the outline of the mask that is checked
   std::size_t shape_ = 0;
   std::vector<MaterialId> materials_;
   double layer_count_ = 0;
@@ -496,7 +536,12 @@ class Checker {
 }  // namespace
 
 std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes) {
-  return Checker(frame).run(shapes);
+  return Checker(frame, thinnest).run(shapes);
+}
+
+std::vector<ShapeProblem> narrow_features(const Frame& frame, std::span<const Shape> shapes,
+                                          double width) {
+  return Checker(frame, width / frame.spacing).run(shapes);
 }
 
 }  // namespace scarp

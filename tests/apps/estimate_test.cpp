@@ -6,7 +6,6 @@
 #include <fstream>
 #include <initializer_list>
 
-#include "core/peak_memory.h"
 #include "core/temporary_folder.h"
 
 namespace scarp {
@@ -126,12 +125,6 @@ TEST(Estimate, TriesAStepOnWhatEarlierOnesOpen) {
   const double etched = all_rays(estimate({slotted_resist, etch_slot, coat})) -
                         all_rays(estimate({slotted_resist, etch_slot}));
   EXPECT_NEAR(etched, given, 0.3 * given);
-}
-
-TEST(Estimate, MemoryIsAtLeastWhatTheTrialTook) {
-  const CostEstimate cost = estimate({wet});
-  EXPECT_GT(cost.memory_mb, 10);
-  EXPECT_LT(cost.memory_mb, peak_memory_mb() + 10);
 }
 
 // A law of 10 upright at the mean energy, and of 2.852 times as much on the fastest slope.

@@ -188,7 +188,8 @@ TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
   const Outcome refused = scarp(run_into("r") + shorter + " --memory-limit 10MB");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.messages,
-              AllOf(HasSubstr("MB of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
+              AllOf(HasSubstr("the run takes about "), HasSubstr(" MB (program 45, grid "),
+                    HasSubstr("of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
   EXPECT_EQ(scarp(run_into("r") + shorter + " --memory-limit 4GB").exit_code, 0);
 }

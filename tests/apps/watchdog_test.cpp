@@ -113,6 +113,67 @@ TEST(Watchdog, EndsARunWhoseTimeStepsHaveCollapsed) {
                         HasSubstr("1e+08 nm/s on facet"), HasSubstr("material Si"))));
 }
 
+// What the watchdog says of a surface whose phi is this, at two moments.
+std::string messages_of_phi(const std::function<double(Vec3d)>& distance) {
+  const Recipe recipe = read_text(growing_film("1 nm/s"));
+  State state = start_state(recipe);
+  begin_step(state, recipe);
+  const Survey now = survey(state, recipe);
+  state.layers.top() = LevelSet(recipe.frame, distance, -200, 200, 4);
+  std::ostringstream messages;
+  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  watchdog.look_at(state, now);
+  watchdog.look_at(state, now);
+  watchdog.sum_up();
+  return messages.str();
+}
+
+// Of 21 columns of nodes four, and the upper nodes of the one beside them.
+TEST(Watchdog, CountsSurfacesOnWhichPhiIsNoDistance) {
+  const auto with_slope = [](double slope) {
+    return [slope](Vec3d r) { return (r.x < -65 ? slope : 1) * (r.z - 1); };
+  };
+  EXPECT_EQ(messages_of_phi(with_slope(1.5)), "");
+  EXPECT_THAT(messages_of_phi(with_slope(3)),
+              AllOf(HasSubstr("warning: time step 0 of step \"film\", t = 0 s: |grad phi| is 3"),
+                    HasSubstr("on 0.21 of the surface"), HasSubstr("domain.spacing"),
+                    HasSubstr("2 of 2 surfaces: |grad phi| off 1 on a part of it, 0.21")));
+}
+
+TEST(Watchdog, EndsARunOnWhoseSurfacePhiIsNoDistance) {
+  EXPECT_THAT([] { messages_of_phi([](Vec3d r) { return 3 * (r.z - 1); }); },
+              testing::ThrowsMessage<NumericalError>(
+                  AllOf(HasSubstr("time step 0 of step \"film\""), HasSubstr("t = 0 s"),
+                        HasSubstr("|grad phi| is 3 at ("), HasSubstr("on 1 of the surface"))));
+}
+
+// An open mesh, one that is turned inside out somewhere, one with facets without area, and one that
+// is not finite.
+TEST(Watchdog, EndsARunWhoseMeshIsNoSurface) {
+  const auto says = [](const std::function<void(TriMesh&)>& change) {
+    try {
+      messages_of(growing_film("1 nm/s"), [&](Survey& shown) { change(shown.facets); });
+    } catch (const NumericalError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const auto with_place = [](const std::string& what) {
+    return AllOf(HasSubstr("time step 0 of step \"film\", t = 0 s: " + what + " at ("),
+                 HasSubstr(") nm of the mesh of "));
+  };
+  EXPECT_THAT(says([](TriMesh& mesh) { mesh.triangles.erase(mesh.triangles.begin() + 8); }),
+              with_place("the facets of an edge do not close the surface"));
+  EXPECT_THAT(says([](TriMesh& mesh) { std::swap(mesh.triangles[8][0], mesh.triangles[8][1]); }),
+              with_place("the facets of an edge do not close the surface"));
+  EXPECT_THAT(says([](TriMesh& mesh) {
+                mesh.vertices[mesh.triangles[8][0]] = mesh.vertices[mesh.triangles[8][1]];
+              }),
+              with_place("a facet has no area"));
+  EXPECT_THAT(says([](TriMesh& mesh) { mesh.vertices[7].z = -no_limit; }),
+              with_place("a vertex is not finite"));
+}
+
 using WatchedRun = Program;
 
 // A rate that is harmless on an open wafer and has no bound in the shade.

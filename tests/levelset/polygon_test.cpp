@@ -170,10 +170,8 @@ TEST(Polygon, WallsCloserThanTwoSpacingsAreFound) {
 
 TEST(Polygon, WallsThatTouchAreNamedWhereTheyDo) {
   const Loop bow_tie{{-6, -6}, {6, 6}, {6, -6}, {-6, 6}};
-  EXPECT_EQ(
-      thin_feature(frame, domain_loops(frame, {{bow_tie}, Rule::any}), 2).value_or("none"),
-      "walls at (0, 0) nm touch or cross; let shapes overlap, or keep walls two grid spacings "
-      "apart (2 nm)");
+  EXPECT_EQ(thin_feature(frame, domain_loops(frame, {{bow_tie}, Rule::any}), 2).value_or("none"),
+            "walls at (0, 0) nm touch or cross; let shapes overlap, or keep walls 2 nm apart");
 }
 
 }  // namespace

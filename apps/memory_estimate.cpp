@@ -1,0 +1,72 @@
+#include "apps/memory_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "levelset/slope.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double megabyte = 1024 * 1024;
+
+// Measured by /usr/bin/time -v of runs that have much of one thing: a fine grid, a full mesh, many
+// rays, many outputs; and of small runs.
+constexpr double program = 45 * megabyte;
+constexpr double band_copies = 3;
+constexpr double per_full_facet = 350;
+constexpr double per_facet = 500;
+constexpr double per_kept_ray = 10;
+constexpr double per_facet_of_output = 140;
+constexpr double per_bath_node = 200;  // see diffuse()
+
+// Of a mesh that is not made yet.
+constexpr double simplified_part = 0.15;
+
+double bath_nodes(const Layers& layers) {
+  const Frame& frame = layers.frame;
+  const double height = (layers.top().upper() - layers.top().lower()) / frame.spacing;
+  const double above = std::max(frame.cells[0], frame.cells[1]);
+  return (frame.cells[0] + 1.0) * (frame.cells[1] + 1.0) * (height + above);
+}
+
+}  // namespace
+
+MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
+  double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
+  for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
+  const bool has_bath = std::ranges::any_of(
+      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+  if (has_bath) grid += per_bath_node * bath_nodes(layers);
+  const double hits = std::min(per_kept_ray * size.kept_rays,
+                               per_kept_ray / 8 * static_cast<double>(recipe.flux.memory_limit));
+  return {.program = program / megabyte,
+          .grid = grid / megabyte,
+          .mesh = per_full_facet * size.facets_full / megabyte,
+          .flux = (per_facet * size.facets + hits) / megabyte,
+          .output = per_facet_of_output * size.facets * size.outputs / megabyte};
+}
+
+// A facet for each node beside a surface in space, and two for a place of four nodes in a
+// cross-section.
+RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
+  const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
+  const double facets = layers.frame.two_dimensional ? nodes / 2 : nodes;
+  const bool keeps_rays = recipe.flux.engine != FluxOptions::Engine::forward;
+  std::size_t species = 0;
+  for (const ProcessStep& step : recipe.steps)
+    if (step.model) species = std::max(species, step.model->species().size());
+  return {.facets_full = facets,
+          .facets = recipe.simplify ? simplified_part * facets : facets,
+          .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
+}
+
+std::string memory_text(const MemoryEstimate& memory) {
+  return fmt::format(
+      "{:.0f} MB (program {:.0f}, grid {:.0f}, mesh {:.0f}, flux {:.0f}, outputs {:.0f})",
+      memory.total(), memory.program, memory.grid, memory.mesh, memory.flux, memory.output);
+}
+
+}  // namespace scarp

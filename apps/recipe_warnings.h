@@ -1,0 +1,13 @@
+#pragma once
+
+#include "apps/recipe.h"
+#include "core/recipe_table.h"
+
+namespace scarp {
+
+/// Notes in the table of a whole recipe what is allowed, but too coarse for what it asks of the
+/// grid: features less than 5 spacings wide; layers and films of less than 2, where they are etched
+/// or grown; facets that may become longer than half an opening is wide.
+void warn_of_coarseness(const RecipeTable& root, const Recipe& recipe);
+
+}  // namespace scarp
