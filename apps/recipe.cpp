@@ -381,7 +381,8 @@ class StepReader {
   }
 
   std::vector<ProcessStep> read_one(const RecipeTable& table) {
-    ProcessStep step{.path = table.path()};
+    ProcessStep step;
+    step.path = table.path();
     step.model_name = table.text("model");
     step.name = table.text("name", step.model_name);
     const ModelDescription* const model = find_model(step.model_name);

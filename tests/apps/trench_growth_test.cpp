@@ -29,7 +29,7 @@ constexpr double tenth_cell = 0.1 / 40;
 using Profile = std::map<std::string, double>;
 
 /// A trench, and a mesh that the flux is solved on.
-struct Growth {
+struct Growing {
   const char* name;
   int aspect;
   const char* sticking;
@@ -39,7 +39,7 @@ struct Growth {
 };
 
 // Thickness at walls and bottom and the narrowest gap, by time in tenths.
-std::map<int, Profile> reference(const Growth& growth) {
+std::map<int, Profile> reference(const Growing& growth) {
   std::map<int, Profile> profiles;
   std::ifstream in(fs::path(SCARP_SOURCE_DIR) / "tests/reference/trench_growth.csv");
   for (std::string line; std::getline(in, line);) {
@@ -98,10 +98,10 @@ Profile measured(const Layers& layers, double depth) {
   return profile;
 }
 
-class TrenchGrowth : public ::testing::TestWithParam<Growth> {
+class TrenchGrowth : public ::testing::TestWithParam<Growing> {
  protected:
   // Up to the thickness of half the trench; every tenth of it is an output.
-  static void expect_reference(const Growth& growth) {
+  static void expect_reference(const Growing& growth) {
     const TemporaryFolder folder;
     std::vector<std::string> changes{
         "geometry[1].depth=\"" + std::to_string(4 * growth.aspect) + " um\"",
@@ -140,18 +140,18 @@ const auto name_of = [](const auto& test) { return std::string(test.param.name);
 
 INSTANTIATE_TEST_SUITE_P(
     Of, TrenchGrowth,
-    ::testing::Values(Growth{"Deep", 2, "0.1", strip_settings},
-                      Growth{"DeepFull", 2, "0.1", full_strip_settings},
-                      Growth{"DeepInPlane", 2, "0.1", plane_settings},
-                      Growth{"DeepHalfSticksInPlane", 2, "0.5", plane_settings},
-                      Growth{"DeepHardlySticksInPlane", 2, "0.001", plane_settings},
-                      Growth{"ShallowInPlane", 1, "0.1", plane_settings}),
+    ::testing::Values(Growing{"Deep", 2, "0.1", strip_settings},
+                      Growing{"DeepFull", 2, "0.1", full_strip_settings},
+                      Growing{"DeepInPlane", 2, "0.1", plane_settings},
+                      Growing{"DeepHalfSticksInPlane", 2, "0.5", plane_settings},
+                      Growing{"DeepHardlySticksInPlane", 2, "0.001", plane_settings},
+                      Growing{"ShallowInPlane", 1, "0.1", plane_settings}),
     name_of);
 INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
-                         ::testing::Values(Growth{"Shallow", 1, "0.1", strip_settings},
-                                           Growth{"DeepHalfSticks", 2, "0.5", strip_settings},
-                                           Growth{"DeepAllStick", 2, "1.0", strip_settings},
-                                           Growth{"DeepAllStickInPlane", 2, "1.0", plane_settings}),
+                         ::testing::Values(Growing{"Shallow", 1, "0.1", strip_settings},
+                                           Growing{"DeepHalfSticks", 2, "0.5", strip_settings},
+                                           Growing{"DeepAllStick", 2, "1.0", strip_settings},
+                                           Growing{"DeepAllStickInPlane", 2, "1.0", plane_settings}),
                          name_of);
 
 }  // namespace

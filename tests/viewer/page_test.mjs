@@ -36,11 +36,11 @@ before(async () => {
     ),
   );
   scarp(
-    ...['compare', join(configs, 'trench_deposition.toml'), '-o', comparison, '--quiet', '--seeds', '1'],
+    ...['compare', join(configs, 'trench_deposition.toml'), '-o', comparison, '--quiet', '--seeds', '1', '--length-cells', '1'],
     ...set(
       'domain.spacing="0.4 um"',
       'domain.extent=["10 um", "4 um"]',
-      'flux.target_error=0.03',
+      'flux.target_error=0.1',
       'output.every="48 s"',
     ),
   );
