@@ -51,6 +51,7 @@ struct Survey {
   std::vector<LayerSpeeds> speeds_of_layers;
   std::vector<AngularFactor> factors;  ///< what the speeds depend on the normal by
   Growth growth;                       ///< of the whole wafer
+  /// Of the speeds, since the time step before; of the first one of a step nothing is known.
   std::optional<SpeedChange> change;
   /// The longest time step for which model, flux and speeds hold. Units: s.
   double longest_dt = std::numeric_limits<double>::infinity();

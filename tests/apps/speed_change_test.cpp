@@ -209,5 +209,39 @@ TEST(CarriedFlux, EndsATimeStepWhereAVoidCloses) {
   EXPECT_NEAR(carried_run.voids[0].time, plain_run.voids[0].time, 2 * of_a_move);
 }
 
+// 12 nm of film at 1 nm/s: moves are 1 nm, and time steps begin at 0, 1, 3, 7 and 11 s.
+TEST(CarriedFlux, EndsATimeStepWhereAnotherMaterialComesToLight) {
+  const Recipe recipe = recipe_of(R"toml(
+[domain]
+spacing = "2.5 nm"
+extent = ["50 nm"]
+mode = "2d"
+
+[[geometry]]
+shape = "wafer"
+material = "Si"
+
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "12 nm"
+
+[[step]]
+model = "single_particle"
+duration = "20 s"
+etch_rate = { SiO2 = "1 nm/s", Si = "1 nm/s" }
+sticking = { SiO2 = 0.1, Si = 1 }
+)toml");
+  State state = start_state(recipe);
+  double seen_at = 0;
+  while (seen_at == 0 && !finished(state, recipe)) {
+    advance(state, recipe, survey(state, recipe), next_output(state, recipe));
+    const Survey now = survey(state, recipe);
+    if (now.facets.materials.front() == recipe.materials.id("Si")) seen_at = state.time;
+  }
+  EXPECT_GT(state.time_step, 4U);
+  EXPECT_NEAR(seen_at, 12, 1.1);
+}
+
 }  // namespace
 }  // namespace scarp
