@@ -21,6 +21,10 @@ using nlohmann::ordered_json;
 // What other compilers and libraries may change, in spacings.
 constexpr double least_tolerance = 0.02;
 
+// Of the time that a step takes which ends by a condition; metrology is then what was asked for.
+constexpr const char* time_name = "time_s";
+constexpr double time_tolerance = 0.01;
+
 bool is_kept(const MetrologyValue& value) { return value.kind != ValueKind::other; }
 
 /// Of a single new run, from the spread of seeds.
@@ -73,6 +77,13 @@ BaselineOutput baseline_of(double time, std::span<const Snapshot> seeds) {
   return output;
 }
 
+BaselineValue time_of(const std::vector<double>& times) {
+  const Sample sample = sample_of(times);
+  return {.name = time_name,
+          .value = sample.mean,
+          .tolerance = time_tolerance * sample.mean + chance_of(sample)};
+}
+
 ordered_json json_of(const BaselineOutput& output, double spacing) {
   ordered_json json{{"time_s", output.time}, {"values", ordered_json::object()}};
   for (const BaselineValue& value : output.values)
@@ -105,15 +116,15 @@ BaselineOutput output_of(const nlohmann::ordered_json& json) {
   return output;
 }
 
-ComparedValue compared(const BaselineValue& stored, double time, const Snapshot& now,
-                       std::size_t seeds) {
+ComparedValue compared(const BaselineValue& stored, double time,
+                       std::span<const MetrologyValue> now, std::size_t seeds) {
   ComparedValue result{.time = time,
                        .name = stored.name,
                        .first = {.count = seeds, .mean = stored.value},
                        .tolerance = stored.tolerance,
                        .verdict = Verdict::moved};
-  const auto found = std::ranges::find(now.values, stored.name, &MetrologyValue::name);
-  if (found == now.values.end()) return result;
+  const auto found = std::ranges::find(now, stored.name, &MetrologyValue::name);
+  if (found == now.end()) return result;
   result.second = {.count = 1, .mean = found->value};
   result.difference = found->value - stored.value;
   const double size = std::abs(result.difference);
@@ -140,10 +151,15 @@ Baseline make_baseline(const std::vector<RunRecord>& seeds) {
   std::vector<SnapshotReader> readers(seeds.begin(), seeds.end());
   for (std::size_t output = 0; output < seeds.front().outputs.size(); ++output) {
     std::vector<Snapshot> all;
-    for (std::size_t n = 0; n < seeds.size(); ++n)
-      if (output < seeds[n].outputs.size()) all.push_back(readers[n].read(output, materials));
+    std::vector<double> times;
+    for (std::size_t n = 0; n < seeds.size(); ++n) {
+      if (output >= seeds[n].outputs.size()) continue;
+      all.push_back(readers[n].read(output, materials));
+      times.push_back(seeds[n].outputs[output].time);
+    }
     baseline.spacing = all.front().frame.spacing;
     baseline.outputs.push_back(baseline_of(seeds.front().outputs[output].time, all));
+    baseline.outputs.back().values.push_back(time_of(times));
   }
   return baseline;
 }
@@ -177,10 +193,11 @@ Comparison check(const Baseline& baseline, const RunRecord& run) {
   const std::size_t count = std::min(baseline.outputs.size(), run.outputs.size());
   for (std::size_t n = 0; n < count; ++n) {
     const BaselineOutput& stored = baseline.outputs[n];
-    const Snapshot now = reader.read(n, materials);
+    Snapshot now = reader.read(n, materials);
+    now.values.push_back({.name = time_name, .value = run.outputs[n].time});
     for (const BaselineValue& value : stored.values)
       result.values.push_back(
-          compared(value, stored.time, now, static_cast<std::size_t>(baseline.seeds)));
+          compared(value, stored.time, now.values, static_cast<std::size_t>(baseline.seeds)));
     result.distances.push_back(compared(stored, now));
     result.profiles.push_back(
         {.time = stored.time, .first = stored.profile, .second = now.profile});

@@ -34,7 +34,8 @@ struct Baseline {
 
 /// Metrology of a run of each seed: of widths, depths, films and coverages the mean, and as
 /// tolerance 0.02 spacings and what chance makes of a single run: three standard errors of the
-/// spread of the seeds, in the sense of Student. The profile is that of the first seed.
+/// spread of the seeds, in the sense of Student. Of the time itself, that an end condition may
+/// move, one per cent and the same chance. The profile is that of the first seed.
 Baseline make_baseline(const std::vector<RunRecord>& seeds);
 
 /// Writes and reads it as JSON.

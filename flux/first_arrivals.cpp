@@ -64,8 +64,12 @@ void Looker::look(std::size_t begin, std::size_t end, Part& part) {
   for (std::size_t rank = begin; rank < end; ++rank) shooter_.shoot(rank, found_.rays[rank], shots);
   const std::vector<Flight> flights = shooter_.fly(shots);
   part.flights = flights.size();
-  for (std::size_t i = 0; i < shots.size(); ++i)
-    if (shooter_.meets_source(shots[i], flights[i])) book(shots[i], flights[i], part);
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    ++found_.flown[shots[i].name.rank];
+    if (!shooter_.meets_source(shots[i], flights[i])) continue;
+    ++found_.met[shots[i].name.rank];
+    book(shots[i], flights[i], part);
+  }
 }
 
 void Looker::weigh_earlier(double factor) {
@@ -79,6 +83,8 @@ void Looker::look() {
   const std::size_t size = plan_.size();
   found_.rays.resize(size);
   found_.weights.resize(size);
+  found_.flown.resize(size);
+  found_.met.resize(size);
   found_.sums.resize(mean_yields_.size() + 2, std::vector<double>(size * set_count));
   std::uint64_t new_rays = plan_.total();
   for (const std::uint32_t rays : found_.rays) new_rays -= rays * set_count;

@@ -23,6 +23,10 @@ struct FirstArrivals {
   std::vector<Lit> lit;             ///< by rank
   std::vector<std::uint32_t> rays;  ///< in each set of a rank
   std::vector<double> weights;      ///< of all rays in each set of a rank
+  /// By rank, in both sets: rays that flew, since they do not leave into the solid, and those of
+  /// them that met the source.
+  std::vector<std::uint32_t> flown;
+  std::vector<std::uint32_t> met;
   std::uint64_t flights = 0;
 };
 

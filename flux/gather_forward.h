@@ -17,6 +17,8 @@ namespace scarp {
 /// choice of rays adds. On a facet the two parts have independent errors: what goes on comes from
 /// other facets.
 ///
+/// The error of the balance is at least what rays leave unknown at the borders of shadows.
+///
 /// Rays are shared out between the parts so that the fewest flights reach the target.
 ///
 /// Throws: InputError if 4 rays per facet exceed options.memory_limit.

@@ -64,6 +64,21 @@ TEST_F(BaselineCommand, ASpeedThatIsThreePerCentHigherIsCaught) {
   EXPECT_THAT(page, HasSubstr("<svg"));
 }
 
+// What a condition asks for is there in both; the time that it takes is not.
+TEST_F(BaselineCommand, AStepThatGetsThereSoonerIsCaught) {
+  write("suite/film.toml",
+        "[domain]\nspacing = \"10 nm\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n[[geometry]]\n"
+        "shape = \"wafer\"\nmaterial = \"Si\"\n[[step]]\nmodel = \"isotropic\"\nmaterial = "
+        "\"SiO2\"\ngrowth_rate = \"10 nm/s\"\nduration = \"60 s\"\nuntil = { thickness = \"60 "
+        "nm\" }\n");
+  ASSERT_EQ(baseline("create").exit_code, 0);
+  const Outcome same = baseline("check", "--set step[0].growth_rate='\"10.05 nm/s\"'");
+  EXPECT_EQ(same.exit_code, 0) << same.out;
+  const Outcome other = baseline("check", "--set step[0].growth_rate='\"10.3 nm/s\"'");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.out, HasSubstr("time_s at t = 6 s: 5.82"));
+}
+
 // Another seed is another run of the same recipe: chance is in the tolerances.
 TEST_F(BaselineCommand, OtherSeedsAreWithinTheTolerances) {
   ASSERT_EQ(baseline("create").exit_code, 0);

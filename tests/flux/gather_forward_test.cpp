@@ -187,6 +187,44 @@ Species ions_of(const Case& c) {
   return ions;
 }
 
+// A slit between plates above a floor, with the borders of its light within facets.
+Shape floor_below_a_slit() {
+  constexpr double half = 2.3;
+  constexpr Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  for (const double from : {-8.0, half}) {
+    const Vec3d plate{8 - half, 0, 0};
+    builder.grid({from, 0, 0}, plate, 6, y, 1);
+    builder.grid({from, 0, -0.5}, y, 1, plate, 6);
+  }
+  builder.grid({-half, 0, -0.5}, y, 1, {0, 0, 0.5}, 1);
+  builder.grid({half, 0, -0.5}, {0, 0, 0.5}, 1, y, 1);
+  builder.grid({-8, 0, -4}, {16, 0, 0}, 16, y, 1);
+  return {builder.mesh, {.lower = {-8, 0}, .upper = {8, 1}}};
+}
+
+// With a few rays from each facet, the balance hangs on the two where light ends.
+TEST(BalanceOfFewRays, IsOffByWhatIsStated) {
+  const Shape shape = floor_below_a_slit();
+  constexpr int runs = 100;
+  for (const std::uint64_t rays : {std::uint64_t{300}, std::uint64_t{3000}}) {
+    double squares = 0;
+    double stated = 0;
+    int beyond = 0;
+    for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+      const FluxAudit audit = exact::trace(shape, straight_ions(1000),
+                                           {.two_dimensional = true, .rays = rays, .seed = seed})
+                                  .audit;
+      squares += std::pow(audit.balance_error(), 2);
+      stated += std::pow(audit.balance_std_error, 2);
+      beyond += std::abs(audit.balance_error()) > 4 * audit.balance_std_error ? 1 : 0;
+    }
+    EXPECT_LE(beyond, runs / 100) << rays;
+    EXPECT_GT(stated, 0.8 * squares) << rays;
+    EXPECT_LT(stated, 4 * squares) << rays;
+  }
+}
+
 class BothEngines : public ::testing::TestWithParam<Case> {};
 
 TEST_P(BothEngines, AgreeOnAllFacetsWithinTheirErrors) {
