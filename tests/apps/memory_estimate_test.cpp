@@ -94,11 +94,11 @@ using MemoryLimit = Program;
 // Rays for a target are known to the trial alone: what the grid needs is less than the limit.
 TEST_F(MemoryLimit, RefusesBeforeTheFirstSurfaceWhatATrialExpects) {
   const std::string arguments = "run " + small_trench("--set flux.target_error=0.0001 -o ") +
-                                path("r") + " --memory-limit 100MB";
+                                path("r") + " --memory-limit 70MB";
   const Outcome refused = scarp(arguments);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.messages, AllOf(HasSubstr("the run takes about "), HasSubstr("flux "),
-                                      HasSubstr("more than the 100 MB of --memory-limit")));
+                                      HasSubstr("more than the 70 MB of --memory-limit")));
 }
 
 }  // namespace

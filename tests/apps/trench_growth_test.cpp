@@ -151,7 +151,8 @@ INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
                          ::testing::Values(Growing{"Shallow", 1, "0.1", strip_settings},
                                            Growing{"DeepHalfSticks", 2, "0.5", strip_settings},
                                            Growing{"DeepAllStick", 2, "1.0", strip_settings},
-                                           Growing{"DeepAllStickInPlane", 2, "1.0", plane_settings}),
+                                           Growing{"DeepAllStickInPlane", 2, "1.0",
+                                                   plane_settings}),
                          name_of);
 
 }  // namespace
