@@ -169,11 +169,11 @@ double ray_factor(std::span<const TrialStep> trials) {
   return factor;
 }
 
-// The first time steps of a step after the given survey, the last two of them with more rays, so
-// that noise is not taken for a change of speeds. What acts at once is not tried.
+// The first time steps of a step after the given survey, half of them with more rays: how far a
+// time step goes depends on noise, too. What acts at once is not tried.
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
                                 Survey now) {
-  constexpr std::size_t most_trials = 5;
+  constexpr std::size_t most_trials = 8;
   const Recipe more_rays = with_few_rays(recipe, most_trial_rays);
   const std::size_t step = state.step;
   std::vector<TrialStep> trials;
@@ -182,8 +182,11 @@ std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe&
     if (!recipe.steps[step].model) return trials;
     const Move move = advance(state, few_rays, now, std::numeric_limits<double>::infinity());
     trials.back().grid_seconds += move.timer.seconds("map") + move.timer.seconds("advect");
-    if (trials.size() == most_trials || state.step != step) return trials;
-    now = survey(state, trials.size() + 2 >= most_trials ? more_rays : few_rays);
+    if (state.step != step) return trials;
+    trials.back().moves *= move.dt / trials.back().dt;
+    trials.back().dt = move.dt;
+    if (trials.size() == most_trials) return trials;
+    now = survey(state, 2 * trials.size() >= most_trials ? more_rays : few_rays);
   }
 }
 
@@ -204,11 +207,18 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
                 .kept_rays = factor * last.kept_rays,
                 .seconds = factor * last.flux_seconds,
                 .flux_seconds = factor * last.flux_seconds,
-                .dt = last.dt,
-                .moves = last.moves,
+                .dt = 0,
+                .moves = 0,
                 .area = first.area};
   for (const TrialStep& each : trials)
     cost.seconds += each.grid_seconds / static_cast<double>(trials.size());
+  // With one move, two and then more.
+  const auto grown = trials.last(trials.size() > 2 ? trials.size() - 2 : 1);
+  for (const TrialStep& each : grown) {
+    cost.dt += each.dt / static_cast<double>(grown.size());
+    cost.moves += each.moves / static_cast<double>(grown.size());
+  }
+  cost.moves = std::max(1.0, cost.moves);
   if (last.time > first.time) cost.growth = (last.area - first.area) / (last.time - first.time);
   return cost;
 }
