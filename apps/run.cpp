@@ -60,6 +60,15 @@ void require_held_memory(double limit) {
                                memory_remedy));
 }
 
+// A trial goes ahead on a coarser grid: what it meets there is no reason to end the run.
+std::optional<CostEstimate> estimate_if_possible(const Recipe& recipe) {
+  try {
+    return estimate_cost(recipe);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+}
+
 // Before the surface is made. How the surface grows and how many rays a target takes is asked where
 // what is known before comes near the limit: that takes seconds, and as much memory.
 void require_memory(const State& start, const Recipe& recipe, double limit) {
@@ -67,7 +76,8 @@ void require_memory(const State& start, const Recipe& recipe, double limit) {
   const MemoryEstimate at_least =
       expected_memory(start.layers, recipe, size_from_grid(start.layers, recipe));
   require_memory(at_least, limit);
-  if (at_least.total() > near * limit) require_memory(estimate_cost(recipe).memory, limit);
+  if (at_least.total() <= near * limit) return;
+  if (const auto cost = estimate_if_possible(recipe)) require_memory(cost->memory, limit);
 }
 
 // In place of the end that the kernel makes.
@@ -106,7 +116,9 @@ void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log
   double count = 0;
   for (const ProcessStep& step : recipe.steps) count += time_steps(step, step.duration, recipe);
   if (pace * count < doubtful * recipe.dear_flux) return;
-  if (const auto warning = dear_flux_warning(estimate_cost(recipe), recipe)) log.warn(*warning);
+  const auto cost = estimate_if_possible(recipe);
+  const auto warning = cost ? dear_flux_warning(*cost, recipe) : std::nullopt;
+  if (warning) log.warn(*warning);
 }
 
 // When checkpoints between outputs are due.

@@ -51,13 +51,13 @@ float slope_square(const float* p) {
 
 // Other leaves have no node next to the surface, unless something is far off.
 bool comes_near(const float* phi) {
-  float nearest = LevelSet::half_width;
-  bool finite = true;
+  int found = 0;
   for (int node = 0; node < leaf_size; ++node) {
-    nearest = std::min(nearest, std::abs(phi[node]));
-    finite = finite && std::abs(phi[node]) <= LevelSet::half_width;
+    const float distance = std::abs(phi[node]);
+    found |=
+        static_cast<int>(distance < 1.5F) | static_cast<int>(!(distance <= LevelSet::half_width));
   }
-  return nearest < 1.5F || !finite;
+  return found != 0;
 }
 
 Slopes slopes_of(const Leaf& leaf, const Block& block) {

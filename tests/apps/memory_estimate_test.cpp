@@ -22,7 +22,7 @@ struct LargeRun {
   std::string part;
 };
 
-void PrintTo(const LargeRun& run, std::ostream* out) { *out << run.name; }
+std::ostream& operator<<(std::ostream& out, const LargeRun& run) { return out << run.name; }
 
 class MemoryOfRuns : public Program, public ::testing::WithParamInterface<LargeRun> {};
 

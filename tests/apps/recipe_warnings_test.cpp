@@ -59,7 +59,7 @@ struct Doubt {
   std::vector<std::string> says;  // empty: nothing
 };
 
-void PrintTo(const Doubt& doubt, std::ostream* out) { *out << doubt.name; }
+std::ostream& operator<<(std::ostream& out, const Doubt& doubt) { return out << doubt.name; }
 
 class Doubts : public ::testing::TestWithParam<Doubt> {};
 
@@ -144,6 +144,11 @@ INSTANTIATE_TEST_SUITE_P(
               "[[step]]\nrepeat = 4\n[[step.step]]\nmodel = \"conformal\"\nthickness = \"6 nm\"\n"
               "material = \"W\"\n",
               {}},
+        // What settles depends on what the ions take away elsewhere.
+        Doubt{"FilmOfUnknownThickness",
+              "[[step]]\nmodel = \"ion_milling\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n"
+              "material = \"W\"\n[[step.ion]]\nenergy = \"500 eV\"\n",
+              {}},
         Doubt{"LongFacets",
               trench_100 + "[simplify]\nl_max = 5.1\n",
               {"simplify.l_max: ", "edges of 51 nm", "geometry[1].width: 100 nm"}},
@@ -176,6 +181,11 @@ TEST(DearFlux, IsToldWithATargetThatIsNot) {
                     HasSubstr("; 0.0022 would not")));
   cost.flux_seconds = 3600;
   EXPECT_EQ(dear_flux_warning(cost, recipe), std::nullopt);
+  recipe.position_error = 0.02;
+  cost.flux_seconds = 4 * 3600;
+  EXPECT_THAT(
+      dear_flux_warning(cost, recipe).value_or("nothing"),
+      AllOf(HasSubstr("flux.position_error: 0.02 nm takes"), HasSubstr("; 0.044 nm would")));
   // There is no target.
   cost.flux_seconds = 4 * 3600;
   recipe.flux.rays = 1000;
