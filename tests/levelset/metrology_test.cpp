@@ -215,6 +215,21 @@ TEST(Metrology, OfHolesIsThatOfTheirSectionsAlongBothAxes) {
   }
 }
 
+// The right half of a trench's contour, turned about the middle of the trench.
+TEST(Metrology, OfHolesIsThatOfTrenchesWithTheSameSection) {
+  for (const AnalyticShape& shape : {bowed(), scalloped(), jar(), leaning("tapered", 86)}) {
+    const auto half = static_cast<std::ptrdiff_t>(shape.contour.size() / 2);
+    const ContourPoints right(shape.contour.begin() + half, shape.contour.end());
+    for (int n = 0; n < 8; ++n) {
+      const auto [dx, dz] = offset(n);
+      const Metrology found = measure(hole_in(space, right, {dx - 3, 2 - dz}, dz));
+      ASSERT_EQ(found.openings.size(), 2U) << shape.name << n;
+      for (const OpeningMetrology& each : found.openings)
+        expect(each, shape.expected, " of " + shape.name + " at offset " + std::to_string(n));
+    }
+  }
+}
+
 TEST(Metrology, OfAHoleThatSidesCutIsThatOfTheWholeHole) {
   const ContourPoints right{{10, -30}, {10, 0}};
   const Metrology found = measure(hole_in(space, right, {-22, 20}, 0.3));
