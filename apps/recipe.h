@@ -76,7 +76,7 @@ struct Recipe {
   CoverageOptions coverages;
   std::vector<ProcessStep> steps;
   Scheme scheme = Scheme::eno2;
-  double cfl = 0;  ///< part of a spacing by which the surface may move in one time step
+  double cfl = 0;  ///< part of a spacing by which the surface may move at once
   double output_every = 0;
   double checkpoint_every = 0;        ///< of process time; changes no time step
   double checkpoint_wall_time = 0;    ///< at most so much is lost when the process dies

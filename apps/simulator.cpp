@@ -97,7 +97,12 @@ struct Trial {
 class Mover {
  public:
   Mover(State& state, const Recipe& recipe, const Survey& survey, Move& result)
-      : state_(state), recipe_(recipe), survey_(survey), result_(result), gas_(survey.gas) {}
+      : state_(state),
+        recipe_(recipe),
+        survey_(survey),
+        result_(result),
+        facets_(survey.facets),
+        gas_(survey.gas) {}
 
   // Ends before dt where the flux would not be that of the facets any more: where a void closes, or
   // another material comes to light.
@@ -137,7 +142,7 @@ class Mover {
   double spacing() const { return recipe_.frame.spacing; }
 
   // The time that the next move takes, where the whole takes dt.
-  double next_part(double dt) const {
+  double next_part(double dt) {
     const double left = dt - result_.dt;
     const double stable =
         stable_time_step(state_.layers, speeds(left), survey_.factors, recipe_.cfl);
@@ -146,9 +151,10 @@ class Mover {
   }
 
   // The means over the next dt.
-  std::vector<LayerSpeeds> speeds(double dt) const {
+  std::span<const LayerSpeeds> speeds(double dt) {
     if (!survey_.change) return survey_.speeds_of_layers;
-    return changed_speeds(survey_.speeds_of_layers, *survey_.change, result_.dt + 0.5 * dt);
+    changed_ = changed_speeds(survey_.speeds_of_layers, *survey_.change, result_.dt + 0.5 * dt);
+    return changed_;
   }
 
   // How far the facets of the survey may be from a surface that has moved since.
@@ -156,10 +162,9 @@ class Mover {
     return (close_facets + static_cast<double>(moves_) * recipe_.cfl) * spacing();
   }
 
-  SpeedField extended_speeds(double dt) const {
+  SpeedField extended_speeds(double dt) {
     const auto measurement = result_.timer.measure("map");
-    return extend_speeds(state_.layers, gas_, survey_.facets, speeds(dt), survey_.factors, dt,
-                         distance());
+    return extend_speeds(state_.layers, gas_, facets_, speeds(dt), survey_.factors, dt, distance());
   }
 
   void advance_layers(Layers& layers, const SpeedField& band, double dt,
@@ -236,7 +241,9 @@ class Mover {
   const Recipe& recipe_;
   const Survey& survey_;
   Move& result_;
+  FacetTree facets_;
   OpenGas gas_;  // of the layers as they are
+  std::vector<LayerSpeeds> changed_;
   std::size_t moves_ = 0;
   double seen_at_first_ = 0;
 };

@@ -41,9 +41,9 @@ std::vector<ClosestPoint> places_then(const TriMesh& before, const TriMesh& now,
 
 // Means over the facets of one main direction around the nodes of a coarse grid, each facet shared
 // out between the eight nodes of its cell, and taken back to facets in the same way.
-class Patches {
+class PatchMeans {
  public:
-  Patches(const TriMesh& facets, double width);
+  PatchMeans(const TriMesh& facets, double width);
 
   /// Of something per area.
   std::vector<double> sums(std::span<const double> on_facets) const;
@@ -65,7 +65,7 @@ class Patches {
   std::vector<double> areas_;
 };
 
-Patches::Patches(const TriMesh& facets, double width)
+PatchMeans::PatchMeans(const TriMesh& facets, double width)
     : shares_(facets.triangles.size()), facet_areas_(facet_areas(facets)) {
   std::map<std::tuple<int, int, int, int>, std::size_t> numbers;
   for (std::size_t f = 0; f < shares_.size(); ++f) {
@@ -91,7 +91,7 @@ Patches::Patches(const TriMesh& facets, double width)
   areas_ = sums(std::vector<double>(shares_.size(), 1.0));
 }
 
-std::vector<double> Patches::sums(std::span<const double> on_facets) const {
+std::vector<double> PatchMeans::sums(std::span<const double> on_facets) const {
   std::vector<double> sums(areas_.size());
   for (std::size_t f = 0; f < shares_.size(); ++f)
     for (const auto& [patch, share] : shares_[f])
@@ -137,7 +137,7 @@ OnFacets at_normals(const TriMesh& facets, std::span<const OnFacets> parts,
   return whole;
 }
 
-std::vector<float> relative_change(const Patches& patches, const OnFacets& speeds) {
+std::vector<float> relative_change(const PatchMeans& patches, const OnFacets& speeds) {
   const std::vector<double> rates = patches.sums(speeds.rate);
   std::vector<double> sizes = speeds.speed;
   for (double& size : sizes) size = std::abs(size);
@@ -150,7 +150,7 @@ std::vector<float> relative_change(const Patches& patches, const OnFacets& speed
   return change;
 }
 
-double typical_change(const Patches& patches, std::span<const double> rates) {
+double typical_change(const PatchMeans& patches, std::span<const double> rates) {
   const std::vector<double> sums = patches.sums(rates);
   double squares = 0;
   double fourth_powers = 0;
@@ -178,7 +178,7 @@ SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
                          std::span<const AngularFactor> factors, double dt, double spacing) {
   constexpr double patch_width = 4;  // spacings
   const std::vector<ClosestPoint> places = places_then(before.facets, now.facets, spacing);
-  const Patches patches(now.facets, patch_width * spacing);
+  const PatchMeans patches(now.facets, patch_width * spacing);
   SpeedChange change;
   std::vector<double> seen(places.size());
   for (std::size_t k = 0; k < now.of_layers.size(); ++k) {

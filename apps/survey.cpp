@@ -298,9 +298,20 @@ void refine_to_position(const State& state, const Recipe& recipe, Survey& result
 
 }  // namespace
 
+namespace {
+
+// Beams are found quickly, and their shadows have sharp edges.
+bool carries_flux(const Survey& survey, const Recipe& recipe) {
+  const auto is_beam = [](const FluxField& field) { return field.engine == FluxEngine::beam; };
+  return recipe.carry_within > 0 && !std::ranges::all_of(survey.flux, is_beam);
+}
+
+}  // namespace
+
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
-  if (recipe.keep_mesh_within <= 0 && recipe.carry_within <= 0 && survey.coverages.empty())
-    return {};
+  const bool is_needed =
+      recipe.keep_mesh_within > 0 || carries_flux(survey, recipe) || !survey.coverages.empty();
+  if (!is_needed) return {};
   return {.facets = survey.facets,
           .made_at = survey.made_at,
           .bound = survey.simplify_bound,
@@ -309,8 +320,7 @@ KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
 }
 
 EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) {
-  const auto is_beam = [](const FluxField& field) { return field.engine == FluxEngine::beam; };
-  if (recipe.carry_within <= 0 || std::ranges::all_of(survey.flux, is_beam)) return {};
+  if (!carries_flux(survey, recipe)) return {};
   EarlierFlux earlier{.dt = dt};
   for (const std::span<const float> tally : tallies_on_facets(survey.flux))
     earlier.tallies.emplace_back(tally.begin(), tally.end());

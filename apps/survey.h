@@ -70,7 +70,8 @@ struct Survey {
 /// Throws: NumericalError with step, time and place when a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);
 
-/// The mesh of a survey for the next one; nothing where meshes are not kept, and nothing covers it.
+/// The mesh of a survey for the next one; nothing where meshes are not kept, no flux is carried and
+/// nothing covers it.
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
 
 /// What arrives on that mesh in a time step of dt, for the next survey; nothing where the flux is

@@ -43,14 +43,14 @@ class Extension {
 
   /// distance: of facets from the surface. A surface further from a node than phi says by more than
   /// that is not its own.
-  Extension(const Layers& layers, const OpenGas& gas, const TriMesh& facets, double distance,
+  Extension(const Layers& layers, const OpenGas& gas, const FacetTree& facets, double distance,
             ValuesAt values_at)
       : layers_(layers),
         frame_(layers.frame),
         band_(layers.top().band()),
         gas_(gas),
-        facets_(facets),
-        tree_(facets),
+        facets_(facets.facets),
+        tree_(facets.tree),
         distance_(distance),
         values_at_(std::move(values_at)) {}
 
@@ -76,7 +76,7 @@ class Extension {
   const Band& band_;
   const OpenGas& gas_;
   const TriMesh& facets_;
-  TriangleTree tree_;
+  const TriangleTree& tree_;
   double distance_;
   ValuesAt values_at_;
 };
@@ -403,7 +403,8 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   };
   SpeedField field;
   const double distance = close_facets * layers.frame.spacing;
-  field.speed = std::move(Extension(layers, gas, facets, distance, speed_at).run(1).front());
+  const FacetTree tree(facets);
+  field.speed = std::move(Extension(layers, gas, tree, distance, speed_at).run(1).front());
   update_max_speed(layers, field);
   return field;
 }
@@ -414,10 +415,11 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   for (const CornerSpeeds& speeds : speeds_of_layers) {
     parts.push_back({.speed = speeds});
   }
-  return extend_speeds(layers, gas, facets, parts, {}, dt, close_facets * layers.frame.spacing);
+  return extend_speeds(layers, gas, FacetTree(facets), parts, {}, dt,
+                       close_facets * layers.frame.spacing);
 }
 
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt, double distance) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
@@ -432,8 +434,8 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
       seen = layer_at(layers, at.index);
     }
     nodes.fetch_add(1, std::memory_order_relaxed);
-    if (!facets.materials.empty() &&
-        layers.stack[seen].material != facets.materials[point.triangle])
+    if (!facets.facets.materials.empty() &&
+        layers.stack[seen].material != facets.facets.materials[point.triangle])
       newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
     const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
@@ -452,7 +454,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
     }
   };
   for (const LayerSpeeds& layer : speeds_of_layers) {
-    SCARP_ASSERT(facets.triangles.size(), ==, layer.speed.size());
+    SCARP_ASSERT(facets.facets.triangles.size(), ==, layer.speed.size());
     SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
     field.stands_still.push_back(is_zero(layer.speed) &&
                                  std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/tri_mesh.h"
+#include "core/triangle_tree.h"
 #include "levelset/connectivity.h"
 #include "levelset/layers.h"
 #include "levelset/speed_field.h"
@@ -16,6 +17,15 @@ inline constexpr double close_facets = 0.5;
 
 /// Speeds at the three corners of every facet. Units: nm/s.
 using CornerSpeeds = std::vector<std::array<float, 3>>;
+
+/// Facets that speeds are carried from, once or often, and what finds the closest of them. Keeps
+/// the mesh.
+struct FacetTree {
+  explicit FacetTree(const TriMesh& mesh) : facets(mesh), tree(mesh) {}
+
+  const TriMesh& facets;
+  TriangleTree tree;
+};
 
 /// Carries speeds from the facets of a mesh to the nodes of the band.
 ///
@@ -54,7 +64,7 @@ struct LayerSpeeds {
 /// the surface some time before: how far they may be from it is told.
 ///
 /// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt, double distance);
 

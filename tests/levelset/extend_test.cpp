@@ -133,8 +133,8 @@ TEST(Extend, CarriesTheAmplitudesOfFactors) {
   const auto even = corner_speeds(mesh, [](Vec3f) { return -0.5F; });
   const auto rising = corner_speeds(mesh, [](Vec3f r) { return -1 - 0.02F * r.x; });
   const LayerSpeeds speeds{.speed = rising, .parts = {even, rising}};
-  const SpeedField field =
-      extend_speeds(layers, open_gas(layers), mesh, {&speeds, 1}, {&beam, 1}, 0.1, close_facets);
+  const SpeedField field = extend_speeds(layers, open_gas(layers), FacetTree(mesh), {&speeds, 1},
+                                         {&beam, 1}, 0.1, close_facets);
   ASSERT_EQ(field.angular.size(), 1U);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
   for (int i = 0; i <= 20; ++i) {
@@ -163,8 +163,8 @@ TEST(Extend, ScalesAmplitudesWhereAFilmIsPassed) {
     const auto of_layer = corner_speeds(mesh, [&](Vec3f) { return rate; });
     speeds.push_back({.speed = of_layer, .parts = {none, of_layer}});
   }
-  const SpeedField field =
-      extend_speeds(layers, open_gas(layers), mesh, speeds, {&beam, 1}, 0.6, close_facets);
+  const SpeedField field = extend_speeds(layers, open_gas(layers), FacetTree(mesh), speeds,
+                                         {&beam, 1}, 0.6, close_facets);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
   // 0.5 s through the film, 0.1 s at 4 below it.
   EXPECT_NEAR(speed_at(layers, amplitude, 4, 4, 0), -(0.5 + 0.4) / 0.6, 0.02);

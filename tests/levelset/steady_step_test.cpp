@@ -109,7 +109,7 @@ struct Wafer {
   }
 
   SpeedField speeds() const {
-    return extend_speeds(layers, gas, facets, of_layers, {}, dt, close_facets);
+    return extend_speeds(layers, gas, FacetTree(facets), of_layers, {}, dt, close_facets);
   }
 
   void step(const Motion& motion, Scheme scheme) {
