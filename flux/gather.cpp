@@ -408,26 +408,12 @@ void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
   } while (settle(arrivals));
 }
 
-// What the next round does about an error that is too large.
-struct NextRound {
-  bool starts_anew = false;
-  double growth = 1;  // of the number of rays
-};
-
-// The error of scrambled sets was seen to fall as n^-0.83 with their number of rays. Those of a
-// round are sets of their own: if it fell as n^-0.75, which is on the safe side, x times as many as
-// before would bring the error of the mean of all down to sqrt(1 + x^0.5) / (1 + x) of it, and if
-// that takes many, the earlier ones do more harm than good. A few more make another round unlikely.
-NextRound next_round(double error, double target) {
-  constexpr double most_growth = 12;
-  constexpr double worth_starting_anew = 3;
-  constexpr double most_added = 2;  // deep down the error falls faster, and another look is cheap
-  constexpr double step = 0.05;
-  const double ratio = error / (0.96 * target);
-  if (ratio > worth_starting_anew) return {true, std::min(portable_power(ratio, 1.2), most_growth)};
-  double x = 2 * step;
-  while (x < most_added && ratio * std::sqrt(1 + std::sqrt(x)) > 1 + x) x += step;
-  return {false, 1 + x};
+// How many times as many rays the next round has. The error of scrambled sets was seen to fall as
+// n^-0.83 with their number; a few more make another round unlikely. Rays go on where they were, so
+// that rounds on the way waste only their solves.
+double growth_for(double error, double target) {
+  constexpr double aim = 0.97;  // of the target
+  return std::clamp(portable_power(error / (aim * target), 1.2), 1.1, 2.5);
 }
 
 }  // namespace
@@ -475,12 +461,8 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
       fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
     }
     if (is_last || error <= options.target_error) return fields;
-    const auto [starts_anew, growth] = next_round(error, options.target_error);
     rays = static_cast<double>(plan.total());
-    if (starts_anew) {
-      plan.restart();
-      view = std::make_shared<const View>(View{{}, {}, view->flights});
-    }
+    const double growth = growth_for(error, options.target_error);
     for (const std::uint64_t total = plan.total(); plan.total() == total && !is_last;) {
       rays *= growth;
       is_last = rays >= static_cast<double>(cap);

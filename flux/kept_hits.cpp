@@ -6,8 +6,8 @@ namespace scarp {
 
 namespace {
 
-// Two chemistries by turns with two patterns each, in up to three rounds.
-constexpr std::size_t most_views = 12;
+// Two chemistries by turns with two patterns each, in up to four rounds.
+constexpr std::size_t most_views = 16;
 
 }  // namespace
 
@@ -22,11 +22,11 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
   if (!std::ranges::all_of(problems, can_keep)) return send();
   Known now{.materials = problems.front().mesh.materials,
             .have_source = {},
-            .totals = plan.totals(),
+            .total = plan.total(),
             .view = nullptr};
   for (const FluxProblem& problem : problems) now.have_source.push_back(problem.has_source());
   const auto found = std::ranges::find_if(known_, [&](const Known& known) {
-    return known.totals == now.totals && known.have_source == now.have_source &&
+    return known.total == now.total && known.have_source == now.have_source &&
            known.materials == now.materials;
   });
   if (found == known_.end()) {
@@ -35,12 +35,7 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
     known_.push_back(now);
     return now.view;
   }
-  if (found->view->flights == earlier->flights + plan.total() - earlier->matrix.rays.size())
-    return found->view;
-  // After a new start the flights of rays that were given up count as well.
-  View view = *found->view;
-  view.flights = earlier->flights + plan.total() - earlier->matrix.rays.size();
-  return std::make_shared<const View>(std::move(view));
+  return found->view;
 }
 
 }  // namespace scarp

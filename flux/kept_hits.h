@@ -13,8 +13,8 @@ namespace scarp {
 
 /// What gathered rays met on one mesh, for solutions that send the same ones again.
 ///
-/// Rays are a function of mesh, seed, time step and their numbers after each round, so whether they
-/// were sent or remembered changes no bit of a flux, and they are counted either way. Those that
+/// Rays are a function of mesh, seed, time step and how many there are in all, so whether they were
+/// sent or remembered changes no bit of a flux, and they are counted either way. Those that
 /// tell from where to aim at the sky, one per element, are sent anew. Only rays to the same sky
 /// are: those of species that come evenly from all directions, or from the surface alone.
 ///
@@ -33,7 +33,7 @@ class KeptHits {
   struct Known {
     std::vector<MaterialId> materials;
     std::vector<bool> have_source;
-    std::vector<std::uint64_t> totals;  ///< of rays, after each round since the first
+    std::uint64_t total = 0;  ///< of rays
     std::shared_ptr<const View> view;
   };
   std::deque<Known> known_;  ///< the oldest first

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::uint32_t most_in_set = 1U << 16;
 
-// Longer blocks hardly help more: places further apart see too different things.
-constexpr std::uint32_t longest_block = 16;
+// One element for each share. Blocks of 8 and of 32 have larger errors.
+constexpr std::uint32_t longest_block = share_count;
 
 constexpr std::size_t blocks_in_window = 4;
 
@@ -119,39 +119,17 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
     rays_per_area *= 0.95;
     rays = wanted(rays_per_area);
   }
-  earlier_.push_back({rays_, first_});
   rays_ = std::move(rays);
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];
 }
 
-std::vector<std::uint64_t> RayPlan::totals() const {
-  std::vector<std::uint64_t> totals;
-  for (const Earlier& each : earlier_) totals.push_back(each.first.back() * set_count);
-  totals.erase(totals.begin());  // none before the first
-  totals.push_back(total());
-  return totals;
-}
-
-void RayPlan::restart() {
-  std::ranges::fill(rays_, 0U);
-  std::ranges::fill(first_, 0U);
-  earlier_.clear();
-}
-
 RayPlan::Place RayPlan::place(std::size_t rank, std::uint32_t index) const {
-  std::size_t sequence = earlier_.size() - 1;
-  while (index < earlier_[sequence].rays[rank]) --sequence;
-  const auto& next = sequence + 1 < earlier_.size() ? earlier_[sequence + 1].first : first_;
-  const auto& before = earlier_[sequence].first;
   const Block& block = block_of(rank);
-  const std::uint64_t of_others =
-      next[rank] - next[block.begin] - (before[rank] - before[block.begin]);
-  const auto number = static_cast<std::uint32_t>(of_others) + index - earlier_[sequence].rays[rank];
-  const auto round = static_cast<std::uint32_t>(sequence);
-  if (!block.aims_at_sky) return {round, number, false};
-  const std::uint32_t skyward = number / rays_per_skyward;  // before this one
-  const bool is_skyward = number % rays_per_skyward == rays_per_skyward - 1;
-  return {round, is_skyward ? skyward : number - skyward, is_skyward};
+  const std::size_t share = rank - block.begin;
+  if (!block.aims_at_sky) return {number_in_share(share, index), false};
+  const std::uint32_t skyward = index / rays_per_skyward;  // before this one
+  const bool is_skyward = index % rays_per_skyward == rays_per_skyward - 1;
+  return {number_in_share(share, is_skyward ? skyward : index - skyward), is_skyward};
 }
 
 std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,

@@ -20,9 +20,8 @@ inline constexpr double longest_element_edge = 3;
 ///
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
 /// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
-/// Elements in a row are blocks, which take their rays from one sequence, one element after the
-/// other: rays of neighbours fill each other's gaps. From blocks that hardly see the sky some rays
-/// are aimed at it.
+/// Elements in a row are blocks, which share out the points of one sequence: rays of neighbours fill
+/// each other's gaps. From blocks that hardly see the sky some rays are aimed at it.
 class RayPlan {
  public:
   static constexpr std::uint32_t least_set = 2;  ///< twice of it where facets are joined
@@ -39,8 +38,6 @@ class RayPlan {
   /// many rays in sets of nearly one size). Never fewer on any element than before, and together at
   /// most cap unless the least sets of all elements are more.
   void grow(double rays_per_area, std::uint64_t cap);
-  /// Forgets all rays.
-  void restart();
 
   const Elements& elements() const { return *elements_; }
   /// The area of all elements.
@@ -68,10 +65,9 @@ class RayPlan {
   const Block& block_of(std::size_t rank) const { return blocks_[block_of_[rank]]; }
   /// Before any rays are planned.
   void aim_at_sky(const Window& window);
-  /// Where a ray has its place among those of its kind from the elements of its block, which share
-  /// a sequence in each set; every call of grow begins others.
+  /// Which point of its block's sequence for its kind and set a ray takes. It is the same however
+  /// many rays there are.
   struct Place {
-    std::uint32_t sequence = 0;
     std::uint32_t number = 0;
     bool is_skyward = false;
   };
@@ -81,8 +77,6 @@ class RayPlan {
   /// The rays of the least sets of all elements.
   std::uint64_t least_total() const;
   std::uint64_t total() const { return first_.back() * set_count; }
-  /// The same after every call of grow since the rays were last forgotten.
-  std::vector<std::uint64_t> totals() const;
 
  private:
   static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
@@ -102,12 +96,6 @@ class RayPlan {
   std::vector<std::uint32_t> block_of_;  // per rank
   std::vector<std::uint32_t> rays_;
   std::vector<std::uint64_t> first_;
-  // By rank: rays_ and first_ before each call of grow.
-  struct Earlier {
-    std::vector<std::uint32_t> rays;
-    std::vector<std::uint64_t> first;
-  };
-  std::vector<Earlier> earlier_;
 };
 
 /// What the first round sends in all, for targets. The two sets of a few rays often find the same,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numbers>
-#include <optional>
 
 #include "core/random.h"
 #include "flux/sampling.h"
@@ -22,6 +21,14 @@ std::uint32_t leaning_sides(const SourceLobe& lobe, const FluxOptions& options) 
   return sides;
 }
 
+// What a ray counts where some of all rays are aimed at the sky.
+float balance(Vec3d u, Vec3d n) {
+  constexpr double skyward = 1.0 / RayPlan::rays_per_skyward;
+  const double by_lambert = dot(u, n) / std::numbers::pi;
+  return static_cast<float>(by_lambert /
+                            ((1 - skyward) * by_lambert + skyward * skyward_density(u)));
+}
+
 }  // namespace
 
 // Hemisphere rays serve all species, lobe rays their own.
@@ -32,12 +39,11 @@ Shooter::Shooter(const FluxProblem& problem, const RayPlan& plan, Law law)
       user_(law == Law::lambert ? 0xFFFFFFFFU : ~problem.species_index - 1),
       leans_(law == Law::lambert ? 0 : leaning_sides(problem.species.source, problem.options)) {}
 
-Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence, Use use) const {
+Shooter::Sets Shooter::sets_of(std::size_t rank, Use use) const {
   static_assert(set_count == 2);
   const FluxOptions& options = problem_.options;
   RandomStream random({options.seed, options.time_step, user_,
-                       std::uint64_t{sequence} << 56 |
-                           std::uint64_t{static_cast<unsigned>(use)} << 48 |
+                       std::uint64_t{static_cast<unsigned>(use)} << 56 |
                            plan_.element_at(plan_.block_of(rank).begin)});
   const auto set = [&] {
     std::array<std::uint32_t, 4> seeds{};
@@ -49,52 +55,35 @@ Shooter::Sets Shooter::sets_of(std::size_t rank, std::uint32_t sequence, Use use
 
 // All images are tried: a ray counts if it was mirrored at the sides of its own.
 void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const {
-  struct OfSequence {
-    std::uint32_t sequence = 0;
-    Sets sets;
-  };
-  std::array<std::optional<OfSequence>, 2> known;  // by whether they are aimed at the sky
-  const std::size_t begin = shots.size();
-  std::uint32_t skyward = 0;
+  const bool aims_at_sky = plan_.block_of(rank).aims_at_sky;
+  const Sets sets = sets_of(rank, Use::rays);
+  const Sets skyward_sets = aims_at_sky ? sets_of(rank, Use::skyward_rays) : sets;
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
-    const RayPlan::Place place = plan_.place(rank, index);
-    const Use use = place.is_skyward ? Use::skyward_rays : Use::rays;
-    if (place.is_skyward) ++skyward;
-    auto& of_kind = known[place.is_skyward ? 1 : 0];
-    if (!of_kind || of_kind->sequence != place.sequence)
-      of_kind = OfSequence{place.sequence, sets_of(rank, place.sequence, use)};
+    const auto [number, is_skyward] = plan_.place(rank, index);
+    const Use use = is_skyward ? Use::skyward_rays : Use::rays;
     for (std::uint16_t set = 0; set < set_count; ++set) {
-      const auto xi = of_kind->sets[set].point(place.number);
+      const auto xi = (is_skyward ? skyward_sets : sets)[set].point(number);
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
         shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, use, xi));
         const Shot& last = shots.back();
-        const bool may_miss = law_ == Law::lobe || place.is_skyward;
+        const bool may_miss = law_ == Law::lobe || is_skyward;
         if (may_miss && dot(last.u, problem_.normal(last.ray.from)) <= 0) shots.pop_back();
       }
     }
-  }
-  if (skyward > 0) weigh(std::span(shots).subspan(begin), skyward, plan_.rays(rank) - first);
-}
-
-void Shooter::weigh(std::span<Shot> shots, std::uint32_t skyward, std::uint32_t rays) const {
-  for (Shot& shot : shots) {
-    const double by_lambert = dot(shot.u, problem_.normal(shot.ray.from)) / std::numbers::pi;
-    const double by_all = (rays - skyward) * by_lambert + skyward * skyward_density(shot.u);
-    shot.weight = static_cast<float>(rays * by_lambert / by_all);
   }
 }
 
 Shot Shooter::scout(std::size_t rank) const {
   const auto number = static_cast<std::uint32_t>(rank - plan_.block_of(rank).begin);
   return shot({.rank = static_cast<std::uint32_t>(rank)}, Use::scouts,
-              sets_of(rank, 0, Use::scouts)[0].point(number));
+              sets_of(rank, Use::scouts)[0].point(number));
 }
 
 Shot Shooter::shot(const ShotName& name) const {
-  const auto [sequence, number, is_skyward] = plan_.place(name.rank, name.index);
+  const auto [number, is_skyward] = plan_.place(name.rank, name.index);
   const Use use = is_skyward ? Use::skyward_rays : Use::rays;
-  return shot(name, use, sets_of(name.rank, sequence, use)[name.set].point(number));
+  return shot(name, use, sets_of(name.rank, use)[name.set].point(number));
 }
 
 Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const {
@@ -106,7 +95,10 @@ Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& x
           .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,
                   .from = piece.facet},
-          .u = u};
+          .u = u,
+          .weight = plan_.block_of(name.rank).aims_at_sky
+                        ? balance(u, problem_.normal(piece.facet))
+                        : 1};
 }
 
 // A number says on which piece, by area, and what it has left where there.
@@ -125,7 +117,7 @@ std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t elemen
 Vec3d Shooter::direction(const ShotName& name, Use use, std::uint32_t facet, UnitSquare xi) const {
   if (use == Use::skyward_rays) return sample_skyward(xi);
   if (law_ == Law::lambert) return sample_cosine(xi, problem_.normal(facet));
-  // The streams of an element's rays lie between those of its block's sequences.
+  // Numbers stay below 2^24, so no stream is that of a block's sets.
   const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;
   RandomStream random({problem_.options.seed, problem_.options.time_step, user_,
                        number << 32 | plan_.element_at(name.rank)});

@@ -61,9 +61,8 @@ class Shooter {
   enum class Use : std::uint8_t { rays, skyward_rays, scouts };
   using Sets = std::array<ScrambledSobol, set_count>;
 
-  Sets sets_of(std::size_t rank, std::uint32_t sequence, Use use) const;
+  Sets sets_of(std::size_t rank, Use use) const;
   Shot shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const;
-  void weigh(std::span<Shot> shots, std::uint32_t skyward, std::uint32_t rays) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
   Vec3d direction(const ShotName& name, Use use, std::uint32_t facet, UnitSquare xi) const;
 

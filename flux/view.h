@@ -48,7 +48,6 @@ bool is_looked_for(const FluxProblem& problem);
 std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan);
 
 /// Sends the rays of a plan, except those that an earlier view with smaller sets already holds.
-/// Those that are sent together are weighed together.
 ///
 /// Shape: all problems share scene and options. Cost: 1/4 to 1/2 us per new ray on one core.
 View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier);

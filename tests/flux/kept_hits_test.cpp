@@ -38,7 +38,7 @@ void expect_same_bits(const std::vector<FluxField>& a, const std::vector<FluxFie
   }
 }
 
-// By turns two chemistries, one of which needs more rays, and new starts on the way.
+// By turns two chemistries, one of which needs more rays.
 TEST(KeptHits, ChangeNoBitOfAFluxAndAreNotSentAgain) {
   const Shape shape = two_materials();
   const std::vector<std::vector<Species>> chemistries{

@@ -3,14 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
-#include <optional>
+#include <map>
 #include <ranges>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
+#include "flux/sobol.h"
 #include "flux/spatial_order.h"
 #include "tests/flux/shapes.h"
 
@@ -43,44 +45,45 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   EXPECT_EQ(plan.total(), full);
 }
 
-TEST(RayPlan, BlocksTakeTheirRaysFromOneSequence) {
+// Elements of a block take different points, those that they took before they take again, and
+// nearly as many of each take nearly the first of the sequence.
+TEST(RayPlan, BlocksShareOutOneSequence) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
   const Elements elements(scene, longest_element_edge);
   RayPlan plan(scene, elements);
-  std::vector<std::uint32_t> before(plan.size());
-  std::set<std::pair<std::size_t, std::uint32_t>> sequences;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> known;
   for (const double rays_per_area : {20.0, 30.0, 70.0}) {
     plan.grow(rays_per_area, 1'000'000);
     std::size_t next = 0;
     for (const RayPlan::Block& block : plan.windows() | std::views::join) {
       EXPECT_EQ(block.begin, next);
+      EXPECT_LE(block.size(), share_count);
       next = block.end;
-      std::uint32_t number = 0;
-      std::optional<std::uint32_t> sequence;
+      std::set<std::uint32_t> numbers;
+      std::uint32_t most = 0;
+      std::uint32_t rays = 0;
       for (std::size_t rank = block.begin; rank < block.end; ++rank) {
         EXPECT_EQ(&plan.block_of(rank), &block);
         const auto facet = elements.piece(elements.pieces_of(plan.element_at(rank)).front()).facet;
         EXPECT_EQ(main_direction(scene.normal(facet)), block.main_direction);
-        for (std::uint32_t index = before[rank]; index < plan.rays(rank); ++index) {
+        for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
           const RayPlan::Place place = plan.place(rank, index);
-          EXPECT_EQ(place.number, number++);
-          EXPECT_EQ(sequence.value_or(place.sequence), place.sequence);
-          sequence = place.sequence;
+          EXPECT_FALSE(place.is_skyward);
+          EXPECT_EQ(known.try_emplace({rank, index}, place.number).first->second, place.number);
+          numbers.insert(place.number);
         }
-        before[rank] = plan.rays(rank);
+        most = std::max(most, plan.rays(rank));
+        rays += plan.rays(rank);
       }
-      if (!sequence) continue;
-      EXPECT_TRUE(sequences.emplace(block.begin, *sequence).second);
+      EXPECT_EQ(numbers.size(), rays);
+      EXPECT_LT(*numbers.rbegin(), most * share_count);
     }
     EXPECT_EQ(next, plan.size());
   }
-  EXPECT_EQ(plan.place(3, 0).sequence, 0U);
-  plan.restart();
-  EXPECT_EQ(plan.total(), 0U);
 }
 
-// Both kinds of a block that aims at the sky are numbered without gaps.
+// Both kinds of a block that aims at the sky are numbered without gaps, whatever the rounds.
 TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
@@ -89,23 +92,19 @@ TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
   const RayPlan::Window aimed = plan.windows()[2];
   plan.aim_at_sky(aimed);
   for (const double rays_per_area : {20.0, 50.0}) {
-    std::vector<std::uint32_t> before(plan.size());
-    for (std::size_t rank = 0; rank < plan.size(); ++rank) before[rank] = plan.rays(rank);
     plan.grow(rays_per_area, 1'000'000);
     for (const RayPlan::Block& block : plan.windows() | std::views::join) {
       EXPECT_EQ(block.aims_at_sky,
                 block.begin >= aimed.front().begin && block.end <= aimed.back().end);
-      std::array<std::uint32_t, 2> numbers{};
       for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-        std::uint32_t skyward = 0;
-        for (std::uint32_t index = before[rank]; index < plan.rays(rank); ++index) {
+        std::array<std::uint32_t, 2> numbers{};
+        for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
           const RayPlan::Place place = plan.place(rank, index);
-          EXPECT_EQ(place.number, numbers[place.is_skyward ? 1 : 0]++);
-          skyward += place.is_skyward ? 1 : 0;
+          const std::uint32_t before = numbers[place.is_skyward ? 1 : 0]++;
+          EXPECT_EQ(place.number, number_in_share(rank - block.begin, before));
         }
-        EXPECT_EQ(4 * skyward, block.aims_at_sky ? plan.rays(rank) - before[rank] : 0);
+        EXPECT_EQ(4 * numbers[1], block.aims_at_sky ? plan.rays(rank) : 0);
       }
-      EXPECT_EQ(numbers[1], block.aims_at_sky ? numbers[0] / 3 : 0);
     }
   }
 }
