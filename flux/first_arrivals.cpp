@@ -29,7 +29,6 @@ class Looker {
     std::uint64_t flights = 0;
   };
   void look(std::size_t begin, std::size_t end, Part& part);
-  void weigh_earlier(double factor);
   void book(const Shot& shot, const Flight& flight, Part& part);
 
   const FluxProblem& problem_;
@@ -72,24 +71,15 @@ void Looker::look(std::size_t begin, std::size_t end, Part& part) {
   }
 }
 
-void Looker::weigh_earlier(double factor) {
-  for (double& weight : found_.weights) weight *= factor;
-  for (std::vector<double>& of_quantity : found_.sums)
-    for (double& sum : of_quantity) sum *= factor;
-  for (FirstArrivals::Lit& lit : found_.lit) lit.goes_on *= static_cast<float>(factor);
-}
-
 void Looker::look() {
   const std::size_t size = plan_.size();
   found_.rays.resize(size);
-  found_.weights.resize(size);
   found_.flown.resize(size);
   found_.met.resize(size);
   found_.sums.resize(mean_yields_.size() + 2, std::vector<double>(size * set_count));
   std::uint64_t new_rays = plan_.total();
   for (const std::uint32_t rays : found_.rays) new_rays -= rays * set_count;
   if (new_rays == 0) return;
-  weigh_earlier(static_cast<double>(plan_.total() - new_rays) / static_cast<double>(new_rays));
 
   const std::size_t grain = std::max<std::size_t>(1, pool_size * size / new_rays);
   std::vector<Part> parts((size + grain - 1) / grain);
@@ -102,10 +92,7 @@ void Looker::look() {
   }
   std::inplace_merge(found_.lit.begin(), found_.lit.begin() + middle, found_.lit.end(),
                      [](const auto& a, const auto& b) { return a.name.rank < b.name.rank; });
-  for (std::size_t rank = 0; rank < size; ++rank) {
-    found_.weights[rank] += plan_.rays(rank) - found_.rays[rank];
-    found_.rays[rank] = plan_.rays(rank);
-  }
+  for (std::size_t rank = 0; rank < size; ++rank) found_.rays[rank] = plan_.rays(rank);
 }
 
 }  // namespace

@@ -14,15 +14,14 @@ struct FirstArrivals {
   /// A ray that met the source: turned around, the first flight of a particle.
   struct Lit {
     ShotName name;
-    float goes_on = 0;  ///< of weight times flux of the ray, what does not stick; > 0
+    float goes_on = 0;  ///< of the flux of the ray, what does not stick; > 0
   };
 
-  /// At rank * set_count + set, the weighted sum over the rays of arrivals, then of yields, last of
-  /// what does not stick; divided by the weight of all rays it is the flux.
+  /// At rank * set_count + set, the sum over the rays of arrivals, then of yields, last of what
+  /// does not stick; divided by the number of rays it is the flux.
   std::vector<std::vector<double>> sums;
   std::vector<Lit> lit;             ///< by rank
   std::vector<std::uint32_t> rays;  ///< in each set of a rank
-  std::vector<double> weights;      ///< of all rays in each set of a rank
   /// By rank, in both sets: rays that flew, since they do not leave into the solid, and those of
   /// them that met the source.
   std::vector<std::uint32_t> flown;
@@ -31,8 +30,7 @@ struct FirstArrivals {
 };
 
 /// Sends the rays of a plan against the lobe, except those that an earlier look with smaller sets
-/// has sent. The error of scrambled sets falls as one over their number of rays, so rays of a
-/// larger look weigh more than those of earlier ones, as their numbers do.
+/// has sent.
 FirstArrivals look_for_source(const FluxProblem& problem, const RayPlan& plan,
                               FirstArrivals earlier);
 

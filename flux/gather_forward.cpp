@@ -60,7 +60,7 @@ class Direct {
       : plan_(plan), mean_(plan.size()) {
     const auto sum_of = [&](std::size_t rank, double sign) {
       return (sums[rank * set_count] + sign * sums[rank * set_count + 1]) /
-             (arrivals.weights[rank] * set_count);
+             (1.0 * arrivals.rays[rank] * set_count);
     };
     std::vector<double> halves(plan.size());
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
@@ -136,7 +136,7 @@ double unknown_of_borders(const RayPlan& plan, const FirstArrivals& found) {
         varies += std::sqrt(n) * part * (1 - part);
         flown += found.flown[rank];
         met += found.met[rank];
-        flux += area * (sums[0] + sums[1]) / (found.weights[rank] * set_count);
+        flux += area * (sums[0] + sums[1]) / (1.0 * found.rays[rank] * set_count);
       }
       if (met == 0 || met == flown) continue;
       const double of_ray = flux / (met / set_count);
@@ -325,10 +325,8 @@ bool Solver::ask_for_more(double error) {
     return grows;
   };
   const Flights wanted = fewest(direct_, onward_, 0.9 * options_.target_error);
-  const double direct_growth = wanted.direct / direct_.flights;
-  const bool onward_grows = grow(onward_, wanted.onward / onward_.flights);
-  const double added = std::sqrt(std::max(direct_growth * direct_growth - 1, 0.0));
-  return grow(direct_, 1 + added) || onward_grows;
+  const bool direct_grows = grow(direct_, wanted.direct / direct_.flights);
+  return grow(onward_, wanted.onward / onward_.flights) || direct_grows;
 }
 
 FluxField Solver::solve() {

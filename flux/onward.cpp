@@ -31,7 +31,7 @@ OnwardParticles::OnwardParticles(const FluxProblem& problem, const RayPlan& plan
   const auto flux_area = [&](const FirstArrivals::Lit& lit) {
     const std::size_t rank = lit.name.rank;
     const double area = plan.elements().area(plan.element_at(rank));
-    return lit.goes_on * area / (arrivals.weights[rank] * set_count);
+    return lit.goes_on * area / (1.0 * arrivals.rays[rank] * set_count);
   };
   for (const FirstArrivals::Lit& lit : arrivals.lit) total_ += flux_area(lit);
   if (wanted == 0) return;

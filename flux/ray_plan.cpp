@@ -126,10 +126,10 @@ void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
 RayPlan::Place RayPlan::place(std::size_t rank, std::uint32_t index) const {
   const Block& block = block_of(rank);
   const std::size_t share = rank - block.begin;
-  if (!block.aims_at_sky) return {number_in_share(share, index), false};
+  if (!block.aims_at_sky) return {share, index, false};
   const std::uint32_t skyward = index / rays_per_skyward;  // before this one
   const bool is_skyward = index % rays_per_skyward == rays_per_skyward - 1;
-  return {number_in_share(share, is_skyward ? skyward : index - skyward), is_skyward};
+  return {share, is_skyward ? skyward : index - skyward, is_skyward};
 }
 
 std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,

@@ -68,7 +68,8 @@ class RayPlan {
   /// Which point of its block's sequence for its kind and set a ray takes. It is the same however
   /// many rays there are.
   struct Place {
-    std::uint32_t number = 0;
+    std::size_t share = 0;
+    std::uint32_t index = 0;  ///< in the share
     bool is_skyward = false;
   };
   Place place(std::size_t rank, std::uint32_t index) const;

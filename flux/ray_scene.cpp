@@ -65,6 +65,7 @@ class RayScene::Wave {
     Ray ray;
     std::size_t flight;
     int crossings;
+    bool begins_inside;
     int axis;  // of the side it ends at
     double t_side;
     double t_end;  // of the domain
@@ -80,7 +81,26 @@ class RayScene::Wave {
     parts_[walk].ray = rays_[next_];
     parts_[walk].flight = next_++;
     parts_[walk].crossings = 0;
+    parts_[walk].begins_inside = false;
     start_part(walk);
+  }
+
+  // A flight that begins on an edge, but for rounding, and nearly along it may begin behind the
+  // facet beyond. It is known by its end, within the solid, and begins again a little further from
+  // all edges; false if it did so before.
+  bool begin_inside(std::size_t walk) {
+    constexpr double towards_middle = 1e-3;
+    Part& part = parts_[walk];
+    const Ray& whole = rays_[part.flight];
+    if (part.begins_inside || whole.from == Ray::no_facet) return false;
+    const auto& [a, b, c] = scene_.facets_[whole.from].corners;
+    const Vec3d middle = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3;
+    part.ray = whole;
+    part.ray.r += towards_middle * (middle - whole.r);
+    part.crossings = 0;
+    part.begins_inside = true;
+    start_part(walk);
+    return true;
   }
 
   void start_part(std::size_t walk) {
@@ -166,9 +186,13 @@ class RayScene::Wave {
     if (nearest.is_at_front()) {
       land(walk, Flight::End::front, nearest.front());
     } else if (nearest.back().facet != Ray::no_facet) {
-      land(walk, Flight::End::back, nearest.back());
+      if (!begin_inside(walk)) land(walk, Flight::End::back, nearest.back());
     } else if (part.t_end <= part.t_side) {
-      land(walk, ray.u.z > 0 ? Flight::End::sky : Flight::End::below, {.t = part.t_end});
+      if (ray.u.z > 0) {
+        land(walk, Flight::End::sky, {.t = part.t_end});
+      } else if (!begin_inside(walk)) {
+        land(walk, Flight::End::below, {.t = part.t_end});
+      }
     } else {
       part.ray.r += part.t_side * ray.u;
       scene_.cross_side(part.axis, part.ray);

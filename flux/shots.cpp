@@ -59,10 +59,10 @@ void Shooter::shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& sh
   const Sets sets = sets_of(rank, Use::rays);
   const Sets skyward_sets = aims_at_sky ? sets_of(rank, Use::skyward_rays) : sets;
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
-    const auto [number, is_skyward] = plan_.place(rank, index);
+    const auto [share, place, is_skyward] = plan_.place(rank, index);
     const Use use = is_skyward ? Use::skyward_rays : Use::rays;
     for (std::uint16_t set = 0; set < set_count; ++set) {
-      const auto xi = (is_skyward ? skyward_sets : sets)[set].point(number);
+      const auto xi = (is_skyward ? skyward_sets : sets)[set].point_of_share(share, place);
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
         shots.push_back(shot({static_cast<std::uint32_t>(rank), index, set, image}, use, xi));
@@ -81,16 +81,21 @@ Shot Shooter::scout(std::size_t rank) const {
 }
 
 Shot Shooter::shot(const ShotName& name) const {
-  const auto [number, is_skyward] = plan_.place(name.rank, name.index);
+  const auto [share, place, is_skyward] = plan_.place(name.rank, name.index);
   const Use use = is_skyward ? Use::skyward_rays : Use::rays;
-  return shot(name, use, sets_of(name.rank, use)[name.set].point(number));
+  return shot(name, use, sets_of(name.rank, use)[name.set].point_of_share(share, place));
 }
 
+// What matters more has the first coordinates, which fill the square more evenly: the direction,
+// but in a lobe, which casts sharp shadows, the place.
 Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const {
-  const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
+  const bool place_matters = law_ == Law::lobe;
+  const UnitSquare of_place = place_matters ? UnitSquare{xi[0], xi[1]} : UnitSquare{xi[2], xi[3]};
+  const UnitSquare of_u = place_matters ? UnitSquare{xi[2], xi[3]} : UnitSquare{xi[0], xi[1]};
+  const auto [piece, left] = start_of(plan_.element_at(name.rank), of_place.xi1);
   const auto& [a, b, c] = piece.corners;
-  const Vec3d weights = sample_triangle({xi2, xi[3]});
-  const Vec3d u = direction(name, use, piece.facet, {xi[0], xi[1]});
+  const Vec3d weights = sample_triangle({left, of_place.xi2});
+  const Vec3d u = direction(name, use, piece.facet, of_u);
   return {.name = name,
           .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,

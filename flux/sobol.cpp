@@ -30,19 +30,25 @@ constexpr DirectionNumbers direction_numbers(const Polynomial& polynomial) {
   return v;
 }
 
-// The first primitive polynomials 1, x + 1, x^2 + x + 1, x^3 + x + 1 and x^3 + x^2 + 1 with the
-// first numbers of new-joe-kuo-6. The errors of gathered flux were up to 1.6 times as large with
-// another of them for the shares.
-constexpr Polynomial share_polynomial{1, 0, {1, 0, 0}};
-constexpr std::array<Polynomial, 4> polynomials{
-    {{0, 0, {0, 0, 0}}, {2, 1, {1, 3, 0}}, {3, 1, {1, 3, 1}}, {3, 2, {1, 1, 1}}}};
+// The first primitive polynomials with the first numbers of new-joe-kuo-6.
+constexpr Polynomial one{0, 0, {}};
+constexpr Polynomial x_1{1, 0, {1}};
+constexpr Polynomial x2_x_1{2, 1, {1, 3}};
+constexpr Polynomial x3_x_1{3, 1, {1, 3, 1}};
+constexpr Polynomial x3_x2_1{3, 2, {1, 1, 1}};
+
+using Polynomials = std::array<Polynomial, 4>;
+constexpr Polynomials of_points{one, x_1, x2_x_1, x3_x_1};
+// Errors of gathered flux were up to 1.6 times as large with another of them for the shares.
+constexpr Polynomials of_shares{one, x2_x_1, x3_x_1, x3_x2_1};
+constexpr Polynomial of_share_itself = x_1;
 
 // The sum of the direction numbers of the bits of each value of a byte, by place of the byte.
 using Axes [[gnu::vector_size(16)]] = std::uint32_t;
 constexpr std::size_t byte_count = 4;
 using ByteTable = std::array<std::array<std::array<std::uint32_t, 4>, 256>, byte_count>;
 
-constexpr ByteTable byte_table() {
+constexpr ByteTable byte_table(const Polynomials& polynomials) {
   std::array<DirectionNumbers, 4> directions{};
   for (std::size_t axis = 0; axis < 4; ++axis)
     directions[axis] = direction_numbers(polynomials[axis]);
@@ -58,13 +64,15 @@ constexpr ByteTable byte_table() {
   return table;
 }
 
-alignas(16) constexpr ByteTable sums = byte_table();
+alignas(16) constexpr ByteTable sums_of_points = byte_table(of_points);
+alignas(16) constexpr ByteTable sums_of_shares = byte_table(of_shares);
 
 // The numbers below 16 by their share. The digits i < 4 of the coordinate of x + 1 are sums of bits
 // k of the number with coefficients binomial(k, i) mod 2, which depend on k mod 4 alone (Lucas): a
-// larger number has the share of the sum of its groups of four bits.
+// larger number has the share of the sum of its groups of four bits. So every 16 numbers in a row
+// are one of each share.
 constexpr std::array<std::uint32_t, share_count> numbers_of_shares() {
-  constexpr DirectionNumbers v = direction_numbers(share_polynomial);
+  constexpr DirectionNumbers v = direction_numbers(of_share_itself);
   std::array<std::uint32_t, share_count> numbers{};
   for (std::uint32_t number = 0; number < share_count; ++number) {
     std::uint32_t coordinate = 0;
@@ -98,25 +106,31 @@ Axes owen_scramble(Axes x, Axes seed) {
   return reversed(x);
 }
 
-}  // namespace
-
-std::uint32_t reverse_bits(std::uint32_t x) { return reversed(x); }
-
-std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
+std::array<double, 4> scrambled_point(const ByteTable& sums, std::uint32_t number,
+                                      const std::array<std::uint32_t, 4>& seeds) {
   Axes x{};
-  for (std::size_t byte = 0; index != 0; index >>= 8, ++byte)
-    x ^= std::bit_cast<Axes>(sums[byte][index & 255U]);
-  x = owen_scramble(x, std::bit_cast<Axes>(seeds_));
+  for (std::size_t byte = 0; number != 0; number >>= 8, ++byte)
+    x ^= std::bit_cast<Axes>(sums[byte][number & 255U]);
+  x = owen_scramble(x, std::bit_cast<Axes>(seeds));
   std::array<double, 4> point{};
   for (std::size_t axis = 0; axis < 4; ++axis) point[axis] = (x[axis] + 0.5) * 0x1.0p-32;
   return point;
 }
 
-std::uint32_t number_in_share(std::size_t share, std::uint32_t index) {
+}  // namespace
+
+std::uint32_t reverse_bits(std::uint32_t x) { return reversed(x); }
+
+std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
+  return scrambled_point(sums_of_points, index, seeds_);
+}
+
+std::array<double, 4> ScrambledSobol::point_of_share(std::size_t share, std::uint32_t index) const {
   std::uint32_t groups = index ^ (index >> 16);
   groups ^= groups >> 8;
   groups ^= groups >> 4;
-  return index * std::uint32_t{share_count} + (number_of_share[share] ^ (groups & 15U));
+  const std::uint32_t in_sixteen = number_of_share[share] ^ (groups & 15U);
+  return scrambled_point(sums_of_shares, index * std::uint32_t{share_count} + in_sixteen, seeds_);
 }
 
 }  // namespace scarp

@@ -90,21 +90,25 @@ TEST(Gather, IsNowhereNegative) {
   EXPECT_THAT(flux.arrivals().mean, ::testing::Each(::testing::Ge(0)));
 }
 
-// A slope between mirrors, of two facets that make one element: with a few rays its two sets find
-// the same.
+// A slope between mirrors, of two facets that make one element: with a few rays its two sets often
+// find the same, with many only by chance.
 TEST(Gather, DoesNotTakeAFewRaysThatAgreeForATarget) {
   exact::Builder builder;
   builder.grid({0, 0, 0}, {10, 0, 10}, 1, {0, 10, 0}, 1);
   const Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {10, 10}}};
   const Species gas{.name = "gas"};
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+  double stated = 0;
+  double found = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     FluxOptions options = options_of(shape, 0);
     options.spacing = 0;
     options.seed = seed;
     const FluxField flux = solve_flux(shape.mesh, {&gas, 1}, options).front();
-    EXPECT_GT(flux.error, 0);
+    stated += flux.error * flux.error;
+    found += std::pow(flux.audit.balance_error(), 2);
     EXPECT_NEAR(flux.audit.balance_error(), 0, 0.01);
   }
+  EXPECT_GT(stated, 0.5 * found);
 }
 
 TEST(Gather, BalancesWithinItsOwnError) {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 #include <vector>
 
@@ -17,77 +17,71 @@ ScrambledSobol sequence(std::uint32_t seed) {
       {seed * 2654435761U + 1, seed * 40503U + 77, seed ^ 0xDEADBEEFU, ~seed * 97});
 }
 
-// In a net each elementary box of `points` times the fair volume holds as many points.
-// Source: Sobol 1967; t = 1 and 2 for two and three of the polynomials of higher degree, and points
-// = 2^t.
-void expect_fair_boxes(const ScrambledSobol& sobol, const std::vector<std::uint32_t>& numbers,
-                       const std::vector<unsigned>& axes, std::uint32_t points) {
-  const auto boxes = static_cast<unsigned>(numbers.size()) / points;
-  const unsigned m = std::countr_zero(boxes);
-  ASSERT_EQ(1U << m, boxes);
-  std::vector<unsigned> bits(axes.size());
-  const auto of_split = [&](auto&& self, std::size_t axis, unsigned left) -> void {
+using Point = std::array<double, 4>;
+
+// Each box whose sides are powers of 1/2 and whose fair part is so many of the points holds them.
+void expect_fair_boxes(const std::vector<Point>& points, const std::vector<std::size_t>& axes,
+                       std::size_t points_per_box) {
+  const std::size_t boxes = points.size() / points_per_box;
+  std::vector<int> bits(axes.size());
+  const auto split = [&](auto&& self, std::size_t axis, int left) -> void {
     if (axis + 1 < axes.size()) {
-      for (bits[axis] = 0; bits[axis] <= left; ++bits[axis]) self(self, axis + 1, left - bits[axis]);
+      for (bits[axis] = 0; bits[axis] <= left; ++bits[axis])
+        self(self, axis + 1, left - bits[axis]);
       return;
     }
     bits[axis] = left;
-    std::map<std::vector<int>, std::uint32_t> count;
-    for (const std::uint32_t number : numbers) {
-      const auto x = sobol.point(number);
+    std::map<std::vector<int>, std::size_t> found;
+    for (const Point& point : points) {
       std::vector<int> box;
       for (std::size_t k = 0; k < axes.size(); ++k)
-        box.push_back(static_cast<int>(x[axes[k]] * (1U << bits[k])));
-      ++count[box];
+        box.push_back(static_cast<int>(std::ldexp(point[axes[k]], bits[k])));
+      ++found[box];
     }
-    EXPECT_EQ(count.size(), boxes) << ::testing::PrintToString(bits);
-    for (const auto& [box, of_box] : count)
-      EXPECT_EQ(of_box, points) << ::testing::PrintToString(bits);
+    EXPECT_EQ(found.size(), boxes) << ::testing::PrintToString(bits);
+    for (const auto& [box, count] : found)
+      EXPECT_EQ(count, points_per_box) << ::testing::PrintToString(bits);
   };
-  of_split(of_split, 0, m);
+  split(split, 0, std::countr_zero(boxes));
 }
 
-std::vector<std::uint32_t> first_numbers(std::uint32_t count) {
-  std::vector<std::uint32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0U);
-  return numbers;
-}
-
+// Every axis, and the first two together, hold one point in each box of the volume of one; all four
+// eight in each that is as large as eight (t = 3).
 TEST(ScrambledSobol, FillsElementaryBoxesEvenly) {
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     const ScrambledSobol sobol = sequence(seed);
-    for (unsigned axis = 0; axis < 4; ++axis)
-      expect_fair_boxes(sobol, first_numbers(256), {axis}, 1);
-    expect_fair_boxes(sobol, first_numbers(256), {0, 1}, 2);
-    expect_fair_boxes(sobol, first_numbers(256), {0, 2}, 4);
-    expect_fair_boxes(sobol, first_numbers(256), {0, 1, 2, 3}, 32);
+    std::vector<Point> points;
+    for (std::uint32_t i = 0; i < 256; ++i) points.push_back(sobol.point(i));
+    for (std::size_t axis = 0; axis < 4; ++axis) expect_fair_boxes(points, {axis}, 1);
+    expect_fair_boxes(points, {0, 1}, 1);
+    expect_fair_boxes(points, {0, 1, 2, 3}, 8);
   }
 }
 
-TEST(NumberInShare, TellsEachNumberOnce) {
-  std::set<std::uint32_t> numbers;
-  for (std::uint32_t index = 0; index < 100; ++index) {
-    for (std::size_t share = 0; share < share_count; ++share)
-      numbers.insert(number_in_share(share, index));
-    EXPECT_EQ(numbers.size(), (index + 1) * share_count);
-    EXPECT_EQ(*numbers.rbegin(), numbers.size() - 1);
-  }
-}
-
-// The points of a share are a net of their own, and so are those of half of the shares, of a
-// quarter, and of two neighbours.
-TEST(NumberInShare, SharesAreFairThemselvesAndTogether) {
+// The first points of a share are a net of their own, and so are those of 2, 4, 8 and 16 shares in
+// a row: together they have a fifth coordinate (t = 5, and 3 for the first two axes).
+TEST(ScrambledSobol, SharesAreFairThemselvesAndTogether) {
   const ScrambledSobol sobol = sequence(3);
-  for (const std::uint32_t shares : {1U, 2U, 4U, 8U}) {
-    for (std::uint32_t first = 0; first < share_count; first += shares) {
-      std::vector<std::uint32_t> numbers;
-      for (std::uint32_t share = first; share < first + shares; ++share)
+  for (const std::size_t shares : {1U, 2U, 4U, 8U, 16U}) {
+    for (std::size_t first = 0; first < share_count; first += shares) {
+      std::vector<Point> points;
+      for (std::size_t share = first; share < first + shares; ++share)
         for (std::uint32_t index = 0; index < 256 / shares; ++index)
-          numbers.push_back(number_in_share(share, index));
-      for (unsigned axis = 0; axis < 4; ++axis) expect_fair_boxes(sobol, numbers, {axis}, 8);
-      expect_fair_boxes(sobol, numbers, {0, 1}, 8);
+          points.push_back(sobol.point_of_share(share, index));
+      for (std::size_t axis = 0; axis < 4; ++axis)
+        expect_fair_boxes(points, {axis}, 1U << axis);
+      expect_fair_boxes(points, {0, 1, 2, 3}, 32);
     }
   }
+}
+
+TEST(ScrambledSobol, SharesHoldDifferentPoints) {
+  const ScrambledSobol sobol = sequence(3);
+  std::set<double> first_axis;
+  for (std::uint32_t index = 0; index < 256; ++index)
+    for (std::size_t share = 0; share < share_count; ++share)
+      first_axis.insert(std::floor(sobol.point_of_share(share, index)[0] * 4096));
+  EXPECT_EQ(first_axis.size(), 4096U);
 }
 
 // Over many scramblings each point is uniform, and the error of a mean behaves: a smooth function
