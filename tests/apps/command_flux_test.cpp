@@ -109,7 +109,7 @@ TEST_F(FluxCommand, BooksWhatPassesThroughAHoleWithEveryEngine) {
 // A needle: hardly a ray from its flanks finds the sky. Of a short one a few do, so that the
 // standard error is as large as what is missing.
 TEST_F(FluxCommand, AnAuditThatDoesNotBalanceIsExitThree) {
-  for (const char* tip : {"0.5 0.5 2e4", "0.5 0.5 5"}) {
+  for (const char* tip : {"0.5 0.5 2e5", "0.5 0.5 50"}) {
     std::string needle = pyramid;
     needle.replace(needle.find("0.5 0.5 0.5"), 11, tip);
     write("needle.obj", needle);

@@ -145,7 +145,9 @@ TEST_P(SlowZones, HaveTrueErrors) {
   const bool is_gather = engine() == Engine::gather;
   const int bits = (is_gather ? 17 : 16) + (sticking() < 1 ? 0 : is_gather ? 2 : 4);
   const std::uint64_t rays = std::uint64_t{1} << bits;
-  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+  // What hardly sticks is off everywhere together: the mean over 400 seeds varies by .05 then.
+  const std::uint64_t seeds = is_gather && sticking() < 1 ? 1600 : 400;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Tally tally =
         flux_on(mesh, sticking(), {.engine = engine(), .rays = rays, .seed = seed}).arrivals();
     on_facets.push_back(exact::on_facets(tally));
