@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/random.h"
-#include "flux/sobol.h"
 
 namespace scarp {
 
@@ -48,15 +47,15 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
     const std::uint64_t stream = (std::uint64_t{1} << 32) + plan_.element_at(block.begin);
     RandomStream random({options_.seed, options_.time_step, 0xFFFFFFFFU, stream});
     const std::uint32_t signs = random.bits();
-    const std::size_t first_shift = random.bits() % share_count;
+    const std::size_t first_shift = random.bits() & 0xFFU;
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t draw = first + k;
       const float sign = (signs >> draw) & 1U ? 1 : -1;
       const RayPlan::Block& source = window[(b + draw) % window.size()];
-      const std::size_t shift = (first_shift + draw / window.size() * shift_step) % share_count;
+      const std::size_t shift = first_shift + draw / window.size() * shift_step;
       Whole drawn;
       for (std::size_t to = block.begin; to < block.end; ++to) {
-        const std::size_t from = source.begin + ((to - block.begin) ^ shift) % source.size();
+        const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
         const float error = scale_[to] * normalised_[scale_[from] > 0 ? from : to];
         errors[to * count + k] = sign * error;
         if (scale_[to] > 0) drawn.add(area(to), error);

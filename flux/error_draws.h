@@ -18,14 +18,13 @@ inline constexpr std::size_t draw_count = 32;
 ///
 /// Elements of a block share a sequence of points, so that one has too little of what another has
 /// too much of: their errors belong together, while blocks are independent. A draw gives a block
-/// the half differences of one nearby, with either sign and with shares exchanged alike for all: a
-/// single half difference says little about its element, but those around it are alike. What a
-/// block has as a whole stays with it.
+/// the half differences of one nearby, shifted within it and with either sign: a single half
+/// difference says little about its element, but those around it are alike. What a block has as a
+/// whole stays with it.
 ///
 /// Half differences of several quantities are drawn alike, and so keep what they have in common.
 ///
-/// Source: Wu 1986 (wild bootstrap), Politis and Romano 1992 (circular block bootstrap, here with
-/// digital shifts, under which scrambled points are the same at random).
+/// Source: Wu 1986 (wild bootstrap), Politis and Romano 1992 (circular block bootstrap).
 class ErrorDraws {
  public:
   /// Elements that are left out have no error.

@@ -14,8 +14,11 @@ namespace scarp {
 namespace {
 
 // What the first round sends.
-constexpr double first_rays_per_element = 4;
+constexpr double first_rays_per_element = 8;
 constexpr double first_particles = 1 << 13;
+
+// Of so few rays in a set half differences tell the error of narrow light; two say too little.
+constexpr std::uint32_t least_set = 4;
 
 // A part of the solution: rays or particles, what they cost and what their noise does.
 struct Part {
@@ -202,7 +205,7 @@ Solver::Solver(const FluxProblem& problem)
     : problem_(problem),
       options_(problem.options),
       elements_(problem.scene, longest_element_edge),
-      plan_(problem.scene, elements_),
+      plan_(problem.scene, elements_, least_set),
       tracer_(problem) {
   const auto all =
       static_cast<double>(ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit)));

@@ -26,7 +26,8 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 
 }  // namespace
 
-RayPlan::RayPlan(const RayScene& scene, const Elements& elements) : elements_(&elements) {
+RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
+    : elements_(&elements), least_set_(least_set) {
   for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
   std::vector<std::uint64_t> keys(elements.count());
   const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
@@ -83,7 +84,7 @@ void RayPlan::aim_at_sky(const Window& window) {
 // Small ones beside an edge are as well known as if their facets were not joined.
 std::uint32_t RayPlan::least(std::size_t rank) const {
   const bool is_joined = elements_->pieces_of(element_at_[rank]).size() > 1;
-  return std::max(is_joined ? 2 * least_set : least_set, step(rank));
+  return std::max(is_joined ? 2 * least_set_ : least_set_, step(rank, 0));
 }
 
 std::uint64_t RayPlan::least_total() const {
@@ -93,21 +94,26 @@ std::uint64_t RayPlan::least_total() const {
 }
 
 // So that as many of every element's rays are aimed at the sky, in every round.
-std::uint32_t RayPlan::step(std::size_t rank) const {
-  return block_of(rank).aims_at_sky ? rays_per_skyward : 2;
+std::uint32_t RayPlan::step(std::size_t rank, double of_set) const {
+  constexpr std::uint32_t many = 8;
+  constexpr std::uint32_t of_many = 4;
+  static_assert(of_many % rays_per_skyward == 0);
+  const std::uint32_t of_few = block_of(rank).aims_at_sky ? rays_per_skyward : least_set_;
+  return of_set < many ? of_few : of_many;
 }
 
-// Of elements in a row a fraction takes a step more; they are spread evenly by the rank's bits in
-// reverse.
+// A fraction of the blocks takes a step more, all of each, or its elements would lack what others
+// have; they are spread evenly by the block's bits in reverse.
 std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
   std::vector<std::uint32_t> wanted(size());
   for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
     const double of_set = rays_per_area * elements_->area(element_at_[rank]) / set_count;
-    const double steps = std::min(of_set, 0.5 * most_in_set) / step(rank);
-    const double threshold = reverse_bits(rank) * 0x1.0p-32;
+    const std::uint32_t of_step = step(rank, of_set);
+    const double steps = std::min(of_set, 0.5 * most_in_set) / of_step;
+    const double threshold = reverse_bits(block_of_[rank]) * 0x1.0p-32;
     const double whole = std::floor(steps + threshold);
     wanted[rank] =
-        std::max({least(rank), rays_[rank], step(rank) * static_cast<std::uint32_t>(whole)});
+        std::max({least(rank), rays_[rank], of_step * static_cast<std::uint32_t>(whole)});
   }
   return wanted;
 }

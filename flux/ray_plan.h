@@ -24,19 +24,20 @@ inline constexpr double longest_element_edge = 3;
 /// each other's gaps. From blocks that hardly see the sky some rays are aimed at it.
 class RayPlan {
  public:
-  static constexpr std::uint32_t least_set = 2;  ///< twice of it where facets are joined
   /// Every so many rays of a block that aims at the sky one does.
   static constexpr std::uint32_t rays_per_skyward = 4;
 
-  RayPlan(const RayScene& scene, const Elements& elements);
+  /// least_set: rays in each set of an element, 2 or 4; twice of it where facets are joined.
+  RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set = 2);
   RayPlan(const RayPlan&) = delete;
   RayPlan& operator=(const RayPlan&) = delete;
 
   /// As many rays per area everywhere, since errors are judged on patches of the same area: even
-  /// numbers, multiples of rays_per_skyward where they aim at the sky, mixed for the right mean
-  /// (powers of two make better sets, but a mixture of two of them has 3 to 8 % more error than as
-  /// many rays in sets of nearly one size). Never fewer on any element than before, and together at
-  /// most cap unless the least sets of all elements are more.
+  /// numbers, from 8 in a set on multiples of 4, everywhere multiples of rays_per_skyward where
+  /// they aim at the sky, mixed from block to block for the right mean (powers of two make better
+  /// sets, but a mixture of two of them has 3 to 8 % more error than as many rays in sets of nearly
+  /// one size). Never fewer on any element than before, and together at most cap unless the least
+  /// sets of all elements are more.
   void grow(double rays_per_area, std::uint64_t cap);
 
   const Elements& elements() const { return *elements_; }
@@ -84,10 +85,11 @@ class RayPlan {
 
   void make_blocks(const RayScene& scene);
   std::uint32_t least(std::size_t rank) const;
-  std::uint32_t step(std::size_t rank) const;
+  std::uint32_t step(std::size_t rank, double of_set) const;
   std::vector<std::uint32_t> wanted(double rays_per_area) const;
 
   const Elements* elements_;
+  std::uint32_t least_set_;
   double surface_ = 0;
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;

@@ -86,16 +86,11 @@ Shot Shooter::shot(const ShotName& name) const {
   return shot(name, use, sets_of(name.rank, use)[name.set].point_of_share(share, place));
 }
 
-// What matters more has the first coordinates, which fill the square more evenly: the direction,
-// but in a lobe, which casts sharp shadows, the place.
 Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const {
-  const bool place_matters = law_ == Law::lobe;
-  const UnitSquare of_place = place_matters ? UnitSquare{xi[0], xi[1]} : UnitSquare{xi[2], xi[3]};
-  const UnitSquare of_u = place_matters ? UnitSquare{xi[2], xi[3]} : UnitSquare{xi[0], xi[1]};
-  const auto [piece, left] = start_of(plan_.element_at(name.rank), of_place.xi1);
+  const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
   const auto& [a, b, c] = piece.corners;
-  const Vec3d weights = sample_triangle({left, of_place.xi2});
-  const Vec3d u = direction(name, use, piece.facet, of_u);
+  const Vec3d weights = sample_triangle({xi2, xi[3]});
+  const Vec3d u = direction(name, use, piece.facet, {xi[0], xi[1]});
   return {.name = name,
           .ray = {.r = weights.x * a + weights.y * b + weights.z * c,
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,

@@ -39,9 +39,7 @@ constexpr Polynomial x3_x2_1{3, 2, {1, 1, 1}};
 
 using Polynomials = std::array<Polynomial, 4>;
 constexpr Polynomials of_points{one, x_1, x2_x_1, x3_x_1};
-// Errors of gathered flux were up to 1.6 times as large with another of them for the shares.
-constexpr Polynomials of_shares{one, x2_x_1, x3_x_1, x3_x2_1};
-constexpr Polynomial of_share_itself = x_1;
+constexpr Polynomials of_shares{x_1, x2_x_1, x3_x_1, x3_x2_1};
 
 // The sum of the direction numbers of the bits of each value of a byte, by place of the byte.
 using Axes [[gnu::vector_size(16)]] = std::uint32_t;
@@ -66,24 +64,6 @@ constexpr ByteTable byte_table(const Polynomials& polynomials) {
 
 alignas(16) constexpr ByteTable sums_of_points = byte_table(of_points);
 alignas(16) constexpr ByteTable sums_of_shares = byte_table(of_shares);
-
-// The numbers below 16 by their share. The digits i < 4 of the coordinate of x + 1 are sums of bits
-// k of the number with coefficients binomial(k, i) mod 2, which depend on k mod 4 alone (Lucas): a
-// larger number has the share of the sum of its groups of four bits. So every 16 numbers in a row
-// are one of each share.
-constexpr std::array<std::uint32_t, share_count> numbers_of_shares() {
-  constexpr DirectionNumbers v = direction_numbers(of_share_itself);
-  std::array<std::uint32_t, share_count> numbers{};
-  for (std::uint32_t number = 0; number < share_count; ++number) {
-    std::uint32_t coordinate = 0;
-    for (unsigned bit = 0; bit < 4; ++bit)
-      if ((number >> bit) & 1U) coordinate ^= v[bit];
-    numbers[coordinate >> 28] = number;
-  }
-  return numbers;
-}
-
-constexpr std::array<std::uint32_t, share_count> number_of_share = numbers_of_shares();
 
 template <class Word>
 Word reversed(Word x) {
@@ -125,12 +105,11 @@ std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
   return scrambled_point(sums_of_points, index, seeds_);
 }
 
+// The polynomial one makes the share: that coordinate begins with the number's last bits in reverse.
 std::array<double, 4> ScrambledSobol::point_of_share(std::size_t share, std::uint32_t index) const {
-  std::uint32_t groups = index ^ (index >> 16);
-  groups ^= groups >> 8;
-  groups ^= groups >> 4;
-  const std::uint32_t in_sixteen = number_of_share[share] ^ (groups & 15U);
-  return scrambled_point(sums_of_shares, index * std::uint32_t{share_count} + in_sixteen, seeds_);
+  static_assert(share_count == 16);
+  const std::uint32_t remainder = reversed(static_cast<std::uint32_t>(share)) >> 28;
+  return scrambled_point(sums_of_shares, index * 16 + remainder, seeds_);
 }
 
 }  // namespace scarp
