@@ -335,7 +335,9 @@ TEST_P(StatedErrors, AreTrue) {
   const Case& c = GetParam();
   const Shape shape = shape_of(c);
   const Species ions = ions_of(c);
-  const std::uint64_t rays = std::uint64_t{1} << (c.is_hole ? 14 : 13);
+  // So few reach the bottom of a hole that the onward part is known well from many alone: a value
+  // and its error rise together with their number.
+  const std::uint64_t rays = std::uint64_t{1} << (c.is_hole ? 16 : 13);
   std::array<std::vector<exact::Stated>, 2> on_facets;
   std::array<std::vector<exact::Stated>, 2> on_patches;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {

@@ -68,8 +68,7 @@ TEST(ScrambledSobol, SharesAreFairThemselvesAndTogether) {
       for (std::size_t share = first; share < first + shares; ++share)
         for (std::uint32_t index = 0; index < 256 / shares; ++index)
           points.push_back(sobol.point_of_share(share, index));
-      for (std::size_t axis = 0; axis < 4; ++axis)
-        expect_fair_boxes(points, {axis}, 1U << axis);
+      for (std::size_t axis = 0; axis < 4; ++axis) expect_fair_boxes(points, {axis}, 1U << axis);
       expect_fair_boxes(points, {0, 1, 2, 3}, 32);
     }
   }
