@@ -151,7 +151,7 @@ void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
   const std::uint64_t asked = options.rays > 0 ? options.rays : options.max_rays;
   if (flux.rays <= asked) return;
   fmt::print(stderr, "note: {} rays instead of {}: {}\n", flux.rays, asked,
-             flux.engine == FluxEngine::gather ? "at least 4 leave each piece of the surface"
+             flux.engine == FluxEngine::gather ? "fewer cannot tell their error"
                                                : "they come in whole batches of 32");
 }
 

@@ -435,7 +435,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
     const double first = first_rays_per_element * static_cast<double>(elements.count());
-    rays = std::min(rays, std::max(first, least_first_rays));
+    rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);
   for (bool is_last = options.rays > 0;;) {

@@ -214,7 +214,7 @@ Solver::Solver(const FluxProblem& problem)
   onward_.most = std::max(all - direct_.most, 1.0);
   const bool fixed = options_.rays > 0;
   const double first = first_rays_per_element * static_cast<double>(elements_.count());
-  direct_.rays = fixed ? direct_.most : std::min(direct_.most, std::max(first, least_first_rays));
+  direct_.rays = fixed ? direct_.most : std::min(direct_.most, std::max(first, double{least_rays}));
   onward_.rays = fixed ? onward_.most : std::min(first_particles, onward_.most);
 }
 

@@ -147,7 +147,7 @@ std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,
                      " rays that all pieces of the surface send at least; allow at least " +
                      std::to_string(least * bytes_per_ray) + " bytes");
   }
-  return std::min(fit, options.rays > 0 ? options.rays : options.max_rays);
+  return std::min(fit, std::max(least_rays, options.rays > 0 ? options.rays : options.max_rays));
 }
 
 }  // namespace scarp

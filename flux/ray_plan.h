@@ -101,9 +101,9 @@ class RayPlan {
   std::vector<std::uint64_t> first_;
 };
 
-/// What the first round sends in all, for targets. The two sets of a few rays often find the same,
+/// What is sent in all at least, memory permitting. The two sets of a few rays often find the same,
 /// which is no sign of a small error.
-inline constexpr double least_first_rays = 4096;
+inline constexpr std::uint64_t least_rays = 4096;
 
 /// The most rays that a memory limit and the options allow. Throws: InputError if they are fewer
 /// than the least sets take.

@@ -110,7 +110,8 @@ TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {
 
 TEST(RayPlan, IsLimitedByOptionsAndMemory) {
   EXPECT_EQ(ray_limit({.max_rays = 5000, .memory_limit = 80'000}, 400, 16), 5000U);
-  EXPECT_EQ(ray_limit({.rays = 3000, .max_rays = 100, .memory_limit = 80'000}, 400, 16), 3000U);
+  EXPECT_EQ(ray_limit({.rays = 4500, .max_rays = 100, .memory_limit = 80'000}, 400, 16), 4500U);
+  EXPECT_EQ(ray_limit({.rays = 10, .memory_limit = 80'000}, 400, 16), 4096U);
   EXPECT_EQ(ray_limit({.memory_limit = 8000}, 400, 16), 500U);
   EXPECT_THAT([] { ray_limit({.memory_limit = 6399}, 400, 16); },
               ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least 6400 bytes")));

@@ -257,12 +257,12 @@ TEST_P(Engines, GiveTheSameBetweenPeriodicAndReflectiveSidesOfASymmetricMesh) {
 // error.
 TEST_P(Engines, LeaveAVoidAlone) {
   Shape shape = exact::trench(1);
-  constexpr std::uint64_t seed_count = 16;
+  // Not where sets are about to become a power of two, which have less error than their size says.
+  constexpr std::uint64_t rays = 20'000;
   const auto errors = [&] {
     RunningStatistics errors;
-    for (std::uint64_t seed = 1; seed <= seed_count; ++seed)
-      errors.add(
-          solve(shape, gas(0.5F), {.engine = GetParam(), .rays = 1 << 14, .seed = seed}).error);
+    for (std::uint64_t seed = 1; seed <= 16; ++seed)
+      errors.add(solve(shape, gas(0.5F), {.engine = GetParam(), .rays = rays, .seed = seed}).error);
     return errors;
   };
   const RunningStatistics without = errors();
@@ -282,8 +282,9 @@ TEST_P(Engines, LeaveAVoidAlone) {
     EXPECT_EQ(flux.audit.lost(), 0);
   }
   const RunningStatistics with = errors();
-  EXPECT_NEAR(with.mean(), without.mean(), 4 * std::hypot(with.std_error(), without.std_error()));
-  EXPECT_LT(without.std_error(), 0.05 * without.mean());
+  const double of_chance = 4 * std::hypot(with.std_error(), without.std_error());
+  EXPECT_NEAR(with.mean(), without.mean(), of_chance + 0.05 * without.mean());
+  EXPECT_LT(of_chance, 0.1 * without.mean());
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, Engines, ::testing::Values(Engine::forward, Engine::gather));
