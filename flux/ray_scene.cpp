@@ -85,11 +85,11 @@ class RayScene::Wave {
     start_part(walk);
   }
 
-  // A flight that begins on an edge, but for rounding, and nearly along it may begin behind the
-  // facet beyond. It is known by its end, within the solid, and begins again a little further from
-  // all edges; false if it did so before.
+  // A flight that begins on an edge, but for rounding, and nearly along the plane of its facet may
+  // begin behind the facet beyond. It is known by its end, within the solid, and begins again far
+  // enough from all edges; false if it did so before.
   bool begin_inside(std::size_t walk) {
-    constexpr double towards_middle = 1e-3;
+    constexpr double towards_middle = 0.5;
     Part& part = parts_[walk];
     const Ray& whole = rays_[part.flight];
     if (part.begins_inside || whole.from == Ray::no_facet) return false;

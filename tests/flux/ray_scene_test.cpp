@@ -155,6 +155,26 @@ TEST(RayScene, LosesNothingOverManyFlights) {
   }
 }
 
+// Along the edges of a deep hole, where rounding may put the start behind the facet beyond.
+TEST(RayScene, LosesNothingThatBeginsOnAnEdge) {
+  const RayScene scene = scene_of(exact::hole(20));
+  RandomStream random({.seed = 15});
+  for (int i = 0; i < 500'000; ++i) {
+    const std::uint32_t f = random.bits() % static_cast<std::uint32_t>(scene.facet_count());
+    const auto& [a, b, c] = scene.corners(f);
+    const Vec3d edge = Vec3d(b) - Vec3d(a);
+    const Vec3d r = Vec3d(a) + random.uniform_double() * edge;
+    const double off_plane = std::exp2(-16 * random.uniform_double());
+    const double off_edge = std::exp2(-16 * random.uniform_double());
+    const Vec3d along = normalized(edge);
+    const Vec3d outwards = cross(along, scene.normal(f));
+    const Vec3d u = normalized(along + off_edge * outwards + off_plane * scene.normal(f));
+    const Flight flight = scene.fly({.r = r, .u = u, .from = f});
+    ASSERT_TRUE(flight.end == Flight::End::front || flight.end == Flight::End::sky)
+        << "facet " << f << " from " << r.x << " " << r.y << " " << r.z;
+  }
+}
+
 TEST(RayScene, MirrorsAndWrapsAtTheSides) {
   const Shape wafer = exact::flat_wafer(20, 2);
   // Starts 1 above the wafer, 4 from the upper side of x, and comes down 8 further on.
