@@ -55,7 +55,7 @@ class Arde : public ::testing::TestWithParam<std::tuple<std::string, double>> {
     const auto rows = reference(name, aspect_ratio);
     ASSERT_EQ(rows.size(), 4U);
     for (const auto& [sticking, expected] : rows) {
-      constexpr int seeds = 8;
+      constexpr int seeds = 16;
       double sum = 0;
       double squares = 0;
       for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -78,7 +78,8 @@ class Arde : public ::testing::TestWithParam<std::tuple<std::string, double>> {
       }
       const double mean = sum / seeds;
       const double error = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-      EXPECT_NEAR(mean, expected, 5 * error + 0.002 * expected) << "sticking " << sticking;
+      // A prism of 128 sides, re-emission constant on each piece: .3 % too much at the most.
+      EXPECT_NEAR(mean, expected, 5 * error + 0.003 * expected) << "sticking " << sticking;
     }
   }
 };
