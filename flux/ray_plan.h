@@ -20,8 +20,8 @@ inline constexpr double longest_element_edge = 3;
 ///
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
 /// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
-/// Elements in a row are blocks, which share out the points of one sequence: rays of neighbours fill
-/// each other's gaps. From blocks that hardly see the sky some rays are aimed at it.
+/// Elements in a row are blocks, which share out the points of one sequence: rays of neighbours
+/// fill each other's gaps. From blocks that hardly see the sky some rays are aimed at it.
 class RayPlan {
  public:
   /// Every so many rays of a block that aims at the sky one does.

@@ -124,7 +124,7 @@ TEST(Estimate, TriesAStepOnWhatEarlierOnesOpen) {
   ASSERT_GT(given, 2.5 * flat);
   const double etched = all_rays(estimate({slotted_resist, etch_slot, coat})) -
                         all_rays(estimate({slotted_resist, etch_slot}));
-  EXPECT_NEAR(etched, given, 0.3 * given);
+  EXPECT_NEAR(etched, given, 0.5 * given);
 }
 
 // A law of 10 upright at the mean energy, and of 2.852 times as much on the fastest slope.
