@@ -10,6 +10,7 @@
 #include <map>
 #include <ranges>
 
+#include "core/memory_amount.h"
 #include "core/suggestion.h"
 
 namespace scarp {
@@ -65,6 +66,21 @@ CLI::Validator count() {
           ""};
 }
 
+/// Of an amount of memory, which becomes a number of bytes.
+CLI::Validator memory_amount() {
+  return {
+      [](std::string& text) -> std::string {
+        const auto bytes = parse_memory(text);
+        if (!bytes) {
+          return '"' + text +
+                 "\" is not an amount of memory of 1 MB or more; write for example 512MB or 8GB";
+        }
+        text = std::to_string(*bytes);
+        return "";
+      },
+      ""};
+}
+
 template <class T>
 void add_choice(CLI::App& command, const std::string& option, const std::string& meaning, T& value,
                 const std::map<std::string, T>& choices) {
@@ -105,7 +121,7 @@ void add_arguments(CLI::App& command, RunArguments& arguments) {
   command
       .add_option("--memory-limit", arguments.memory_limit,
                   "A run that takes more ends, for example 8GB (default: what the machine has)")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
+      ->transform(memory_amount());
 }
 
 void add_arguments(CLI::App& command, CheckArguments& arguments) {

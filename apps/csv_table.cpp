@@ -23,7 +23,7 @@ std::optional<double> CsvTable::number(std::size_t row, std::string_view column)
   const std::string cell = text(row, column);
   char* end = nullptr;
   const double value = std::strtod(cell.c_str(), &end);
-  if (end == cell.c_str()) return std::nullopt;
+  if (cell.empty() || end != cell.c_str() + cell.size()) return std::nullopt;
   return value;
 }
 

@@ -59,7 +59,7 @@ DistanceStatistics distances_to(std::span<const Polyline> lines, std::span<const
   return statistics(values);
 }
 
-/// Adds widths and depth of a profile to the values, where the contour has its own.
+/// Widths and depth of a profile beside those of the contour, if it has an opening.
 class ContourValues {
  public:
   ContourValues(const Polyline& measured, double spacing, const Tolerances& allowed)
@@ -76,15 +76,15 @@ class ContourValues {
     const auto gap = first ? first->gap(middle) : std::nullopt;
     if (!gap) return values;
     const auto second = find_contour(profile, 0.5 * (gap->left + gap->right), middle, fields_);
-    if (!second) return values;
-    values.push_back(value("depth_nm", depth(*first), depth(*second)));
+    // An opening that the profile lacks is not deep.
+    values.push_back(value("depth_nm", depth(*first), second ? depth(*second) : 0));
     const std::array parts{std::pair{"top_cd_nm", 0.1}, std::pair{"middle_cd_nm", 0.5},
                            std::pair{"bottom_cd_nm", 0.9}};
     for (const auto& [name, part] : parts) {
       const double height = field_ - part * (field_ - lowest_[1]);
       const std::optional<Gap> a = first->gap(height);
-      const std::optional<Gap> b = second->gap(height);
-      if (a && b) values.push_back(value(name, a->width(), b->width()));
+      const std::optional<Gap> b = second ? second->gap(height) : std::nullopt;
+      if (a) values.push_back(value(name, a->width(), width(b)));
     }
     return values;
   }
@@ -95,13 +95,17 @@ class ContourValues {
     return field - contour.lowest()[1];
   }
 
-  ComparedValue value(const char* name, double first, double second) const {
-    ComparedValue result{
-        .name = name,
-        .first = {.count = 1, .mean = first},
-        .second = {.count = 1, .mean = second},
-        .difference = second - first,
-        .tolerance = allowed_.length_cells * spacing_ + allowed_.length_part * std::abs(first)};
+  static std::optional<double> width(const std::optional<Gap>& gap) {
+    return gap ? std::optional(gap->width()) : std::nullopt;
+  }
+
+  // What the profile lacks has no verdict, but a line.
+  ComparedValue value(const char* name, double first, std::optional<double> second) const {
+    ComparedValue result{.name = name, .first = {.count = 1, .mean = first}};
+    if (!second) return result;
+    result.second = {.count = 1, .mean = *second};
+    result.difference = *second - first;
+    result.tolerance = allowed_.length_cells * spacing_ + allowed_.length_part * std::abs(first);
     const double size = std::abs(result.difference);
     result.verdict = judge(size, *result.tolerance, size, std::nullopt);
     return result;

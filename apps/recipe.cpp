@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "apps/recipe_geometry.h"
 #include "apps/recipe_warnings.h"
 #include "apps/restart.h"
+#include "core/memory_amount.h"
 #include "core/peak_memory.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
@@ -137,23 +137,16 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   return options;
 }
 
-// An amount of memory, "512 MB" or "1 GB" (powers of 1024). Units: bytes.
+// Units: bytes.
 std::uint64_t read_memory(const RecipeTable& table, std::string_view key,
                           std::string_view fallback) {
-  constexpr double megabyte = 1024.0 * 1024.0;
   const std::string text = table.text(key, fallback);
-  double amount = 0;
-  const char* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, amount);
-  const std::string_view unit(rest, static_cast<std::size_t>(end - rest));
-  const double scale = unit == " MB" ? megabyte : unit == " GB" ? 1024 * megabyte : 0;
-  if (error != std::errc{} || !(amount * scale >= megabyte && amount * scale <= 1e15)) {
+  const auto bytes = parse_memory(text);
+  if (!bytes)
     table.error(key, fmt::format("\"{}\" is not an amount of memory of 1 MB or more; write for "
                                  "example \"512 MB\" or \"2 GB\"",
                                  text));
-    return static_cast<std::uint64_t>(megabyte);
-  }
-  return static_cast<std::uint64_t>(amount * scale);
+  return bytes.value_or(0);
 }
 
 FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {

@@ -231,7 +231,7 @@ double planned_time_step(const State& state, const Recipe& recipe, const Survey&
 }
 
 // How far a unit of a tally moves each facet in a time step, by differences about the flux that is
-// known, as wide as its error. Units: nm.
+// known, as wide as its error. Not finite where a formula has a pole there. Units: nm.
 std::vector<float> response(const SurfaceModel& model, const SurfacePoints& points,
                             std::vector<std::span<const float>> flux, std::size_t tally,
                             std::span<const float> std_error, double dt) {
@@ -249,25 +249,36 @@ std::vector<float> response(const SurfaceModel& model, const SurfacePoints& poin
   std::vector<float> result = model.speeds(points, flux);
   for (std::size_t f = 0; f < result.size(); ++f) {
     const double slope = (result[f] - slower[f]) / (high[f] - low[f]);
-    // Beside the flux that is known a formula may have a pole: no number of rays helps there.
-    result[f] = static_cast<float>(std::isfinite(slope) ? dt * slope : 0);
+    result[f] = static_cast<float>(dt * slope);
   }
   return result;
 }
 
+// Leaves out what no number of rays helps.
+void leave_out_poles(std::vector<float>& response, std::vector<bool>& has_pole) {
+  for (std::size_t f = 0; f < response.size(); ++f) {
+    if (std::isfinite(response[f])) continue;
+    response[f] = 0;
+    has_pole[f] = true;
+  }
+}
+
 // Of all tallies, by species.
-std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model,
-                                                       const Survey& now) {
+std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model, Survey& now) {
   const std::vector<Vec3f> normals = facet_normals(now.facets);
   const SurfacePoints points{.material = now.facets.materials, .normal = normals};
   const std::vector<std::span<const float>> flux = tallies_on_facets(now.flux);
   std::vector<std::vector<std::vector<float>>> result;
+  std::vector<bool> has_pole(now.facets.triangles.size());
   std::size_t t = 0;
   for (const FluxField& field : now.flux) {
     result.emplace_back();
-    for (const Tally& tally : field.tallies)
+    for (const Tally& tally : field.tallies) {
       result.back().push_back(response(model, points, flux, t++, tally.std_error, now.planned_dt));
+      leave_out_poles(result.back().back(), has_pole);
+    }
   }
+  now.facets_with_pole = static_cast<std::size_t>(std::ranges::count(has_pole, true));
   return result;
 }
 
@@ -295,10 +306,6 @@ void refine_to_position(const State& state, const Recipe& recipe, Survey& result
   trace(state, recipe, options, result);
   look_ahead(state, recipe, result);
 }
-
-}  // namespace
-
-namespace {
 
 // Beams are found quickly, and their shadows have sharp edges.
 bool carries_flux(const Survey& survey, const Recipe& recipe) {

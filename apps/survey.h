@@ -57,6 +57,8 @@ struct Survey {
   double longest_dt = std::numeric_limits<double>::infinity();
   /// That for which the flux reaches a target in position. Units: s.
   double planned_dt = std::numeric_limits<double>::infinity();
+  /// Whose speed is not finite for a flux within its error: a target in position leaves them out.
+  std::size_t facets_with_pole = 0;
   StageTimer timer;
 };
 

@@ -42,6 +42,7 @@ void Watchdog::look_at(const State& state, const Survey& now) {
   if (finished(state, recipe_) || !current_step(state, recipe_).model) return;
   look_at_time_step(state, now);
   look_at_audit(state, now);
+  look_at_poles(state, now);
 }
 
 void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
@@ -153,6 +154,18 @@ void Watchdog::look_at_audit(const State& state, const Survey& now) {
   }
 }
 
+void Watchdog::look_at_poles(const State& state, const Survey& now) {
+  if (now.facets_with_pole == 0) return;
+  const double part =
+      static_cast<double>(now.facets_with_pole) / static_cast<double>(now.facets.triangles.size());
+  find(
+      poles_, part,
+      fmt::format("{}: on {:.2g} of the facets the rate is not finite for a flux within its error, "
+                  "and flux.position_error leaves them out; use flux.target_error, or a rate "
+                  "without a pole there",
+                  moment(state), part));
+}
+
 void Watchdog::find(Finding& finding, double measure, const std::string& text) {
   if (finding.count++ == 0) log_.warn(text);
   finding.worst = std::max(finding.worst, measure);
@@ -166,6 +179,7 @@ void Watchdog::sum_up() {
   tell(bad_slopes_, "|grad phi| off 1 on a part of it", counted(surfaces_, "surface"));
   tell(many_time_steps_, "many more to the end of the step", counted(time_steps_, "time step"));
   tell(unbalanced_flux_, "particles missing or too many", counted(time_steps_, "time step"));
+  tell(poles_, "facets without an error in position", counted(time_steps_, "time step"));
   tell(unbalanced_volume_, "the solid changed by other than speeds and areas say",
        counted(steps_, "step"));
 }

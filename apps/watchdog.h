@@ -18,9 +18,10 @@ class Watchdog {
 
   /// At the beginning of a time step: whether phi is a distance near the surface (see
   /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether
-  /// the time step goes anywhere, and whether the particles of the flux are all accounted for. And
-  /// of the step that ended before, whether the solid changed by what speeds say (see
-  /// Survey::growth), unless they depend on the normal.
+  /// the time step goes anywhere, whether the particles of the flux are all accounted for, and
+  /// whether the error in position is that of all facets. And of the step that ended before,
+  /// whether the solid changed by what speeds say (see Survey::growth), unless they depend on the
+  /// normal.
   ///
   /// Throws: NumericalError with step, time and place when phi is not finite or on half of the
   ///         surface no distance, when the mesh is no surface, and when the time step has
@@ -62,6 +63,7 @@ class Watchdog {
   void look_at_mesh(const State& state, const Survey& now) const;
   void look_at_time_step(const State& state, const Survey& now);
   void look_at_audit(const State& state, const Survey& now);
+  void look_at_poles(const State& state, const Survey& now);
   void settle(const State& state, const Survey& now);
   void close_balance();
   std::string place_of_fastest(const State& state, const Survey& now) const;
@@ -77,6 +79,7 @@ class Watchdog {
   Finding many_time_steps_;
   Finding unbalanced_flux_;
   Finding unbalanced_volume_;
+  Finding poles_;
   Balance balance_;
   std::optional<Due> due_;
 };

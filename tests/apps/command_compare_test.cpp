@@ -208,6 +208,30 @@ TEST_F(CompareCommand, AMeasuredContourIsComparedWithTheProfile) {
   EXPECT_NEAR(value(json_of(narrower), "middle_cd_nm")["difference"], 20, 0.1);
   EXPECT_NEAR(value(json_of(narrower), "depth_nm")["difference"], 0, 0.1);
   EXPECT_EQ(value(json_of(narrower), "middle_cd_nm")["verdict"], "moved");
+
+  // What the wafer is too shallow for has a line, and no verdict.
+  const Outcome deeper = compare_with("0.3,0\n0.15,0\n0.15,-0.6\n-0.15,-0.6\n-0.15,0\n-0.3,0\n");
+  EXPECT_EQ(deeper.exit_code, 1);
+  EXPECT_NEAR(value(json_of(deeper), "depth_nm")["difference"], -200, 0.1);
+  EXPECT_NEAR(value(json_of(deeper), "bottom_cd_nm")["first"]["mean"], 300, 0.1);
+  EXPECT_EQ(value(json_of(deeper), "bottom_cd_nm")["second"]["runs"], 0);
+  EXPECT_EQ(value(json_of(deeper), "bottom_cd_nm")["verdict"], "none");
+}
+
+TEST_F(CompareCommand, AnOpeningThatTheWaferLacksIsNotDeep) {
+  write("flat.toml",
+        "[domain]\nspacing = \"20 nm\"\nextent = [\"600 nm\"]\nmode = \"2d\"\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\nmaterial = \"SiO2\"\n"
+        "growth_rate = \"1 nm/s\"\n");
+  write("contour.csv", "x [um],z [um]\n0.3,0\n0.15,0\n0.15,-0.4\n-0.15,-0.4\n-0.15,0\n-0.3,0\n");
+  ASSERT_EQ(scarp("run " + path("flat.toml") + " --quiet -o " + path("flat")).exit_code, 0);
+  const Outcome outcome = scarp("compare " + path("flat/state_0000.vdb") + " " +
+                                path("contour.csv") + " --json -o " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NEAR(value(json_of(outcome), "depth_nm")["difference"], -400, 1e-6);
+  EXPECT_EQ(value(json_of(outcome), "depth_nm")["verdict"], "moved");
+  EXPECT_EQ(value(json_of(outcome), "top_cd_nm")["second"]["runs"], 0);
 }
 
 TEST_F(CompareCommand, SaysWhatItCannotCompare) {

@@ -174,6 +174,25 @@ TEST(Watchdog, EndsARunWhoseMeshIsNoSurface) {
               with_place("a vertex is not finite"));
 }
 
+// On an open wafer F is 1, and its error taken for at least a thousandth.
+TEST(Watchdog, TellsOfFacetsThatATargetInPositionLeavesOut) {
+  const auto messages_of_rate = [](const std::string& rate) {
+    return messages_of(
+        "[domain]\nspacing = \"10 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[flux]\nposition_error = \"1 nm\"\n[[step]]\nname = \"etch\"\nmodel = "
+        "\"multi_particle\"\nduration = \"10 s\"\n[[step.neutral]]\nname = \"F\"\n"
+        "[step.rate]\nSi = \"" +
+            rate + "\"\n",
+        [](Survey&) {});
+  };
+  EXPECT_THAT(messages_of_rate("-1 nm/s * sqrt(F - 0.9995)"),
+              AllOf(HasSubstr("time step 0 of step \"etch\", t = 0 s: on 1 of the facets"),
+                    HasSubstr("the rate is not finite for a flux within its error"),
+                    HasSubstr("flux.position_error leaves them out")));
+  EXPECT_EQ(messages_of_rate("-1 nm/s * sqrt(F - 0.99)"), "");
+}
+
 using WatchedRun = Program;
 
 // A rate that is harmless on an open wafer and has no bound in the shade.
