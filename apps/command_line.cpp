@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <ranges>
+#include <vector>
 
 #include "core/memory_amount.h"
 #include "core/suggestion.h"
@@ -90,8 +90,10 @@ void add_choice(CLI::App& command, const std::string& option, const std::string&
       value = found->second;
       return;
     }
-    throw CLI::ValidationError(option, fmt::format("\"{}\" is none of {}", name,
-                                                   fmt::join(std::views::keys(choices), ", ")));
+    std::vector<std::string> names;
+    for (const auto& [known, meant] : choices) names.push_back(known);
+    throw CLI::ValidationError(option,
+                               fmt::format("\"{}\" is none of {}", name, fmt::join(names, ", ")));
   };
   command.add_option_function<std::string>(option, choose, meaning)->type_name("NAME");
 }

@@ -24,10 +24,6 @@ constexpr double first_rays_per_element = 8;
 constexpr double mean_tolerance = 1e-7;
 constexpr double deviation_tolerance = 2e-2;
 
-// The first draws tell the error within a tenth or so; where they put it this much above the
-// target, more rays are sent at once.
-constexpr double clearly_missed = 1.25;
-
 // How many rays of each element tell where its error goes on to: a few percent of the error are
 // nothing, and these take most of the time that the draws take.
 constexpr std::size_t rays_for_draws = 32;
@@ -448,8 +444,9 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
       Gathered gathered(problems[p], plan, *view, view->direct[p]);
       if (!is_last) {
         gathered.draw(draws_at_once);
+        // Within a tenth or so: a few more rays are less than the other draws and the field.
         const double rough = gathered.target_measure();
-        if (rough > clearly_missed * options.target_error) {
+        if (rough > options.target_error) {
           error = rough;
           break;
         }
