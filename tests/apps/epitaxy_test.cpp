@@ -78,12 +78,12 @@ ratio_311 = 0.7
   double lower = 0;
   for (const Polyline& line : film) {
     for (std::size_t n = 0; n + 1 < line.points.size(); ++n) {
-      const auto& [x, z] = line.points[n];
-      const auto& [next_x, next_z] = line.points[n + 1];
-      if (x < 0) continue;
+      const auto& a = line.points[n];
+      const auto& b = line.points[n + 1];
+      if (a[0] < 0) continue;
       const auto at = [&](double level) {
-        return (z - level) * (next_z - level) <= 0 && z != next_z
-                   ? x + (next_x - x) * (level - z) / (next_z - z)
+        return (a[1] - level) * (b[1] - level) <= 0 && a[1] != b[1]
+                   ? a[0] + (b[0] - a[0]) * (level - a[1]) / (b[1] - a[1])
                    : 0.0;
       };
       upper = std::max(upper, at(40));

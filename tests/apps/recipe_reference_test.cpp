@@ -181,11 +181,10 @@ TEST(RecipeReference, HasTheParametersOfEveryModel) {
     EXPECT_EQ(keys_of(section), names);
   }
   const ModelDescription& any = *find_model("multi_particle");
-  for (const auto& [key, text] : of_ions) {
-    EXPECT_TRUE(std::ranges::any_of(any.parameters, [&](const Parameter& parameter) {
-      return parameter.name == "ion." + key;
-    })) << key;
-  }
+  for (const auto& [key, text] : of_ions)
+    EXPECT_NE(std::ranges::find(any.parameters, "ion." + key, &Parameter::name),
+              any.parameters.end())
+        << key;
 }
 
 TEST(RecipeReference, HasTheKeysOfSteps) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <ranges>
-
 #include "core/random.h"
 #include "tests/flux/shapes.h"
 
@@ -79,30 +77,32 @@ TEST(ErrorDrawsOfUnequalElements, KeepWhatBlocksHaveAsAWhole) {
   const auto area = [&](std::size_t rank) { return elements.area(plan.element_at(rank)); };
   std::vector<double> halves(plan.size());
   RandomStream random({.seed = 6});
-  for (const RayPlan::Block& block : plan.windows() | std::views::join) {
-    double whole = 0;
-    double sum = 0;
-    for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-      halves[rank] = random.uniform() - 0.5;
-      sum += area(rank) * halves[rank];
-      whole += area(rank);
+  for (const RayPlan::Window& window : plan.windows())
+    for (const RayPlan::Block& block : window) {
+      double whole = 0;
+      double sum = 0;
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+        halves[rank] = random.uniform() - 0.5;
+        sum += area(rank) * halves[rank];
+        whole += area(rank);
+      }
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) halves[rank] -= sum / whole;
     }
-    for (std::size_t rank = block.begin; rank < block.end; ++rank) halves[rank] -= sum / whole;
-  }
   const FluxOptions options{.sides = shape.sides};
   const std::vector<float> errors =
       ErrorDraws(options, plan, halves, [](std::size_t) { return false; }).draws(0, draw_count);
-  for (const RayPlan::Block& block : plan.windows() | std::views::join) {
-    for (std::size_t draw = 0; draw < draw_count; ++draw) {
-      double sum = 0;
-      double whole = 0;
-      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-        sum += area(rank) * static_cast<double>(errors[rank * draw_count + draw]);
-        whole += area(rank);
+  for (const RayPlan::Window& window : plan.windows())
+    for (const RayPlan::Block& block : window) {
+      for (std::size_t draw = 0; draw < draw_count; ++draw) {
+        double sum = 0;
+        double whole = 0;
+        for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+          sum += area(rank) * static_cast<double>(errors[rank * draw_count + draw]);
+          whole += area(rank);
+        }
+        EXPECT_NEAR(sum / whole, 0, 1e-6);
       }
-      EXPECT_NEAR(sum / whole, 0, 1e-6);
     }
-  }
 }
 
 // Two blocks far apart: the sign of one says nothing of the other's.

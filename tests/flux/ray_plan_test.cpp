@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <ranges>
 #include <vector>
 
 #include "core/error.h"
@@ -50,22 +49,24 @@ TEST(RayPlan, BlocksShareOutOneSequence) {
   for (const double rays_per_area : {20.0, 30.0, 70.0}) {
     plan.grow(rays_per_area, 1'000'000);
     std::size_t next = 0;
-    for (const RayPlan::Block& block : plan.windows() | std::views::join) {
-      EXPECT_EQ(block.begin, next);
-      EXPECT_LE(block.size(), share_count);
-      next = block.end;
-      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-        EXPECT_EQ(&plan.block_of(rank), &block);
-        const auto facet = elements.piece(elements.pieces_of(plan.element_at(rank)).front()).facet;
-        EXPECT_EQ(main_direction(scene.normal(facet)), block.main_direction);
-        for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
-          const RayPlan::Place place = plan.place(rank, index);
-          EXPECT_FALSE(place.is_skyward);
-          EXPECT_EQ(place.share, rank - block.begin);
-          EXPECT_EQ(place.index, index);
+    for (const RayPlan::Window& window : plan.windows())
+      for (const RayPlan::Block& block : window) {
+        EXPECT_EQ(block.begin, next);
+        EXPECT_LE(block.size(), share_count);
+        next = block.end;
+        for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+          EXPECT_EQ(&plan.block_of(rank), &block);
+          const auto facet =
+              elements.piece(elements.pieces_of(plan.element_at(rank)).front()).facet;
+          EXPECT_EQ(main_direction(scene.normal(facet)), block.main_direction);
+          for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
+            const RayPlan::Place place = plan.place(rank, index);
+            EXPECT_FALSE(place.is_skyward);
+            EXPECT_EQ(place.share, rank - block.begin);
+            EXPECT_EQ(place.index, index);
+          }
         }
       }
-    }
     EXPECT_EQ(next, plan.size());
   }
 }
@@ -80,19 +81,20 @@ TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
   plan.aim_at_sky(aimed);
   for (const double rays_per_area : {20.0, 50.0}) {
     plan.grow(rays_per_area, 1'000'000);
-    for (const RayPlan::Block& block : plan.windows() | std::views::join) {
-      EXPECT_EQ(block.aims_at_sky,
-                block.begin >= aimed.front().begin && block.end <= aimed.back().end);
-      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-        std::array<std::uint32_t, 2> numbers{};
-        for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
-          const RayPlan::Place place = plan.place(rank, index);
-          EXPECT_EQ(place.share, rank - block.begin);
-          EXPECT_EQ(place.index, numbers[place.is_skyward ? 1 : 0]++);
+    for (const RayPlan::Window& window : plan.windows())
+      for (const RayPlan::Block& block : window) {
+        EXPECT_EQ(block.aims_at_sky,
+                  block.begin >= aimed.front().begin && block.end <= aimed.back().end);
+        for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+          std::array<std::uint32_t, 2> numbers{};
+          for (std::uint32_t index = 0; index < plan.rays(rank); ++index) {
+            const RayPlan::Place place = plan.place(rank, index);
+            EXPECT_EQ(place.share, rank - block.begin);
+            EXPECT_EQ(place.index, numbers[place.is_skyward ? 1 : 0]++);
+          }
+          EXPECT_EQ(4 * numbers[1], block.aims_at_sky ? plan.rays(rank) : 0);
         }
-        EXPECT_EQ(4 * numbers[1], block.aims_at_sky ? plan.rays(rank) : 0);
       }
-    }
   }
 }
 

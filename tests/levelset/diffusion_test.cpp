@@ -92,16 +92,17 @@ Layers wafer(const Frame& frame) {
 }
 
 TEST(Diffusion, AboveAnOpenWaferIsLinear) {
-  for (const auto& [layer, wafer_exchange] :
+  for (const auto& [layer, exchange] :
        {std::pair{500.0, Exchange{.release = 0.002, .uptake = 0.01}},
         std::pair{500.0, Exchange{.release = 0.05, .uptake = 0.01}},
         std::pair{500.0, Exchange{.release = 0, .uptake = 0.01}},
         std::pair{21.0, Exchange{.release = 0.05, .uptake = 0.01}},
         std::pair{8.0, Exchange{.release = 0.05, .uptake = 0.01}}}) {
     const Solute solute{.diffusivity = 3, .layer = layer, .bath = 0.4};
-    const double expected = open_wafer_concentration(solute, wafer_exchange);
+    const double expected = open_wafer_concentration(solute, exchange);
+    const auto exchange_at = [same = exchange](Vec3d, Vec3d) { return same; };
     for (const Frame& frame : {plane(10), block(10), block(10, Boundary::periodic)}) {
-      const Bath bath = solved(wafer(frame), solute, [&](Vec3d, Vec3d) { return wafer_exchange; });
+      const Bath bath = solved(wafer(frame), solute, exchange_at);
       // The surface gives to the nodes above it, up to a spacing away.
       const double step = h / layer * std::abs(expected - solute.bath);
       for (const float c : bath.result.at_facets) EXPECT_NEAR(c, expected, step + 1e-6);

@@ -398,10 +398,10 @@ TEST(Metrology, OfAVoidIsItsAreaVolumeAndHeight) {
       Layers layers{.frame = flat ? plane : space, .stack = {}};
       layers.stack.push_back({0, LevelSet(
                                      layers.frame,
-                                     [=](Vec3d r) {
+                                     [=, top = dz * h](Vec3d r) {
                                        Vec3d away = r - centre;
                                        if (flat) away.y = 0;
-                                       return std::max(r.z - dz * h, 7 * h - length(away));
+                                       return std::max(r.z - top, 7 * h - length(away));
                                      },
                                      -26 * h, 6 * h)});
       const Metrology found = measure(layers);
