@@ -96,9 +96,8 @@ Shot Shooter::shot(const ShotName& name, Use use, const std::array<double, 4>& x
                   .u = problem_.options.two_dimensional ? project_to_cross_section(u) : u,
                   .from = piece.facet},
           .u = u,
-          .weight = plan_.block_of(name.rank).aims_at_sky
-                        ? balance(u, problem_.normal(piece.facet))
-                        : 1};
+          .weight =
+              plan_.block_of(name.rank).aims_at_sky ? balance(u, problem_.normal(piece.facet)) : 1};
 }
 
 // A number says on which piece, by area, and what it has left where there.

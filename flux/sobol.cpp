@@ -105,7 +105,8 @@ std::array<double, 4> ScrambledSobol::point(std::uint32_t index) const {
   return scrambled_point(sums_of_points, index, seeds_);
 }
 
-// The polynomial one makes the share: that coordinate begins with the number's last bits in reverse.
+// The polynomial one makes the share: that coordinate begins with the number's last bits in
+// reverse.
 std::array<double, 4> ScrambledSobol::point_of_share(std::size_t share, std::uint32_t index) const {
   static_assert(share_count == 16);
   const std::uint32_t remainder = reversed(static_cast<std::uint32_t>(share)) >> 28;
