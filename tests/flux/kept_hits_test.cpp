@@ -57,6 +57,21 @@ TEST(KeptHits, ChangeNoBitOfAFluxAndAreNotSentAgain) {
   }
 }
 
+// From deep down some rays are aimed at the sky, and weighed.
+TEST(KeptHits, ChangeNoBitOfAFluxInADeepHole) {
+  const Shape shape = exact::hole(8, 11, 2, 12);
+  const auto hits = std::make_shared<KeptHits>();
+  for (const float sticking : {0.1F, 0.2F, 0.1F}) {
+    const std::vector<Species> species{{.name = "a", .sticking = {sticking}}};
+    expect_same_bits(solve_flux(shape.mesh, species, options_of(shape, hits)),
+                     solve_flux(shape.mesh, species, options_of(shape, nullptr)));
+  }
+  const std::vector<FluxField> anew =
+      solve_flux(shape.mesh, std::vector<Species>{{.name = "a", .sticking = {0.1F}}},
+                 options_of(shape, nullptr));
+  EXPECT_LT(hits->sent(), 2 * anew[0].rays);
+}
+
 // What is joined to elements depends on materials, and so do the rays: here stripes across a trench
 // that cut as many cells of elements, with as many rays.
 TEST(KeptHits, AreThoseOfTheMaterialsOfTheFacets) {
