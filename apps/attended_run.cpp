@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <iostream>
 
 #include "core/atomic_file.h"
@@ -37,6 +38,8 @@ void listen() {
   std::signal(SIGUSR1, on_checkpoint_request);
   // A limit on the size of files (ulimit -f) is then told as an error of the file that grew.
   std::signal(SIGXFSZ, SIG_IGN);
+  // A run outlives who reads its messages.
+  std::signal(SIGPIPE, SIG_IGN);
   // nohup lets it be ignored.
   if (std::signal(SIGHUP, on_last_call) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
@@ -59,7 +62,7 @@ class Progress {
   }
 
   ~Progress() {
-    if (terminal_ && shown_) fmt::print(stderr, "\n");
+    if (terminal_ && shown_) tell("\n");
   }
 
   void operator()(const State& state, const Survey& survey) {
@@ -81,10 +84,13 @@ class Progress {
         "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
         current_step(state, recipe_).name, state.time, whole(state), survey.facets.triangles.size(),
         survey.facets_full, time_left(state, now));
-    fmt::print(stderr, "{}{}", line, terminal_ ? "\r" : "\n");
+    tell(line + (terminal_ ? '\r' : '\n'));
   }
 
  private:
+  // Where nobody can be told the run goes on.
+  static void tell(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
   // Steps that ended early are over.
   double whole(const State& state) const { return state.step_start + left_[state.step]; }
 
@@ -106,6 +112,16 @@ class Progress {
   Clock::time_point start_;
   Clock::time_point printed_;
 };
+
+// A word that a shell takes as it is, in quotes where it would not.
+std::string for_shell(const std::string& word) {
+  constexpr const char* plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+,:=@%-";
+  if (word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + '\'';
+}
 
 }  // namespace
 
@@ -131,7 +147,8 @@ std::string how_to_go_on(const std::filesystem::path& folder) {
   // The recipe in the folder has what --set changed; it is there as soon as there is a run.
   const std::filesystem::path recipe = folder / "recipe.toml";
   if (!std::filesystem::exists(recipe)) return "run again";
-  return fmt::format("go on with: scarp run {} --resume -o {}", recipe.string(), folder.string());
+  return fmt::format("go on with: scarp run {} --resume -o {}", for_shell(recipe.string()),
+                     for_shell(folder.string()));
 }
 
 }  // namespace scarp

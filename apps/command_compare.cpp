@@ -77,6 +77,21 @@ class Runner {
   fs::path folder_;
 };
 
+/// Pages that something else has written are not replaced.
+void require_own(const fs::path& folder) {
+  const fs::path before = folder / "compare.json";
+  if (fs::exists(before)) {
+    const auto json = nlohmann::json::parse(read_file(before), nullptr, /*allow_exceptions=*/false);
+    if (json.is_object() && json.contains("passed")) return;
+  } else if (!fs::exists(folder / report_file)) {
+    return;
+  }
+  throw InputError(fmt::format(
+      "{}: holds a {} that is not of a comparison and would be replaced; choose another folder "
+      "with -o, or move it away",
+      folder.string(), fs::exists(before) ? "compare.json" : report_file));
+}
+
 /// The runs of a group, which are all there.
 std::vector<fs::path> folders_of(const RunGroup& group) {
   std::vector<fs::path> folders;
@@ -118,6 +133,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
         fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
                     arguments.recipe));
   }
+  require_own(arguments.result_folder());
   // Of the whole comparison: each run holds its own folder, but only while it lasts.
   const FolderLock lock(arguments.result_folder());
   const Runner runner(arguments, common);
@@ -153,6 +169,7 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
     wanted.second_runs = {arguments.with};
   }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
+  require_own(folder);
   return write_results(folder, std::span(&wanted, 1),
                        fmt::format("{} and {}", arguments.recipe, arguments.with), common);
 }

@@ -91,6 +91,7 @@ void add_choice(CLI::App& command, const std::string& option, const std::string&
       return;
     }
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const auto& [known, meant] : choices) names.push_back(known);
     throw CLI::ValidationError(option,
                                fmt::format("\"{}\" is none of {}", name, fmt::join(names, ", ")));
@@ -100,7 +101,8 @@ void add_choice(CLI::App& command, const std::string& option, const std::string&
 
 void add_common_options(CLI::App& command, CommonOptions& common) {
   command.add_option("--threads", common.threads, "Number of threads (default: all cores)")
-      ->transform(count());
+      ->transform(count())
+      ->check(number("4096 or less", [](double x) { return x <= 4096; }));
   command.add_flag("--quiet", common.quiet,
                    "No progress and no notes: results, warnings and errors");
   command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");

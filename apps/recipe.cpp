@@ -100,6 +100,9 @@ Frame read_domain(const RecipeTable& table) {
 
 void read_materials(const RecipeTable& table, Materials& materials) {
   for (const std::string& name : table.keys()) {
+    // Files of volumes and meshes are called by it.
+    if (name.find('/') != std::string::npos)
+      table.error(name, "a material's name becomes part of names of files: leave out the /");
     const RecipeTable material = table.table(name);
     materials.add({name, material.quantity("density", Dimension::density, positive)});
   }

@@ -63,13 +63,23 @@ std::string text_of(const TomlValue* value) {
   return value == nullptr ? "missing" : described(*value);
 }
 
+// What is not a value: the contents of files, which stand behind their names as comments.
+std::string difference_of_lines(std::string_view here, std::string_view there) {
+  const auto [a, b] = std::ranges::mismatch(here, there);
+  if (a == here.end() && b == there.end()) return "";
+  const auto at = static_cast<std::size_t>(a - here.begin());
+  const std::size_t before = here.substr(0, at).rfind('\n');
+  const std::size_t begin = before == std::string_view::npos ? 0 : before + 1;
+  return fmt::format("a file has changed: {}", here.substr(begin, here.find('\n', at) - begin));
+}
+
 }  // namespace
 
 std::string first_difference(std::string_view recipe, std::string_view there) {
   const TomlValue here = parse_toml(recipe, "recipe");
   const TomlValue other = parse_toml(there, "recipe.toml");
   const auto found = difference({}, &here, &other);
-  if (!found) return "";
+  if (!found) return difference_of_lines(recipe, there);
   return fmt::format("{} is {}, there {}", format_recipe_path(found->path), text_of(found->here),
                      text_of(found->there));
 }

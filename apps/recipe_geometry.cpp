@@ -146,6 +146,7 @@ Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
   const std::vector<double> origin =
       table.quantities("origin", Dimension::length, {2, 2}, any_position);
   if (!table.ok()) return outline;
+  table.record_content("file", file);
   try {
     outline.loops = read_gds(file, selection);
   } catch (const InputError& error) {
@@ -218,6 +219,7 @@ Shape read_mask(const RecipeTable& table, const GeometryContext& context) {
 std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::string& file,
                                          double unit, const std::vector<double>& offset) {
   TriMesh mesh;
+  table.record_content("file", file);
   try {
     mesh = read_mesh(file);
   } catch (const InputError& error) {

@@ -344,9 +344,15 @@ std::string origin_section(const RunFiles& run) {
 
 std::string run_page(const fs::path& folder) {
   const RunFiles run = read_files(folder);
-  return html_page(run.title(), head_of(run) + surface_section(run) + sections_section(run) +
-                                    metrology_section(run) + steps_section(run) +
-                                    origin_section(run));
+  try {
+    return html_page(run.title(), head_of(run) + surface_section(run) + sections_section(run) +
+                                      metrology_section(run) + steps_section(run) +
+                                      origin_section(run));
+  } catch (const ordered_json::exception& error) {
+    throw InputError(
+        fmt::format("{}: is damaged: {}; remove it, and scarp run --resume writes it anew",
+                    (folder / "summary.json").string(), error.what()));
+  }
 }
 
 std::string comparison_page(const fs::path& folder) {

@@ -143,8 +143,12 @@ bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
   if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
   const auto summary = nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
                                              /*allow_exceptions=*/false);
-  return summary.is_object() && summary.value("complete", false) &&
-         summary.value("start_state_hash", "") == (recipe.start ? recipe.start->hash : "");
+  const auto is = [&](const char* key, const nlohmann::json& wanted) {
+    const auto found = summary.find(key);
+    return found != summary.end() && *found == wanted;
+  };
+  return summary.is_object() && is("complete", true) && fs::exists(folder / "metrics.csv") &&
+         is("start_state_hash", recipe.start ? recipe.start->hash : "");
 }
 
 ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
@@ -173,6 +177,7 @@ void ResultFolder::require_not_start(const Recipe& recipe) const {
 }
 
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
+  log_ = log;
   require_own();
   require_not_start(recipe);
   if (holds_run()) {
@@ -189,15 +194,30 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   write_file(file("recipe.toml"), recipe.resolved);
 }
 
+// One that is lost or damaged tells nothing; checkpoints know the hash of theirs.
+void ResultFolder::require_same(const Recipe& recipe) const {
+  const std::string there = read_text(file("recipe.toml"));
+  if (there.empty() || there == recipe.resolved) return;
+  std::string difference;
+  try {
+    difference = first_difference(recipe.resolved, there);
+  } catch (const InputError& error) {
+    log_.warn(error.what());
+    return;
+  }
+  throw InputError(fmt::format(
+      "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
+      "start anew, choose another folder with -o, or begin a recipe with start = \"{}\"",
+      file("recipe.toml").string(), difference, file("state_NNNN.vdb").string()));
+}
+
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
+  log_ = log;
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
-  if (checkpoints.empty()) return std::nullopt;
-  if (read_text(file("recipe.toml")) != recipe.resolved) {
-    throw InputError(fmt::format(
-        "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
-        "start anew, or choose another folder with -o",
-        file("recipe.toml").string(),
-        first_difference(recipe.resolved, read_text(file("recipe.toml")))));
+  require_same(recipe);
+  if (checkpoints.empty()) {
+    log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", path_.string()));
+    return std::nullopt;
   }
   const bool rows_are_lost = !fs::exists(file("metrics.csv"));
   const MetricsRows rows = rows_are_lost
@@ -211,6 +231,8 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   }
   output_times_ = std::move(restart->output_times);
   last_checkpoint_ = std::move(restart->file);
+  log.info(
+      fmt::format("goes on from {}, t = {:.4g} s", last_checkpoint_.string(), restart->state.time));
   metrology_rows_ = first_outputs(read_text(file(metrology_file)), output_count(), recipe);
   remove_files(path_, is_temporary);
 
@@ -224,6 +246,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   for (const std::string& line : rows.lines)
     if (time_step++ < restart->state.time_step) kept += line + '\n';
   write_file(file("metrics.csv"), kept);
+  write_file(file("recipe.toml"), recipe.resolved);
   return std::move(restart->state);
 }
 
@@ -267,8 +290,12 @@ Sections& ResultFolder::sections(const Recipe& recipe) {
     const fs::path state = file(numbered("state", n, ".vdb"));
     // One that was removed has no line in the pictures.
     if (!fs::exists(state)) continue;
-    const SavedWafer wafer = read_wafer(state, recipe.materials);
-    sections_->add(wafer.time, wafer.layers);
+    try {
+      const SavedWafer wafer = read_wafer(state, recipe.materials);
+      sections_->add(wafer.time, wafer.layers);
+    } catch (const InputError& error) {
+      log_.warn(fmt::format("{}; pictures are drawn without it", error.what()));
+    }
   }
   return *sections_;
 }
@@ -289,7 +316,8 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
   while_held([&] {
-    if (fs::exists(file(interrupted_state)))
+    // One that was refused must not take the place of a good one.
+    if (last_checkpoint_ == file(interrupted_state))
       fs::rename(file(interrupted_state), file(earlier_interrupted_state));
     write_state(interrupted_state, state, recipe);
   });

@@ -66,6 +66,8 @@ class ResultFolder {
   /// True when a run has begun here: its metrics.csv is there from the first moment to the last.
   bool holds_run() const;
   void require_own() const;
+  /// Throws: InputError when there is the recipe of another run.
+  void require_same(const Recipe& recipe) const;
   void require_not_start(const Recipe& recipe) const;
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
@@ -84,6 +86,7 @@ class ResultFolder {
   std::optional<Metrology> newest_;  ///< of the last output that was written
   std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
+  Log log_;
 };
 
 }  // namespace scarp

@@ -44,7 +44,7 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
 constexpr const char* memory_remedy = "raise it, or use a coarser spacing or a smaller extent";
 
 std::string limit_text(double limit) {
-  return fmt::format("more than the {:.3g} MB of --memory-limit", limit);
+  return fmt::format("more than the {:.0f} MB of --memory-limit", limit);
 }
 
 void require_memory(const MemoryEstimate& memory, double limit) {
@@ -87,10 +87,10 @@ void require_memory_or_save(const State& state, const Recipe& recipe, double lim
   if (held <= limit || finished(state, recipe)) return;
   folder.write_checkpoint(state, recipe);
   throw NumericalError(
-      fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.3g} MB of memory, {}; "
-                  "{}; go on with --resume, last good state: {}",
+      fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.0f} MB of memory, {}; "
+                  "raise it and go on with --resume; last good state: {}",
                   state.time_step, current_step(state, recipe).name, state.time, held,
-                  limit_text(limit), memory_remedy, folder.last_checkpoint().string()));
+                  limit_text(limit), folder.last_checkpoint().string()));
 }
 
 // Advection may stop half-way; the state before it is then the last checkpoint.

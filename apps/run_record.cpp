@@ -6,6 +6,7 @@
 
 #include "apps/csv_table.h"
 #include "apps/section.h"
+#include "core/error.h"
 #include "core/read_file.h"
 #include "levelset/extract_surface.h"
 
@@ -37,8 +38,15 @@ std::vector<double> output_times(const fs::path& folder) {
   const fs::path summary = folder / "summary.json";
   if (!fs::exists(summary)) return {};
   const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
-  return json.is_object() ? json.value("output_times_s", std::vector<double>{})
-                          : std::vector<double>{};
+  try {
+    return json.is_object() ? json.value("output_times_s", std::vector<double>{})
+                            : std::vector<double>{};
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(
+        fmt::format("{}: is damaged: output_times_s is no list of numbers; remove it, "
+                    "and scarp run --resume writes it anew",
+                    summary.string()));
+  }
 }
 
 RunOutput output_of(const fs::path& state, std::span<const double> times) {

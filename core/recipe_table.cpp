@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
 #include "core/recipe_value.h"
@@ -246,6 +249,16 @@ std::string RecipeTable::file(std::string_view key, const std::filesystem::path&
   const std::filesystem::path path = std::filesystem::absolute(folder / name).lexically_normal();
   node_->record->set(key, toml_string(path.string()));
   return path.string();
+}
+
+void RecipeTable::record_content(std::string_view key, const std::string& file) const {
+  try {
+    Hash hash;
+    hash.add(read_file(file));
+    node_->record->set(key, toml_string(file) + "  # holds " + hash.hex());
+  } catch (const InputError&) {
+    // Told where it is read for what it holds.
+  }
 }
 
 std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {

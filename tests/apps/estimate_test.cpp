@@ -22,8 +22,7 @@ CostEstimate estimate(std::initializer_list<const char*> steps) {
            "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
     for (const char* step : steps) out << step;
   }
-  const CostEstimate cost = estimate_cost(read_recipe(file, {}));
-  return cost;
+  return estimate_cost(read_recipe(file, {}));
 }
 
 // 40 nm at 0.4 spacings of 10 nm.

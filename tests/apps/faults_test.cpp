@@ -130,6 +130,19 @@ TEST_F(Faults, RowsThatAreRemovedEndTheRunAndItGoesOn) {
   EXPECT_EQ(read_file(folder_ / "r" / "state_0002.vdb"), state);
 }
 
+TEST_F(Faults, NobodyThatReadsMessagesEndsNoRun) {
+  for (const std::string closed : {"2>/dev/full", "2>&-", ">&- 2>&-"}) {
+    const std::string line =
+        std::string(SCARP_BINARY) + " run " + path("r.toml") + " -o " + path("r") + ' ' + closed;
+    EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 0) << closed;
+    EXPECT_EQ(read_file(folder_ / "r" / ".lock"), "") << closed;
+  }
+  const std::string line = '(' + std::string(SCARP_BINARY) + " run " + path("r.toml") + " -o " +
+                           path("r") + " 2>&1 >/dev/null; echo $? >" + path("code") + ") | true";
+  std::system(line.c_str());
+  EXPECT_EQ(read_file(folder_ / "code"), "0\n");
+}
+
 // The first must not write among the files of the second.
 TEST_F(Faults, AFolderThatIsReplacedIsLeftToTheRunThatIsInIt) {
   start_until("r/state_0001.vdb", run_into("r"));

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "apps/recipe.h"
+#include "apps/recipe_difference.h"
 #include "core/error.h"
 #include "core/temporary_folder.h"
 
@@ -131,6 +132,11 @@ material = "SiO2"
   const Recipe recipe = read(mesh);
   EXPECT_EQ(second<MeshShape>(recipe).mesh->vertices[2], (Vec3f{300, 300, 59}));
   EXPECT_THAT(recipe.resolved, HasSubstr((folder_ / "roof.obj").string()));
+  std::ofstream(folder_ / "roof.obj", std::ios::app) << "# the same roof\n";
+  const std::string changed = read(mesh).resolved;
+  EXPECT_NE(changed, recipe.resolved);
+  EXPECT_THAT(first_difference(changed, recipe.resolved),
+              testing::AllOf(HasSubstr("a file has changed: file = "), HasSubstr("roof.obj")));
   std::ofstream(folder_ / "roof.obj") << "v -3 -3 5\nv 3 -3 5\nv 3 3 9\nf 1 2 3\n";
   EXPECT_THAT(message(mesh), HasSubstr("geometry[1].file: is open inside the domain: the edge"));
   fs::remove(folder_ / "roof.obj");

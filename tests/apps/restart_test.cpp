@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "apps/restart.h"
+#include "apps/results.h"
 #include "apps/run.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
@@ -335,6 +336,24 @@ TEST_F(Checkpoints, OneBeforeADamagedOneIsGoneOnFrom) {
             metrics_without_times(folder_ / "whole" / "metrics.csv"));
 }
 
+// As long as there is no new one.
+TEST_F(Checkpoints, OneBeforeADamagedOneIsKept) {
+  const Recipe known = recipe("checkpoint_wall_time = \"0 s\"\n");
+  EXPECT_THROW(run_with("checkpoint_wall_time = \"0 s\"\n",
+                        [](const State& state) { return state.time_step < 5; }),
+               ProcessDied);
+  fs::resize_file(folder_ / "r" / interrupted_state, 3000);
+  const fs::path before = folder_ / "r" / earlier_interrupted_state;
+  const std::string good = read_file(before);
+  ResultFolder folder(folder_ / "r");
+  const auto state = folder.resume(known, {});
+  ASSERT_TRUE(state);
+  EXPECT_EQ(folder.last_checkpoint(), before);
+  folder.write_checkpoint(*state, known);
+  EXPECT_EQ(read_file(before), good);
+  EXPECT_EQ(saved_time_step(known), state->time_step);
+}
+
 // Cut to any length, or with one bit turned anywhere.
 TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   const Recipe known = recipe("checkpoint_wall_time = \"0 s\"\n");
@@ -442,6 +461,50 @@ TEST_F(DamagedFolder, IsNotCompleteByADamagedSummary) {
   write("cut/summary.json", "{");
   EXPECT_EQ(resume().exit_code, 0);
   expect_same_run();
+}
+
+TEST_F(DamagedFolder, IsNotCompleteByASummaryOfOtherKinds) {
+  for (const char* summary : {R"({"complete": 1, "start_state_hash": ""})",
+                              R"({"complete": true, "start_state_hash": null})"}) {
+    write("cut/summary.json", summary);
+    EXPECT_EQ(resume().exit_code, 0);
+    expect_same_run();
+  }
+}
+
+// Only the pictures ask for earlier outputs.
+TEST_F(DamagedFolder, GoesOnWhereAnEarlierStateIsDamaged) {
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  write("cut/state_0001.vdb", "");
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, AllOf(HasSubstr("state_0001"), HasSubstr("drawn without it")));
+  EXPECT_EQ(files("cut").count("summary.json"), 1U);
+  expect_same_bits("whole", "cut");
+}
+
+// A checkpoint knows the recipe that it is of.
+TEST_F(DamagedFolder, GoesOnWithoutItsRecipe) {
+  for (const bool is_lost : {true, false}) {
+    const fs::path recipe = folder_ / "cut" / "recipe.toml";
+    is_lost ? static_cast<void>(fs::remove(recipe)) : fs::resize_file(recipe, 250);
+    fs::remove(folder_ / "cut" / "summary.json");
+    fs::remove(folder_ / "cut" / "state_0003.vdb");
+    EXPECT_EQ(resume().exit_code, 0);
+    expect_same_run();
+  }
+}
+
+TEST_F(DamagedFolder, IsNotReplacedByAnotherRecipe) {
+  for (const std::string& name : files("cut"))
+    if (name.ends_with(".vdb")) fs::remove(folder_ / "cut" / name);
+  const Outcome other =
+      scarp("run " + small_trench("--set step[0].sticking=0.2 --resume -o " + path("cut")));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.messages, HasSubstr("another recipe"));
+  const Outcome same = resume();
+  EXPECT_EQ(same.exit_code, 0);
+  EXPECT_THAT(same.messages, HasSubstr("the run begins anew"));
 }
 
 TEST_F(DamagedFolder, SaysWhatToDoWhenNoCheckpointIsWhole) {

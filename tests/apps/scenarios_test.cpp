@@ -166,7 +166,7 @@ TEST(Scenarios, PecvdTeosClosesOverAVoid) {
 // Oxygen protects the walls: with half of it the hole is wider half-way down and at its bottom, and
 // deeper. The mask withstands. Walls are rough, so several runs are asked, along x and y.
 TEST(SlowScenarios, MoreOxygenMakesANarrowerHoleInSilicon) {
-  constexpr int seeds = 4;
+  constexpr int seeds = 8;
   struct Mean {
     double value = 0;
     double std_error = 0;

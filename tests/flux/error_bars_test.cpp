@@ -103,6 +103,7 @@ std::vector<double> averaged_over_alike(const Shape& shape, bool is_hole, const 
     alike[keys.back()].add(tally.mean[f]);
   }
   std::vector<double> averages;
+  averages.reserve(keys.size());
   for (const auto& each : keys) averages.push_back(alike.at(each).mean());
   return averages;
 }
@@ -157,6 +158,7 @@ TEST_P(SlowZones, HaveTrueErrors) {
                               const std::vector<std::size_t>& places, const std::string& what) {
     ASSERT_GE(places.size(), 20U) << what;
     std::vector<Stated> in_zone;
+    in_zone.reserve(runs.size());
     for (const Stated& run : runs) in_zone.push_back(at_places(run, places));
     const exact::Calibration c = exact::calibration_of(in_zone, at_places(precise, places).value);
     EXPECT_GT(c.deviation, 0.9) << what;
