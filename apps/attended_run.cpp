@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
 
+#include "apps/command_line.h"
 #include "core/atomic_file.h"
 
 namespace scarp {
@@ -19,8 +21,12 @@ using Clock = std::chrono::steady_clock;
 std::atomic<bool> interrupt_requested{false};
 std::atomic<bool> checkpoint_requested{false};
 
-// The second one ends the process at once.
+// Before the first file there is nothing to keep.
+std::atomic<bool> is_under_way{false};
+
+// The second one ends the process at once, and so does the first while a run is prepared.
 void on_interrupt(int signal) {
+  if (signal == SIGINT && !is_under_way) _exit(interrupted);
   interrupt_requested = true;
   std::signal(signal, SIG_DFL);
 }
@@ -127,6 +133,7 @@ std::string for_shell(const std::string& word) {
 
 RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
                     const AttendedOptions& options) {
+  is_under_way = false;
   listen();
   try {
     Progress progress(recipe, options.quiet);
@@ -137,6 +144,7 @@ RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
          .checkpoint = &checkpoint_requested,
          .memory_limit_mb = options.memory_limit_mb,
          .log = Log(std::cerr, options.quiet ? Log::Level::warnings : Log::Level::everything),
+         .begin = [] { is_under_way = true; },
          .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
   } catch (const DiskFullError& error) {
     throw DiskFullError(fmt::format("{}, then {}", error.what(), how_to_go_on(folder)));

@@ -335,6 +335,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   Survey now = resumed ? survey_or_save(state, recipe, folder, watchdog)
                        : watched_survey(state, recipe, watchdog);
   require_held_memory(options.memory_limit_mb);
+  if (options.begin) options.begin();
   // An earlier run is not given up before this one is known to work.
   if (!resumed) {
     folder.start(recipe, options.log);

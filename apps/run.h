@@ -18,6 +18,9 @@ struct RunOptions {
   std::atomic<bool>* checkpoint = nullptr;
   double memory_limit_mb = available_memory_mb();  ///< see expected_memory()
   Log log{};  ///< told of voids, of targets that were not reached, of a run that is replaced
+  /// Called before the first file is written: until then nothing is lost by ending the process.
+  /// May be empty.
+  std::function<void()> begin{};
   /// Told after every time step; may be empty.
   std::function<void(const State&, const Survey&)> progress;
 };

@@ -143,6 +143,20 @@ TEST_F(Faults, NobodyThatReadsMessagesEndsNoRun) {
   EXPECT_EQ(read_file(folder_ / "code"), "0\n");
 }
 
+// While a run is prepared, which a fine grid makes long.
+TEST_F(Faults, AnInterruptBeforeTheFirstFileEndsARunAtOnce) {
+  // Without job control a shell has what runs beside it ignore SIGINT.
+  const std::string line = "set -m\n" + std::string(SCARP_BINARY) + " run " + path("r.toml") +
+                           R"( --set domain.mode='"3d"' --set domain.extent='["200 nm", "200 nm"]')"
+                           R"( --set domain.spacing='"0.25 nm"' --quiet -o )" +
+                           path("r") + " & sleep 0.3; kill -INT $!; wait $!; echo $? >" +
+                           path("code");
+  write("script", line);
+  std::system(("bash " + path("script")).c_str());
+  EXPECT_EQ(read_file(folder_ / "code"), "130\n");
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "metrics.csv"));
+}
+
 // The first must not write among the files of the second.
 TEST_F(Faults, AFolderThatIsReplacedIsLeftToTheRunThatIsInIt) {
   start_until("r/state_0001.vdb", run_into("r"));
