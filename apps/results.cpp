@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "apps/metrology_files.h"
 #include "apps/recipe_difference.h"
@@ -111,15 +113,19 @@ MetricsRows read_rows(const fs::path& file, const Recipe& recipe) {
   return rows;
 }
 
-// The rows of metrology.csv of the first outputs, its head included; that alone where it is not of
-// this recipe.
-std::string first_outputs(const std::string& text, int count, const Recipe& recipe) {
-  std::string kept = metrology_head(recipe);
+// The rows of metrology.csv by output; none where it is not of this recipe.
+std::map<int, std::vector<std::string>> rows_by_output(const std::string& text,
+                                                       const Recipe& recipe) {
+  std::map<int, std::vector<std::string>> rows;
   const std::vector<std::string> lines = lines_of(text);
-  if (lines.empty() || lines.front() + '\n' != kept) return kept;
+  if (lines.empty() || lines.front() + '\n' != metrology_head(recipe)) return rows;
   for (std::size_t n = 1; n < lines.size(); ++n)
-    if (std::atoi(lines[n].c_str()) < count) kept += lines[n] + '\n';
-  return kept;
+    rows[std::atoi(lines[n].c_str())].push_back(lines[n]);
+  return rows;
+}
+
+bool are_different(std::span<const std::string> rows) {
+  return std::set<std::string>(rows.begin(), rows.end()).size() == rows.size();
 }
 
 std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
@@ -233,7 +239,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   last_checkpoint_ = std::move(restart->file);
   log.info(
       fmt::format("goes on from {}, t = {:.4g} s", last_checkpoint_.string(), restart->state.time));
-  metrology_rows_ = first_outputs(read_text(file(metrology_file)), output_count(), recipe);
+  restore_metrology(recipe);
   remove_files(path_, is_temporary);
 
   if (rows_are_lost) {
@@ -248,6 +254,27 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   write_file(file("metrics.csv"), kept);
   write_file(file("recipe.toml"), recipe.resolved);
   return std::move(restart->state);
+}
+
+// Rows that are lost or double are measured again, if the state of their output is there.
+void ResultFolder::restore_metrology(const Recipe& recipe) {
+  metrology_rows_ = metrology_head(recipe);
+  const auto known = rows_by_output(read_text(file(metrology_file)), recipe);
+  for (int n = 0; n < output_count(); ++n) {
+    const auto rows = known.find(n);
+    if (rows != known.end() && are_different(rows->second)) {
+      for (const std::string& row : rows->second) metrology_rows_ += row + '\n';
+      continue;
+    }
+    try {
+      const SavedWafer wafer = read_wafer(file(numbered("state", n, ".vdb")), recipe.materials);
+      metrology_rows_ += metrology_rows(static_cast<std::size_t>(n), wafer.time,
+                                        measure(wafer.layers, recipe), recipe);
+    } catch (const InputError& error) {
+      log_.warn(fmt::format("{}: the rows of output {} are lost: {}", file(metrology_file).string(),
+                            n, error.what()));
+    }
+  }
 }
 
 // A write that fails because the folder went in the meantime is told as that.

@@ -76,6 +76,7 @@ class ResultFolder {
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
+  void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;

@@ -17,6 +17,12 @@ std::string read_file(const std::filesystem::path& file) {
         file.string() + ": cannot be read: " +
         (reason == EISDIR ? "it is a folder; give the name of a file" : std::strerror(reason)));
   };
+  // Some of them never end.
+  std::error_code ignored;
+  if (std::filesystem::is_character_file(file, ignored) ||
+      std::filesystem::is_block_file(file, ignored)) {
+    throw InputError(file.string() + ": cannot be read: it is a device; give the name of a file");
+  }
   errno = 0;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rb"),
                                                            &std::fclose);

@@ -8,7 +8,7 @@ namespace scarp {
 /// The whole content of a file or a pipe.
 ///
 /// Throws: InputError with the name of the file and the reason if it cannot be opened or read to
-///         its end, or is a folder.
+///         its end, or is a folder or a device.
 std::string read_file(const std::filesystem::path& file);
 
 }  // namespace scarp

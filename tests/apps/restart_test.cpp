@@ -483,6 +483,21 @@ TEST_F(DamagedFolder, GoesOnWhereAnEarlierStateIsDamaged) {
   expect_same_bits("whole", "cut");
 }
 
+TEST_F(DamagedFolder, MeasuresAgainWhatRowsOfMetrologyAreLost) {
+  const std::string rows = read_file(folder_ / "whole" / "metrology.csv");
+  const std::size_t first = rows.find('\n') + 1;
+  const std::size_t second = rows.find("\n1,") + 1;
+  for (const std::string& damaged :
+       {rows.substr(0, first) + rows.substr(second), rows.substr(0, second) + rows.substr(first),
+        rows.substr(0, first - 4), rows.substr(0, second + 9)}) {
+    fs::remove(folder_ / "cut" / "summary.json");
+    fs::remove(folder_ / "cut" / "state_0003.vdb");
+    write("cut/metrology.csv", damaged);
+    EXPECT_EQ(resume().exit_code, 0);
+    EXPECT_EQ(read_file(folder_ / "cut" / "metrology.csv"), rows);
+  }
+}
+
 // A checkpoint knows the recipe that it is of.
 TEST_F(DamagedFolder, GoesOnWithoutItsRecipe) {
   for (const bool is_lost : {true, false}) {

@@ -38,6 +38,7 @@ TEST(ReadFile, GivesEveryByte) {
 TEST(ReadFile, SaysWhyAFileCannotBeRead) {
   EXPECT_THAT(message_of("/no/such"), AllOf(HasSubstr("/no/such"), HasSubstr("No such file")));
   EXPECT_THAT(message_of("/"), HasSubstr("folder"));
+  EXPECT_THAT(message_of("/dev/zero"), HasSubstr("device"));
   // Opens, and then cannot be read.
   EXPECT_THAT(message_of("/proc/self/mem"), HasSubstr("Input/output error"));
 }
