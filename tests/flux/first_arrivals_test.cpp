@@ -3,35 +3,23 @@
 #include <gtest/gtest.h>
 
 #include "tests/flux/ion_traces.h"
+#include "tests/flux/shape_problem.h"
 
 namespace scarp {
 namespace {
 
 using exact::degree;
 
-class FirstArrivalsTest : public ::testing::Test {
+class FirstArrivalsTest : public ::testing::Test, protected exact::ShapeProblem {
  protected:
+  FirstArrivalsTest() : ShapeProblem(exact::trench(2), exact::plasma_ions()) {}
   FirstArrivals look_with(const RayPlan& plan, const FirstArrivals& earlier) const {
-    return look_for_source(problem_, plan, earlier);
+    return look_for_source(problem, plan, earlier);
   }
-
-  exact::Shape shape_ = exact::trench(2);
-  RayScene scene_{shape_.mesh, shape_.sides, 1};
-  Patches patches_{shape_.mesh, scene_};
-  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
-  Species species_ = exact::plasma_ions();
-  FluxOptions options_{.sides = shape_.sides};
-  FluxProblem problem_{.mesh = shape_.mesh,
-                       .scene = scene_,
-                       .patches = patches_,
-                       .sticking = sticking_,
-                       .species = species_,
-                       .options = options_};
-  Elements elements_{scene_, longest_element_edge};
 };
 
 TEST_F(FirstArrivalsTest, OfASecondLookAreThoseOfOne) {
-  RayPlan plan(scene_, elements_);
+  RayPlan plan(scene, elements);
   plan.grow(4, 1'000'000);
   const FirstArrivals first = look_with(plan, {});
   plan.grow(15, 1'000'000);
@@ -50,17 +38,17 @@ TEST_F(FirstArrivalsTest, OfASecondLookAreThoseOfOne) {
 
 // The rays that started particles are found again.
 TEST_F(FirstArrivalsTest, NameTheRaysThatMetTheSource) {
-  species_.source.direction = {std::sin(20 * degree), 0, -std::cos(20 * degree)};
-  RayPlan plan(scene_, elements_);
+  species.source.direction = {std::sin(20 * degree), 0, -std::cos(20 * degree)};
+  RayPlan plan(scene, elements);
   plan.grow(4, 1'000'000);
   const FirstArrivals found = look_with(plan, {});
-  const Shooter shooter(problem_, plan, Shooter::Law::lobe);
+  const Shooter shooter(problem, plan, Shooter::Law::lobe);
   double goes_on = 0;
   for (const FirstArrivals::Lit& lit : found.lit) {
     const Shot shot = shooter.shot(lit.name);
-    EXPECT_TRUE(shooter.meets_source(shot, scene_.fly(shot.ray)));
-    const double cosine = dot(shot.u, problem_.normal(shot.ray.from));
-    const double sticks = species_.ions->sticking.at(AngleTable::half_sine(cosine));
+    EXPECT_TRUE(shooter.meets_source(shot, scene.fly(shot.ray)));
+    const double cosine = dot(shot.u, problem.normal(shot.ray.from));
+    const double sticks = species.ions->sticking.at(AngleTable::half_sine(cosine));
     EXPECT_NEAR(lit.goes_on, cosine / shot.u.z * (1 - 0.5 * sticks), 1e-6);
     goes_on += lit.goes_on;
   }
@@ -71,13 +59,13 @@ TEST_F(FirstArrivalsTest, NameTheRaysThatMetTheSource) {
 }
 
 TEST_F(FirstArrivalsTest, KnowWhetherAllStick) {
-  EXPECT_FALSE(sticks_at_once(problem_));
-  std::fill(sticking_.begin(), sticking_.end(), 1.0F);
-  EXPECT_FALSE(sticks_at_once(problem_));  // not at glancing angles
-  species_.ions->sticking = AngleTable(1);
-  EXPECT_TRUE(sticks_at_once(problem_));
-  sticking_.back() = 0.9F;
-  EXPECT_FALSE(sticks_at_once(problem_));
+  EXPECT_FALSE(sticks_at_once(problem));
+  std::fill(sticking.begin(), sticking.end(), 1.0F);
+  EXPECT_FALSE(sticks_at_once(problem));  // not at glancing angles
+  species.ions->sticking = AngleTable(1);
+  EXPECT_TRUE(sticks_at_once(problem));
+  sticking.back() = 0.9F;
+  EXPECT_FALSE(sticks_at_once(problem));
 }
 
 }  // namespace

@@ -7,18 +7,20 @@
 #include "core/running_statistics.h"
 #include "flux/solve.h"
 #include "flux/view.h"
-#include "tests/flux/shapes.h"
+#include "tests/flux/shape_problem.h"
 
 namespace scarp {
 namespace {
 
-using exact::Shape;
-
 /// From a trench so deep that its lower part aims at the sky.
-class Shots : public ::testing::TestWithParam<bool> {
+class Shots : public ::testing::TestWithParam<bool>, protected exact::ShapeProblem {
  protected:
-  Shots() {
-    aim_at_sky(problem_, plan_);
+  // Leans to a side, so that rays along its lobe have images.
+  Shots()
+      : ShapeProblem(exact::trench(15),
+                     {.name = "gas", .source = {.cosine_power = 20, .direction = {0.6, 0, -0.8}}},
+                     GetParam()) {
+    aim_at_sky(problem, plan_);
     plan_.grow(8, 1'000'000);
   }
 
@@ -36,26 +38,12 @@ class Shots : public ::testing::TestWithParam<bool> {
     EXPECT_EQ(a.weight, b.weight);
   }
 
-  Shape shape_ = exact::trench(15);
-  RayScene scene_{shape_.mesh, shape_.sides, 1};
-  Patches patches_{shape_.mesh, scene_};
-  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
-  // Leans to a side, so that rays along its lobe have images.
-  Species species_{.name = "gas", .source = {.cosine_power = 20, .direction = {0.6, 0, -0.8}}};
-  FluxOptions options_{.sides = shape_.sides, .two_dimensional = GetParam()};
-  FluxProblem problem_{.mesh = shape_.mesh,
-                       .scene = scene_,
-                       .patches = patches_,
-                       .sticking = sticking_,
-                       .species = species_,
-                       .options = options_};
-  Elements elements_{scene_, longest_element_edge};
-  RayPlan plan_{scene_, elements_};
+  RayPlan plan_{scene, elements};
 };
 
 TEST_P(Shots, AreTheSameByTheirNames) {
   for (const auto law : {Shooter::Law::lambert, Shooter::Law::lobe}) {
-    const Shooter shooter(problem_, plan_, law);
+    const Shooter shooter(problem, plan_, law);
     std::size_t weighed = 0;
     std::size_t images = 0;
     for (const Shot& shot : shots(shooter, 0)) {
@@ -70,7 +58,7 @@ TEST_P(Shots, AreTheSameByTheirNames) {
 
 TEST_P(Shots, GoOnWhereTheyWere) {
   constexpr std::uint32_t first = 3;
-  const Shooter shooter(problem_, plan_, Shooter::Law::lambert);
+  const Shooter shooter(problem, plan_, Shooter::Law::lambert);
   const std::vector<Shot> later = shots(shooter, first);
   std::size_t k = 0;
   for (const Shot& shot : shots(shooter, 0)) {
@@ -84,10 +72,10 @@ TEST_P(Shots, GoOnWhereTheyWere) {
 // Rays of both kinds are in the gas, and their weights have the mean of those that all go by
 // Lambert's law: what is aimed into the solid counts 0.
 TEST_P(Shots, StandForWholeViews) {
-  const Shooter shooter(problem_, plan_, Shooter::Law::lambert);
+  const Shooter shooter(problem, plan_, Shooter::Law::lambert);
   std::vector<double> sums(plan_.size());
   for (const Shot& shot : shots(shooter, 0)) {
-    EXPECT_GT(dot(shot.u, problem_.normal(shot.ray.from)), 0);
+    EXPECT_GT(dot(shot.u, problem.normal(shot.ray.from)), 0);
     sums[shot.name.rank] += static_cast<double>(shot.weight);
   }
   RunningStatistics aimed;
@@ -109,19 +97,19 @@ TEST_P(Shots, FindTheSkyFromTheBottomOfADeepTrench) {
   const Species sticky{.name = "gas"};
   RunningStatistics flux;
   for (std::uint64_t seed = 1; seed <= 32; ++seed) {
-    FluxOptions options = options_;
-    options.engine = FluxOptions::Engine::gather;
-    options.spacing = 1;
-    options.rays = 1 << 13;
-    options.seed = seed;
-    const FluxField field = solve_flux(shape_.mesh, {&sticky, 1}, options).front();
+    FluxOptions gathering = options;
+    gathering.engine = FluxOptions::Engine::gather;
+    gathering.spacing = 1;
+    gathering.rays = 1 << 13;
+    gathering.seed = seed;
+    const FluxField field = solve_flux(shape.mesh, {&sticky, 1}, gathering).front();
     double sum = 0;
     double area = 0;
-    for (std::size_t f = 0; f < scene_.facet_count(); ++f) {
-      const auto [a, b, c] = corners(shape_.mesh, f);
+    for (std::size_t f = 0; f < scene.facet_count(); ++f) {
+      const auto [a, b, c] = corners(shape.mesh, f);
       if (std::max({a.z, b.z, c.z}) > -299) continue;
-      sum += scene_.area(f) * static_cast<double>(field.arrivals().mean[f]);
-      area += scene_.area(f);
+      sum += scene.area(f) * static_cast<double>(field.arrivals().mean[f]);
+      area += scene.area(f);
     }
     flux.add(sum / area);
   }
