@@ -125,7 +125,8 @@ void add_arguments(CLI::App& command, RunArguments& arguments) {
   command
       .add_option("--memory-limit", arguments.memory_limit,
                   "A run that takes more ends, for example 8GB (default: what the machine has)")
-      ->transform(memory_amount());
+      ->transform(memory_amount())
+      ->type_name("AMOUNT");
 }
 
 void add_arguments(CLI::App& command, CheckArguments& arguments) {
