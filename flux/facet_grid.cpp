@@ -94,6 +94,7 @@ FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, do
   for (std::size_t axis = 0; axis < 3; ++axis) size_[axis] = bricks_[axis] * brick;
   cells_.assign(static_cast<std::size_t>(index(0, 0, size_[2])), no_facets);
   sort_in(facets);
+  raise_ceilings();
   measure_empty_cubes();
 }
 
@@ -169,6 +170,66 @@ void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
           static_cast<std::uint16_t>(std::floor(steps[axis] + 0.5));
     }
   }
+}
+
+void FacetGrid::raise_ceilings() {
+  constexpr std::size_t grain = 4096;
+  ceilings_.resize(blocks_.size());
+  parallel_for(blocks_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      if (b > 0 && !blocks_[b - 1].is_last) continue;
+      std::size_t last = b;
+      while (!blocks_[last].is_last) ++last;
+      ceilings_[b] = ceiling_over(std::span(blocks_).subspan(b, last + 1 - b));
+    }
+  });
+}
+
+// Across the mean normal by area, at the highest corner.
+FacetGrid::Ceiling FacetGrid::ceiling_over(std::span<const Block> blocks) const {
+  using Floats [[gnu::vector_size(block_size * sizeof(float))]] = float;
+  using Steps [[gnu::vector_size(block_size * sizeof(std::uint16_t))]] = std::uint16_t;
+  using Facets [[gnu::vector_size(block_size * sizeof(std::uint32_t))]] = std::uint32_t;
+  using Axes = std::array<Floats, 3>;
+  const auto read = [](const Block& block, std::size_t corner, Axes& r) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      r[axis] = __builtin_convertvector(std::bit_cast<Steps>(block.corners[axis][corner]), Floats);
+  };
+  Axes a;
+  Axes b;
+  Axes c;
+  Axes areas{};
+  for (const Block& block : blocks) {
+    read(block, 0, a);
+    read(block, 1, b);
+    read(block, 2, c);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t next = (axis + 1) % 3;
+      const std::size_t other = (axis + 2) % 3;
+      areas[axis] +=
+          (b[next] - a[next]) * (c[other] - a[other]) - (b[other] - a[other]) * (c[next] - a[next]);
+    }
+  }
+  Vec3f n;
+  for (std::size_t lane = 0; lane < block_size; ++lane)
+    n += Vec3f{areas[0][lane], areas[1][lane], areas[2][lane]};
+  n = normalized(n);
+  Floats highest = Floats{} - std::numeric_limits<float>::max();
+  for (const Block& block : blocks) {
+    const auto is_facet = __builtin_bit_cast(Facets, block.facets) != Ray::no_facet;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      read(block, corner, a);
+      const Floats height = n.x * a[0] + n.y * a[1] + n.z * a[2];
+      highest = is_facet & (height > highest) ? height : highest;
+    }
+  }
+  float height = highest[0];
+  for (std::size_t lane = 1; lane < block_size; ++lane) height = std::max(height, highest[lane]);
+  // Corners are rounded to whole steps, and heights of 17 bits to 2^-6 of one.
+  constexpr double rounding = 1;
+  const double cells_per_step = 1 / (per_step_ * cell_size_);
+  const double room = rounding + padding_in_steps_;
+  return {n, static_cast<float>((static_cast<double>(height) + room) * cells_per_step)};
 }
 
 void FacetGrid::measure_empty_cubes() {

@@ -90,9 +90,18 @@ class FacetGrid {
     return cells_[static_cast<std::size_t>(index(x, y, z))];
   }
 
+  // A plane that none of a cell's facets reaches over: n r <= height in all of them. In cells, from
+  // the grid's lower corner.
+  struct Ceiling {
+    Vec3f n;
+    float height = 0;
+  };
+
   template <class Use>
   void for_each_cell(const Facet& facet, const Use& use) const;
   void sort_in(std::span<const Facet> facets);
+  void raise_ceilings();
+  Ceiling ceiling_over(std::span<const Block> blocks) const;
   void put(Block& block, std::size_t lane, const Facet& facet) const;
   void measure_empty_cubes();
   /// longest: by cell, along x first; 0 where there are facets.
@@ -111,6 +120,7 @@ class FacetGrid {
   // the lowest half byte is 0 and the others hold the first block.
   LargeVector<std::uint32_t> cells_;
   LargeVector<Block> blocks_;
+  LargeVector<Ceiling> ceilings_;  // at the first block of each cell
 };
 
 /// Many walks along straight flights at once, from cell to cell: each step takes all of them one
@@ -126,6 +136,12 @@ class FacetGrid::Walks {
   /// Looks at the cells where the first count walks are.
   void look(const FacetGrid& grid, std::size_t count);
   bool has_facets(std::size_t walk) const { return (cell_[walk] & 15U) == 0; }
+  /// Asks the memory for what may_meet() needs.
+  void prefetch_ceiling(const FacetGrid& grid, std::size_t walk) const {
+    __builtin_prefetch(&grid.ceilings_[cell_[walk] >> 4]);
+  }
+  /// False where a flight stays above all facets of its cell, which has some.
+  bool may_meet(const FacetGrid& grid, std::size_t walk) const;
   /// The first block of a cell that has facets.
   const Block* blocks(const FacetGrid& grid, std::size_t walk) const {
     return grid.blocks_.data() + (cell_[walk] >> 4);
@@ -211,6 +227,19 @@ inline void FacetGrid::Walks::look(const FacetGrid& grid, std::size_t count) {
       t_exit_[w] = t < t_exit_[w] ? t : t_exit_[w];
     }
   }
+}
+
+inline bool FacetGrid::Walks::may_meet(const FacetGrid& grid, std::size_t walk) const {
+  const auto& [n, height] = grid.ceilings_[cell_[walk] >> 4];
+  const std::array<double, 3> normal{n.x, n.y, n.z};
+  double above_at_start = -height;
+  double climb = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    above_at_start += normal[axis] * start_[axis][walk];
+    climb += normal[axis] * speed_[axis][walk];
+  }
+  const double t_out = t_exit_[walk] < t_end_[walk] ? t_exit_[walk] : t_end_[walk];
+  return (above_at_start + climb * t_[walk] <= 0) | (above_at_start + climb * t_out <= 0);
 }
 
 inline std::size_t FacetGrid::Walks::go_on(std::size_t count,

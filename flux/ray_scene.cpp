@@ -128,10 +128,16 @@ class RayScene::Wave {
 
   // Of the walks that are at cells with facets.
   void test_facets() {
-    std::size_t at_facets = 0;
+    std::size_t at_cells = 0;
     for (std::size_t w = 0; w < count_; ++w) {
-      at_facets_[at_facets] = static_cast<std::uint32_t>(w);
-      at_facets += walks_.has_facets(w) ? 1 : 0;
+      at_facets_[at_cells] = static_cast<std::uint32_t>(w);
+      at_cells += walks_.has_facets(w) ? 1 : 0;
+    }
+    for (std::size_t k = 0; k < at_cells; ++k) walks_.prefetch_ceiling(scene_.grid_, at_facets_[k]);
+    std::size_t at_facets = 0;
+    for (std::size_t k = 0; k < at_cells; ++k) {
+      at_facets_[at_facets] = at_facets_[k];
+      at_facets += walks_.may_meet(scene_.grid_, at_facets_[k]) ? 1 : 0;
     }
     for (std::size_t k = 0; k < std::min(ahead, at_facets); ++k)
       prefetch(walks_.blocks(scene_.grid_, at_facets_[k]));

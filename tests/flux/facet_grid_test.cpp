@@ -54,7 +54,7 @@ double end_of(Vec3d r, Vec3d u) {
   return t_end;
 }
 
-/// The facets of all cells on a flight.
+/// The facets of all cells on a flight that it may meet.
 struct Passed {
   std::set<std::uint32_t> facets;
   std::set<std::uint32_t> candidates;
@@ -70,7 +70,8 @@ Passed facets_along(const FacetGrid& grid, Vec3d r, Vec3d u, double t_end) {
   Passed passed;
   for (std::size_t ended_count = 0; ended_count == 0; ++passed.steps) {
     walks->look(grid, 1);
-    const FacetGrid::Block* block = walks->has_facets(0) ? walks->blocks(grid, 0) : nullptr;
+    const bool may_meet = walks->has_facets(0) && walks->may_meet(grid, 0);
+    const FacetGrid::Block* block = may_meet ? walks->blocks(grid, 0) : nullptr;
     for (bool is_last = block == nullptr; !is_last; ++block) {
       is_last = block->is_last;
       const unsigned candidates = nearest.candidates(*block);
@@ -125,6 +126,29 @@ TEST(FacetGrid, WalksAlongDiagonalsArrive) {
     EXPECT_EQ(facets_along(grid, {0, 0, 0}, normalized(u), far * length(u)).facets.size(), 1U);
     EXPECT_EQ(facets_along(grid, far * u, -normalized(u), far * length(u)).facets.size(), 1U);
   }
+}
+
+// Where a flight stays above all that lies in a cell, nothing of it is tested.
+TEST(FacetGrid, WalksLookAtNoFacetsThatTheyStayAbove) {
+  const Vec3d n = normalized(Vec3d{0.3, -0.2, 1});
+  const auto on_slope = [&](double x, double y) {
+    return Vec3f(Vec3d{x, y, -(n.x * x + n.y * y) / n.z});
+  };
+  std::vector<Facet> facets;
+  for (int x = 0; x < 30; ++x)
+    for (int y = 0; y < 30; ++y)
+      facets.push_back({{on_slope(x, y), on_slope(x + 1, y), on_slope(x, y + 1)}, n});
+  const FacetGrid grid(facets, {-1, -1, -20}, {32, 32, 20}, padding);
+  const Vec3d along = normalized(Vec3d(on_slope(20, 10)) - Vec3d(on_slope(2, 3)));
+  const auto looked_at = [&](double height, Vec3d u) {
+    const Vec3d start = Vec3d(on_slope(2, 3)) + height * n;
+    return facets_along(grid, start, normalized(u), 20).facets.size();
+  };
+  EXPECT_EQ(looked_at(0.01, along), 0U);
+  EXPECT_EQ(looked_at(0.01, along + 0.1 * n), 0U);
+  EXPECT_GT(looked_at(0, along), 10U);
+  EXPECT_GT(looked_at(0.01, along - 0.1 * n), 0U);
+  EXPECT_LT(looked_at(1, along - 0.1 * n), looked_at(0, along) / 2);
 }
 
 // One step across a space without facets, whatever the number of cells.
