@@ -13,13 +13,13 @@ namespace {
 
 // What a model is asked about: facets, tallies on them, and what covers them.
 struct SeenSurface {
-  const TriMesh& facets;
+  SmoothCorners facets;
   std::span<const std::span<const float>> flux;
   std::span<const std::vector<float>> coverages;
 };
 
 // Values at the three corners of every facet, in one row.
-std::vector<float> at_corners(const TriMesh& facets, std::span<const float> on_facets) {
+std::vector<float> at_corners(const SmoothCorners& facets, std::span<const float> on_facets) {
   std::vector<float> values;
   for (const auto& corners : corner_values(facets, on_facets))
     values.insert(values.end(), corners.begin(), corners.end());
@@ -27,7 +27,7 @@ std::vector<float> at_corners(const TriMesh& facets, std::span<const float> on_f
 }
 
 // The flux at the corners, one array per tally.
-std::vector<std::vector<float>> flux_at_corners(const TriMesh& facets,
+std::vector<std::vector<float>> flux_at_corners(const SmoothCorners& facets,
                                                 std::span<const std::span<const float>> flux) {
   std::vector<std::vector<float>> tallies;
   for (const std::span<const float> tally : flux) tallies.push_back(at_corners(facets, tally));
@@ -77,7 +77,7 @@ LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>&
 std::vector<LayerSpeeds> speeds_at_corners(std::span<const Layer> stack, const SeenSurface& seen,
                                            const SurfaceModel& model) {
   const std::vector<AngularFactor> factors = model.angular_factors();
-  const std::vector<Vec3f> normals = facet_normals(seen.facets);
+  const std::vector<Vec3f> normals = facet_normals(seen.facets.mesh());
   std::vector<Vec3f> corner_normals;
   std::vector<std::vector<float>> corner_flux;
   std::vector<std::vector<float>> corner_coverages;
@@ -170,7 +170,8 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   if (!step.model) return;
   result.factors = step.model->angular_factors();
   result.speeds_of_layers = speeds_at_corners(
-      state.layers.stack, {result.facets, tallies_on_facets(result.flux), result.coverages},
+      state.layers.stack,
+      {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages},
       *step.model);
   require_sound_speeds(result, state, recipe);
   result.growth = growth_of(result, state, recipe);
@@ -181,9 +182,9 @@ void find_change(const State& state, const Recipe& recipe, Survey& result) {
   if (recipe.carry_within <= 0 || earlier.tallies.empty()) return;
   const auto measurement = result.timer.measure("map");
   const std::vector<std::span<const float>> flux(earlier.tallies.begin(), earlier.tallies.end());
-  const std::vector<LayerSpeeds> before =
-      speeds_at_corners(state.layers.stack, {state.mesh.facets, flux, state.coverages.values},
-                        *current_step(state, recipe).model);
+  const std::vector<LayerSpeeds> before = speeds_at_corners(
+      state.layers.stack, {SmoothCorners(state.mesh.facets), flux, state.coverages.values},
+      *current_step(state, recipe).model);
   std::vector<std::size_t> layers;
   for (const MaterialId material : result.facets.materials)
     layers.push_back(layer_of(state, material));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -14,7 +15,7 @@ namespace scarp {
 namespace {
 
 constexpr double least_cosine = 0.766;  // of 40 degrees
-constexpr std::size_t grain = 1024;     // facets
+constexpr std::size_t grain = 512;      // vertices
 
 using Corners = std::array<float, 3>;
 
@@ -30,20 +31,17 @@ using Corners = std::array<float, 3>;
 // Source: twicing, Tukey 1977; the limits are those of Zalesak 1979.
 class Sharpener {
  public:
-  Sharpener(const TriMesh& mesh, std::span<const float> facet_values)
-      : mesh_(mesh), corners_(mesh), facet_values_(facet_values) {}
+  Sharpener(const SmoothCorners& corners, std::span<const float> facet_values)
+      : mesh_(corners.mesh()), corners_(corners), facet_values_(facet_values) {}
 
   std::vector<Corners> values() {
-    find_means();
-    find_limits();
+    means_.resize(mesh_.triangles.size());
+    for_each_corner([&](auto f, auto corner) { return std::tuple(mean(f, corner)); }, means_);
+    takes_.resize(means_.size());
+    gives_.resize(means_.size());
+    for_each_corner([&](auto f, auto corner) { return limits(f, corner); }, takes_, gives_);
     std::vector<Corners> values(means_.size());
-    for_each_corner([&](std::size_t f, std::size_t corner) {
-      const Flow flow = flow_to(
-          f, corner, [&](std::size_t g, std::size_t i, std::size_t j) { return part(g, i, j); });
-      const auto [least, greatest] = range(f, corner);  // which rounding may leave
-      values[f][corner] =
-          std::clamp(static_cast<float>(means_[f][corner] + flow.in - flow.out), least, greatest);
-    });
+    for_each_corner([&](auto f, auto corner) { return std::tuple(sharpened(f, corner)); }, values);
     return values;
   }
 
@@ -54,49 +52,65 @@ class Sharpener {
     double out = 0;
   };
 
-  template <class Use>
-  void for_each_corner(const Use& use) const {
-    parallel_for(mesh_.triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t f = begin; f < end; ++f)
-        for (std::size_t corner = 0; corner < 3; ++corner) use(f, corner);
+  // Fills arrays with what use(f, corner) gives for each corner: once for all around a vertex where
+  // they all count for each other.
+  template <class Use, class... Arrays>
+  void for_each_corner(const Use& use, Arrays&... arrays) const {
+    parallel_for(mesh_.vertices.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        decltype(use(0, 0)) result;
+        bool is_known = false;
+        for (const std::uint32_t f : corners_.around(v)) {
+          for (std::size_t corner = 0; corner < 3; ++corner) {
+            if (mesh_.triangles[f][corner] != v) continue;
+            if (!is_known) result = use(f, corner);
+            is_known = corners_.is_smooth(v);
+            std::tie(arrays[f][corner]...) = result;
+          }
+        }
+      }
     });
   }
 
-  void find_means() {
-    means_.resize(mesh_.triangles.size());
-    for_each_corner([&](std::size_t f, std::size_t corner) {
-      double sum = 0;
-      double area = 0;
-      corners_.for_each(static_cast<std::uint32_t>(f), corner,
-                        [&](std::uint32_t g, double area_of_g) {
-                          sum += area_of_g * static_cast<double>(facet_values_[g]);
-                          area += area_of_g;
-                        });
-      means_[f][corner] = area > 0 ? static_cast<float>(sum / area) : facet_values_[f];
+  std::size_t corner_at(std::uint32_t f, std::size_t v) const {
+    const Triangle& triangle = mesh_.triangles[f];
+    return triangle[0] == v ? 0 : triangle[1] == v ? 1 : 2;
+  }
+
+  float mean(std::uint32_t f, std::size_t corner) const {
+    double sum = 0;
+    double area = 0;
+    corners_.for_each(f, corner, [&](std::uint32_t g, double area_of_g) {
+      sum += area_of_g * static_cast<double>(facet_values_[g]);
+      area += area_of_g;
     });
+    return area > 0 ? static_cast<float>(sum / area) : facet_values_[f];
   }
 
   // Of the facets that count.
-  std::pair<float, float> range(std::size_t f, std::size_t corner) const {
+  std::pair<float, float> range(std::uint32_t f, std::size_t corner) const {
     std::pair range{facet_values_[f], facet_values_[f]};
-    corners_.for_each(static_cast<std::uint32_t>(f), corner, [&](std::uint32_t g, double) {
+    corners_.for_each(f, corner, [&](std::uint32_t g, double) {
       range.first = std::min(range.first, facet_values_[g]);
       range.second = std::max(range.second, facet_values_[g]);
     });
     return range;
   }
 
-  // The parts of what would flow that each corner can take and give.
-  void find_limits() {
-    takes_.resize(means_.size());
-    gives_.resize(means_.size());
-    for_each_corner([&](std::size_t f, std::size_t corner) {
-      const auto [least, greatest] = range(f, corner);
-      const Flow flow = flow_to(f, corner, [](auto, auto, auto) { return 1.0; });
-      const double mean = means_[f][corner];
-      takes_[f][corner] = static_cast<float>(std::min(1.0, (greatest - mean) / flow.in));
-      gives_[f][corner] = static_cast<float>(std::min(1.0, (mean - least) / flow.out));
-    });
+  // The parts of what would flow that a corner can take and give.
+  std::tuple<float, float> limits(std::uint32_t f, std::size_t corner) const {
+    const auto [least, greatest] = range(f, corner);
+    const Flow flow = flow_to(f, corner, [](auto, auto, auto) { return 1.0; });
+    const double mean = means_[f][corner];
+    return {static_cast<float>(std::min(1.0, (greatest - mean) / flow.in)),
+            static_cast<float>(std::min(1.0, (mean - least) / flow.out))};
+  }
+
+  float sharpened(std::uint32_t f, std::size_t corner) const {
+    const Flow flow = flow_to(
+        f, corner, [&](std::size_t g, std::size_t i, std::size_t j) { return part(g, i, j); });
+    const auto [least, greatest] = range(f, corner);  // which rounding may leave
+    return std::clamp(static_cast<float>(means_[f][corner] + flow.in - flow.out), least, greatest);
   }
 
   // Of the flow to corner i of a facet from its corner j.
@@ -106,28 +120,25 @@ class Sharpener {
   }
 
   template <class Part>
-  Flow flow_to(std::size_t f, std::size_t corner, const Part& part) const {
+  Flow flow_to(std::uint32_t f, std::size_t corner, const Part& part) const {
     const std::uint32_t v = mesh_.triangles[f][corner];
     Flow flow;
     double area = 0;
-    corners_.for_each(
-        static_cast<std::uint32_t>(f), corner, [&](std::uint32_t g, double area_of_g) {
-          const Triangle& triangle = mesh_.triangles[g];
-          const auto i =
-              static_cast<std::size_t>(std::ranges::find(triangle, v) - triangle.begin());
-          for (std::size_t j = 0; j < 3; ++j) {
-            const double third = (static_cast<double>(means_[g][i]) - means_[g][j]) / 3;
-            if (third == 0) continue;
-            (third > 0 ? flow.in : flow.out) += area_of_g * std::abs(third) * part(g, i, j);
-          }
-          area += area_of_g;
-        });
+    corners_.for_each(f, corner, [&](std::uint32_t g, double area_of_g) {
+      const std::size_t i = corner_at(g, v);
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double third = (static_cast<double>(means_[g][i]) - means_[g][j]) / 3;
+        if (third == 0) continue;
+        (third > 0 ? flow.in : flow.out) += area_of_g * std::abs(third) * part(g, i, j);
+      }
+      area += area_of_g;
+    });
     if (!(area > 0)) return {};
     return {flow.in / area, flow.out / area};
   }
 
   const TriMesh& mesh_;
-  SmoothCorners corners_;
+  const SmoothCorners& corners_;
   std::span<const float> facet_values_;
   std::vector<Corners> means_;
   std::vector<Corners> takes_;
@@ -148,6 +159,19 @@ SmoothCorners::SmoothCorners(const TriMesh& mesh)
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
   for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
     for (const std::uint32_t v : mesh.triangles[f]) around_[next[v]++] = f;
+  is_smooth_.resize(mesh.vertices.size());
+  for (std::size_t v = 0; v < is_smooth_.size(); ++v) is_smooth_[v] = all_belong(v) ? 1 : 0;
+}
+
+bool SmoothCorners::all_belong(std::size_t v) const {
+  const auto facets = around(v);
+  double area = 0;
+  for (std::size_t a = 0; a < facets.size(); ++a) {
+    area += areas_[facets[a]];
+    for (std::size_t b = 0; b < a; ++b)
+      if (!belongs(facets[a], facets[b])) return false;
+  }
+  return area > 0;
 }
 
 bool SmoothCorners::belongs(std::uint32_t f, std::uint32_t g) const {
@@ -155,10 +179,10 @@ bool SmoothCorners::belongs(std::uint32_t f, std::uint32_t g) const {
   return f == g || dot(Vec3d(normals_[f]), Vec3d(normals_[g])) > least_cosine;
 }
 
-std::vector<std::array<float, 3>> corner_values(const TriMesh& mesh,
+std::vector<std::array<float, 3>> corner_values(const SmoothCorners& corners,
                                                 std::span<const float> facet_values) {
-  SCARP_ASSERT(facet_values.size(), ==, mesh.triangles.size());
-  return Sharpener(mesh, facet_values).values();
+  SCARP_ASSERT(facet_values.size(), ==, corners.mesh().triangles.size());
+  return Sharpener(corners, facet_values).values();
 }
 
 }  // namespace scarp

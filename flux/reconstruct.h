@@ -17,22 +17,33 @@ class SmoothCorners {
   /// Keeps the mesh.
   explicit SmoothCorners(const TriMesh& mesh);
 
+  const TriMesh& mesh() const { return mesh_; }
+
   /// Calls use(g, area of g) for each facet g that counts at a corner of facet f, itself included.
   template <class Use>
   void for_each(std::uint32_t f, std::size_t corner, const Use& use) const {
     const std::uint32_t v = mesh_.triangles[f][corner];
-    for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i)
-      if (belongs(f, around_[i])) use(around_[i], areas_[around_[i]]);
+    for (const std::uint32_t g : around(v))
+      if (is_smooth_[v] != 0 || belongs(f, g)) use(g, areas_[g]);
   }
+
+  /// The facets around a vertex.
+  std::span<const std::uint32_t> around(std::size_t v) const {
+    return std::span(around_).subspan(first_[v], first_[v + 1] - first_[v]);
+  }
+  /// Whether all facets around a vertex count for each other, and have an area together.
+  bool is_smooth(std::size_t v) const { return is_smooth_[v] != 0; }
 
  private:
   bool belongs(std::uint32_t f, std::uint32_t g) const;
+  bool all_belong(std::size_t v) const;
 
   const TriMesh& mesh_;
   std::vector<std::uint32_t> first_;   // per vertex
   std::vector<std::uint32_t> around_;  // facets, those of a vertex together
   std::vector<double> areas_;
   std::vector<Vec3f> normals_;
+  std::vector<char> is_smooth_;  // per vertex
 };
 
 /// Values at the three corners of every facet from values on facets: linear on a facet, continuous
@@ -46,8 +57,12 @@ class SmoothCorners {
 /// are about those of the corners.
 ///
 /// Shape: facet_values and result have one entry per facet; corners in the order of the triangle.
-/// Cost:  O(n).
-std::vector<std::array<float, 3>> corner_values(const TriMesh& mesh,
+/// Cost:  O(n), several times less where corners serve for all values on a mesh.
+std::vector<std::array<float, 3>> corner_values(const SmoothCorners& corners,
                                                 std::span<const float> facet_values);
+inline std::vector<std::array<float, 3>> corner_values(const TriMesh& mesh,
+                                                       std::span<const float> facet_values) {
+  return corner_values(SmoothCorners(mesh), facet_values);
+}
 
 }  // namespace scarp
