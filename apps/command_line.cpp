@@ -327,7 +327,9 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
       .add_option("--elevation", arguments.elevation,
                   "Height of the eye in degrees, up to 90 (default: 35)")
       ->check(number("a number above 0 and up to 90", [](double x) { return x > 0 && x <= 90; }));
-  command.add_option("--width", arguments.width, "Pixels (default: 1200)")
+  command
+      .add_option("--width", arguments.width,
+                  "Pixels (default: 1200); fewer where it would be more than twice as high")
       ->check(number("a number of 16 to 16384", [](double x) { return x >= 16 && x <= 16384; }));
 }
 

@@ -18,7 +18,7 @@ struct RenderOptions {
   std::optional<RenderCut> cut{};
   double azimuth = 30;    ///< of the eye, from -y towards -x
   double elevation = 35;  ///< above the horizon, above 0 and up to 90
-  int width = 1200;
+  int width = 1200;   ///< of the picture; less where it would be more than twice as high as this
   int sky_rays = 12;  ///< of each of the four samples of a pixel
 };
 

@@ -63,6 +63,16 @@ TEST(Render, TheBottomOfAHoleIsDarkerThanTheField) {
   EXPECT_LT(pixel(image, 0.5, 0.5)[0], 0.75 * pixel(image, 0.1, 0.5)[0]);
 }
 
+// A deep hole is not drawn on a picture of many screens.
+TEST(Render, IsAtMostTwiceAsHighAsAskedToBeWide) {
+  const Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{}, HoleShape{.radius = 50, .cut = {.depth = 1500}}});
+  const Image image = render(layers, {.width = 60, .sky_rays = 1});
+  EXPECT_EQ(image.height, 120);
+  EXPECT_LT(image.width, 40);
+  EXPECT_GT(image.width, 4);
+}
+
 TEST(Render, HasTheSameBitsForAnyNumberOfThreads) {
   const Layers layers = build_layers(
       frame, std::vector<Shape>{WaferShape{}, HoleShape{.radius = 50, .cut = {.depth = 150}}});
