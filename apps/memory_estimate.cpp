@@ -18,7 +18,7 @@ constexpr double program = 45 * megabyte;
 constexpr double band_copies = 3;
 constexpr double per_full_facet = 350;
 constexpr double per_facet = 500;
-constexpr double per_kept_ray = 10;
+constexpr double per_kept_ray = 18;
 constexpr double per_facet_of_output = 140;
 constexpr double per_bath_node = 200;  // see diffuse()
 
@@ -41,7 +41,7 @@ MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const
       recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
   if (has_bath) grid += per_bath_node * bath_nodes(layers);
   const double hits = std::min(per_kept_ray * size.kept_rays,
-                               per_kept_ray / 8 * static_cast<double>(recipe.flux.memory_limit));
+                               per_kept_ray / 16 * static_cast<double>(recipe.flux.memory_limit));
   return {.program = program / megabyte,
           .grid = grid / megabyte,
           .mesh = per_full_facet * size.facets_full / megabyte,

@@ -13,17 +13,17 @@ namespace {
 constexpr std::size_t least_rows = 128;
 constexpr std::size_t most_runs = 512;
 
-// Rows are joined where one sees the other; a few rays of each show it. What is not found to be
-// open is only not corrected.
-constexpr std::size_t rays_to_join = 16;
+// Rows are joined where one sees the other; a few facets that each sees show it. What is not found
+// to be open is only not corrected.
+constexpr std::uint64_t hits_to_join = 16;
 
-std::vector<char> joined_to_sky(const ExchangeMatrix& matrix) {
-  const auto size = static_cast<std::uint32_t>(matrix.size());
+std::vector<char> joined_to_sky(const ExchangeRows& rows) {
+  const auto size = static_cast<std::uint32_t>(rows.size());
   DisjointSets sets(size + 1);  // the last one is the sky
   for (std::uint32_t i = 0; i < size; ++i) {
-    const auto row = matrix.row(i);
-    for (const auto& ray : row.first(std::min(row.size(), rays_to_join)))
-      sets.join(i, std::min(ray.hit, size));
+    if (rows.sees_sky[i] != 0) sets.join(i, size);
+    const std::uint64_t end = std::min(rows.first[i + 1], rows.first[i] + hits_to_join);
+    for (std::uint64_t k = rows.first[i]; k < end; ++k) sets.join(i, rows.seen[k].hit);
   }
   std::vector<char> open(size);
   for (std::uint32_t i = 0; i < size; ++i) open[i] = sets.lowest(i) == sets.lowest(size) ? 1 : 0;
@@ -32,10 +32,10 @@ std::vector<char> joined_to_sky(const ExchangeMatrix& matrix) {
 
 }  // namespace
 
-CoarseExchange::CoarseExchange(const ExchangeMatrix& matrix, std::span<const float> reemitted)
-    : rows_(matrix.size()), runs_(std::min(most_runs, rows_ / least_rows)) {
+CoarseExchange::CoarseExchange(const ExchangeRows& rows, std::span<const float> reemitted)
+    : rows_(rows.size()), runs_(std::min(most_runs, rows_ / least_rows)) {
   if (runs_ == 0) return;
-  open_ = joined_to_sky(matrix);
+  open_ = joined_to_sky(rows);
   std::vector<std::uint32_t> run_of(rows_);
   for (std::size_t run = 0; run < runs_; ++run) {
     std::size_t count = 0;
@@ -52,8 +52,8 @@ CoarseExchange::CoarseExchange(const ExchangeMatrix& matrix, std::span<const flo
       row[run] = 1;
       for (std::size_t i = begin_of(run); i < begin_of(run + 1); ++i) {
         if (open_[i] == 0) continue;
-        matrix.for_each_part(i, [&](std::uint32_t j, double part) {
-          if (j < rows_) row[run_of[j]] -= weight_[run] * part * static_cast<double>(reemitted[j]);
+        rows.for_each_part(i, [&](std::uint32_t j, double part) {
+          row[run_of[j]] -= weight_[run] * part * static_cast<double>(reemitted[j]);
         });
       }
     }

@@ -21,7 +21,7 @@ namespace scarp {
 /// Source: Nicolaides 1987 (deflation).
 class CoarseExchange {
  public:
-  CoarseExchange(const ExchangeMatrix& matrix, std::span<const float> reemitted);
+  CoarseExchange(const ExchangeRows& rows, std::span<const float> reemitted);
 
   /// x := M^-1 x.
   ///

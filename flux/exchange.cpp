@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <type_traits>
 
@@ -41,9 +42,9 @@ inline constexpr std::size_t any_number = 0;
 template <class Number, std::size_t Columns>
 class Iteration {
  public:
-  Iteration(const ExchangeMatrix& matrix, std::span<const float> reemitted,
+  Iteration(const ExchangeRows& rows, std::span<const float> reemitted,
             const CoarseExchange& coarse, std::span<const Number> b, std::size_t columns)
-      : matrix_(matrix),
+      : rows_(rows),
         reemitted_(reemitted),
         coarse_(coarse),
         b_(b),
@@ -56,11 +57,11 @@ class Iteration {
       std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>>;
 
   std::size_t columns() const { return Columns == any_number ? columns_ : Columns; }
-  Block<Number> block() const { return Block<Number>(matrix_.size() * columns()); }
+  Block<Number> block() const { return Block<Number>(rows_.size() * columns()); }
 
   template <class Body>
   void for_each_entry(const Body& body) const {
-    parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         for (std::size_t c = 0; c < columns(); ++c) body(i * columns() + c, c);
     });
@@ -78,7 +79,7 @@ class Iteration {
   }
   bool iterate(Block<Number>& x, double tolerance);
 
-  const ExchangeMatrix& matrix_;
+  const ExchangeRows& rows_;
   std::span<const float> reemitted_;
   const CoarseExchange& coarse_;
   std::span<const Number> b_;
@@ -88,9 +89,9 @@ class Iteration {
 
 template <class Number, std::size_t Columns>
 Scalars Iteration<Number, Columns>::dot(const Block<Number>& x, const Block<Number>& y) const {
-  const std::size_t ranges = (matrix_.size() + grain - 1) / grain;
+  const std::size_t ranges = (rows_.size() + grain - 1) / grain;
   Scalars partial(ranges * columns());
-  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
     double* sums = &partial[begin / grain * columns()];
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t c = 0; c < columns(); ++c)
@@ -105,18 +106,17 @@ Scalars Iteration<Number, Columns>::dot(const Block<Number>& x, const Block<Numb
 template <class Number, std::size_t Columns>
 void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y) {
   scaled_.resize(x.size());
-  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t k = i * columns(); k < (i + 1) * columns(); ++k)
         scaled_[k] = static_cast<Number>(reemitted_[i]) * x[k];
   });
-  parallel_for(matrix_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
     Row sum{};
     if constexpr (Columns == any_number) sum.resize(columns());
     for (std::size_t i = begin; i < end; ++i) {
       std::fill(sum.begin(), sum.end(), Number{0});
-      matrix_.for_each_part(i, [&](std::size_t hit, double part) {
-        if (hit >= matrix_.size()) return;
+      rows_.for_each_part(i, [&](std::size_t hit, double part) {
         const Number* row = &scaled_[hit * columns()];
         for (std::size_t c = 0; c < columns(); ++c) sum[c] += static_cast<Number>(part) * row[c];
       });
@@ -197,16 +197,49 @@ Block<Number> Iteration<Number, Columns>::solve(double tolerance) {
   for (int run = 0; run < restarts; ++run)
     if (iterate(x, tolerance)) return x;
   throw NumericalError("flux: the exchange between facets did not converge to " +
-                       std::to_string(tolerance) + " on " + std::to_string(matrix_.size()) +
+                       std::to_string(tolerance) + " on " + std::to_string(rows_.size()) +
                        " facets");
 }
 
 }  // namespace
 
-ExchangeSolver::ExchangeSolver(const ExchangeMatrix& matrix, std::span<const float> reemitted)
-    : matrix_(matrix),
+ExchangeRows::ExchangeRows(const ExchangeMatrix& matrix) : sees_sky(matrix.size()) {
+  const std::size_t size = matrix.size();
+  std::vector<std::vector<Seen>> ranges((size + grain - 1) / grain);
+  first.resize(size + 1);
+  parallel_for(size, grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Seen>& range = ranges[begin / grain];
+    std::vector<double> part_of(size);  // of what the row has met
+    std::vector<std::uint32_t> hits;
+    for (std::size_t i = begin; i < end; ++i) {
+      hits.clear();
+      matrix.for_each_part(i, [&](std::uint32_t hit, double part) {
+        if (hit >= size) {
+          sees_sky[i] = 1;
+        } else if (part > 0) {
+          if (part_of[hit] == 0) hits.push_back(hit);
+          part_of[hit] += part;
+        }
+      });
+      for (const std::uint32_t hit : hits) {
+        range.push_back({hit, static_cast<float>(part_of[hit])});
+        part_of[hit] = 0;
+      }
+      first[i + 1] = hits.size();
+    }
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  seen.reserve(first.back());
+  for (std::vector<Seen>& range : ranges) {
+    seen.insert(seen.end(), range.begin(), range.end());
+    range = {};  // so that all is not held twice
+  }
+}
+
+ExchangeSolver::ExchangeSolver(const ExchangeRows& rows, std::span<const float> reemitted)
+    : rows_(rows),
       reemitted_(reemitted),
-      coarse_(std::make_unique<CoarseExchange>(matrix, reemitted)) {}
+      coarse_(std::make_unique<CoarseExchange>(rows, reemitted)) {}
 
 ExchangeSolver::~ExchangeSolver() = default;
 
@@ -214,7 +247,7 @@ template <class Number>
 std::vector<Number> ExchangeSolver::solve(std::span<const Number> b, std::size_t columns,
                                           double tolerance) const {
   const auto solve_with = [&]<std::size_t Columns>(std::integral_constant<std::size_t, Columns>) {
-    return Iteration<Number, Columns>(matrix_, reemitted_, *coarse_, b, columns).solve(tolerance);
+    return Iteration<Number, Columns>(rows_, reemitted_, *coarse_, b, columns).solve(tolerance);
   };
   if (columns == 1) return solve_with(std::integral_constant<std::size_t, 1>{});
   if (columns == 8) return solve_with(std::integral_constant<std::size_t, 8>{});

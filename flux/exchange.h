@@ -41,6 +41,33 @@ struct ExchangeMatrix {
   }
 };
 
+/// The rows of an exchange matrix with the rays that arrived on the same facet taken together, and
+/// without those that arrived on none: K as it is multiplied with.
+///
+/// Shape: row i has seen[first[i]] to seen[first[i + 1] - 1].
+struct ExchangeRows {
+  struct Seen {
+    std::uint32_t hit = 0;
+    float part = 0;
+  };
+
+  ExchangeRows() = default;
+  /// Cost: one look at the rays; in each row hits are in the order in which they were first met.
+  explicit ExchangeRows(const ExchangeMatrix& matrix);
+
+  std::vector<std::uint64_t> first{0};
+  std::vector<Seen> seen;
+  std::vector<char> sees_sky;  ///< per row: whether a ray of it arrived on no facet
+
+  std::size_t size() const { return sees_sky.size(); }
+  /// Calls use(hit, part) for each facet that a row sees.
+  template <class Use>
+  void for_each_part(std::size_t i, const Use& use) const {
+    for (std::uint64_t k = first[i]; k < first[i + 1]; ++k)
+      use(seen[k].hit, static_cast<double>(seen[k].part));
+  }
+};
+
 class CoarseExchange;
 
 /// Solves x = b + K (c x) for several right-hand sides at once.
@@ -48,13 +75,13 @@ class CoarseExchange;
 /// The tolerance is that of x, relative, in the root mean square of each column: residuals say
 /// little where particles hardly stick and hardly leave.
 ///
-/// Shape: reemitted is c, one per row in [0, 1]; it and the matrix have to outlive the solver. It
-///        is quick where rows that follow each other lie close together.
+/// Shape: reemitted is c, one per row in [0, 1]; it and the rows have to outlive the solver. It is
+///        quick where rows that follow each other lie close together.
 /// Source: van der Vorst 1992 (stabilised biconjugate gradients), preconditioned by the exchange
 ///         between groups of rows (coarse_exchange.h); the true residual is checked at the end.
 class ExchangeSolver {
  public:
-  ExchangeSolver(const ExchangeMatrix& matrix, std::span<const float> reemitted);
+  ExchangeSolver(const ExchangeRows& rows, std::span<const float> reemitted);
   ~ExchangeSolver();
 
   /// Shape: b and the result hold size * columns numbers, those of a row together.
@@ -66,7 +93,7 @@ class ExchangeSolver {
   std::vector<Number> solve(std::span<const Number> b, std::size_t columns, double tolerance) const;
 
  private:
-  const ExchangeMatrix& matrix_;
+  const ExchangeRows& rows_;
   std::span<const float> reemitted_;
   std::unique_ptr<const CoarseExchange> coarse_;
 };

@@ -24,8 +24,9 @@ constexpr double first_rays_per_element = 8;
 constexpr double mean_tolerance = 1e-7;
 constexpr double deviation_tolerance = 2e-2;
 
-// How many rays of each element tell where its error goes on to: a few percent of the error are
-// nothing, and these take most of the time that the draws take.
+// How many rays of each element tell where its error goes on to, unless all of them meet no more
+// elements: a few percent of the error are nothing, and these take most of the time that the draws
+// take.
 constexpr std::size_t rays_for_draws = 32;
 static_assert(rays_for_draws % set_count == 0);
 
@@ -224,8 +225,9 @@ std::vector<double> emission_of(const FluxProblem& problem, const RayPlan& plan)
 }
 
 // What every element, by rank, sees of the source and of what elements emit.
-std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const float> direct,
+std::vector<double> first_flux(const View& view, std::span<const float> direct,
                                std::span<const double> emission) {
+  const ExchangeMatrix& matrix = view.matrix;
   std::vector<double> flux(matrix.size());
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -233,9 +235,8 @@ std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const flo
       for (std::size_t set = 0; set < set_count; ++set)
         of_source += static_cast<double>(direct[i * set_count + set]);
       double of_elements = 0;
-      matrix.for_each_part(i, [&](std::size_t hit, double part) {
-        if (hit < matrix.size()) of_elements += part * emission[hit];
-      });
+      view.rows.for_each_part(
+          i, [&](std::size_t hit, double part) { of_elements += part * emission[hit]; });
       flux[i] = of_source / static_cast<double>(matrix.row(i).size()) + of_elements;
     }
   });
@@ -243,10 +244,10 @@ std::vector<double> first_flux(const ExchangeMatrix& matrix, std::span<const flo
 }
 
 // The flux on every element, by rank. What hardly sees anything may come out a little below zero.
-std::vector<double> solved_flux(const ExchangeMatrix& matrix, std::span<const float> reemitted,
+std::vector<double> solved_flux(const View& view, std::span<const float> reemitted,
                                 std::span<const float> direct, std::span<const double> emission) {
-  return ExchangeSolver(matrix, reemitted)
-      .solve<double>(first_flux(matrix, direct, emission), 1, mean_tolerance);
+  return ExchangeSolver(view.rows, reemitted)
+      .solve<double>(first_flux(view, direct, emission), 1, mean_tolerance);
 }
 
 // What facets get is nowhere below zero.
@@ -261,8 +262,7 @@ std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan&
                                       const FacetValues& values, const View& view,
                                       const std::vector<float>& direct) {
   const std::vector<float> reemitted = reemitted_parts(problem, plan);
-  const std::vector<double> flux =
-      solved_flux(view.matrix, reemitted, direct, emission_of(problem, plan));
+  const std::vector<double> flux = solved_flux(view, reemitted, direct, emission_of(problem, plan));
   const auto arrivals = flux_on(OnFacets(plan, values, flux), flux);
   return {arrivals.begin(), arrivals.end()};
 }
@@ -280,7 +280,7 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = solved_flux(view.matrix, reemitted_, direct, emission_);
+  solution_.flux = solved_flux(view, reemitted_, direct, emission_);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
@@ -296,8 +296,9 @@ ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
 
 // The error of the flux of all elements that belongs to each draw of the errors of their equations.
 void Gathered::draw(std::size_t count) {
-  const ExchangeMatrix matrix = thinned(view_.matrix);
-  const ExchangeSolver exchange(matrix, reemitted_);
+  const bool are_few = view_.rows.seen.size() <= rays_for_draws * view_.rows.size();
+  const ExchangeRows few = are_few ? ExchangeRows() : ExchangeRows(thinned(view_.matrix));
+  const ExchangeSolver exchange(are_few ? view_.rows : few, reemitted_);
   const ErrorDraws errors = error_draws(solution_.halves.flux);
   for (; solution_.draws < count; solution_.draws += draws_at_once) {
     const std::vector<float> solved = exchange.solve<float>(
@@ -426,8 +427,9 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
   const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;
-  const std::uint64_t cap = ray_limit(options, plan.least_total(), sizeof(ExchangeMatrix::Ray));
-  auto view = std::make_shared<const View>(View{{}, {}, scouts});
+  const std::uint64_t cap = ray_limit(options, plan.least_total(),
+                                      sizeof(ExchangeMatrix::Ray) + sizeof(ExchangeRows::Seen));
+  auto view = std::make_shared<const View>(View{.flights = scouts});
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
     const double first = first_rays_per_element * static_cast<double>(elements.count());

@@ -159,6 +159,7 @@ View Viewer::look() const {
       if (is_looked_for(problems_[p])) view_by_lobe(begin, end, p, view);
   });
   scale_rows(matrix);
+  view.rows = ExchangeRows(matrix);
   view.flights = earlier_.flights + new_rays();
   for (const FluxProblem& problem : problems_)
     if (is_looked_for(problem)) view.flights += new_rays();

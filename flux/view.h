@@ -23,8 +23,9 @@ enum Fate : std::uint32_t { to_sky, to_back, to_below, to_side_limit, fate_count
 struct View {
   /// Rows are scaled such that what elements see of each other and of the sky make up a whole,
   /// unless a set of theirs met nothing but the sky. A ray without weight has its own rank as hit.
-  ExchangeMatrix matrix;
-  std::vector<std::vector<float>> direct;
+  ExchangeMatrix matrix{};
+  ExchangeRows rows{};  ///< of the matrix
+  std::vector<std::vector<float>> direct{};
   std::uint64_t flights = 0;
 };
 

@@ -85,8 +85,8 @@ TEST(MemoryEstimate, HitsStayWithinTheirLimit) {
   const auto flux = [&](double rays) {
     return expected_memory(state.layers, recipe, {.kept_rays = rays}).flux;
   };
-  EXPECT_NEAR(flux(1 << 20), 10, 1e-9);
-  EXPECT_NEAR(flux(1e9), 100, 1e-9);
+  EXPECT_NEAR(flux(1 << 20), 18, 1e-9);
+  EXPECT_NEAR(flux(1e9), 90, 1e-9);
 }
 
 using MemoryLimit = Program;

@@ -20,7 +20,8 @@ ExchangeMatrix exchange_between_runs() {
   std::vector<std::vector<std::uint32_t>> hits(rows);
   for (std::uint32_t i = 0; i < rows; ++i) {
     const std::uint32_t run = i / run_length;
-    for (const std::uint32_t seen : {run, (run * 3 + 1) % runs, (run * 7 + 2) % (runs + 1)})
+    for (const std::uint32_t seen :
+         {run, (run * 3 + 1) % runs, (run * 5 + 4) % runs, (run * 7 + 2) % (runs + 1)})
       hits[i].push_back(seen * run_length + random.bits() % run_length);
   }
   return exchange_matrix(hits);
@@ -40,10 +41,10 @@ TEST(CoarseExchange, SolvesForWhatIsConstantOnRuns) {
       double seen = 0;
       for (const ExchangeMatrix::Ray& ray : matrix.row(i))
         if (ray.hit < rows) seen += of_run(ray.hit / run_length, c);
-      b.push_back(of_run(i / run_length, c) - 0.75 * seen / 6);
+      b.push_back(of_run(i / run_length, c) - 0.75 * seen / 8);
     }
   }
-  CoarseExchange(matrix, reemitted).correct(b, columns);
+  CoarseExchange(ExchangeRows(matrix), reemitted).correct(b, columns);
   for (std::uint32_t i = 0; i < rows; ++i)
     for (std::size_t c = 0; c < columns; ++c)
       EXPECT_NEAR(b[i * columns + c], of_run(i / run_length, c), 1e-12);
@@ -53,7 +54,8 @@ TEST(CoarseExchange, LeavesAloneWhatHasNoMeanOnRuns) {
   std::vector<float> x;
   for (std::uint32_t i = 0; i < rows; ++i) x.push_back(i % 2 == 0 ? 1.5F : -1.5F);
   const std::vector<float> before = x;
-  CoarseExchange(exchange_between_runs(), std::vector<float>(rows, 0.9F)).correct(x, 1);
+  CoarseExchange(ExchangeRows(exchange_between_runs()), std::vector<float>(rows, 0.9F))
+      .correct(x, 1);
   EXPECT_EQ(x, before);
 }
 
@@ -68,7 +70,7 @@ TEST(CoarseExchange, PutsNothingIntoAVoid) {
   }
   std::vector<double> x;
   for (std::uint32_t i = 0; i < rows; ++i) x.push_back(in_void(i) ? 0 : 1);
-  CoarseExchange(exchange_matrix(hits), std::vector<float>(rows, 1)).correct(x, 1);
+  CoarseExchange(ExchangeRows(exchange_matrix(hits)), std::vector<float>(rows, 1)).correct(x, 1);
   for (std::uint32_t i = 0; i < rows; ++i) {
     if (in_void(i)) {
       EXPECT_EQ(x[i], 0);

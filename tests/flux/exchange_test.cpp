@@ -32,7 +32,8 @@ TEST(Exchange, OfTwoPlatesHasTheGeometricSum) {
   for (const float c : {0.0F, 0.5F, 1.0F}) {
     const std::vector<float> reemitted{c, c};
     const std::vector<double> b{1, 1};
-    for (const double x : ExchangeSolver(matrix, reemitted).solve<double>(b, 1, 1e-12))
+    for (const double x :
+         ExchangeSolver(ExchangeRows(matrix), reemitted).solve<double>(b, 1, 1e-12))
       EXPECT_NEAR(x, 1 / (1 - 0.75 * c), 1e-10);
   }
 }
@@ -82,8 +83,9 @@ TEST(Exchange, MeetsTheToleranceInAllColumns) {
   for (std::size_t i = 0; i < 3000; ++i) x[i * columns + 2] = 0;
 
   const std::vector<double> b = direct_part(matrix, reemitted, x, columns);
-  expect_columns_near(ExchangeSolver(matrix, reemitted).solve<double>(b, columns, 1e-8), x, columns,
-                      1e-8);
+  expect_columns_near(
+      ExchangeSolver(ExchangeRows(matrix), reemitted).solve<double>(b, columns, 1e-8), x, columns,
+      1e-8);
 }
 
 // Rows along a pipe of 4000 that see their neighbours; a particle leaves at its mouth or, hardly
@@ -105,16 +107,34 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
   const std::vector<float> reemitted(size, 0.9999F);
   const std::vector<double> b = direct_part(matrix, reemitted, x, 1);
   for (const double tolerance : {1e-2, 1e-5})
-    expect_columns_near(ExchangeSolver(matrix, reemitted).solve<double>(b, 1, tolerance), x, 1,
-                        tolerance);
+    expect_columns_near(
+        ExchangeSolver(ExchangeRows(matrix), reemitted).solve<double>(b, 1, tolerance), x, 1,
+        tolerance);
+}
+
+// What a row sees of a facet is the sum over its rays, each with the scale of its set.
+TEST(ExchangeRows, TakeTogetherWhatMetTheSame) {
+  ExchangeMatrix matrix{.first = {0, 6, 8},
+                        .rays = {{1, 1}, {0, 2}, {1, 3}, {1, 4}, {2, 5}, {0, 0}, {1, 1}, {1, 1}},
+                        .scale = {{0.5, 0.25}, {0.125, 0.125}}};
+  const ExchangeRows rows(matrix);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows.first, (std::vector<std::uint64_t>{0, 2, 3}));
+  EXPECT_EQ(rows.sees_sky, (std::vector<char>{1, 0}));
+  EXPECT_EQ(rows.seen[0].hit, 1U);
+  EXPECT_EQ(rows.seen[0].part, 0.5F * 1 + 0.5F * 3 + 0.25F * 4);
+  EXPECT_EQ(rows.seen[1].hit, 0U);
+  EXPECT_EQ(rows.seen[1].part, 0.25F * 2);
+  EXPECT_EQ(rows.seen[2].hit, 1U);
+  EXPECT_EQ(rows.seen[2].part, 0.25F);
 }
 
 // Two rows that only see each other and keep everything have no source and stay at zero.
 TEST(Exchange, LeavesAClosedVoidWithoutStickingAtZero) {
   const ExchangeMatrix matrix = exchange_matrix({{1, 1}, {0, 0}, {2, 3}});
   const std::vector<float> reemitted{1, 1, 1};
-  const auto x =
-      ExchangeSolver(matrix, reemitted).solve<double>(std::vector<double>{0, 0, 1}, 1, 1e-10);
+  const auto x = ExchangeSolver(ExchangeRows(matrix), reemitted)
+                     .solve<double>(std::vector<double>{0, 0, 1}, 1, 1e-10);
   EXPECT_EQ(x[0], 0);
   EXPECT_EQ(x[1], 0);
   EXPECT_NEAR(x[2], 2, 1e-9);
@@ -128,7 +148,7 @@ TEST(Exchange, DoesNotDependOnTheNumberOfThreads) {
   std::vector<std::vector<float>> results;
   for (const int threads : {1, 2}) {
     const ThreadLimit limit(threads);
-    results.push_back(ExchangeSolver(matrix, reemitted).solve<float>(b, 3, 1e-4));
+    results.push_back(ExchangeSolver(ExchangeRows(matrix), reemitted).solve<float>(b, 3, 1e-4));
   }
   EXPECT_EQ(results[0], results[1]);
 }
