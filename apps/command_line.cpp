@@ -119,18 +119,23 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
                      "Result folder (default: results/<recipe name>)");
 }
 
-void add_arguments(CLI::App& command, RunArguments& arguments) {
-  add_recipe_arguments(command, arguments);
-  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
-  command
-      .add_option("--memory-limit", arguments.memory_limit,
-                  "A run that takes more ends, for example 8GB (default: what the machine has)")
+void add_memory_limit(CLI::App& command, MemoryArguments& arguments, const char* meaning) {
+  command.add_option("--memory-limit", arguments.memory_limit, meaning)
       ->transform(memory_amount())
       ->type_name("AMOUNT");
 }
 
+void add_arguments(CLI::App& command, RunArguments& arguments) {
+  add_recipe_arguments(command, arguments);
+  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
+  add_memory_limit(command, arguments,
+                   "A run that takes more ends, for example 8GB (default: what the machine has)");
+}
+
 void add_arguments(CLI::App& command, CheckArguments& arguments) {
   add_recipe_arguments(command, arguments);
+  add_memory_limit(command, arguments,
+                   "A run that takes more would be refused (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, PreviewArguments& arguments) {

@@ -31,9 +31,9 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const std::filesystem::path folder = arguments.result_folder();
-  AttendedOptions options{.resume = arguments.resume, .quiet = common.quiet};
-  if (arguments.memory_limit > 0)
-    options.memory_limit_mb = static_cast<double>(arguments.memory_limit) / (1024 * 1024);
+  const AttendedOptions options{.resume = arguments.resume,
+                                .quiet = common.quiet,
+                                .memory_limit_mb = arguments.memory_limit_mb()};
   const RunEnd end = attended_run(recipe, folder, options);
   if (end == RunEnd::interrupted) {
     fmt::print(stderr, "interrupted; {}\n", how_to_go_on(folder));
