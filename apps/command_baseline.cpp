@@ -12,6 +12,7 @@
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/folder_lock.h"
 
 namespace scarp {
 
@@ -35,16 +36,16 @@ fs::path baseline_file(const fs::path& recipe) {
   return recipe.parent_path() / (recipe.stem().string() + ".baseline.json");
 }
 
+fs::path result_folder(const BaselineArguments& arguments) {
+  if (!arguments.output.empty()) return arguments.output;
+  const fs::path suite = fs::absolute(fs::path(arguments.suite) / "").parent_path();
+  return fs::path("results") / suite.filename();
+}
+
 class Suite {
  public:
   Suite(const BaselineArguments& arguments, const CommonOptions& common)
-      : arguments_(arguments), common_(common) {
-    folder_ = arguments.output;
-    if (arguments.output.empty()) {
-      const fs::path suite = fs::absolute(fs::path(arguments.suite) / "").parent_path();
-      folder_ = fs::path("results") / suite.filename();
-    }
-  }
+      : arguments_(arguments), common_(common), folder_(result_folder(arguments)) {}
 
   ExitCode create() const {
     for (const fs::path& recipe : recipes_in(arguments_.suite)) {
@@ -112,6 +113,7 @@ class Suite {
   const BaselineArguments& arguments_;
   const CommonOptions& common_;
   fs::path folder_;
+  FolderLock lock_{folder_};
 };
 
 }  // namespace

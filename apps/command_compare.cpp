@@ -9,6 +9,7 @@
 #include "apps/comparison.h"
 #include "apps/comparison_case.h"
 #include "apps/comparison_files.h"
+#include "apps/own_files.h"
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -77,19 +78,15 @@ class Runner {
   fs::path folder_;
 };
 
-/// Pages that something else has written are not replaced.
-void require_own(const fs::path& folder) {
-  const fs::path before = folder / "compare.json";
-  if (fs::exists(before)) {
-    const auto json = nlohmann::json::parse(read_file(before), nullptr, /*allow_exceptions=*/false);
-    if (json.is_object() && json.contains("passed")) return;
-  } else if (!fs::exists(folder / report_file)) {
-    return;
-  }
-  throw InputError(fmt::format(
-      "{}: holds a {} that is not of a comparison and would be replaced; choose another folder "
-      "with -o, or move it away",
-      folder.string(), fs::exists(before) ? "compare.json" : report_file));
+bool holds_comparison(const fs::path& folder) {
+  const fs::path file = folder / "compare.json";
+  if (!fs::exists(file)) return false;
+  const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+  return json.is_object() && json.contains("passed");
+}
+
+bool is_comparison(const std::string& name) {
+  return name == "compare.json" || name == report_file;
 }
 
 /// The runs of a group, which are all there.
@@ -114,7 +111,6 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
   json["title"] = title;
   for (const ComparisonCase& each : cases) json["cases"].push_back(case_json(each, folder));
   const std::string text = json.dump(2) + '\n';
-  fs::create_directories(folder);
   write_file(folder / "compare.json", text);
   write_file(folder / report_file, comparison_page(cases, comparisons, title));
   if (common.json) {
@@ -133,9 +129,10 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
         fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
                     arguments.recipe));
   }
-  require_own(arguments.result_folder());
+  const fs::path folder = arguments.result_folder();
   // Of the whole comparison: each run holds its own folder, but only while it lasts.
-  const FolderLock lock(arguments.result_folder());
+  const FolderLock lock(folder);
+  require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
   const Runner runner(arguments, common);
   const std::uint64_t seed = recipe.flux.seed;
   const auto stopped = [&] {
@@ -154,7 +151,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
                      .second_runs = folders_of(*group),
                      .tolerances = arguments.tolerances});
   }
-  return write_results(arguments.result_folder(), cases, recipe.title, common);
+  return write_results(folder, cases, recipe.title, common);
 }
 
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
@@ -169,7 +166,8 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
     wanted.second_runs = {arguments.with};
   }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
-  require_own(folder);
+  const FolderLock lock(folder);
+  require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
   return write_results(folder, std::span(&wanted, 1),
                        fmt::format("{} and {}", arguments.recipe, arguments.with), common);
 }

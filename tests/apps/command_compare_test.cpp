@@ -268,7 +268,7 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   write("own/compare.json", "mine");
   const Outcome own = scarp("compare " + path("a") + " " + path("a") + " -o " + path("own"));
   EXPECT_EQ(own.exit_code, 2);
-  EXPECT_THAT(own.messages, HasSubstr("holds a compare.json that is not of a comparison"));
+  EXPECT_THAT(own.messages, HasSubstr("own/compare.json: was not written by a comparison"));
   EXPECT_EQ(read_file(folder_ / "own" / "compare.json"), "mine");
   write("short.csv", "x [um],z [um]\n0,0\n1,0\n");
   EXPECT_EQ(scarp("compare " + path("a") + " " + path("short.csv")).exit_code, 2);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tests/apps/program.h"
+#include "core/folder_lock.h"
 
 namespace scarp {
 namespace {
@@ -161,8 +162,8 @@ TEST_F(CommandLine, PreviewWritesTheStartGeometryAndLeavesARunAlone) {
   write("out/metrics.csv", "kept");
   const Outcome outcome = scarp("preview " + small_trench("--json -o " + path("out")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
-  EXPECT_EQ(files("out"),
-            (std::set<std::string>{"metrics.csv", "preview.csv", "preview.svg", "preview.vtp"}));
+  EXPECT_EQ(files("out"), (std::set<std::string>{".lock", "metrics.csv", "preview.csv",
+                                                 "preview.svg", "preview.vtp"}));
   const nlohmann::json result = json_of(outcome);
   EXPECT_NEAR(result["lowest_nm"], -8000, 1);
   EXPECT_NEAR(result["highest_nm"], 0, 1);
@@ -181,3 +182,36 @@ TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {
 
 }  // namespace
 }  // namespace scarp
+TEST_F(CommandLine, PreviewReplacesPreviewsAlone) {
+  const std::string command = "preview " + small_trench("-o " + path("out"));
+  for (const char* name : {"preview.vtp", "preview.csv", "preview.svg"}) {
+    fs::create_directories(folder_ / "out");
+    write(std::string("out/") + name, "mine");
+    const Outcome refused = scarp(command);
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.messages,
+                AllOf(HasSubstr(std::string("out/") + name + ": was not written by a preview"),
+                      HasSubstr("-o")));
+    EXPECT_EQ(read_file(folder_ / "out" / name), "mine");
+    fs::remove_all(folder_ / "out");
+  }
+  ASSERT_EQ(scarp(command).exit_code, 0);
+  write("out/preview.vtp", "from a preview before");
+  EXPECT_EQ(scarp(command).exit_code, 0);
+  EXPECT_NE(read_file(folder_ / "out" / "preview.vtp"), "from a preview before");
+}
+
+TEST_F(CommandLine, FoldersAreWrittenByOneCommandAtATime) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const FolderLock held(folder_ / "out");
+  for (const std::string& command :
+       {"preview " + small_trench("-o " + path("out")), "run " + small_trench("-o " + path("out")),
+        "compare " + small_trench("-o " + path("out")),
+        "compare " + path("r") + ' ' + path("r") + " -o " + path("out")}) {
+    const Outcome refused = scarp(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.messages, HasSubstr("another scarp is writing here")) << command;
+  }
+  EXPECT_EQ(files("out"), (std::set<std::string>{".lock"}));
+}
+

@@ -102,7 +102,7 @@ TEST_F(Faults, ASecondRunInAFolderIsRefusedAndTheFirstGoesOn) {
   for (const char* how : {"", " --resume"}) {
     const Outcome second = scarp(run_into("r") + how);
     EXPECT_EQ(second.exit_code, 2);
-    EXPECT_THAT(second.messages, AllOf(HasSubstr(path("r")), HasSubstr("another run is writing"),
+    EXPECT_THAT(second.messages, AllOf(HasSubstr(path("r")), HasSubstr("another scarp is writing"),
                                        HasSubstr("another folder with -o")));
   }
   EXPECT_EQ(exit_code_of_rest(), 0);
