@@ -57,6 +57,71 @@ TEST_F(CommandLine, AnUnknownCommandIsNamedWithTheKnownOnes) {
 
 TEST_F(CommandLine, QuietKeepsResults) {
   write("a.obj", pyramid);
+TEST_F(CommandLine, AnUnknownOptionIsNamedWithTheOneThatWasMeant) {
+  const std::map<std::string, std::string> messages{
+      {"run r.toml --thraeds 2", "--thraeds is not an option of run (did you mean --threads?)\n"},
+      {"run --thraeds 2 r.toml", "--thraeds is not an option of run (did you mean --threads?)\n"},
+      {"run r.toml --memory_limit=8GB", "(did you mean --memory-limit?)\n"},
+      {"flux --ray 100", "--ray is not an option of flux (did you mean --rays?)\n"},
+      {"check r.toml --fast", "--fast is not an option of check\n"}};
+  for (const auto& [line, message] : messages) {
+    const Outcome outcome = scarp(line);
+    EXPECT_EQ(outcome.exit_code, 2) << line;
+    EXPECT_THAT(outcome.messages, HasSubstr(message)) << line;
+  }
+}
+
+TEST_F(CommandLine, AWarningThatNobodyReadsEndsNoCommand) {
+  write("a.obj", pyramid);
+  const std::string warns = "flux " + path("a.obj") + " --target-error 1e-6 --max-rays 100";
+  EXPECT_THAT(scarp(warns).messages, HasSubstr("warning: the error"));
+  write("r.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["100 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "20 nm"
+depth = "100 nm"
+[[step]]
+model = "isotropic"
+duration = "1 s"
+etch_rate = "1 nm/s"
+)");
+  EXPECT_THAT(scarp("check " + path("r.toml")).messages, HasSubstr("warning: "));
+  for (const std::string& command : {warns, "check " + path("r.toml")}) {
+    const std::string line = std::string(SCARP_BINARY) + ' ' + command + " >" + path("out");
+    EXPECT_EQ(WEXITSTATUS(std::system((line + " 2>/dev/full").c_str())), 0) << command;
+    EXPECT_EQ(WEXITSTATUS(std::system((line + " 2>&-").c_str())), 0) << command;
+  }
+}
+
+// From limits with which no library is loaded to those that are enough.
+TEST_F(CommandLine, AMachineThatGivesNoThreadsIsTold) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer takes more address space than any limit gives";
+#endif
+  write("a.obj", pyramid);
+  int told = 0;
+  for (int limit = 60'000; limit <= 160'000; limit += 5'000) {
+    const std::string line = "ulimit -v " + std::to_string(limit) + "; " + SCARP_BINARY + " flux " +
+                             path("a.obj") + " --threads 4 >" + path("out") + " 2>" +
+                             path("messages");
+    const int code = WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str()));
+    const std::string messages = read_file(folder_ / "messages");
+    // 127: of the loader.
+    EXPECT_THAT(code, AnyOf(0, 3, 127)) << limit << messages;
+    told += code == 3 && messages.find(
+                             "gives no more threads: raise the limit on memory "
+                             "(ulimit -v)") != std::string::npos;
+  }
+  EXPECT_GT(told, 0);
+}
+
   EXPECT_THAT(scarp("flux " + path("a.obj") + " --rays 100 --quiet").out, HasSubstr("absorbed"));
   EXPECT_THAT(scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --quiet").out,
               HasSubstr("vertices_out"));
