@@ -8,6 +8,7 @@
 #include "apps/recipe.h"
 #include "apps/region_text.h"
 #include "apps/symmetry.h"
+#include "apps/tell.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -51,9 +52,9 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
 
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  const MirrorPlanes planes = mirror_planes(recipe);
   const double memory_limit = arguments.memory_limit_mb();
   require_memory(least_memory(recipe), memory_limit);  // before it is taken here
+  const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
   std::vector<std::string> warnings = recipe.warnings;
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);

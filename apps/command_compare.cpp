@@ -11,6 +11,7 @@
 #include "apps/comparison_files.h"
 #include "apps/own_files.h"
 #include "apps/report.h"
+#include "apps/tell.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
@@ -56,7 +57,7 @@ class Runner {
       const Recipe recipe = read_recipe(arguments_.recipe, overrides);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
       if (!common_.quiet)
-        fmt::print(stderr, "{}, seed {}: {}\n", variant.name, seed, where.string());
+        tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, where.string()));
       if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
           RunEnd::interrupted) {
         return std::nullopt;
@@ -136,7 +137,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
   const Runner runner(arguments, common);
   const std::uint64_t seed = recipe.flux.seed;
   const auto stopped = [&] {
-    fmt::print(stderr, "interrupted; the same command goes on with what is there\n");
+    tell("interrupted; the same command goes on with what is there\n");
     return interrupted;
   };
   const auto full = runner.run({.name = "full", .overrides = {"simplify.enabled=false"}}, seed);

@@ -3,18 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <string>
 
-#include "tests/apps/program.h"
 #include "core/folder_lock.h"
+#include "tests/apps/program.h"
 
 namespace scarp {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
@@ -55,8 +57,6 @@ TEST_F(CommandLine, AnUnknownCommandIsNamedWithTheKnownOnes) {
                     HasSubstr("run, check, ")));
 }
 
-TEST_F(CommandLine, QuietKeepsResults) {
-  write("a.obj", pyramid);
 TEST_F(CommandLine, AnUnknownOptionIsNamedWithTheOneThatWasMeant) {
   const std::map<std::string, std::string> messages{
       {"run r.toml --thraeds 2", "--thraeds is not an option of run (did you mean --threads?)\n"},
@@ -122,6 +122,8 @@ TEST_F(CommandLine, AMachineThatGivesNoThreadsIsTold) {
   EXPECT_GT(told, 0);
 }
 
+TEST_F(CommandLine, QuietKeepsResults) {
+  write("a.obj", pyramid);
   EXPECT_THAT(scarp("flux " + path("a.obj") + " --rays 100 --quiet").out, HasSubstr("absorbed"));
   EXPECT_THAT(scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --quiet").out,
               HasSubstr("vertices_out"));
@@ -237,16 +239,6 @@ TEST_F(CommandLine, PreviewWritesTheStartGeometryAndLeavesARunAlone) {
   EXPECT_NEAR(result["layers"][0]["volume_nm3"], -4000.0 * 8000 * 2000, 0.01 * 6.4e10);
 }
 
-TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {
-  write("a.obj", pyramid);
-  const Outcome distance = scarp("distance " + path("a.obj") + " " + path("a.obj") + " --json");
-  ASSERT_EQ(distance.exit_code, 0) << distance.messages;
-  EXPECT_EQ(json_of(distance)["symmetric_max"], 0);
-  EXPECT_EQ(json_of(distance)["forward"]["p99"], 0);
-}
-
-}  // namespace
-}  // namespace scarp
 TEST_F(CommandLine, PreviewReplacesPreviewsAlone) {
   const std::string command = "preview " + small_trench("-o " + path("out"));
   for (const char* name : {"preview.vtp", "preview.csv", "preview.svg"}) {
@@ -280,3 +272,13 @@ TEST_F(CommandLine, FoldersAreWrittenByOneCommandAtATime) {
   EXPECT_EQ(files("out"), (std::set<std::string>{".lock"}));
 }
 
+TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {
+  write("a.obj", pyramid);
+  const Outcome distance = scarp("distance " + path("a.obj") + " " + path("a.obj") + " --json");
+  ASSERT_EQ(distance.exit_code, 0) << distance.messages;
+  EXPECT_EQ(json_of(distance)["symmetric_max"], 0);
+  EXPECT_EQ(json_of(distance)["forward"]["p99"], 0);
+}
+
+}  // namespace
+}  // namespace scarp
