@@ -391,11 +391,12 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
   Hash hash;
   for (const std::string& row : kept) hash.add(row + '\n');
   if (hash.hex() == restart.rows_hash) return;
-  throw InputError(fmt::format(
-      "{}: a row of lines 2 to {} was changed since it was written, and will be written again (to "
-      "go on from {} instead, without these rows, move the file away)",
-      (restart.file.parent_path() / "metrics.csv").string(), kept.size() + 1,
-      restart.file.filename().string()));
+  throw InputError(
+      fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
+                  "will be written "
+                  "again (to go on from {2} instead, without them, move the file away)",
+                  (restart.file.parent_path() / "metrics.csv").string(), kept.size() + 1,
+                  restart.file.filename().string()));
 }
 
 }  // namespace

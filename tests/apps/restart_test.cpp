@@ -526,8 +526,8 @@ TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseDigitsWereChanged) {
     const Outcome run = resume();
     EXPECT_EQ(run.exit_code, 0);
     EXPECT_THAT(run.messages,
-                HasSubstr("cut/metrics.csv: a row of lines 2 to " + std::to_string(count + 1) +
-                          " was changed since it was written"));
+                HasSubstr("cut/metrics.csv: lines 2 to " + std::to_string(count + 1) +
+                          " are not those that stood there when state_0003.vdb was written"));
     EXPECT_THAT(run.messages, HasSubstr("going on from an earlier checkpoint"));
     expect_same_run();
   }
@@ -541,7 +541,7 @@ TEST_F(DamagedFolder, NoticesDigitsThatWereChangedInAResumedRun) {
     fs::remove(folder_ / "cut" / "summary.json");
   }
   write("cut/metrics.csv", changed(read_file(folder_ / "cut" / "metrics.csv"), 1));
-  EXPECT_THAT(resume().messages, HasSubstr("was changed since it was written"));
+  EXPECT_THAT(resume().messages, HasSubstr("are not those that stood there when"));
 }
 
 // Moved away, as the message says.
