@@ -53,7 +53,7 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const double memory_limit = arguments.memory_limit_mb();
-  require_memory(least_memory(recipe), memory_limit);  // before it is taken here
+  require_least_memory(recipe, memory_limit);  // before it is taken here
   const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
   std::vector<std::string> warnings = recipe.warnings;

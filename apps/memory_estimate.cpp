@@ -91,10 +91,14 @@ std::string memory_limit_text(double limit) {
   return fmt::format("more than the {:.0f} MB of --memory-limit", limit);
 }
 
-void require_memory(const MemoryEstimate& memory, double limit) {
+void require_memory(const MemoryEstimate& memory, double limit, std::string_view about) {
   if (memory.total() <= limit) return;
-  throw InputError(fmt::format("the run takes about {} of memory, {}; {}", memory_text(memory),
+  throw InputError(fmt::format("the run takes {} {} of memory, {}; {}", about, memory_text(memory),
                                memory_limit_text(limit), memory_remedy));
+}
+
+void require_least_memory(const Recipe& recipe, double limit) {
+  require_memory(least_memory(recipe), limit, "at least");
 }
 
 std::string memory_text(const MemoryEstimate& memory) {

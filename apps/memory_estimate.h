@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "apps/recipe.h"
 #include "levelset/layers.h"
@@ -45,7 +46,10 @@ inline constexpr const char* memory_remedy =
 std::string memory_limit_text(double limit);
 
 /// Throws: InputError where a run takes more than the limit, in MB.
-void require_memory(const MemoryEstimate& memory, double limit);
+void require_memory(const MemoryEstimate& memory, double limit, std::string_view about = "about");
+
+/// The same for least_memory().
+void require_least_memory(const Recipe& recipe, double limit);
 
 /// "90 MB (program 45, grid 10, mesh 20, flux 12, outputs 3)"
 std::string memory_text(const MemoryEstimate& memory);

@@ -308,7 +308,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     for (const std::string& loss : losses_of_complete_run(path, given)) options.log.warn(loss);
     return RunEnd::was_complete;
   }
-  require_memory(least_memory(given), options.memory_limit_mb);
+  require_least_memory(given, options.memory_limit_mb);
   const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
   const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);

@@ -225,7 +225,7 @@ TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
   const Outcome refused = scarp(run_into("r") + shorter + " --memory-limit 10MB");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.messages,
-              AllOf(HasSubstr("the run takes about "), HasSubstr(" MB (program 45, grid "),
+              AllOf(HasSubstr("the run takes at least "), HasSubstr(" MB (program 45, grid "),
                     HasSubstr("of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
   EXPECT_EQ(scarp(run_into("r") + shorter + " --memory-limit 4GB").exit_code, 0);

@@ -139,7 +139,7 @@ TEST_F(MemoryLimit, RefusesBeforeTheGridIsMade) {
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5)) << command;
     EXPECT_EQ(refused.exit_code, 2) << command;
     EXPECT_THAT(refused.messages,
-                AllOf(HasSubstr("the run takes about "), HasSubstr(" MB of --memory-limit")))
+                AllOf(HasSubstr("the run takes at least "), HasSubstr(" MB of --memory-limit")))
         << command;
   }
 }
