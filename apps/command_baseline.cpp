@@ -45,10 +45,13 @@ fs::path result_folder(const BaselineArguments& arguments) {
 class Suite {
  public:
   Suite(const BaselineArguments& arguments, const CommonOptions& common)
-      : arguments_(arguments), common_(common), folder_(result_folder(arguments)) {}
+      : arguments_(arguments),
+        common_(common),
+        recipes_(recipes_in(arguments.suite)),
+        folder_(result_folder(arguments)) {}
 
   ExitCode create() const {
-    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+    for (const fs::path& recipe : recipes_) {
       std::vector<RunRecord> seeds;
       for (int n = 0; n < arguments_.seeds; ++n) {
         const auto done_run = run(recipe, n);
@@ -63,7 +66,7 @@ class Suite {
 
   ExitCode check_all() const {
     std::vector<Comparison> comparisons;
-    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+    for (const fs::path& recipe : recipes_) {
       if (!fs::exists(baseline_file(recipe))) {
         throw InputError(fmt::format("{}: is missing; make it with scarp baseline create",
                                      baseline_file(recipe).string()));
@@ -112,6 +115,7 @@ class Suite {
 
   const BaselineArguments& arguments_;
   const CommonOptions& common_;
+  std::vector<fs::path> recipes_;
   fs::path folder_;
   FolderLock lock_{folder_};
 };

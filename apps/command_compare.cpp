@@ -97,11 +97,18 @@ std::vector<fs::path> folders_of(const RunGroup& group) {
   return folders;
 }
 
-/// compare.json and report.html; what was compared first stands at the top.
-ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> cases,
-                       const std::string& title, const CommonOptions& common) {
+std::vector<Comparison> compare_all(std::span<const ComparisonCase> cases) {
   std::vector<Comparison> comparisons;
   for (const ComparisonCase& each : cases) comparisons.push_back(compare(each));
+  return comparisons;
+}
+
+/// compare.json and report.html; what was compared first stands at the top.
+///
+/// Shape: a comparison for each case.
+ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> cases,
+                       std::span<const Comparison> comparisons, const std::string& title,
+                       const CommonOptions& common) {
   nlohmann::ordered_json json = comparison_json(comparisons.front());
   bool passed = true;
   for (const Comparison& each : comparisons) {
@@ -152,7 +159,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
                      .second_runs = folders_of(*group),
                      .tolerances = arguments.tolerances});
   }
-  return write_results(folder, cases, recipe.title, common);
+  return write_results(folder, cases, compare_all(cases), recipe.title, common);
 }
 
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
@@ -167,9 +174,11 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
     wanted.second_runs = {arguments.with};
   }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
+  // What cannot be compared leaves no folder.
+  const std::vector<Comparison> comparisons = compare_all(std::span(&wanted, 1));
   const FolderLock lock(folder);
   require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
-  return write_results(folder, std::span(&wanted, 1),
+  return write_results(folder, std::span(&wanted, 1), comparisons,
                        fmt::format("{} and {}", arguments.recipe, arguments.with), common);
 }
 
