@@ -6,10 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <iostream>
 
 #include "apps/command_line.h"
+#include "apps/tell.h"
 #include "core/atomic_file.h"
 
 namespace scarp {
@@ -94,9 +94,6 @@ class Progress {
   }
 
  private:
-  // Where nobody can be told the run goes on.
-  static void tell(const std::string& text) { std::fputs(text.c_str(), stderr); }
-
   // Steps that ended early are over.
   double whole(const State& state) const { return state.step_start + left_[state.step]; }
 

@@ -12,6 +12,7 @@
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/folder_lock.h"
 
 namespace scarp {
 
@@ -35,19 +36,22 @@ fs::path baseline_file(const fs::path& recipe) {
   return recipe.parent_path() / (recipe.stem().string() + ".baseline.json");
 }
 
+fs::path result_folder(const BaselineArguments& arguments) {
+  if (!arguments.output.empty()) return arguments.output;
+  const fs::path suite = fs::absolute(fs::path(arguments.suite) / "").parent_path();
+  return fs::path("results") / suite.filename();
+}
+
 class Suite {
  public:
   Suite(const BaselineArguments& arguments, const CommonOptions& common)
-      : arguments_(arguments), common_(common) {
-    folder_ = arguments.output;
-    if (arguments.output.empty()) {
-      const fs::path suite = fs::absolute(fs::path(arguments.suite) / "").parent_path();
-      folder_ = fs::path("results") / suite.filename();
-    }
-  }
+      : arguments_(arguments),
+        common_(common),
+        recipes_(recipes_in(arguments.suite)),
+        folder_(result_folder(arguments)) {}
 
   ExitCode create() const {
-    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+    for (const fs::path& recipe : recipes_) {
       std::vector<RunRecord> seeds;
       for (int n = 0; n < arguments_.seeds; ++n) {
         const auto done_run = run(recipe, n);
@@ -62,7 +66,7 @@ class Suite {
 
   ExitCode check_all() const {
     std::vector<Comparison> comparisons;
-    for (const fs::path& recipe : recipes_in(arguments_.suite)) {
+    for (const fs::path& recipe : recipes_) {
       if (!fs::exists(baseline_file(recipe))) {
         throw InputError(fmt::format("{}: is missing; make it with scarp baseline create",
                                      baseline_file(recipe).string()));
@@ -111,7 +115,9 @@ class Suite {
 
   const BaselineArguments& arguments_;
   const CommonOptions& common_;
+  std::vector<fs::path> recipes_;
   fs::path folder_;
+  FolderLock lock_{folder_};
 };
 
 }  // namespace

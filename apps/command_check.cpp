@@ -8,6 +8,7 @@
 #include "apps/recipe.h"
 #include "apps/region_text.h"
 #include "apps/symmetry.h"
+#include "apps/tell.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -51,11 +52,17 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
 
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const double memory_limit = arguments.memory_limit_mb();
+  require_least_memory(recipe, memory_limit);  // before it is taken here
   const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
   std::vector<std::string> warnings = recipe.warnings;
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (cost.memory.total() > memory_limit) {
+    warnings.push_back(fmt::format("scarp run would refuse it: it takes {} of memory, {}",
+                                   memory_text(cost.memory), memory_limit_text(memory_limit)));
+  }
+  for (const std::string& warning : warnings) tell(fmt::format("warning: {}\n", warning));
   if (common.json) {
     const nlohmann::ordered_json result{{"valid", true},
                                         {"warnings", warnings},

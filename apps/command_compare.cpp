@@ -9,7 +9,9 @@
 #include "apps/comparison.h"
 #include "apps/comparison_case.h"
 #include "apps/comparison_files.h"
+#include "apps/own_files.h"
 #include "apps/report.h"
+#include "apps/tell.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
@@ -55,7 +57,7 @@ class Runner {
       const Recipe recipe = read_recipe(arguments_.recipe, overrides);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
       if (!common_.quiet)
-        fmt::print(stderr, "{}, seed {}: {}\n", variant.name, seed, where.string());
+        tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, where.string()));
       if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
           RunEnd::interrupted) {
         return std::nullopt;
@@ -77,19 +79,15 @@ class Runner {
   fs::path folder_;
 };
 
-/// Pages that something else has written are not replaced.
-void require_own(const fs::path& folder) {
-  const fs::path before = folder / "compare.json";
-  if (fs::exists(before)) {
-    const auto json = nlohmann::json::parse(read_file(before), nullptr, /*allow_exceptions=*/false);
-    if (json.is_object() && json.contains("passed")) return;
-  } else if (!fs::exists(folder / report_file)) {
-    return;
-  }
-  throw InputError(fmt::format(
-      "{}: holds a {} that is not of a comparison and would be replaced; choose another folder "
-      "with -o, or move it away",
-      folder.string(), fs::exists(before) ? "compare.json" : report_file));
+bool holds_comparison(const fs::path& folder) {
+  const fs::path file = folder / "compare.json";
+  if (!fs::exists(file)) return false;
+  const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+  return json.is_object() && json.contains("passed");
+}
+
+bool is_comparison(const std::string& name) {
+  return name == "compare.json" || name == report_file;
 }
 
 /// The runs of a group, which are all there.
@@ -99,11 +97,18 @@ std::vector<fs::path> folders_of(const RunGroup& group) {
   return folders;
 }
 
-/// compare.json and report.html; what was compared first stands at the top.
-ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> cases,
-                       const std::string& title, const CommonOptions& common) {
+std::vector<Comparison> compare_all(std::span<const ComparisonCase> cases) {
   std::vector<Comparison> comparisons;
   for (const ComparisonCase& each : cases) comparisons.push_back(compare(each));
+  return comparisons;
+}
+
+/// compare.json and report.html; what was compared first stands at the top.
+///
+/// Shape: a comparison for each case.
+ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> cases,
+                       std::span<const Comparison> comparisons, const std::string& title,
+                       const CommonOptions& common) {
   nlohmann::ordered_json json = comparison_json(comparisons.front());
   bool passed = true;
   for (const Comparison& each : comparisons) {
@@ -114,7 +119,6 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
   json["title"] = title;
   for (const ComparisonCase& each : cases) json["cases"].push_back(case_json(each, folder));
   const std::string text = json.dump(2) + '\n';
-  fs::create_directories(folder);
   write_file(folder / "compare.json", text);
   write_file(folder / report_file, comparison_page(cases, comparisons, title));
   if (common.json) {
@@ -133,13 +137,14 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
         fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
                     arguments.recipe));
   }
-  require_own(arguments.result_folder());
+  const fs::path folder = arguments.result_folder();
   // Of the whole comparison: each run holds its own folder, but only while it lasts.
-  const FolderLock lock(arguments.result_folder());
+  const FolderLock lock(folder);
+  require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
   const Runner runner(arguments, common);
   const std::uint64_t seed = recipe.flux.seed;
   const auto stopped = [&] {
-    fmt::print(stderr, "interrupted; the same command goes on with what is there\n");
+    tell("interrupted; the same command goes on with what is there\n");
     return interrupted;
   };
   const auto full = runner.run({.name = "full", .overrides = {"simplify.enabled=false"}}, seed);
@@ -154,7 +159,7 @@ ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& 
                      .second_runs = folders_of(*group),
                      .tolerances = arguments.tolerances});
   }
-  return write_results(arguments.result_folder(), cases, recipe.title, common);
+  return write_results(folder, cases, compare_all(cases), recipe.title, common);
 }
 
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
@@ -169,8 +174,11 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
     wanted.second_runs = {arguments.with};
   }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
-  require_own(folder);
-  return write_results(folder, std::span(&wanted, 1),
+  // What cannot be compared leaves no folder.
+  const std::vector<Comparison> comparisons = compare_all(std::span(&wanted, 1));
+  const FolderLock lock(folder);
+  require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
+  return write_results(folder, std::span(&wanted, 1), comparisons,
                        fmt::format("{} and {}", arguments.recipe, arguments.with), common);
 }
 

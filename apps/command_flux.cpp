@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/tell.h"
 #include "apps/watchdog.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -121,11 +122,11 @@ void require_spacing_of_mesh(const std::filesystem::path& file, double spacing, 
 void warn_of_leaks(const FluxAudit& audit) {
   const double lost = share(audit.lost(), audit);
   if (lost <= most_lost) return;
-  fmt::print(stderr,
-             "warning: {:.0f} % of the particles are lost: the mesh has holes, does not reach its "
-             "sides, or faces down in places; its outside is where vertices go round "
-             "counter-clockwise\n",
-             100 * lost);
+  tell(fmt::format(
+      "warning: {:.0f} % of the particles are lost: the mesh has holes, does not reach its "
+      "sides, or faces down in places; its outside is where vertices go round "
+      "counter-clockwise\n",
+      100 * lost));
 }
 
 // A simplified mesh looks as if it came from a coarser grid, on whose scale the flux is resolved.
@@ -138,21 +139,20 @@ void warn_of_coarse_spacing(const TriMesh& mesh) {
     longest = std::max({longest, length(b - a), length(c - b), length(a - c)});
   }
   if (longest <= longest_of_cell * spacing) return;
-  fmt::print(
-      stderr,
+  tell(fmt::format(
       "warning: the mesh looks simplified, with edges up to {:.3g}, and the flux is taken as "
       "constant on pieces up to {:.3g} long, which the errors do not know of: give the grid "
       "spacing that it came from by --spacing\n",
-      longest, std::min(longest, 3 * spacing));
+      longest, std::min(longest, 3 * spacing)));
 }
 
 // Both engines have a least number of rays.
 void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
   const std::uint64_t asked = options.rays > 0 ? options.rays : options.max_rays;
   if (flux.rays <= asked) return;
-  fmt::print(stderr, "note: {} rays instead of {}: {}\n", flux.rays, asked,
-             flux.engine == FluxEngine::gather ? "fewer cannot tell their error"
-                                               : "they come in whole batches of 32");
+  tell(fmt::format("note: {} rays instead of {}: {}\n", flux.rays, asked,
+                   flux.engine == FluxEngine::gather ? "fewer cannot tell their error"
+                                                     : "they come in whole batches of 32"));
 }
 
 }  // namespace
@@ -181,10 +181,10 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   require_balance(arguments.mesh, flux.audit);
   if (!arguments.output.empty()) write_output(arguments.output, mesh, flux);
   if (!flux.target_reached) {
-    fmt::print(stderr,
-               "warning: the error {:.3g} is above the target {:.3g}: the cap of {} rays came "
-               "first; raise --max-rays or the target\n",
-               flux.error, options.target_error, options.max_rays);
+    tell(
+        fmt::format("warning: the error {:.3g} is above the target {:.3g}: the cap of {} rays came "
+                    "first; raise --max-rays or the target\n",
+                    flux.error, options.target_error, options.max_rays));
   }
 
   warn_of_leaks(flux.audit);

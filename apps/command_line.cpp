@@ -119,18 +119,23 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
                      "Result folder (default: results/<recipe name>)");
 }
 
-void add_arguments(CLI::App& command, RunArguments& arguments) {
-  add_recipe_arguments(command, arguments);
-  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
-  command
-      .add_option("--memory-limit", arguments.memory_limit,
-                  "A run that takes more ends, for example 8GB (default: what the machine has)")
+void add_memory_limit(CLI::App& command, MemoryArguments& arguments, const char* meaning) {
+  command.add_option("--memory-limit", arguments.memory_limit, meaning)
       ->transform(memory_amount())
       ->type_name("AMOUNT");
 }
 
+void add_arguments(CLI::App& command, RunArguments& arguments) {
+  add_recipe_arguments(command, arguments);
+  command.add_flag("--resume", arguments.resume, "Go on from the last checkpoint in the folder");
+  add_memory_limit(command, arguments,
+                   "A run that takes more ends, for example 8GB (default: what the machine has)");
+}
+
 void add_arguments(CLI::App& command, CheckArguments& arguments) {
   add_recipe_arguments(command, arguments);
+  add_memory_limit(command, arguments,
+                   "A run that takes more would be refused (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, PreviewArguments& arguments) {
@@ -399,6 +404,37 @@ void check_command_name(const CLI::App& app, const std::string& name) {
                          CLI::ExitCodes::ExtrasError);
 }
 
+/// The parser would only say that something was not expected, or miss what the option took.
+void check_option_names(const CLI::App& app) {
+  for (const CLI::App* command : app.get_subcommands()) {
+    std::vector<std::string> known;
+    for (const CLI::Option* option : command->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back(name);
+    for (const std::string& word : command->remaining()) {
+      if (!word.starts_with("--") || word.size() == 2) continue;
+      const std::string name = word.substr(2, word.find('=') - 2);
+      const std::string nearest = nearest_name(name, known);
+      throw CLI::ExtrasError(
+          fmt::format("--{} is not an option of {}{}", name, command->get_name(),
+                      nearest.empty() ? "" : fmt::format(" (did you mean --{}?)", nearest)),
+          CLI::ExitCodes::ExtrasError);
+    }
+  }
+}
+
+/// Throws: CLI::ParseError, also where help is asked for.
+void parse(CLI::App& app, int argc, char** argv) {
+  if (argc > 1) check_command_name(app, argv[1]);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success&) {
+    throw;
+  } catch (const CLI::ParseError&) {
+    check_option_names(app);
+    throw;
+  }
+}
+
 }  // namespace
 
 std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
@@ -434,8 +470,7 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {
-    if (argc > 1) check_command_name(app, argv[1]);
-    app.parse(argc, argv);
+    parse(app, argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? done : wrong_input;
   }

@@ -7,6 +7,7 @@
 
 #include "apps/comparison.h"
 #include "core/frame.h"
+#include "core/peak_memory.h"
 #include "flux/solve.h"
 #include "mesh/simplify.h"
 
@@ -40,12 +41,21 @@ struct RecipeArguments {
   }
 };
 
-struct RunArguments : RecipeArguments {
-  bool resume = false;
+/// Options of the commands that refuse a run for its memory.
+struct MemoryArguments {
   std::uint64_t memory_limit = 0;  ///< bytes; 0: what the machine has
+
+  double memory_limit_mb() const {
+    return memory_limit > 0 ? static_cast<double>(memory_limit) / (1024 * 1024)
+                            : available_memory_mb();
+  }
 };
 
-struct CheckArguments : RecipeArguments {};
+struct RunArguments : RecipeArguments, MemoryArguments {
+  bool resume = false;
+};
+
+struct CheckArguments : RecipeArguments, MemoryArguments {};
 
 struct PreviewArguments : RecipeArguments {};
 

@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "apps/recipe.h"
 #include "apps/report.h"
+#include "apps/tell.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 
@@ -20,7 +21,7 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
   try {
     text = run_page(folder);
   } catch (const InputError& error) {
-    fmt::print(stderr, "warning: there is no {}: {}\n", page.filename().string(), error.what());
+    tell(fmt::format("warning: there is no {}: {}\n", page.filename().string(), error.what()));
     return;
   }
   write_file(page, text);
@@ -31,12 +32,12 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const std::filesystem::path folder = arguments.result_folder();
-  AttendedOptions options{.resume = arguments.resume, .quiet = common.quiet};
-  if (arguments.memory_limit > 0)
-    options.memory_limit_mb = static_cast<double>(arguments.memory_limit) / (1024 * 1024);
+  const AttendedOptions options{.resume = arguments.resume,
+                                .quiet = common.quiet,
+                                .memory_limit_mb = arguments.memory_limit_mb()};
   const RunEnd end = attended_run(recipe, folder, options);
   if (end == RunEnd::interrupted) {
-    fmt::print(stderr, "interrupted; {}\n", how_to_go_on(folder));
+    tell(fmt::format("interrupted; {}\n", how_to_go_on(folder)));
     return interrupted;
   }
   const std::filesystem::path page = folder / report_file;

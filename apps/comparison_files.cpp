@@ -120,6 +120,14 @@ std::string with_error(double value, std::optional<double> error) {
   return error ? fmt::format("{:.2f} ± {:.2f}", value, *error) : fmt::format("{:.2f}", value);
 }
 
+/// Whether the second runs are simplified and the first are not: else their times say nothing of
+/// what simplification saves.
+bool shows_simplification(const Comparison& comparison) {
+  const auto is_full = [](const RunCost& cost) { return cost.facets == cost.facets_full; };
+  return std::ranges::all_of(comparison.first_costs, is_full) &&
+         std::ranges::none_of(comparison.second_costs, is_full);
+}
+
 /// What the measured times say, in words.
 std::string speed_text(const Comparison& comparison) {
   if (!comparison.speedup) return "";
@@ -128,6 +136,7 @@ std::string speed_text(const Comparison& comparison) {
   if (const auto& equal = comparison.equal_error)
     text +=
         fmt::format("; to equal error {}", with_error(equal->speedup, equal->speedup_std_error));
+  if (!shows_simplification(comparison)) return text;
   const double speedup =
       comparison.equal_error ? comparison.equal_error->speedup : *comparison.speedup;
   const double error = comparison.equal_error ? comparison.equal_error->speedup_std_error

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "core/error.h"
 #include "levelset/slope.h"
 
 namespace scarp {
@@ -32,14 +34,7 @@ double bath_nodes(const Layers& layers) {
   return (frame.cells[0] + 1.0) * (frame.cells[1] + 1.0) * (height + above);
 }
 
-}  // namespace
-
-MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
-  double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
-  for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
-  const bool has_bath = std::ranges::any_of(
-      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
-  if (has_bath) grid += per_bath_node * bath_nodes(layers);
+MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size) {
   const double hits = std::min(per_kept_ray * size.kept_rays,
                                per_kept_ray / 16 * static_cast<double>(recipe.flux.memory_limit));
   return {.program = program / megabyte,
@@ -49,11 +44,7 @@ MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const
           .output = per_facet_of_output * size.facets * size.outputs / megabyte};
 }
 
-// A facet for each node beside a surface in space, and two for a place of four nodes in a
-// cross-section.
-RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
-  const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
-  const double facets = layers.frame.two_dimensional ? nodes / 2 : nodes;
+RunSize size_of(double facets, const Recipe& recipe) {
   const bool keeps_rays = recipe.flux.engine != FluxOptions::Engine::forward;
   std::size_t species = 0;
   for (const ProcessStep& step : recipe.steps)
@@ -61,6 +52,53 @@ RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
   return {.facets_full = facets,
           .facets = recipe.simplify ? simplified_part * facets : facets,
           .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
+}
+
+}  // namespace
+
+MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
+  double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
+  for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
+  const bool has_bath = std::ranges::any_of(
+      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+  if (has_bath) grid += per_bath_node * bath_nodes(layers);
+  return memory_of(grid, recipe, size);
+}
+
+// A facet for each node beside a surface in space, and two for a place of four nodes in a
+// cross-section.
+RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
+  const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
+  return size_of(layers.frame.two_dimensional ? nodes / 2 : nodes, recipe);
+}
+
+// One layer whose band is one leaf of 8 x 8 x 8 nodes high, and two facets on each place of four
+// nodes.
+MemoryEstimate least_memory(const Recipe& recipe) {
+  const Frame& frame = recipe.frame;
+  double places = 1;
+  double nodes = 8;
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool may_be_half = recipe.uses_symmetry && (axis == 0 || !frame.two_dimensional);
+    const double cells = may_be_half ? frame.cells[axis] / 2 : frame.cells[axis];
+    places *= cells;
+    nodes *= 8 * std::ceil(cells / 8);
+  }
+  return memory_of((band_copies + 1) * sizeof(float) * nodes, recipe, size_of(2 * places, recipe));
+}
+
+std::string memory_limit_text(double limit) {
+  return fmt::format("more than the {:.0f} MB of --memory-limit", limit);
+}
+
+void require_memory(const MemoryEstimate& memory, double limit, std::string_view about) {
+  if (memory.total() <= limit) return;
+  throw InputError(fmt::format("the run takes {} {} of memory, {}; {}", about, memory_text(memory),
+                               memory_limit_text(limit), memory_remedy));
+}
+
+void require_least_memory(const Recipe& recipe, double limit) {
+  require_memory(least_memory(recipe), limit, "at least");
 }
 
 std::string memory_text(const MemoryEstimate& memory) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "apps/recipe.h"
 #include "levelset/layers.h"
@@ -32,6 +33,23 @@ MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const
 
 /// The size of a run before anything but its grid is made: rays as far as the recipe fixes them.
 RunSize size_from_grid(const Layers& layers, const Recipe& recipe);
+
+/// What a run holds at least, as much as one on a flat wafer of the extent: known before its grid
+/// is made.
+MemoryEstimate least_memory(const Recipe& recipe);
+
+/// What to do about a limit that is too low.
+inline constexpr const char* memory_remedy =
+    "raise it, or use a coarser spacing or a smaller extent";
+
+/// "more than the 4096 MB of --memory-limit"
+std::string memory_limit_text(double limit);
+
+/// Throws: InputError where a run takes more than the limit, in MB.
+void require_memory(const MemoryEstimate& memory, double limit, std::string_view about = "about");
+
+/// The same for least_memory().
+void require_least_memory(const Recipe& recipe, double limit);
 
 /// "90 MB (program 45, grid 10, mesh 20, flux 12, outputs 3)"
 std::string memory_text(const MemoryEstimate& memory);

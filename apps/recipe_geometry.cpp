@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/read_file.h"
 #include "levelset/gds.h"
 #include "mesh/mesh_file.h"
 
@@ -146,9 +147,10 @@ Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
   const std::vector<double> origin =
       table.quantities("origin", Dimension::length, {2, 2}, any_position);
   if (!table.ok()) return outline;
-  table.record_content("file", file);
   try {
-    outline.loops = read_gds(file, selection);
+    const std::string content = read_file(file);
+    table.record_content("file", file, content);
+    outline.loops = read_gds(file, content, selection);
   } catch (const InputError& error) {
     table.error("file", error.what());
   }
@@ -219,9 +221,10 @@ Shape read_mask(const RecipeTable& table, const GeometryContext& context) {
 std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::string& file,
                                          double unit, const std::vector<double>& offset) {
   TriMesh mesh;
-  table.record_content("file", file);
   try {
-    mesh = read_mesh(file);
+    const std::string content = read_file(file);
+    table.record_content("file", file, content);
+    mesh = read_mesh(file, content);
   } catch (const InputError& error) {
     if (table.ok("file")) table.error("file", error.what());
   }

@@ -280,14 +280,14 @@ std::string names_of(std::span<const MaterialId> ids, const Materials& materials
   return names;
 }
 
-// What read_wafer needs and resuming finds in the recipe: not in checkpoints of earlier versions.
+// Not in checkpoints of earlier versions.
 std::string optional_note(const CheckpointNotes& notes, const std::string& key) {
   const auto entry = notes.find(key);
   return entry == notes.end() ? "" : entry->second;
 }
 
 CheckpointNotes notes_of(const State& state, const Recipe& recipe,
-                         std::span<const double> output_times) {
+                         std::span<const double> output_times, const std::string& rows_hash) {
   return {{"materials", names_of(state.layers, recipe.materials)},
           {"origin_s", format_number(state.origin.time)},
           {"origin_time_step", std::to_string(state.origin.time_step)},
@@ -311,6 +311,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"earlier_flux", bytes_of(state.earlier)},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
+          {"rows_hash", rows_hash},
           {"recipe_hash", recipe_hash(recipe)}};
 }
 
@@ -373,7 +374,29 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .coverages = std::move(coverages),
                     .earlier = std::move(earlier)},
           .file = file,
-          .output_times = numbers("output_times_s")};
+          .output_times = numbers("output_times_s"),
+          .rows_hash = optional_note(checkpoint.notes, "rows_hash")};
+}
+
+// Rows that were lost with their file are not missed: it has begun anew.
+void require_rows(const Restart& restart, const MetricsRows& rows) {
+  if (rows.lines.empty()) return;
+  const std::uint32_t time_step = restart.state.time_step;
+  if (time_step > rows.end()) {
+    throw InputError(
+        fmt::format("{}: metrics.csv has no rows for its time steps", restart.file.string()));
+  }
+  const std::span<const std::string> kept = rows.before(time_step);
+  if (kept.empty() || restart.rows_hash.empty()) return;
+  Hash hash;
+  for (const std::string& row : kept) hash.add(row + '\n');
+  if (hash.hex() == restart.rows_hash) return;
+  throw InputError(
+      fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
+                  "will be written "
+                  "again (to go on from {2} instead, without them, move the file away)",
+                  (restart.file.parent_path() / "metrics.csv").string(), kept.size() + 1,
+                  restart.file.filename().string()));
 }
 
 }  // namespace
@@ -389,12 +412,13 @@ bool is_numbered(const std::string& name, const std::string& stem, const std::st
 }
 
 void write_restart(const fs::path& file, const State& state, std::span<const double> output_times,
-                   const Recipe& recipe) {
-  write_checkpoint(file, state.layers, notes_of(state, recipe, output_times));
+                   const std::string& rows_hash, const Recipe& recipe) {
+  write_checkpoint(file, state.layers, notes_of(state, recipe, output_times, rows_hash));
 }
 
-std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std::uint32_t row_end,
-                                      const Recipe& recipe, const Log& log) {
+std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
+                                      const std::optional<MetricsRows>& rows, const Recipe& recipe,
+                                      const Log& log) {
   // Outputs are numbered in the order of time; only checkpoints between them are not.
   std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
   std::sort(newest_first.begin(), newest_first.end(),
@@ -403,10 +427,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints, std
   for (const fs::path& file : newest_first) {
     try {
       Restart restart = read_restart(file, recipe);
-      if (restart.state.time_step > row_end) {
-        throw InputError(
-            fmt::format("{}: metrics.csv has no rows for its time steps", file.string()));
-      }
+      if (rows) require_rows(restart, *rows);
       if (!newest || restart.state.time_step > newest->state.time_step) {
         newest = std::move(restart);
       }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/metrics_rows.h"
 #include "apps/state.h"
 #include "core/log.h"
 
@@ -25,21 +26,25 @@ struct Restart {
   State state;
   std::filesystem::path file;
   std::vector<double> output_times;
+  std::string rows_hash;  ///< of earlier versions: empty
 };
 
-/// Writes a checkpoint that holds everything the run depends on, with the recipe's hash.
+/// Writes a checkpoint that holds everything the run depends on, with the recipe's hash and that of
+/// the rows that metrics.csv has so far, each with its end of line.
 ///
 /// Throws: as AtomicFile.
 void write_restart(const std::filesystem::path& file, const State& state,
-                   std::span<const double> output_times, const Recipe& recipe);
+                   std::span<const double> output_times, const std::string& rows_hash,
+                   const Recipe& recipe);
 
 /// The newest of the checkpoints from which the run can go on; empty if there is none.
 ///
 /// One that cannot be read, is of another recipe, or whose time steps have no rows in metrics.csv
-/// (they go to the one before row_end) is passed over and the log is told: an earlier one leads
-/// to the same bits.
+/// or others than when it was written is passed over and the log is told: an earlier one leads to
+/// the same bits. Without rows none are asked for.
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
-                                      std::uint32_t row_end, const Recipe& recipe, const Log& log);
+                                      const std::optional<MetricsRows>& rows, const Recipe& recipe,
+                                      const Log& log);
 
 /// The state that another run left, for a recipe to start from: layers, materials by their names,
 /// process time, closed voids, coverages.

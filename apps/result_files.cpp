@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "apps/metrology_files.h"
+#include "apps/own_files.h"
 #include "apps/picture.h"
 #include "apps/region_text.h"
 #include "apps/restart.h"
@@ -16,6 +17,7 @@
 #include "core/atomic_file.h"
 #include "core/csv.h"
 #include "core/error.h"
+#include "core/folder_lock.h"
 #include "core/parallel.h"
 #include "core/peak_memory.h"
 #include "core/quantity.h"
@@ -163,6 +165,20 @@ nlohmann::ordered_json material_numbers(const Layers& layers, const Materials& m
   return numbers;
 }
 
+// Of line n of Sections: names of its pictures and points begin with it.
+std::string section_name(std::size_t n) {
+  return n == 0 ? "profile" : fmt::format("section_{}", n);
+}
+
+// All outputs of line n in one picture.
+std::string whole_picture(std::size_t n) {
+  return n == 0 ? "profiles.svg" : section_name(n) + ".svg";
+}
+
+bool is_preview(const std::string& name) {
+  return name == "preview.csv" || name == "preview.vtp" || name == "preview.svg";
+}
+
 std::string machine_name() {
   std::ifstream cpu("/proc/cpuinfo");
   for (std::string line; std::getline(cpu, line);) {
@@ -226,8 +242,7 @@ void Sections::write(const fs::path& folder, int number, const State& state, con
                      const Recipe& recipe) {
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
   for (std::size_t n = 0; n < lines_.size(); ++n) {
-    const std::string name = n == 0 ? "profile" : fmt::format("section_{}", n);
-    const fs::path file = folder / fmt::format("{}_{:04}.csv", name, number);
+    const fs::path file = folder / fmt::format("{}_{:04}.csv", section_name(n), number);
     ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe.title,
                                           moment_of(state, recipe), state.time),
                      .layers = cut(layers, surfaces, lines_[n]),
@@ -237,9 +252,20 @@ void Sections::write(const fs::path& folder, int number, const State& state, con
     write_section_csv(file, view.layers, lines_[n], recipe.materials);
     write_svg(fs::path(file).replace_extension(".svg"), view, recipe.materials);
     view.earlier = some_of(earlier_[n]);
-    write_svg(folder / (n == 0 ? "profiles.svg" : name + ".svg"), view, recipe.materials);
+    write_svg(folder / whole_picture(n), view, recipe.materials);
     earlier_[n].push_back({.time = state.time, .lines = exposed_lines(view.layers)});
   }
+}
+
+std::vector<std::string> section_files(const Recipe& recipe, int output_count) {
+  std::vector<std::string> files;
+  for (std::size_t n = 0; n <= recipe.sections.size(); ++n) {
+    files.push_back(whole_picture(n));
+    for (int number = 0; number < output_count; ++number)
+      for (const char* ending : {"csv", "svg"})
+        files.push_back(fmt::format("{}_{:04}.{}", section_name(n), number, ending));
+  }
+  return files;
 }
 
 std::string metrics_head(const Recipe& recipe) {
@@ -286,19 +312,19 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
 }
 
 std::string summary_text(const State& state, const Survey& survey, const Metrology& metrology,
-                         const Recipe& recipe, std::span<const double> output_times,
-                         const StageTimer& total, double wall_seconds) {
+                         const Recipe& recipe, const RunTotals& totals) {
   nlohmann::ordered_json summary;
   summary["title"] = recipe.title;
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
   summary["start_state_hash"] = recipe.start ? recipe.start->hash : "";
   summary["time_steps"] = state.time_step - state.origin.time_step;
-  summary["outputs"] = output_times.size();
-  summary["output_times_s"] = output_times;
+  summary["outputs"] = totals.output_times.size();
+  summary["output_times_s"] = totals.output_times;
   summary["steps"] = step_list(state, recipe);
   summary["repeats"] = repeat_list(state, recipe);
   summary["state_hash"] = state_hash(state, recipe.materials);
+  summary["rows_hash"] = totals.rows_hash;
   summary["metrology"] =
       metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});
   summary["void_count"] = count_of(survey.gas.voids);
@@ -308,8 +334,8 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
                                 {"volume_nm3", state.islands.volume}};
   summary["residue_volume_nm3"] = state.residue_volume;
   summary["materials"] = material_numbers(state.layers, recipe.materials);
-  summary["wall_s"] = wall_seconds;
-  for (const auto& [stage, seconds] : total.stages()) summary["stages_s"][stage] = seconds;
+  summary["wall_s"] = totals.wall_seconds;
+  for (const auto& [stage, seconds] : totals.stages.stages()) summary["stages_s"][stage] = seconds;
   summary["peak_memory_mb"] = peak_memory_mb();
   summary["threads"] = thread_count();
   summary["machine"] = machine_name();
@@ -319,25 +345,23 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
 }
 
 Preview write_preview(const fs::path& folder, const Recipe& recipe) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    throw InputError(fmt::format("{}: the folder cannot be made: {}; choose another with -o",
-                                 folder.string(), error.message()));
-  }
+  const FolderLock lock(folder);
+  const fs::path points = folder / "preview.csv";
+  require_own(folder, "a preview", begins_with(points, "material,layer,line,"), is_preview);
   State state = prepared_state(recipe);
   Preview preview{
       .layers = std::move(state.layers), .surface = {}, .voids = {}, .islands = state.islands};
   preview.surface = extract_surface(preview.layers);
   preview.voids = open_gas(preview.layers).voids;
-  write_vtp(folder / "preview.vtp", preview.surface,
-            {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});
   const SectionLine line = middle(recipe.frame);
   const ProfileView view{.title = recipe.title,
                          .layers = cut(preview.layers, layer_surfaces(preview.layers), line),
                          .left = line.left,
                          .right = line.right};
-  write_section_csv(folder / "preview.csv", view.layers, line, recipe.materials);
+  // The mark of a preview comes first.
+  write_section_csv(points, view.layers, line, recipe.materials);
+  write_vtp(folder / "preview.vtp", preview.surface,
+            {.facets = {}, .vertices = {}, .material_names = recipe.materials.names()});
   write_svg(folder / "preview.svg", view, recipe.materials);
   return preview;
 }

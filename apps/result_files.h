@@ -44,6 +44,9 @@ class Sections {
   std::vector<std::vector<EarlierSurface>> earlier_;
 };
 
+/// The names of all files that Sections writes for so many outputs.
+std::vector<std::string> section_files(const Recipe& recipe, int output_count);
+
 /// The first line of metrics.csv; new columns come before the last one, which ends whole rows.
 ///
 /// voids are those at the beginning of the time step, as the facets are; islands what it cut off.
@@ -53,10 +56,17 @@ std::string metrics_head(const Recipe& recipe);
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
                         const Move& move, const Recipe& recipe);
 
+/// What a run has written and how long it took. Units: s.
+struct RunTotals {
+  std::vector<double> output_times;
+  std::string rows_hash;  ///< see write_restart()
+  StageTimer stages;
+  double wall_seconds = 0;
+};
+
 /// The content of summary.json.
 std::string summary_text(const State& state, const Survey& survey, const Metrology& metrology,
-                         const Recipe& recipe, std::span<const double> output_times,
-                         const StageTimer& total, double wall_seconds);
+                         const Recipe& recipe, const RunTotals& totals);
 
 /// What a recipe's first time step starts from, its surface, the voids in it, and what was left out
 /// because nothing joins it to the wafer.
@@ -69,6 +79,10 @@ struct Preview {
 
 /// Writes the start geometry (see prepared_state) as preview.vtp, preview.csv and preview.svg; what
 /// a run left in the folder stays.
+///
+/// Throws: InputError where the folder cannot be locked, or has files of these names that no
+/// preview
+///         has written.
 Preview write_preview(const std::filesystem::path& folder, const Recipe& recipe);
 
 }  // namespace scarp

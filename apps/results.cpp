@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/metrics_rows.h"
 #include "apps/metrology_files.h"
+#include "apps/own_files.h"
 #include "apps/recipe_difference.h"
 #include "apps/report.h"
 #include "apps/restart.h"
@@ -67,57 +68,40 @@ bool is_checkpoint(const std::string& name) {
   return is_result(name) && fs::path(name).extension() == ".vdb";
 }
 
-// Whole lines only: one without an end was being written when the process died.
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::size_t start = 0;
-  for (std::size_t end = 0; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
-    lines.push_back(text.substr(start, end - start));
+// All of so many outputs, in the order in which they are told.
+std::vector<std::string> output_files(const Recipe& recipe, int output_count) {
+  std::vector<std::string> files{"surface.pvd", metrology_file};
+  for (int n = 0; n < output_count; ++n) {
+    files.push_back(numbered("surface", n, ".vtp"));
+    files.push_back(numbered("state", n, ".vdb"));
   }
-  return lines;
+  const std::vector<std::string> sections = section_files(recipe, output_count);
+  files.insert(files.end(), sections.begin(), sections.end());
+  return files;
+}
+
+// "a, b, c and 7 more"
+std::string first_of(std::span<const std::string> names) {
+  constexpr std::size_t most = 6;
+  const std::string told =
+      fmt::format("{}", fmt::join(names.first(std::min(names.size(), most)), ", "));
+  return names.size() <= most ? told : fmt::format("{} and {} more", told, names.size() - most);
+}
+
+nlohmann::json read_summary(const fs::path& folder) {
+  return nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
+                               /*allow_exceptions=*/false);
 }
 
 std::uint32_t first_time_step(const Recipe& recipe) {
   return recipe.start ? recipe.start->state->time_step : 0;
 }
 
-// The rows of metrics.csv up to the first that is not what it should be, for the time steps from
-// begin to before end; they have their numbers at the end.
-struct MetricsRows {
-  std::vector<std::string> lines{};
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
-};
-
-// A file that was lost has begun anew with a later time step than the first one.
-MetricsRows read_rows(const fs::path& file, const Recipe& recipe) {
-  MetricsRows rows{.begin = first_time_step(recipe), .end = first_time_step(recipe)};
-  std::vector<std::string> lines = lines_of(read_text(file));
-  if (lines.empty() || lines.front() + '\n' != metrics_head(recipe)) {
-    throw InputError(
-        fmt::format("{}: does not begin as that of this run: it is damaged, or of another version "
-                    "of scarp; move it away, and the run goes on without its rows",
-                    file.string()));
-  }
-  lines.erase(lines.begin());
-  if (!lines.empty()) {
-    const std::size_t last_cell = lines.front().rfind(',') + 1;
-    const auto number = static_cast<std::uint32_t>(std::atoll(lines.front().c_str() + last_cell));
-    rows.begin = rows.end = std::max(rows.begin, number);
-  }
-  for (std::string& line : lines) {
-    if (!line.ends_with(fmt::format(",{}", rows.end))) break;
-    rows.lines.push_back(std::move(line));
-    ++rows.end;
-  }
-  return rows;
-}
-
 // The rows of metrology.csv by output; none where it is not of this recipe.
 std::map<int, std::vector<std::string>> rows_by_output(const std::string& text,
                                                        const Recipe& recipe) {
   std::map<int, std::vector<std::string>> rows;
-  const std::vector<std::string> lines = lines_of(text);
+  const std::vector<std::string> lines = whole_lines(text);
   if (lines.empty() || lines.front() + '\n' != metrology_head(recipe)) return rows;
   for (std::size_t n = 1; n < lines.size(); ++n)
     rows[std::atoi(lines[n].c_str())].push_back(lines[n]);
@@ -126,15 +110,6 @@ std::map<int, std::vector<std::string>> rows_by_output(const std::string& text,
 
 bool are_different(std::span<const std::string> rows) {
   return std::set<std::string>(rows.begin(), rows.end()).size() == rows.size();
-}
-
-std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (chosen(entry.path().filename().string())) found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  return found;
 }
 
 void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
@@ -147,8 +122,7 @@ bool is_result(const std::string& name) { return name == "metrics.csv" || is_out
 
 bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
   if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
-  const auto summary = nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
-                                             /*allow_exceptions=*/false);
+  const auto summary = read_summary(folder);
   const auto is = [&](const char* key, const nlohmann::json& wanted) {
     const auto found = summary.find(key);
     return found != summary.end() && *found == wanted;
@@ -157,20 +131,36 @@ bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
          is("start_state_hash", recipe.start ? recipe.start->hash : "");
 }
 
+std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Recipe& recipe) {
+  const auto summary = read_summary(folder);
+  const auto entry = [&](const char* key) { return summary.value(key, nlohmann::json()); };
+  const auto output_count = static_cast<int>(entry("output_times_s").size());
+  std::vector<std::string> losses;
+  std::vector<std::string> missing;
+  for (const std::string& name : output_files(recipe, output_count))
+    if (!fs::exists(folder / name)) missing.push_back(name);
+  if (!missing.empty()) {
+    losses.push_back(
+        fmt::format("{}: the run is complete, but without {}; run without --resume to "
+                    "make all files again",
+                    folder.string(), first_of(missing)));
+  }
+  Hash rows;
+  const std::string metrics = read_text(folder / "metrics.csv");
+  rows.add(std::string_view(metrics).substr(std::min(metrics.size(), metrics.find('\n') + 1)));
+  if (entry("rows_hash").is_string() && entry("rows_hash") != rows.hex()) {
+    losses.push_back(
+        fmt::format("{}: was changed since the run wrote it; run without --resume to "
+                    "make it again",
+                    (folder / "metrics.csv").string()));
+  }
+  return losses;
+}
+
 ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
 
 bool ResultFolder::holds_run() const {
-  return read_text(file("metrics.csv")).rfind("step,step_name,time_s,", 0) == 0;
-}
-
-void ResultFolder::require_own() const {
-  if (holds_run()) return;
-  const std::vector<fs::path> foreign = find_files(path_, is_result);
-  if (foreign.empty()) return;
-  throw InputError(
-      fmt::format("{}: was not written by a run, and a run would replace it; choose another folder "
-                  "with -o, or move it away",
-                  foreign.front().string()));
+  return begins_with(file("metrics.csv"), "step,step_name,time_s,");
 }
 
 void ResultFolder::require_not_start(const Recipe& recipe) const {
@@ -184,7 +174,7 @@ void ResultFolder::require_not_start(const Recipe& recipe) const {
 
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
   log_ = log;
-  require_own();
+  require_own(path_, "a run", holds_run(), is_result);
   require_not_start(recipe);
   if (holds_run()) {
     log.info(fmt::format("{}: replaces the run that was here", path_.string()));
@@ -195,6 +185,7 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   remove_files(path_, is_output);
   if (holds_run()) remove_files(path_, is_temporary);
   output_times_.clear();
+  rows_hash_ = Hash();
   metrology_rows_ = metrology_head(recipe);
   write_file(file("metrics.csv"), metrics_head(recipe));
   write_file(file("recipe.toml"), recipe.resolved);
@@ -214,7 +205,8 @@ void ResultFolder::require_same(const Recipe& recipe) const {
   throw InputError(fmt::format(
       "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
       "start anew, choose another folder with -o, or begin a recipe with start = \"{}\"",
-      file("recipe.toml").string(), difference, file("state_NNNN.vdb").string()));
+      file("recipe.toml").string(), difference,
+      fs::absolute(file("state_NNNN.vdb")).lexically_normal().string()));
 }
 
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
@@ -225,11 +217,11 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
     log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", path_.string()));
     return std::nullopt;
   }
-  const bool rows_are_lost = !fs::exists(file("metrics.csv"));
-  const MetricsRows rows = rows_are_lost
-                               ? MetricsRows{.end = std::numeric_limits<std::uint32_t>::max()}
-                               : read_rows(file("metrics.csv"), recipe);
-  std::optional<Restart> restart = newest_restart(checkpoints, rows.end, recipe, log);
+  std::optional<MetricsRows> rows;
+  if (fs::exists(file("metrics.csv"))) {
+    rows = read_metrics_rows(file("metrics.csv"), metrics_head(recipe), first_time_step(recipe));
+  }
+  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
@@ -242,18 +234,24 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   restore_metrology(recipe);
   remove_files(path_, is_temporary);
 
-  if (rows_are_lost) {
-    log.warn(fmt::format("{}: is missing; it begins anew with time step {}",
-                         file("metrics.csv").string(), restart->state.time_step));
-  }
-  // The rows of time steps that will be done again go.
-  std::string kept = metrics_head(recipe);
-  std::uint32_t time_step = rows.begin;
-  for (const std::string& line : rows.lines)
-    if (time_step++ < restart->state.time_step) kept += line + '\n';
-  write_file(file("metrics.csv"), kept);
+  restore_rows(rows ? rows->before(restart->state.time_step) : std::span<const std::string>(),
+               restart->state, recipe);
   write_file(file("recipe.toml"), recipe.resolved);
   return std::move(restart->state);
+}
+
+// The rows of time steps that will be done again go.
+void ResultFolder::restore_rows(std::span<const std::string> kept, const State& state,
+                                const Recipe& recipe) {
+  if (kept.empty() && state.time_step > first_time_step(recipe)) {
+    log_.warn(fmt::format("{}: its rows are lost; it begins anew with time step {}",
+                          file("metrics.csv").string(), state.time_step));
+  }
+  std::string rows;
+  for (const std::string& line : kept) rows += line + '\n';
+  rows_hash_ = Hash();
+  rows_hash_.add(rows);
+  write_file(file("metrics.csv"), metrics_head(recipe) + rows);
 }
 
 // Rows that are lost or double are measured again, if the state of their output is there.
@@ -337,7 +335,7 @@ Metrology ResultFolder::measure(const Layers& layers, const Recipe& recipe) {
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
-  write_restart(file(name), state, output_times_, recipe);
+  write_restart(file(name), state, output_times_, rows_hash_.hex(), recipe);
   last_checkpoint_ = file(name);
 }
 
@@ -359,7 +357,9 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
           "on from {} without its rows",
           file("metrics.csv").string(), last_checkpoint_.string()));
     }
-    append_to_file(file("metrics.csv"), metrics_row(after, step, survey, move, recipe));
+    const std::string row = metrics_row(after, step, survey, move, recipe);
+    append_to_file(file("metrics.csv"), row);
+    rows_hash_.add(row);
   });
 }
 
@@ -368,8 +368,11 @@ void ResultFolder::write_summary(const State& state, const Survey& survey, const
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
-    write_file(file("summary.json"),
-               summary_text(state, survey, *newest_, recipe, output_times_, total, wall_seconds));
+    write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe,
+                                                  {.output_times = output_times_,
+                                                   .rows_hash = rows_hash_.hex(),
+                                                   .stages = total,
+                                                   .wall_seconds = wall_seconds}));
   });
 }
 

@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "apps/result_files.h"
 #include "apps/simulator.h"
 #include "core/folder_lock.h"
+#include "core/hash.h"
 #include "core/log.h"
 #include "levelset/metrology.h"
 
@@ -18,6 +20,11 @@ bool is_result(const std::string& name);
 
 /// True when a run of the same recipe has come to its end in a folder, which is only read.
 bool holds_complete_run(const std::filesystem::path& folder, const Recipe& recipe);
+
+/// What a complete run lacks of what it wrote: files that are missing, rows of metrics.csv that
+/// were changed. A line each.
+std::vector<std::string> losses_of_complete_run(const std::filesystem::path& folder,
+                                                const Recipe& recipe);
 
 /// The folder that a run writes, see the README's table of files. Held by one process at a time.
 ///
@@ -66,7 +73,6 @@ class ResultFolder {
  private:
   /// True when a run has begun here: its metrics.csv is there from the first moment to the last.
   bool holds_run() const;
-  void require_own() const;
   /// Throws: InputError when there is the recipe of another run.
   void require_same(const Recipe& recipe) const;
   void require_not_start(const Recipe& recipe) const;
@@ -77,12 +83,14 @@ class ResultFolder {
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
+  void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);
   void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
   FolderLock lock_;
   std::vector<double> output_times_;
+  Hash rows_hash_;              ///< of the rows of metrics.csv so far
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
   std::optional<Metrology> newest_;  ///< of the last output that was written

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "apps/estimate.h"
+#include "apps/memory_estimate.h"
 #include "apps/region_text.h"
 #include "apps/results.h"
 #include "apps/surface_speeds.h"
@@ -41,23 +42,11 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
   }
 }
 
-constexpr const char* memory_remedy = "raise it, or use a coarser spacing or a smaller extent";
-
-std::string limit_text(double limit) {
-  return fmt::format("more than the {:.0f} MB of --memory-limit", limit);
-}
-
-void require_memory(const MemoryEstimate& memory, double limit) {
-  if (memory.total() <= limit) return;
-  throw InputError(fmt::format("the run takes about {} of memory, {}; {}", memory_text(memory),
-                               limit_text(limit), memory_remedy));
-}
-
 void require_held_memory(double limit) {
   const double held = peak_memory_mb();
   if (held <= limit) return;
-  throw InputError(fmt::format("the run holds {:.3g} MB of memory, {}; {}", held, limit_text(limit),
-                               memory_remedy));
+  throw InputError(fmt::format("the run holds {:.3g} MB of memory, {}; {}", held,
+                               memory_limit_text(limit), memory_remedy));
 }
 
 // A trial goes ahead on a coarser grid: what it meets there is no reason to end the run.
@@ -90,7 +79,7 @@ void require_memory_or_save(const State& state, const Recipe& recipe, double lim
       fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.0f} MB of memory, {}; "
                   "raise it and go on with --resume; last good state: {}",
                   state.time_step, current_step(state, recipe).name, state.time, held,
-                  limit_text(limit), folder.last_checkpoint().string()));
+                  memory_limit_text(limit), folder.last_checkpoint().string()));
 }
 
 // Advection may stop half-way; the state before it is then the last checkpoint.
@@ -315,7 +304,11 @@ class Observer {
 }  // namespace
 
 RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOptions& options) {
-  if (options.resume && holds_complete_run(path, given)) return RunEnd::was_complete;
+  if (options.resume && holds_complete_run(path, given)) {
+    for (const std::string& loss : losses_of_complete_run(path, given)) options.log.warn(loss);
+    return RunEnd::was_complete;
+  }
+  require_least_memory(given, options.memory_limit_mb);
   const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
   const Recipe recipe = on_part(given, planes);
   ResultFolder folder(path);

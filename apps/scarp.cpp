@@ -3,16 +3,20 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <variant>
 
 #include "apps/commands.h"
+#include "apps/tell.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -44,9 +48,6 @@ ExitCode run_command_line(int argc, char** argv) {
   return code;
 }
 
-// Never throws, unlike print: that would end the process without its exit code.
-void tell(const std::string& text) { std::fputs((text + '\n').c_str(), stderr); }
-
 // A file that is opened must not get the number of a standard stream that was closed.
 void open_standard_streams() {
   for (int stream = open("/dev/null", O_RDWR); stream >= 0; stream = dup(stream)) {
@@ -56,6 +57,43 @@ void open_standard_streams() {
   }
 }
 
+constexpr const char* no_threads =
+    "the system gives no more threads: raise the limit on memory (ulimit -v) or on processes "
+    "(ulimit -u), or use fewer --threads";
+
+/// The thread library says it by a plain error.
+bool is_lack_of_threads(const std::exception& error) {
+  return std::string(error.what()).find("pthread_create") != std::string::npos;
+}
+
+std::string mistake_text(const std::exception& error) {
+  return std::string("a mistake of scarp, please report it with its input: ") + error.what();
+}
+
+/// Says so on standard error.
+ExitCode fail(ExitCode code, const std::string& text) {
+  tell(text + '\n');
+  return code;
+}
+
+/// Of an exception that does not come to main().
+[[noreturn]] void fail_elsewhere() {
+  try {
+    if (const auto error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::system_error&) {
+    _exit(fail(could_not_go_on, no_threads));
+  } catch (const std::exception& error) {
+    fail(could_not_go_on, mistake_text(error));
+  }
+  std::abort();
+}
+
+void expect_failures_elsewhere() { std::set_terminate(fail_elsewhere); }
+
+// What OpenVDB needs makes threads as it is loaded: only what stands here is called before.
+[[gnu::used,
+  gnu::section(".preinit_array")]] void (*const before_libraries)() = expect_failures_elsewhere;
+
 }  // namespace
 
 }  // namespace scarp
@@ -63,22 +101,22 @@ void open_standard_streams() {
 int main(int argc, char** argv) {
   using namespace scarp;
   open_standard_streams();
+  // Asks a run for a checkpoint; until it listens there is nothing to save.
+  std::signal(SIGUSR1, SIG_IGN);
   try {
     return run_command_line(argc, argv);
   } catch (const InputError& error) {
-    tell(error.what());
-    return wrong_input;
+    return fail(wrong_input, error.what());
   } catch (const NumericalError& error) {
-    tell(error.what());
-    return could_not_go_on;
+    return fail(could_not_go_on, error.what());
   } catch (const std::filesystem::filesystem_error& error) {
-    tell(error.path1().string() + ": " + error.code().message());
-    return could_not_go_on;
+    return fail(could_not_go_on, error.path1().string() + ": " + error.code().message());
   } catch (const std::bad_alloc&) {
-    tell("out of memory; use a coarser spacing or a smaller extent");
-    return could_not_go_on;
+    return fail(could_not_go_on, "out of memory; use a coarser spacing or a smaller extent");
+  } catch (const std::system_error&) {
+    return fail(could_not_go_on, no_threads);
   } catch (const std::exception& error) {
-    tell(std::string("a mistake of scarp, please report it with its input: ") + error.what());
-    return could_not_go_on;
+    if (is_lack_of_threads(error)) return fail(could_not_go_on, no_threads);
+    return fail(could_not_go_on, mistake_text(error));
   }
 }

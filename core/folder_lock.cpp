@@ -39,7 +39,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / ".l
   if (flock(handle_, LOCK_EX | LOCK_NB) != 0) {
     close(handle_);
     throw InputError(folder.string() +
-                     ": another run is writing here; wait for it or choose another folder with "
+                     ": another scarp is writing here; wait for it or choose another folder with "
                      "-o");
   }
 }

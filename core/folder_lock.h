@@ -4,7 +4,8 @@
 
 namespace scarp {
 
-/// A folder that one process writes at a time; it is made where it is missing.
+/// A folder that one process writes at a time, whatever its command; it is made where it is
+/// missing.
 ///
 /// An advisory lock on the empty file .lock in it. The kernel drops it when the process ends,
 /// however it ends: none is ever left over. The file stays.

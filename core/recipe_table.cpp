@@ -4,7 +4,6 @@
 
 #include "core/error.h"
 #include "core/hash.h"
-#include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
 #include "core/recipe_value.h"
@@ -251,14 +250,11 @@ std::string RecipeTable::file(std::string_view key, const std::filesystem::path&
   return path.string();
 }
 
-void RecipeTable::record_content(std::string_view key, const std::string& file) const {
-  try {
-    Hash hash;
-    hash.add(read_file(file));
-    node_->record->set(key, toml_string(file) + "  # holds " + hash.hex());
-  } catch (const InputError&) {
-    // Told where it is read for what it holds.
-  }
+void RecipeTable::record_content(std::string_view key, const std::string& file,
+                                 std::string_view content) const {
+  Hash hash;
+  hash.add(content);
+  node_->record->set(key, toml_string(file) + "  # holds " + hash.hex());
 }
 
 std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {

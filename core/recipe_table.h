@@ -79,8 +79,9 @@ class RecipeTable {
   /// resolved recipe finds it from anywhere.
   std::string file(std::string_view key, const std::filesystem::path& folder) const;
   /// Records a hash of what a file holds, as a comment behind its name: with another content the
-  /// resolved recipe is another one. Nothing where it cannot be read.
-  void record_content(std::string_view key, const std::string& file) const;
+  /// resolved recipe is another one.
+  void record_content(std::string_view key, const std::string& file,
+                      std::string_view content) const;
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
 
   /// A table of numbers: a list of rows, [["0 deg", 1], ["90 deg", 0]], or the name of a CSV file

@@ -24,7 +24,8 @@ struct Checkpoint {
 void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
                       const CheckpointNotes& notes);
 
-/// Throws: InputError if the file is not there, is truncated or is not a checkpoint of scarp.
+/// Throws: InputError if the file is not there, is a pipe, is truncated or is not a checkpoint of
+/// scarp.
 Checkpoint read_checkpoint(const std::filesystem::path& path);
 
 }  // namespace scarp

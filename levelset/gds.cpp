@@ -79,7 +79,7 @@ struct Library {
 /// The records of a file, one after the other.
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& file) : file_(file), bytes_(read_file(file)) {
+  Reader(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {
     next();
   }
 
@@ -145,7 +145,7 @@ class Reader {
   }
 
   std::filesystem::path file_;
-  std::string bytes_;
+  std::string_view bytes_;
   std::size_t at_ = 0;
   std::size_t end_ = 0;
   int kind_ = -1;
@@ -213,8 +213,8 @@ std::vector<Element> read_cell(Reader& reader) {
   return elements;
 }
 
-Library read_library(const std::filesystem::path& file) {
-  Reader reader(file);
+Library read_library(const std::filesystem::path& file, std::string_view content) {
+  Reader reader(file, content);
   Library library;
   for (; reader.kind() != end_library; reader.next()) {
     if (reader.kind() == units) library.unit = reader.real(1) * 1e9;
@@ -533,7 +533,12 @@ std::string chosen_cell(const std::filesystem::path& file, const Library& librar
 }  // namespace
 
 std::vector<Loop> read_gds(const std::filesystem::path& file, const GdsSelection& selection) {
-  const Library library = read_library(file);
+  return read_gds(file, read_file(file), selection);
+}
+
+std::vector<Loop> read_gds(const std::filesystem::path& file, std::string_view content,
+                           const GdsSelection& selection) {
+  const Library library = read_library(file, content);
   return Flattener(file, library, selection).run(chosen_cell(file, library, selection.cell));
 }
 

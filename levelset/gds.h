@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "levelset/polygon.h"
@@ -26,5 +27,9 @@ struct GdsSelection {
 ///         deep, more than a million shapes on the layer, or points beyond 1 m.
 /// Source: GDSII Stream Format Manual, release 6.0 (Calma, 1987).
 std::vector<Loop> read_gds(const std::filesystem::path& file, const GdsSelection& selection);
+
+/// As read_gds, of the content of a file that was read before.
+std::vector<Loop> read_gds(const std::filesystem::path& file, std::string_view content,
+                           const GdsSelection& selection);
 
 }  // namespace scarp

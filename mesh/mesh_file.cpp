@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <system_error>
 
 #include "core/atomic_file.h"
@@ -28,6 +29,17 @@ std::string ending_of(const std::filesystem::path& file) {
 
 [[noreturn]] void fail_unknown_ending(const std::filesystem::path& file, const char* known) {
   throw InputError(file.string() + ": the ending does not name a mesh format; use " + known);
+}
+
+using MeshReader = RawMesh (*)(const MeshText&);
+
+MeshReader reader_for(const std::filesystem::path& file) {
+  const std::string ending = ending_of(file);
+  if (ending == ".obj") return read_obj;
+  if (ending == ".ply") return read_ply;
+  if (ending == ".stl") return read_stl;
+  if (ending == ".vtp") return read_vtp;
+  fail_unknown_ending(file, ".obj, .ply, .stl or .vtp");
 }
 
 /// Beyond, squares of squares leave the range of numbers.
@@ -57,6 +69,31 @@ void check_vertices(const std::string& name, const RawMesh& mesh) {
     throw InputError(name + ": all of it lies within 1e-15; scale the mesh");
 }
 
+// What looks for the nearest facet, or for the first one that a ray meets, has to look at all that
+// meet in a point: the time would go by the square of their number.
+constexpr std::uint32_t most_facets_at_vertex = 4096;
+
+void check_stars(const std::string& name, const RawMesh& mesh) {
+  std::vector<std::uint32_t> count(mesh.vertices.size());
+  for (const Triangle& triangle : mesh.triangles)
+    for (const std::uint32_t v : triangle) ++count[v];
+  const auto most = std::ranges::max_element(count);
+  if (*most <= most_facets_at_vertex) return;
+  throw InputError(name + ": " + std::to_string(*most) + " facets meet at vertex " +
+                   std::to_string(most - count.begin()) + " (counted from 0), where at most " +
+                   std::to_string(most_facets_at_vertex) +
+                   " may; cut them so that fewer share a corner");
+}
+
+// Not a fan, whose thin triangles would all meet in one corner. Quadrilaterals are cut as one.
+void cut_in_halves(std::span<const std::uint32_t> corners, std::vector<Triangle>& triangles) {
+  if (corners.size() < 3) return;
+  const std::size_t middle = corners.size() / 2;
+  cut_in_halves(corners.first(middle + 1), triangles);
+  triangles.push_back({corners.front(), corners[middle], corners.back()});
+  cut_in_halves(corners.subspan(middle), triangles);
+}
+
 void check(const std::string& name, const RawMesh& mesh) {
   if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
   if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
@@ -70,6 +107,7 @@ void check(const std::string& name, const RawMesh& mesh) {
       }
     }
   }
+  check_stars(name, mesh);
 }
 
 }  // namespace
@@ -78,9 +116,9 @@ void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
   const auto index = [](std::int64_t i) {
     return i < 0 || i >= no_vertex ? no_vertex : static_cast<std::uint32_t>(i);
   };
-  for (std::size_t i = 2; i < polygon.size(); ++i) {
-    triangles.push_back({index(polygon[0]), index(polygon[i - 1]), index(polygon[i])});
-  }
+  std::vector<std::uint32_t> corners;
+  for (const std::int64_t corner : polygon) corners.push_back(index(corner));
+  cut_in_halves(corners, triangles);
 }
 
 std::string number_text(double value) {
@@ -147,15 +185,12 @@ void WordReader::fail(const std::string& message) const {
 }
 
 TriMesh read_mesh(const std::filesystem::path& file) {
-  const std::string ending = ending_of(file);
-  RawMesh (*read)(const MeshText&) = nullptr;
-  if (ending == ".obj") read = read_obj;
-  if (ending == ".ply") read = read_ply;
-  if (ending == ".stl") read = read_stl;
-  if (ending == ".vtp") read = read_vtp;
-  if (read == nullptr) fail_unknown_ending(file, ".obj, .ply, .stl or .vtp");
+  reader_for(file);  // a file of another kind is not read
+  return read_mesh(file, read_file(file));
+}
 
-  const std::string content = read_file(file);
+TriMesh read_mesh(const std::filesystem::path& file, std::string_view content) {
+  const auto read = reader_for(file);
   if (content.empty()) throw InputError(file.string() + ": the file is empty");
   RawMesh mesh = read({file.string(), content});
   check(file.string(), mesh);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -36,13 +37,18 @@ struct MeshFields {
 /// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name.
 ///
 /// Vertices keep their order and number, those that no triangle uses included; for .stl, corners
-/// with the same coordinates become one vertex, numbered by first use. Polygons are cut into fans.
+/// with the same coordinates become one vertex, numbered by first use. Polygons are cut in halves
+/// until they are triangles.
 /// A facet array `material` of a .vtp file becomes the materials; other arrays are not read.
 ///
 /// Units:  none; the file's own.
 /// Throws: InputError, with the line or the vertex, if the file cannot be read, ends early, holds
-///         coordinates that are not finite or indices without a vertex, or has no triangle.
+///         coordinates that are not finite, indices without a vertex, a vertex with more than 4096
+///         facets, or has no triangle.
 TriMesh read_mesh(const std::filesystem::path& file);
+
+/// As read_mesh, of the content of a file that was read before.
+TriMesh read_mesh(const std::filesystem::path& file, std::string_view content);
 
 /// A named array over the facets of a file.
 struct FacetArray {

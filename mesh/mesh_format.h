@@ -26,8 +26,8 @@ struct RawMesh {
   std::vector<Triangle> triangles;
   std::vector<MaterialId> materials;
 
-  /// Adds the fan of a polygon of at least three corners. Negative or huge indices are kept as
-  /// out of range.
+  /// Adds the triangles of a polygon of at least three corners. Negative or huge indices are kept
+  /// as out of range.
   void add_polygon(const std::vector<std::int64_t>& polygon);
 };
 

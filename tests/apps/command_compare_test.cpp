@@ -137,6 +137,28 @@ TEST_F(CompareCommand, ARunIsAsItself) {
   for (const nlohmann::json& each : found["metrology"]) EXPECT_EQ(each["difference"], 0);
 }
 
+// Whatever their times are.
+TEST_F(CompareCommand, OfGivenRunsNothingIsSaidOfWhatSimplificationSaves) {
+  for (const char* name : {"a", "b"})
+    ASSERT_EQ(scarp("run " + small_trench(std::string("-o ") + path(name))).exit_code, 0);
+  const auto make_slow = [&](const std::string& name) {
+    std::string rows = read_file(folder_ / name / "metrics.csv");
+    for (std::size_t at = 0; (at = rows.find(",0.0", at)) != std::string::npos;)
+      rows.replace(at, 4, ",7.0");
+    write(name + "/metrics.csv", rows);
+  };
+  make_slow("b");
+  const Outcome outcome = scarp("compare " + path("a") + ' ' + path("b") + " -o " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+  EXPECT_THAT(outcome.out, HasSubstr("time of "));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("pay")));
+  EXPECT_EQ(read_file(path("out/report.html")).find("does not pay"), std::string::npos);
+  ASSERT_EQ(
+      scarp("run " + small_trench("--set simplify.enabled=false -o " + path("full"))).exit_code, 0);
+  EXPECT_THAT(scarp("compare " + path("full") + ' ' + path("b") + " -o " + path("out")).out,
+              HasSubstr("b does not pay here"));
+}
+
 // Films of 40 and 43 nm are 0.3 spacings apart everywhere, a trench 6 nm narrower.
 TEST_F(CompareCommand, TwoStatesAreAsFarApartAsTheirFilms) {
   run_film("a", "40 nm");
@@ -246,7 +268,7 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   write("own/compare.json", "mine");
   const Outcome own = scarp("compare " + path("a") + " " + path("a") + " -o " + path("own"));
   EXPECT_EQ(own.exit_code, 2);
-  EXPECT_THAT(own.messages, HasSubstr("holds a compare.json that is not of a comparison"));
+  EXPECT_THAT(own.messages, HasSubstr("own/compare.json: was not written by a comparison"));
   EXPECT_EQ(read_file(folder_ / "own" / "compare.json"), "mine");
   write("short.csv", "x [um],z [um]\n0,0\n1,0\n");
   EXPECT_EQ(scarp("compare " + path("a") + " " + path("short.csv")).exit_code, 2);

@@ -3,17 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <string>
 
+#include "core/folder_lock.h"
 #include "tests/apps/program.h"
 
 namespace scarp {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
@@ -52,6 +55,71 @@ TEST_F(CommandLine, AnUnknownCommandIsNamedWithTheKnownOnes) {
   EXPECT_THAT(outcome.messages,
               AllOf(HasSubstr("\"simplfy\" is not a command (did you mean simplify?)"),
                     HasSubstr("run, check, ")));
+}
+
+TEST_F(CommandLine, AnUnknownOptionIsNamedWithTheOneThatWasMeant) {
+  const std::map<std::string, std::string> messages{
+      {"run r.toml --thraeds 2", "--thraeds is not an option of run (did you mean --threads?)\n"},
+      {"run --thraeds 2 r.toml", "--thraeds is not an option of run (did you mean --threads?)\n"},
+      {"run r.toml --memory_limit=8GB", "(did you mean --memory-limit?)\n"},
+      {"flux --ray 100", "--ray is not an option of flux (did you mean --rays?)\n"},
+      {"check r.toml --fast", "--fast is not an option of check\n"}};
+  for (const auto& [line, message] : messages) {
+    const Outcome outcome = scarp(line);
+    EXPECT_EQ(outcome.exit_code, 2) << line;
+    EXPECT_THAT(outcome.messages, HasSubstr(message)) << line;
+  }
+}
+
+TEST_F(CommandLine, AWarningThatNobodyReadsEndsNoCommand) {
+  write("a.obj", pyramid);
+  const std::string warns = "flux " + path("a.obj") + " --target-error 1e-6 --max-rays 100";
+  EXPECT_THAT(scarp(warns).messages, HasSubstr("warning: the error"));
+  write("r.toml", R"(
+[domain]
+mode = "2d"
+spacing = "10 nm"
+extent = ["100 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "20 nm"
+depth = "100 nm"
+[[step]]
+model = "isotropic"
+duration = "1 s"
+etch_rate = "1 nm/s"
+)");
+  EXPECT_THAT(scarp("check " + path("r.toml")).messages, HasSubstr("warning: "));
+  for (const std::string& command : {warns, "check " + path("r.toml")}) {
+    const std::string line = std::string(SCARP_BINARY) + ' ' + command + " >" + path("out");
+    EXPECT_EQ(WEXITSTATUS(std::system((line + " 2>/dev/full").c_str())), 0) << command;
+    EXPECT_EQ(WEXITSTATUS(std::system((line + " 2>&-").c_str())), 0) << command;
+  }
+}
+
+// From limits with which no library is loaded to those that are enough.
+TEST_F(CommandLine, AMachineThatGivesNoThreadsIsTold) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer takes more address space than any limit gives";
+#endif
+  write("a.obj", pyramid);
+  int told = 0;
+  for (int limit = 60'000; limit <= 160'000; limit += 5'000) {
+    const std::string line = "ulimit -v " + std::to_string(limit) + "; " + SCARP_BINARY + " flux " +
+                             path("a.obj") + " --threads 4 >" + path("out") + " 2>" +
+                             path("messages");
+    const int code = WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str()));
+    const std::string messages = read_file(folder_ / "messages");
+    // 127: of the loader.
+    EXPECT_THAT(code, AnyOf(0, 3, 127)) << limit << messages;
+    told += code == 3 && messages.find(
+                             "gives no more threads: raise the limit on memory "
+                             "(ulimit -v)") != std::string::npos;
+  }
+  EXPECT_GT(told, 0);
 }
 
 TEST_F(CommandLine, QuietKeepsResults) {
@@ -161,14 +229,47 @@ TEST_F(CommandLine, PreviewWritesTheStartGeometryAndLeavesARunAlone) {
   write("out/metrics.csv", "kept");
   const Outcome outcome = scarp("preview " + small_trench("--json -o " + path("out")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
-  EXPECT_EQ(files("out"),
-            (std::set<std::string>{"metrics.csv", "preview.csv", "preview.svg", "preview.vtp"}));
+  EXPECT_EQ(files("out"), (std::set<std::string>{".lock", "metrics.csv", "preview.csv",
+                                                 "preview.svg", "preview.vtp"}));
   const nlohmann::json result = json_of(outcome);
   EXPECT_NEAR(result["lowest_nm"], -8000, 1);
   EXPECT_NEAR(result["highest_nm"], 0, 1);
   ASSERT_EQ(result["layers"].size(), 1U);
   EXPECT_EQ(result["layers"][0]["material"], "Si");
   EXPECT_NEAR(result["layers"][0]["volume_nm3"], -4000.0 * 8000 * 2000, 0.01 * 6.4e10);
+}
+
+TEST_F(CommandLine, PreviewReplacesPreviewsAlone) {
+  const std::string command = "preview " + small_trench("-o " + path("out"));
+  for (const char* name : {"preview.vtp", "preview.csv", "preview.svg"}) {
+    fs::create_directories(folder_ / "out");
+    write(std::string("out/") + name, "mine");
+    const Outcome refused = scarp(command);
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.messages,
+                AllOf(HasSubstr(std::string("out/") + name + ": was not written by a preview"),
+                      HasSubstr("-o")));
+    EXPECT_EQ(read_file(folder_ / "out" / name), "mine");
+    fs::remove_all(folder_ / "out");
+  }
+  ASSERT_EQ(scarp(command).exit_code, 0);
+  write("out/preview.vtp", "from a preview before");
+  EXPECT_EQ(scarp(command).exit_code, 0);
+  EXPECT_NE(read_file(folder_ / "out" / "preview.vtp"), "from a preview before");
+}
+
+TEST_F(CommandLine, FoldersAreWrittenByOneCommandAtATime) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const FolderLock held(folder_ / "out");
+  for (const std::string& command :
+       {"preview " + small_trench("-o " + path("out")), "run " + small_trench("-o " + path("out")),
+        "compare " + small_trench("-o " + path("out")),
+        "compare " + path("r") + ' ' + path("r") + " -o " + path("out")}) {
+    const Outcome refused = scarp(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.messages, HasSubstr("another scarp is writing here")) << command;
+  }
+  EXPECT_EQ(files("out"), (std::set<std::string>{".lock"}));
 }
 
 TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {

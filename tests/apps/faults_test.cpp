@@ -102,7 +102,7 @@ TEST_F(Faults, ASecondRunInAFolderIsRefusedAndTheFirstGoesOn) {
   for (const char* how : {"", " --resume"}) {
     const Outcome second = scarp(run_into("r") + how);
     EXPECT_EQ(second.exit_code, 2);
-    EXPECT_THAT(second.messages, AllOf(HasSubstr(path("r")), HasSubstr("another run is writing"),
+    EXPECT_THAT(second.messages, AllOf(HasSubstr(path("r")), HasSubstr("another scarp is writing"),
                                        HasSubstr("another folder with -o")));
   }
   EXPECT_EQ(exit_code_of_rest(), 0);
@@ -140,6 +140,16 @@ TEST_F(Faults, NobodyThatReadsMessagesEndsNoRun) {
   const std::string line = '(' + std::string(SCARP_BINARY) + " run " + path("r.toml") + " -o " +
                            path("r") + " 2>&1 >/dev/null; echo $? >" + path("code") + ") | true";
   std::system(line.c_str());
+  EXPECT_EQ(read_file(folder_ / "code"), "0\n");
+}
+
+// It waits for its recipe.
+TEST_F(Faults, ARequestForACheckpointBeforeARunListensDoesNotEndIt) {
+  write("script", "mkfifo " + path("pipe") + '\n' + SCARP_BINARY + " run " + path("pipe") +
+                      " --quiet -o " + path("r") + " & sleep 0.3; kill -USR1 $!; sleep 0.1; cat " +
+                      path("r.toml") + " >" + path("pipe") + "; wait $!; echo $? >" + path("code"));
+  // Where it died nobody reads the pipe.
+  std::system(("timeout 30 bash " + path("script")).c_str());
   EXPECT_EQ(read_file(folder_ / "code"), "0\n");
 }
 
@@ -215,7 +225,7 @@ TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
   const Outcome refused = scarp(run_into("r") + shorter + " --memory-limit 10MB");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.messages,
-              AllOf(HasSubstr("the run takes about "), HasSubstr(" MB (program 45, grid "),
+              AllOf(HasSubstr("the run takes at least "), HasSubstr(" MB (program 45, grid "),
                     HasSubstr("of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
   EXPECT_EQ(scarp(run_into("r") + shorter + " --memory-limit 4GB").exit_code, 0);

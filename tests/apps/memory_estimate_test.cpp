@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
 
 #include "apps/simulator.h"
+#include "apps/symmetry.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
@@ -89,7 +91,66 @@ TEST(MemoryEstimate, HitsStayWithinTheirLimit) {
   EXPECT_NEAR(flux(1e9), 90, 1e-9);
 }
 
+// On a flat wafer in space most of what is expected, elsewhere no more than that.
+TEST(MemoryEstimate, IsAtLeastThatOfAFlatWafer) {
+  const std::string step =
+      "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n";
+  const std::string wafer = "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
+  const std::string layer =
+      "[[geometry]]\nshape = \"layer\"\nmaterial = \"SiO2\"\nthickness = \"23 nm\"\n";
+  const std::string trench =
+      "[[geometry]]\nshape = \"trench\"\nwidth = \"90 nm\"\ndepth = \"500 nm\"\n";
+  for (const std::string domain :
+       {"extent = [\"800 nm\"]\nmode = \"2d\"\n", "extent = [\"800 nm\", \"600 nm\"]\n",
+        "extent = [\"800 nm\", \"600 nm\"]\nsymmetry = \"auto\"\n",
+        "extent = [\"800 nm\", \"600 nm\"]\n[simplify]\nenabled = false\n"}) {
+    for (const std::string& geometry : {wafer, wafer + layer, wafer + layer + trench}) {
+      const Recipe given = read_text("[domain]\nspacing = \"5 nm\"\n" + domain + geometry + step);
+      const Recipe recipe =
+          on_part(given, given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{});
+      const State state = start_state(recipe);
+      const MemoryEstimate expected =
+          expected_memory(state.layers, recipe, size_from_grid(state.layers, recipe));
+      const MemoryEstimate least = least_memory(given);
+      EXPECT_LE(least.grid, expected.grid) << domain << geometry;
+      EXPECT_LE(least.mesh, expected.mesh) << domain << geometry;
+      EXPECT_LE(least.total(), expected.total()) << domain << geometry;
+      if (geometry == wafer && !recipe.frame.two_dimensional) {
+        EXPECT_GT(least.total() - least.program, 0.5 * (expected.total() - expected.program))
+            << domain;
+      }
+    }
+  }
+}
+
 using MemoryLimit = Program;
+
+// Four million places, for whose grid and mesh there is not the time here.
+TEST_F(MemoryLimit, RefusesBeforeTheGridIsMade) {
+  const std::string fine =
+      std::string(SCARP_SOURCE_DIR) +
+      "/configs/trench_deposition.toml --set domain.spacing='\"5 nm\"' --memory-limit 1GB ";
+  for (const std::string& command :
+       {"check " + fine, "run " + fine + "-o " + path("r"),
+        "run --set domain.symmetry='\"auto\"' --memory-limit 500MB " +
+            fine.substr(0, fine.find("--memory")) + "-o " + path("r")}) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Outcome refused = scarp(command);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5)) << command;
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.messages,
+                AllOf(HasSubstr("the run takes at least "), HasSubstr(" MB of --memory-limit")))
+        << command;
+  }
+}
+
+// What a coarse grid does not tell, and the first time steps do.
+TEST_F(MemoryLimit, CheckWarnsWhereARunWouldBeRefused) {
+  const std::string arguments = "check " + small_trench("--set flux.target_error=0.0001");
+  EXPECT_THAT(scarp(arguments + " --memory-limit 70MB").messages,
+              AllOf(HasSubstr("warning: scarp run would refuse it"), HasSubstr("70 MB")));
+  EXPECT_EQ(scarp(arguments + " --memory-limit 4GB").messages.find("refuse"), std::string::npos);
+}
 
 // Rays for a target are known to the trial alone: what the grid needs is less than the limit.
 TEST_F(MemoryLimit, RefusesBeforeTheFirstSurfaceWhatATrialExpects) {

@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "apps/recipe.h"
 #include "apps/recipe_difference.h"
@@ -141,6 +144,24 @@ material = "SiO2"
   EXPECT_THAT(message(mesh), HasSubstr("geometry[1].file: is open inside the domain: the edge"));
   fs::remove(folder_ / "roof.obj");
   EXPECT_THAT(message(mesh), HasSubstr("roof.obj"));
+}
+
+// Not once for its hash and once for its triangles: in between it may change. A pipe gives what it
+// holds once; where it is opened again the test ends by the signal.
+TEST_F(RecipeGeometry, AMeshIsReadOnce) {
+  ASSERT_EQ(mkfifo((folder_ / "roof.obj").c_str(), 0600), 0);
+  std::thread writer([&] {
+    std::ofstream(folder_ / "roof.obj")
+        << "v -300 -300 5\nv 300 -300 5\nv 300 300 9\nv -300 300 9\nf 1 2 3\nf 1 3 4\n";
+  });
+  alarm(20);
+  const Recipe recipe = read(
+      "[[geometry]]\nshape = \"mesh\"\nfile = \"roof.obj\"\nunit = \"1 nm\"\n"
+      "offset = [\"0 nm\", \"0 nm\", \"50 nm\"]\nmaterial = \"SiO2\"\n");
+  alarm(0);
+  writer.join();
+  EXPECT_EQ(second<MeshShape>(recipe).mesh->triangles.size(), 2U);
+  EXPECT_THAT(recipe.resolved, HasSubstr("# holds "));
 }
 
 TEST_F(RecipeGeometry, ALayoutThatIsNoneIsRefused) {

@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <random>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -23,6 +25,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -104,6 +107,49 @@ TEST_F(Restart, ResumingAFinishedRunChangesNothing) {
   EXPECT_EQ(fs::last_write_time(folder_ / "r" / "summary.json"), before);
 }
 
+TEST_F(Restart, ResumingAFinishedRunNamesWhatItLacks) {
+  const std::string section = "--set output.sections='[\"x = 1 um\"]' ";
+  ASSERT_EQ(scarp("run " + small_trench(section + "-o " + path("r"))).exit_code, 0);
+  const auto resume = [&] {
+    const Outcome resumed = scarp("run " + small_trench(section + "--resume -o " + path("r")));
+    EXPECT_EQ(resumed.exit_code, 0);
+    return resumed.messages;
+  };
+  EXPECT_EQ(resume(), "");
+  // Without those two a run is not finished; the page is made again.
+  const std::set<std::string> needed{".lock", "recipe.toml", "summary.json", "metrics.csv",
+                                     "report.html"};
+  for (const std::string& name : files("r")) {
+    if (needed.contains(name)) continue;
+    fs::rename(folder_ / "r" / name, folder_ / "moved");
+    EXPECT_THAT(resume(), AllOf(HasSubstr("without " + name + ";"), HasSubstr("--resume")));
+    fs::rename(folder_ / "moved", folder_ / "r" / name);
+  }
+  for (const std::string& name : files("r"))
+    if (name.ends_with(".svg")) fs::remove(folder_ / "r" / name);
+  EXPECT_THAT(resume(), HasSubstr("profiles.svg, profile_0000.svg, profile_0001.svg, "
+                                  "profile_0002.svg, profile_0003.svg, section_1.svg and 4 more"));
+}
+
+// Replaces the first digit of a row's process time.
+std::string changed(std::string rows, std::size_t row) {
+  std::size_t place = 0;
+  for (std::size_t n = 0; n < row; ++n) place = rows.find('\n', place) + 1;
+  const std::size_t digit = rows.find(',', rows.find(',', place) + 1) + 1;
+  rows[digit] = rows[digit] == '9' ? '8' : '9';
+  return rows;
+}
+
+TEST_F(Restart, ResumingAFinishedRunTellsOfDigitsThatWereChanged) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string rows = changed(read_file(folder_ / "r" / "metrics.csv"), 1);
+  write("r/metrics.csv", rows);
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages, HasSubstr("r/metrics.csv: was changed since"));
+  EXPECT_EQ(read_file(folder_ / "r" / "metrics.csv"), rows);
+}
+
 TEST_F(Restart, ResumingAnotherRecipeIsRefused) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   fs::remove(folder_ / "r" / "summary.json");
@@ -112,6 +158,17 @@ TEST_F(Restart, ResumingAnotherRecipeIsRefused) {
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.messages, AllOf(HasSubstr("another recipe"), HasSubstr("--resume"),
                                     HasSubstr("step[0].sticking is 0.2, there 0.1")));
+}
+
+// Of a recipe elsewhere a name relative to where one stands would be another file.
+TEST_F(Restart, AStateToStartFromIsNamedByItsWholePath) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  fs::remove(folder_ / "r" / "summary.json");
+  const std::string from_here = fs::relative(folder_ / "r").string();
+  ASSERT_NE(from_here.front(), '/');
+  EXPECT_THAT(
+      scarp("run " + small_trench("--set flux.seed=2 --resume -o " + from_here)).messages,
+      HasSubstr("start = \"" + (fs::canonical(folder_ / "r") / "state_NNNN.vdb").string() + '"'));
 }
 
 TEST_F(Restart, AnInterruptedRunLeavesACheckpointAndGoesOn) {
@@ -242,7 +299,7 @@ class Checkpoints : public ::testing::Test {
   // The last time step that a checkpoint between outputs holds.
   std::uint32_t saved_time_step(const Recipe& recipe) const {
     const std::vector<fs::path> states{folder_ / "r" / interrupted_state};
-    return newest_restart(states, 1000, recipe, {})->state.time_step;
+    return newest_restart(states, std::nullopt, recipe, {})->state.time_step;
   }
 
   TemporaryFolder folder_;
@@ -364,14 +421,15 @@ TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   const fs::path before = folder_ / "r" / earlier_interrupted_state;
   const std::vector<fs::path> states{folder_ / "r" / "state_0000.vdb", newest, before};
   const auto found = [&](std::ostream& messages) {
-    return newest_restart(states, 5, known, Log(messages, Log::Level::everything)).value();
+    return newest_restart(states, std::nullopt, known, Log(messages, Log::Level::everything))
+        .value();
   };
   std::ostringstream none;
   ASSERT_EQ(found(none).file, newest);
   ASSERT_EQ(none.str(), "");
   const std::string whole = read_file(newest);
   const std::string hash_before =
-      state_hash(newest_restart({&before, 1}, 5, known, {})->state, known.materials);
+      state_hash(newest_restart({&before, 1}, std::nullopt, known, {})->state, known.materials);
   const auto expect_earlier = [&](const std::string& bytes, const std::string& how) {
     std::ofstream(newest, std::ios::binary) << bytes;
     std::ostringstream messages;
@@ -455,6 +513,50 @@ TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseRowsAreNotInOrder) {
   write("cut/metrics.csv", rows.erase(before, last - before));
   EXPECT_EQ(resume().exit_code, 0);
   expect_same_run();
+}
+
+// Each time step that is saved is an output here: what is changed lies before the second of them,
+// or before the last.
+TEST_F(DamagedFolder, DoesTimeStepsAgainWhoseDigitsWereChanged) {
+  const std::string rows = read_file(folder_ / "whole" / "metrics.csv");
+  const auto count = static_cast<std::size_t>(std::ranges::count(rows, '\n')) - 1;
+  for (const std::size_t row : {std::size_t{1}, count}) {
+    fs::remove(folder_ / "cut" / "summary.json");
+    write("cut/metrics.csv", changed(rows, row));
+    const Outcome run = resume();
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_THAT(run.messages,
+                HasSubstr("cut/metrics.csv: lines 2 to " + std::to_string(count + 1) +
+                          " are not those that stood there when state_0003.vdb was written"));
+    EXPECT_THAT(run.messages, HasSubstr("going on from an earlier checkpoint"));
+    expect_same_run();
+  }
+}
+
+// What a run that was resumed has written is known as well.
+TEST_F(DamagedFolder, NoticesDigitsThatWereChangedInAResumedRun) {
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  for (int n = 0; n < 2; ++n) {
+    EXPECT_THAT(resume().messages, Not(HasSubstr("metrics.csv")));
+    fs::remove(folder_ / "cut" / "summary.json");
+  }
+  write("cut/metrics.csv", changed(read_file(folder_ / "cut" / "metrics.csv"), 1));
+  EXPECT_THAT(resume().messages, HasSubstr("are not those that stood there when"));
+}
+
+// Moved away, as the message says.
+TEST_F(DamagedFolder, GoesOnWithoutRowsThatWereMovedAway) {
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  write("cut/metrics.csv", changed(read_file(folder_ / "whole" / "metrics.csv"), 1));
+  fs::rename(folder_ / "cut" / "metrics.csv", folder_ / "moved.csv");
+  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it begins anew"));
+  EXPECT_EQ(summary("cut")["state_hash"], summary("whole")["state_hash"]);
+  // The checkpoint at which the file began anew is gone on from again.
+  fs::remove(folder_ / "cut" / "summary.json");
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  const auto written = fs::last_write_time(folder_ / "cut" / "state_0002.vdb");
+  EXPECT_THAT(resume().messages, HasSubstr("metrics.csv: its rows are lost; it begins anew"));
+  EXPECT_EQ(fs::last_write_time(folder_ / "cut" / "state_0002.vdb"), written);
 }
 
 TEST_F(DamagedFolder, IsNotCompleteByADamagedSummary) {

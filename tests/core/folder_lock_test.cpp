@@ -22,7 +22,7 @@ TEST(FolderLock, HoldsOffASecondOneUntilItEnds) {
     const FolderLock first(folder / "r");
     EXPECT_THAT([&] { FolderLock(folder / "r"); },
                 testing::ThrowsMessage<InputError>(
-                    AllOf(HasSubstr("another run is writing here"), HasSubstr("-o"))));
+                    AllOf(HasSubstr("another scarp is writing here"), HasSubstr("-o"))));
     EXPECT_NO_THROW(FolderLock(folder / "s"));
   }
   EXPECT_NO_THROW(FolderLock(folder / "r"));

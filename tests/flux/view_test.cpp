@@ -7,37 +7,22 @@
 
 #include "core/parallel.h"
 #include "core/running_statistics.h"
-#include "tests/flux/shapes.h"
+#include "tests/flux/shape_problem.h"
 
 namespace scarp {
 namespace {
 
-class Views : public ::testing::Test {
+class Views : public ::testing::Test, protected exact::ShapeProblem {
  protected:
-  FluxProblem problem() const {
-    return {.mesh = shape_.mesh,
-            .scene = scene_,
-            .patches = patches_,
-            .sticking = sticking_,
-            .species = species_,
-            .options = options_};
-  }
-  View look_with(const RayPlan& plan, const View& earlier) const {
-    const FluxProblem one = problem();
-    return look({&one, 1}, plan, earlier);
-  }
+  Views() : ShapeProblem(exact::trench(2), {.name = "gas", .source = {.cosine_power = 2}}) {}
 
-  exact::Shape shape_ = exact::trench(2);
-  RayScene scene_{shape_.mesh, shape_.sides, 1};
-  Patches patches_{shape_.mesh, scene_};
-  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
-  Species species_{.name = "gas", .source = {.cosine_power = 2}};
-  FluxOptions options_;
-  Elements elements_{scene_, 3};
+  View look_with(const RayPlan& plan, const View& earlier) const {
+    return look({&problem, 1}, plan, earlier);
+  }
 };
 
 TEST_F(Views, AreTheSameInOneLookAndInTwo) {
-  RayPlan plan(scene_, elements_);
+  RayPlan plan(scene, elements);
   plan.grow(2, 1'000'000);
   const View first = look_with(plan, {});
   plan.grow(7, 1'000'000);
@@ -51,7 +36,7 @@ TEST_F(Views, AreTheSameInOneLookAndInTwo) {
 }
 
 TEST_F(Views, DoNotDependOnTheNumberOfThreads) {
-  RayPlan plan(scene_, elements_);
+  RayPlan plan(scene, elements);
   plan.grow(7, 1'000'000);
   std::vector<View> views;
   for (const int threads : {1, 2}) {
@@ -63,24 +48,15 @@ TEST_F(Views, DoNotDependOnTheNumberOfThreads) {
 }
 
 /// A pit six times as deep as wide.
-class DeepViews : public ::testing::Test {
+class DeepViews : public ::testing::Test, protected exact::ShapeProblem {
  protected:
-  DeepViews() { aim_at_sky(problem(), plan_); }
+  DeepViews() : ShapeProblem(exact::hole(6, 11, 3, 24), {.name = "gas"}) {
+    aim_at_sky(problem, plan_);
+  }
 
-  FluxProblem problem() const {
-    return {.mesh = shape_.mesh,
-            .scene = scene_,
-            .patches = patches_,
-            .sticking = sticking_,
-            .species = species_,
-            .options = options_};
-  }
-  View view(const View& earlier = {}) const {
-    const FluxProblem one = problem();
-    return look({&one, 1}, plan_, earlier);
-  }
+  View view(const View& earlier = {}) const { return look({&problem, 1}, plan_, earlier); }
   double depth(std::size_t rank) const {
-    return scene_.source_height() - 1 - elements_.middle(plan_.element_at(rank)).z;
+    return scene.source_height() - 1 - elements.middle(plan_.element_at(rank)).z;
   }
   double mean_depth(const RayPlan::Window& window) const {
     double sum = 0;
@@ -89,14 +65,7 @@ class DeepViews : public ::testing::Test {
     return sum / (window.back().end - window.front().begin);
   }
 
-  exact::Shape shape_ = exact::hole(6, 11, 3, 24);
-  RayScene scene_ = exact::scene_of(shape_);
-  Patches patches_{shape_.mesh, scene_};
-  std::vector<float> sticking_ = std::vector<float>(scene_.facet_count(), 0.5F);
-  Species species_{.name = "gas"};
-  FluxOptions options_{.sides = shape_.sides};
-  Elements elements_{scene_, 3};
-  RayPlan plan_{scene_, elements_};
+  RayPlan plan_{scene, elements};
 };
 
 TEST_F(DeepViews, AimAtTheSkyFromDeepDownOnly) {
@@ -170,20 +139,19 @@ TEST_F(DeepViews, TakeWhatASetLacksFromTheOther) {
 TEST_F(DeepViews, AreRightOnAverageHoweverFewTheRaysAre) {
   std::array<RunningStatistics, 2> sky;
   std::array<RunningStatistics, 2> upper_half;
-  RayPlan first_round(scene_, elements_);
-  aim_at_sky(problem(), first_round);
+  RayPlan first_round(scene, elements);
+  aim_at_sky(problem, first_round);
   first_round.grow(2, 1'000'000);
   for (const std::size_t many : {0U, 1U}) {
     plan_.grow(many != 0 ? 6 : 0, 1'000'000);
-    for (options_.seed = 1; options_.seed <= (many != 0 ? 16U : 64U); ++options_.seed) {
-      const FluxProblem one = problem();
-      const View seen = view(many != 0 ? look({&one, 1}, first_round, {}) : View{});
+    for (options.seed = 1; options.seed <= (many != 0 ? 16U : 64U); ++options.seed) {
+      const View seen = view(many != 0 ? look({&problem, 1}, first_round, {}) : View{});
       double area = 0;
       double of_sky = 0;
       double of_upper_half = 0;
       for (std::size_t i = 0; i < plan_.size(); ++i) {
         if (depth(i) < 119.9) continue;
-        const double a = elements_.area(plan_.element_at(i));
+        const double a = elements.area(plan_.element_at(i));
         area += a;
         for (const WeightSums& sums : sums_of_sets(seen.matrix, i))
           of_sky += a * sums.sky / static_cast<double>(seen.matrix.row(i).size());
@@ -245,21 +213,21 @@ TEST(JoinedViews, SendRaysFromAllFacetsOfAnElement) {
 
 // What a row sees of another, area_i K_ij = area_j K_ji: on average over the two walls.
 TEST_F(Views, AreReciprocal) {
-  RayPlan plan(scene_, elements_);
+  RayPlan plan(scene, elements);
   plan.grow(200, 1'000'000);
   const View view = look_with(plan, {});
   const auto group_of = [&](std::size_t rank) {
     const std::uint32_t facet =
-        elements_.piece(elements_.pieces_of(plan.element_at(rank)).front()).facet;
-    const Vec3d n = scene_.normal(facet);
-    const bool is_bottom = scene_.corners(facet)[0].z < 0 && n.z > 0.5;
+        elements.piece(elements.pieces_of(plan.element_at(rank)).front()).facet;
+    const Vec3d n = scene.normal(facet);
+    const bool is_bottom = scene.corners(facet)[0].z < 0 && n.z > 0.5;
     return is_bottom ? 0 : n.x > 0.5 ? 1 : n.x < -0.5 ? 2 : 3;
   };
   std::array<std::array<double, 4>, 4> exchange{};
   for (std::size_t i = 0; i < view.matrix.size(); ++i) {
     view.matrix.for_each_part(i, [&](std::size_t hit, double part) {
       if (hit < view.matrix.size())
-        exchange[group_of(i)][group_of(hit)] += elements_.area(plan.element_at(i)) * part;
+        exchange[group_of(i)][group_of(hit)] += elements.area(plan.element_at(i)) * part;
     });
   }
   // View factors of a trench of width 20 and depth 40 per length of 8: bottom to wall by strings.

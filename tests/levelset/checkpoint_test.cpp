@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <xxhash.h>
 
 #include <cstring>
@@ -40,6 +42,15 @@ class CheckpointFile : public testing::Test {
 
   TemporaryFolder folder_;
 };
+
+// Nobody writes it; where it is waited for the test ends by the signal.
+TEST_F(CheckpointFile, APipeIsRefusedAtOnce) {
+  ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
+  alarm(10);
+  EXPECT_THAT([&] { read_checkpoint(path()); },
+              ThrowsMessage<InputError>(HasSubstr("it is a pipe")));
+  alarm(0);
+}
 
 TEST_F(CheckpointFile, ComesBackBitForBit) {
   const Layers layers = etched_wafer();

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <numbers>
 #include <set>
 
 #include "core/error.h"
@@ -44,6 +47,49 @@ std::string message_of(const fs::path& path) {
     return error.what();
   }
   return "no error";
+}
+
+/// A polygon of corners on a circle, as .obj.
+std::string disc(int corners) {
+  std::string text;
+  for (int n = 0; n < corners; ++n) {
+    const double angle = 2 * std::numbers::pi * n / corners;
+    text += "v " + std::to_string(std::cos(angle)) + ' ' + std::to_string(std::sin(angle)) + " 0\n";
+  }
+  text += "f";
+  for (int n = 1; n <= corners; ++n) text += ' ' + std::to_string(n);
+  return text + '\n';
+}
+
+TEST_F(MeshFile, APolygonBecomesTrianglesThatShareFewCorners) {
+  const TriMesh mesh = read_mesh(file_with("disc.obj", disc(5000)));
+  ASSERT_EQ(mesh.triangles.size(), 4998U);
+  double area = 0;
+  std::vector<int> at_vertex(5000);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    const Vec3d twice = cross(b - a, c - a);
+    EXPECT_GT(twice.z, -1e-9);
+    area += twice.z / 2;
+    for (const std::uint32_t v : mesh.triangles[f]) ++at_vertex[v];
+  }
+  EXPECT_NEAR(area, std::numbers::pi, 1e-4);
+  EXPECT_LE(*std::ranges::max_element(at_vertex), 2 * 13);  // the binary logarithm of 5000
+  const TriMesh square = read_mesh(file_with("square.obj", disc(4)));
+  EXPECT_EQ(square.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+}
+
+TEST_F(MeshFile, AVertexWithTooManyFacetsIsNamed) {
+  const auto star = [&](int facets) {
+    std::string text = "v 0 0 -1\nv 1 0 0\nv 0 0 9\n";
+    for (int n = 0; n < facets; ++n) text += "v " + std::to_string(n) + " 5 0\n";
+    for (int n = 0; n < facets; ++n) text += "f 1 2 " + std::to_string(4 + n) + '\n';
+    return file_with("star.obj", text);
+  };
+  EXPECT_EQ(message_of(star(4096)), "no error");
+  EXPECT_THAT(message_of(star(4097)),
+              HasSubstr("star.obj: 4097 facets meet at vertex 0 (counted from 0), where at most "
+                        "4096 may; cut them"));
 }
 
 /// A tent of four triangles, coordinates without a short decimal form, one vertex unused.

@@ -1,0 +1,38 @@
+#include "apps/own_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/read_file.h"
+
+namespace scarp {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (chosen(entry.path().filename().string())) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+bool begins_with(const fs::path& file, const std::string& text) {
+  return fs::exists(file) && read_file(file).starts_with(text);
+}
+
+void require_own(const fs::path& folder, const std::string& writer, bool has_mark,
+                 bool (*is_output)(const std::string& name)) {
+  if (has_mark) return;
+  const std::vector<fs::path> foreign = find_files(folder, is_output);
+  if (foreign.empty()) return;
+  throw InputError(fmt::format(
+      "{}: was not written by {}, and it would be replaced; choose another folder with -o, or move "
+      "it away",
+      foreign.front().string(), writer));
+}
+
+}  // namespace scarp

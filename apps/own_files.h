@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace scarp {
+
+/// The names in a folder that are chosen, in their order.
+std::vector<std::filesystem::path> find_files(const std::filesystem::path& folder,
+                                              bool (*chosen)(const std::string& name));
+
+/// Whether a file of text is there and begins so: the mark by which a command knows its folder.
+bool begins_with(const std::filesystem::path& file, const std::string& text);
+
+/// Lets a command replace only what one of its kind has written: where its mark is missing, none of
+/// its files may be there. writer is "a run", for the message.
+///
+/// Throws: InputError with the first of them.
+void require_own(const std::filesystem::path& folder, const std::string& writer, bool has_mark,
+                 bool (*is_output)(const std::string& name));
+
+}  // namespace scarp
