@@ -39,7 +39,7 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,
 ///         exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
-///         for the solves; 8 bytes per ray and 500 per element. Rounds that miss the target cost a
+///         for the solves; 16 bytes per ray and 500 per element. Rounds that miss the target cost a
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).
