@@ -10,8 +10,8 @@
 
 #include "core/disjoint_sets.h"
 #include "core/error.h"
+#include "core/triangulate.h"
 #include "levelset/extract_surface.h"
-#include "levelset/triangulate.h"
 
 namespace scarp {
 

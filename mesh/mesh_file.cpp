@@ -5,12 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <system_error>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/read_file.h"
+#include "core/triangulate.h"
 #include "mesh/mesh_format.h"
 
 namespace scarp {
@@ -94,10 +96,79 @@ void cut_in_halves(std::span<const std::uint32_t> corners, std::vector<Triangle>
   cut_in_halves(corners.subspan(middle), triangles);
 }
 
-void check(const std::string& name, const RawMesh& mesh) {
-  if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
-  if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
-  check_vertices(name, mesh);
+Vec3d area_of(const Triangle& triangle, const std::vector<Vec3f>& vertices) {
+  const Vec3d a(vertices[triangle[0]]);
+  return 0.5 * cross(Vec3d(vertices[triangle[1]]) - a, Vec3d(vertices[triangle[2]]) - a);
+}
+
+Vec3d sum_of_areas(std::span<const Triangle> triangles, const std::vector<Vec3f>& vertices) {
+  Vec3d sum;
+  for (const Triangle& triangle : triangles) sum += area_of(triangle, vertices);
+  return sum;
+}
+
+// As seen along the axis to which it is nearest to upright, so that it runs counter-clockwise.
+std::vector<std::array<double, 2>> seen_flat(std::span<const std::uint32_t> corners, Vec3d area,
+                                             const std::vector<Vec3f>& vertices) {
+  const Vec3d size{std::abs(area.x), std::abs(area.y), std::abs(area.z)};
+  const int axis = size.z >= size.x && size.z >= size.y ? 2 : size.x >= size.y ? 0 : 1;
+  int x = (axis + 1) % 3;
+  int y = (axis + 2) % 3;
+  if (area[axis] < 0) std::swap(x, y);
+  std::vector<std::array<double, 2>> points;
+  for (const std::uint32_t corner : corners) {
+    const Vec3d r(vertices[corner]);
+    points.push_back({r[x], r[y]});
+  }
+  return points;
+}
+
+// Whether no triangle faces the other way than all together, but for rounding.
+bool lie_side_by_side(std::span<const Triangle> triangles, Vec3d area,
+                      const std::vector<Vec3f>& vertices) {
+  constexpr double rounding = 1e-6;
+  return std::ranges::all_of(triangles, [&](const Triangle& triangle) {
+    const Vec3d own = area_of(triangle, vertices);
+    return dot(own, area) >= -rounding * dot(area, area) && length(own) * rounding <= length(area);
+  });
+}
+
+// Halves of a polygon that is not convex may lie outside of it and on each other: it is cut by its
+// ears.
+void cut_again(const std::string& name, std::span<const std::uint32_t> corners, Vec3d area,
+               const std::vector<Vec3f>& vertices, std::span<Triangle> triangles) {
+  constexpr std::size_t most_corners = 4096;  // the time goes by their square
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(name + ": the polygon of " + std::to_string(corners.size()) +
+                     " corners that begins at vertex " + std::to_string(corners.front()) +
+                     " (counted from 0) " + what + "; cut it into triangles");
+  };
+  if (corners.size() > most_corners) {
+    refuse("is not convex, and may have at most " + std::to_string(most_corners) +
+           " corners therefore");
+  }
+  VertexLoop loop(corners.size());
+  std::iota(loop.begin(), loop.end(), 0U);
+  const std::vector<Triangle> cut = triangulate(seen_flat(corners, area, vertices), {loop});
+  SCARP_ASSERT(cut.size(), ==, triangles.size());
+  for (std::size_t t = 0; t < cut.size(); ++t) {
+    const auto [a, b, c] = cut[t];
+    triangles[t] = {corners[a], corners[b], corners[c]};
+  }
+  if (!lie_side_by_side(triangles, area, vertices)) refuse("crosses itself");
+}
+
+void cut_polygons_that_are_not_convex(const std::string& name, RawMesh& mesh) {
+  for (const auto& [first, corners] : mesh.polygons) {
+    const std::span<Triangle> triangles =
+        std::span(mesh.triangles).subspan(first, corners.size() - 2);
+    const Vec3d area = sum_of_areas(triangles, mesh.vertices);
+    if (!lie_side_by_side(triangles, area, mesh.vertices))
+      cut_again(name, corners, area, mesh.vertices, triangles);
+  }
+}
+
+void check_indices(const std::string& name, const RawMesh& mesh) {
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     for (const std::uint32_t v : mesh.triangles[f]) {
       if (v >= mesh.vertices.size()) {
@@ -107,7 +178,13 @@ void check(const std::string& name, const RawMesh& mesh) {
       }
     }
   }
-  check_stars(name, mesh);
+}
+
+void check(const std::string& name, const RawMesh& mesh) {
+  if (mesh.vertices.empty()) throw InputError(name + ": has no vertices");
+  if (mesh.triangles.empty()) throw InputError(name + ": has no triangles; a surface is needed");
+  check_vertices(name, mesh);
+  check_indices(name, mesh);
 }
 
 }  // namespace
@@ -118,7 +195,13 @@ void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
   };
   std::vector<std::uint32_t> corners;
   for (const std::int64_t corner : polygon) corners.push_back(index(corner));
+  if (corners.size() == 3) {
+    triangles.push_back({corners[0], corners[1], corners[2]});
+    return;
+  }
+  const std::size_t first = triangles.size();
   cut_in_halves(corners, triangles);
+  polygons.push_back({first, std::move(corners)});
 }
 
 std::string number_text(double value) {
@@ -194,6 +277,8 @@ TriMesh read_mesh(const std::filesystem::path& file, std::string_view content) {
   if (content.empty()) throw InputError(file.string() + ": the file is empty");
   RawMesh mesh = read({file.string(), content});
   check(file.string(), mesh);
+  cut_polygons_that_are_not_convex(file.string(), mesh);
+  check_stars(file.string(), mesh);
   return {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)};
 }
 

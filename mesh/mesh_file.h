@@ -38,13 +38,14 @@ struct MeshFields {
 ///
 /// Vertices keep their order and number, those that no triangle uses included; for .stl, corners
 /// with the same coordinates become one vertex, numbered by first use. Polygons are cut in halves
-/// until they are triangles.
+/// until they are triangles, those that are not convex by their ears.
 /// A facet array `material` of a .vtp file becomes the materials; other arrays are not read.
 ///
 /// Units:  none; the file's own.
 /// Throws: InputError, with the line or the vertex, if the file cannot be read, ends early, holds
 ///         coordinates that are not finite, indices without a vertex, a vertex with more than 4096
-///         facets, or has no triangle.
+///         facets, a polygon that crosses itself or is not convex with more than 4096 corners, or
+///         has no triangle.
 TriMesh read_mesh(const std::filesystem::path& file);
 
 /// As read_mesh, of the content of a file that was read before.

@@ -26,7 +26,15 @@ struct RawMesh {
   std::vector<Triangle> triangles;
   std::vector<MaterialId> materials;
 
-  /// Adds the triangles of a polygon of at least three corners. Negative or huge indices are kept
+  /// A polygon of more than three corners. Its triangles stand in a row, cut as if it were convex:
+  /// what is not is only known with all vertices.
+  struct Polygon {
+    std::size_t first_triangle = 0;
+    std::vector<std::uint32_t> corners;
+  };
+  std::vector<Polygon> polygons;
+
+  /// Adds a polygon of at least three corners, and its triangles. Negative or huge indices are kept
   /// as out of range.
   void add_polygon(const std::vector<std::int64_t>& polygon);
 };

@@ -79,6 +79,38 @@ TEST_F(MeshFile, APolygonBecomesTrianglesThatShareFewCorners) {
   EXPECT_EQ(square.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
 }
 
+// Halves of a star would lie outside of it. It faces down, and every second corner is an inner one.
+TEST_F(MeshFile, APolygonThatIsNotConvexIsCutWithinItself) {
+  constexpr int points = 7;
+  std::string text;
+  for (int n = 0; n < 2 * points; ++n) {
+    const double angle = -std::numbers::pi * n / points;
+    const double radius = n % 2 == 0 ? 1 : 0.2;
+    text += "v " + std::to_string(radius * std::cos(angle)) + ' ' +
+            std::to_string(radius * std::sin(angle)) + " 3\n";
+  }
+  text += "f";
+  for (int n = 1; n <= 2 * points; ++n) text += ' ' + std::to_string(n);
+  const TriMesh mesh = read_mesh(file_with("star.obj", text + '\n'));
+  ASSERT_EQ(mesh.triangles.size(), 2U * points - 2);
+  double area = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Vec3d own = area_vector(mesh, f);
+    EXPECT_LT(own.z, 0) << f;
+    area += own.z;
+  }
+  EXPECT_NEAR(area, -points * 0.2 * std::sin(std::numbers::pi / points), 1e-5);
+}
+
+TEST_F(MeshFile, APolygonThatCrossesItselfIsRefused) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 3 0\n";
+  for (const char* face : {"f 1 2 4 3\n", "f 1 3 2 4 5\n"})
+    EXPECT_THAT(message_of(file_with("crossed.obj", corners + face)),
+                HasSubstr("corners that begins at vertex 0 (counted from 0) crosses itself; cut it "
+                          "into triangles"))
+        << face;
+}
+
 TEST_F(MeshFile, AVertexWithTooManyFacetsIsNamed) {
   const auto star = [&](int facets) {
     std::string text = "v 0 0 -1\nv 1 0 0\nv 0 0 9\n";

@@ -1,4 +1,4 @@
-#include "levelset/triangulate.h"
+#include "core/triangulate.h"
 
 #include <algorithm>
 #include <optional>
