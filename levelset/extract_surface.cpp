@@ -87,6 +87,12 @@ class Assembly {
   };
 
   std::uint32_t copied(std::uint32_t corner) {
+    if (Corner::number(corner) >= mesh_.vertices.size()) {
+      throw NumericalError(
+          "the level set changes its sign where its band ends, so that its surface cannot be "
+          "found; "
+          "please report it with the recipe");
+    }
     const auto [copy, is_new] =
         copies_.try_emplace(corner, static_cast<std::uint32_t>(mesh_.vertices.size()));
     if (is_new) {

@@ -302,6 +302,30 @@ std::optional<std::string> fault_of_bodies(const TriMesh& mesh) {
   return std::nullopt;
 }
 
+/// Next to the middle of a facet of one part is outside on the one side and inside on the other,
+/// unless another facet lies on it or right beside it: which side is which hangs on chance then.
+std::optional<std::string> fault_of_folds(const TriMesh& part) {
+  constexpr double beside = 1e-3;    // times the height of the facet
+  constexpr double rounding = 1e-6;  // times the coordinates
+  TriMesh outwards = part;
+  if (mesh_border(part) == 0 && volume_of(part) < 0)
+    for (Triangle& triangle : outwards.triangles) std::swap(triangle[1], triangle[2]);
+  const MeshSolid solid(outwards);
+  for (std::size_t f = 0; f < outwards.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(outwards, f);
+    const Vec3d area = area_vector(outwards, f);
+    const Vec3d middle = (a + b + c) / 3.0;
+    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    const double step = beside * 2 * length(area) / longest;
+    if (!(step > rounding * length(middle))) continue;
+    const Vec3d off = step * normalized(area);
+    if (solid(middle + off).value > 0 && solid(middle - off).value < 0) continue;
+    return "is folded at " + text(Vec3f(middle)) +
+           ": a triangle lies on another one, or is turned over; take away one of them";
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 double thickness(const TriMesh& mesh) {
@@ -332,8 +356,11 @@ std::optional<std::string> mesh_fault(const Frame& frame, const TriMesh& mesh) {
     }
   }
   const std::vector<VertexPair> border = border_of(directed);
-  if (!border.empty()) return fault_of_patch(frame, mesh, border);
-  return fault_of_bodies(mesh);
+  const auto fault = border.empty() ? fault_of_bodies(mesh) : fault_of_patch(frame, mesh, border);
+  if (fault) return fault;
+  for (const TriMesh& part : separate_parts(mesh))
+    if (const auto fold = fault_of_folds(part)) return fold;
+  return std::nullopt;
 }
 
 }  // namespace scarp

@@ -26,7 +26,8 @@ double thickness(const TriMesh& mesh);
 
 /// Why a welded mesh is neither the surface of bodies (closed, normals outwards, or inwards for
 /// cavities of a body) nor one open patch over the whole domain (its border on the sides or beyond,
-/// normals upwards). Names the place.
+/// normals upwards), or that it is folded: triangles of one part lie on each other. Names the
+/// place. Cost: two closest-point queries per triangle.
 std::optional<std::string> mesh_fault(const Frame& frame, const TriMesh& mesh);
 
 /// What is inside a closed mesh, or below an open patch: signed distance, negative inside.

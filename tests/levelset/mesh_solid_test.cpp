@@ -174,6 +174,30 @@ TEST(MeshSolid, FaultsNameThePlace) {
   EXPECT_THAT(fault(together(patch(20, 4, flat), closed)), HasSubstr("is open and in pieces"));
 }
 
+// A prism with a notch whose caps cover the notch as well, with a triangle that is turned over
+// there: closed, and every edge in order.
+TEST(MeshSolid, FoldsAreNamed) {
+  TriMesh prism;
+  for (const float z : {-1.0F, 4.0F})
+    for (const auto& [x, y] :
+         {std::pair{-5.0F, -5.0F}, {5.0F, -5.0F}, {5.0F, 5.0F}, {0.0F, -4.0F}, {-5.0F, 5.0F}})
+      prism.vertices.push_back({x, y, z});
+  prism.triangles = {{2, 1, 0}, {4, 2, 0}, {4, 3, 2}, {5, 6, 7}, {5, 7, 9}, {7, 8, 9}};
+  for (std::uint32_t n = 0; n < 5; ++n) {
+    const std::uint32_t next = (n + 1) % 5;
+    prism.triangles.push_back({n, next, next + 5});
+    prism.triangles.push_back({n, next + 5, n + 5});
+  }
+  EXPECT_THAT(mesh_fault(domain, prism).value_or("none"), HasSubstr("is folded at ("));
+  prism.triangles[0] = {3, 1, 0};
+  prism.triangles[1] = {4, 3, 0};
+  prism.triangles[2] = {3, 2, 1};
+  prism.triangles[3] = {5, 6, 8};
+  prism.triangles[4] = {5, 8, 9};
+  prism.triangles[5] = {6, 7, 8};
+  EXPECT_EQ(mesh_fault(domain, prism), std::nullopt);
+}
+
 TEST(MeshSolid, ThicknessIsThatOfAPlateHoweverItLies) {
   TriMesh plate = box_mesh({-9, -9, 0}, {9, 9, 1.5F});
   EXPECT_NEAR(thickness(plate), 1.5, 1e-9);
