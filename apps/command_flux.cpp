@@ -15,6 +15,7 @@
 #include "core/quantity.h"
 #include "flux/solve.h"
 #include "mesh/mesh_file.h"
+#include "mesh/surface_fault.h"
 
 namespace scarp {
 
@@ -129,6 +130,16 @@ void warn_of_leaks(const FluxAudit& audit) {
       100 * lost));
 }
 
+// Particles meet the facets all the same, from both sides if they have to.
+void warn_of_fault(const TriMesh& mesh, const Sides& sides) {
+  const auto fault = surface_fault(mesh, sides);
+  if (!fault) return;
+  tell(fmt::format(
+      "warning: the mesh is not the border of a solid: {} at ({:.4g}, {:.4g}, {:.4g}); the flux "
+      "there and around is that of no surface\n",
+      fault->text, fault->r.x, fault->r.y, fault->r.z));
+}
+
 // A simplified mesh looks as if it came from a coarser grid, on whose scale the flux is resolved.
 void warn_of_coarse_spacing(const TriMesh& mesh) {
   constexpr double longest_of_cell = 1.75;  // the diagonal of a cube
@@ -187,6 +198,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
                     flux.error, options.target_error, options.max_rays));
   }
 
+  warn_of_fault(mesh, options.sides);
   warn_of_leaks(flux.audit);
   if (options.spacing == 0) warn_of_coarse_spacing(mesh);
   if (!common.quiet) tell_more_rays(options, flux);

@@ -35,7 +35,7 @@ std::string numbered(const char* stem, int number, const char* ending) {
 }
 
 // Empty where there is no such file.
-std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
+std::string read_text(const fs::path& file) { return fs::exists(file) ? read_kept_file(file) : ""; }
 
 // section_K.svg, section_K_NNNN.csv and .svg.
 bool is_section(const std::string& name) {

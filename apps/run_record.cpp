@@ -37,7 +37,7 @@ std::optional<RunCost> read_cost(const fs::path& metrics) {
 std::vector<double> output_times(const fs::path& folder) {
   const fs::path summary = folder / "summary.json";
   if (!fs::exists(summary)) return {};
-  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
+  const auto json = nlohmann::json::parse(read_kept_file(summary), nullptr, false);
   try {
     return json.is_object() ? json.value("output_times_s", std::vector<double>{})
                             : std::vector<double>{};

@@ -37,4 +37,11 @@ std::string read_file(const std::filesystem::path& file) {
   return content;
 }
 
+std::string read_kept_file(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_fifo(file, ignored))
+    throw InputError(file.string() + ": cannot be read: it is a pipe; give the name of a file");
+  return read_file(file);
+}
+
 }  // namespace scarp

@@ -161,11 +161,7 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
-  // One that nobody writes would be waited for.
-  std::error_code ignored;
-  if (std::filesystem::is_fifo(path, ignored))
-    throw InputError(path.string() + ": cannot be read: it is a pipe; give the name of a file");
-  const std::string file = read_file(path);
+  const std::string file = read_kept_file(path);
   // The only place where exceptions of OpenVDB are expected: they tell of damaged files.
   try {
     std::istringstream content(checked_content(file), std::ios::binary);

@@ -48,6 +48,8 @@ MeshReader reader_for(const std::filesystem::path& file) {
 constexpr float largest_coordinate = 1e15F;
 constexpr float smallest_extent = 1e-15F;
 
+constexpr double most_rounding = 0.01;  // of the size of facets
+
 void check_vertices(const std::string& name, const RawMesh& mesh) {
   Box box;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -66,9 +68,20 @@ void check_vertices(const std::string& name, const RawMesh& mesh) {
     }
     box.add(Vec3d(r));
   }
-  const Vec3d extent = box.upper - box.lower;
-  if (std::max({extent.x, extent.y, extent.z}) < smallest_extent)
+  const Vec3d size = box.upper - box.lower;
+  const double extent = std::max({size.x, size.y, size.z});
+  if (extent < smallest_extent)
     throw InputError(name + ": all of it lies within 1e-15; scale the mesh");
+  // Coordinates have 24 bits.
+  const double facet_size = extent / std::sqrt(static_cast<double>(mesh.triangles.size()));
+  const double farthest =
+      std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z),
+                std::abs(box.upper.x), std::abs(box.upper.y), std::abs(box.upper.z)});
+  if (0x1p-24 * farthest > most_rounding * facet_size) {
+    throw InputError(name +
+                     ": lies so far from the origin that its coordinates, held to 24 bits, "
+                     "are off by more than a hundredth of its facets; move it to the origin");
+  }
 }
 
 // What looks for the nearest facet, or for the first one that a ray meets, has to look at all that

@@ -87,6 +87,28 @@ TEST_F(FluxCommand, RefusesAMeshThatIsInsideOut) {
   }
 }
 
+// A flat square, one of whose 200 facets is turned over: particles balance, and its flux is 0.
+TEST_F(FluxCommand, WarnsOfAFacetThatIsTurnedOver) {
+  constexpr int cells = 10;
+  std::string text;
+  std::string faces;
+  for (int y = 0; y <= cells; ++y)
+    for (int x = 0; x <= cells; ++x) text += fmt::format("v {} {} 0\n", x, y);
+  for (int y = 0; y < cells; ++y) {
+    for (int x = 0; x < cells; ++x) {
+      const int v = y * (cells + 1) + x + 1;
+      const bool is_turned = x == 4 && y == 4;
+      faces += is_turned ? fmt::format("f {} {} {}\n", v, v + cells + 2, v + 1)
+                         : fmt::format("f {} {} {}\n", v, v + 1, v + cells + 2);
+      faces += fmt::format("f {} {} {}\n", v, v + cells + 2, v + cells + 1);
+    }
+  }
+  write("turned.obj", text + faces);
+  const Outcome flux = scarp("flux " + path("turned.obj") + " --sticking 1 --rays 20000");
+  EXPECT_EQ(flux.exit_code, 0) << flux.messages;
+  EXPECT_THAT(flux.messages, HasSubstr("warning: the mesh is not the border of a solid: "));
+}
+
 TEST_F(FluxCommand, RefusesVerticesTooFarAway) {
   write("far.obj", cube(false, "5e12 5e12 5e12"));
   const Outcome flux = scarp("flux " + path("far.obj") + " --rays 1000");

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -33,6 +34,15 @@ TEST(ReadFile, GivesEveryByte) {
   EXPECT_EQ(read_file(path), bytes);
   std::ofstream(path, std::ios::binary | std::ios::trunc).flush();
   EXPECT_EQ(read_file(path), "");
+}
+
+TEST(ReadFile, DoesNotWaitForAPipeInPlaceOfAFileThatWasKept) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "metrics.csv").c_str(), 0600), 0);
+  EXPECT_THAT([&] { read_kept_file(folder / "metrics.csv"); },
+              testing::ThrowsMessage<InputError>(HasSubstr("it is a pipe")));
+  std::ofstream(folder / "kept") << "text";
+  EXPECT_EQ(read_kept_file(folder / "kept"), "text");
 }
 
 TEST(ReadFile, SaysWhyAFileCannotBeRead) {

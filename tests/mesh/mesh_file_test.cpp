@@ -102,6 +102,17 @@ TEST_F(MeshFile, APolygonThatIsNotConvexIsCutWithinItself) {
   EXPECT_NEAR(area, -points * 0.2 * std::sin(std::numbers::pi / points), 1e-5);
 }
 
+// At 1e6 floats are a sixteenth apart.
+TEST_F(MeshFile, WhatIsTooFarFromTheOriginForItsFacetsIsRefused) {
+  const auto at = [&](const std::string& x, double size) {
+    const std::string s = std::to_string(size);
+    return file_with(
+        "far.obj", "v " + x + " 0 0\nv " + x + ' ' + s + " 0\nv " + x + " 0 " + s + "\nf 1 2 3\n");
+  };
+  EXPECT_EQ(message_of(at("1e6", 7)), "no error");
+  EXPECT_THAT(message_of(at("1e6", 5)), HasSubstr("move it to the origin"));
+}
+
 TEST_F(MeshFile, APolygonThatCrossesItselfIsRefused) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 3 0\n";
   for (const char* face : {"f 1 2 4 3\n", "f 1 3 2 4 5\n"})
