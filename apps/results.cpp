@@ -204,7 +204,8 @@ void ResultFolder::require_same(const Recipe& recipe) const {
   try {
     difference = first_difference(recipe.resolved, there);
   } catch (const InputError& error) {
-    log_.warn(error.what());
+    log_.warn(fmt::format("{}: is damaged, and is written anew ({})", file("recipe.toml").string(),
+                          error.what()));
     return;
   }
   throw InputError(fmt::format(

@@ -148,6 +148,18 @@ TEST_F(Restart, ResumingNamesEarlierFilesThatAreMissing) {
                         "profile_0002.csv; run without --resume"));
 }
 
+TEST_F(Restart, ADamagedRecipeOfTheRunIsWrittenAnew) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string recipe = read_file(folder_ / "r" / "recipe.toml");
+  ASSERT_TRUE(fs::remove(folder_ / "r" / "summary.json"));
+  write("r/recipe.toml", "a = [");
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages,
+              HasSubstr(path("r/recipe.toml") + ": is damaged, and is written anew ("));
+  EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"), recipe);
+}
+
 // Replaces the first digit of a row's process time.
 std::string changed(std::string rows, std::size_t row) {
   std::size_t place = 0;
