@@ -77,6 +77,13 @@ std::string incomplete_warning(const RunRecord& run) {
   return fmt::format("{}: is not complete; scarp run --resume goes on with it", run.where.string());
 }
 
+void refuse_summary(const fs::path& file) {
+  throw InputError(
+      fmt::format("{}: is damaged: an entry is not of the kind that scarp run writes; remove it, "
+                  "and scarp run --resume writes it anew",
+                  file.string()));
+}
+
 RunRecord read_run(const fs::path& where) {
   RunRecord run{.where = where, .outputs = {}};
   if (!fs::is_directory(where)) {
@@ -92,10 +99,7 @@ RunRecord read_run(const fs::path& where) {
     run.is_complete = summary.value("complete", false);
     run.has_condition = has_condition(summary);
   } catch (const nlohmann::json::exception&) {
-    throw InputError(
-        fmt::format("{}: is damaged: an entry is not of the kind that scarp run writes; remove it, "
-                    "and scarp run --resume writes it anew",
-                    file.string()));
+    refuse_summary(file);
   }
   for (const fs::path& state : states_of(where)) run.outputs.push_back(output_of(state, times));
   if (run.outputs.empty()) newest_state(where);  // says what is missing

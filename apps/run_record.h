@@ -46,6 +46,9 @@ struct RunRecord {
 /// What to say of a run that has not come to its end; empty of others.
 std::string incomplete_warning(const RunRecord& run);
 
+/// Refuses a summary.json with entries that are not as scarp run writes them.
+[[noreturn]] void refuse_summary(const std::filesystem::path& file);
+
 /// Throws: InputError if it is neither.
 RunRecord read_run(const std::filesystem::path& where);
 

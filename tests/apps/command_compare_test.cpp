@@ -262,6 +262,11 @@ TEST_F(CompareCommand, TheReportNamesARunThatIsGone) {
   const Outcome old = scarp("report " + path("out"));
   EXPECT_EQ(old.exit_code, 2);
   EXPECT_THAT(old.messages, HasSubstr("make it with scarp compare"));
+  write("out/compare.json", "{\"passed\": true");
+  const Outcome damaged = scarp("report " + path("out"));
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.messages, HasSubstr("out/compare.json: is damaged: "));
+  EXPECT_THAT(damaged.messages, Not(HasSubstr("json.exception")));
 }
 
 TEST_F(CompareCommand, AMeasuredContourIsComparedWithTheProfile) {
