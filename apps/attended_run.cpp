@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "apps/command_line.h"
+#include "apps/restart.h"
 #include "apps/tell.h"
 #include "core/atomic_file.h"
 
@@ -149,9 +150,10 @@ RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
 }
 
 std::string how_to_go_on(const std::filesystem::path& folder) {
-  // The recipe in the folder has what --set changed; it is there as soon as there is a run.
+  // The recipe in the folder has what --set changed; it is there before the first state is.
   const std::filesystem::path recipe = folder / "recipe.toml";
-  if (!std::filesystem::exists(recipe)) return "run again";
+  if (!std::filesystem::exists(recipe) || states_of(folder).empty())
+    return "run again: nothing was saved yet";
   return fmt::format("go on with: scarp run {} --resume -o {}", for_shell(recipe.string()),
                      for_shell(folder.string()));
 }

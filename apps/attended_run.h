@@ -25,7 +25,7 @@ struct AttendedOptions {
 RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
                     const AttendedOptions& options);
 
-/// Which command goes on with a run that was stopped.
+/// Which command goes on with a run that was stopped; before its first state, that none does.
 std::string how_to_go_on(const std::filesystem::path& folder);
 
 }  // namespace scarp

@@ -179,9 +179,9 @@ Baseline read_baseline(const std::filesystem::path& file) {
     Baseline baseline{.seeds = json.at("seeds"), .spacing = json.at("spacing_nm"), .outputs = {}};
     for (const auto& output : json.at("outputs")) baseline.outputs.push_back(output_of(output));
     return baseline;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: is no baseline: {}; make it with scarp baseline create",
-                                 file.string(), error.what()));
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format(
+        "{}: is no baseline, or is damaged; make it with scarp baseline create", file.string()));
   }
 }
 

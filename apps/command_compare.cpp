@@ -114,6 +114,7 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
   bool passed = true;
   for (const Comparison& each : comparisons) {
     passed = passed && each.passed();
+    for (const std::string& warning : each.warnings) tell("warning: " + warning + '\n');
     if (comparisons.size() > 1) json["methods"][each.second] = comparison_json(each);
   }
   json["passed"] = passed;

@@ -108,6 +108,17 @@ void add_common_options(CLI::App& command, CommonOptions& common) {
   command.add_flag("--json", common.json, "One JSON object on standard output, nothing else there");
 }
 
+/// An empty name would be taken as none: a variable of a script that is not set.
+void add_output(CLI::App& command, std::string& output, const char* meaning) {
+  const CLI::Validator not_empty(
+      [](const std::string& name) -> std::string {
+        if (!name.empty()) return "";
+        return "the name is empty; write one, for example -o results/trench, or leave -o out";
+      },
+      "");
+  command.add_option("-o,--output", output, meaning)->check(not_empty);
+}
+
 void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
   command.add_option("recipe", arguments.recipe, "Recipe file (.toml)")->required();
   command
@@ -115,8 +126,7 @@ void add_recipe_arguments(CLI::App& command, RecipeArguments& arguments) {
                   "Change a value: PATH=VALUE, for example domain.spacing='\"0.4 um\"'")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command.add_option("-o,--output", arguments.output,
-                     "Result folder (default: results/<recipe name>)");
+  add_output(command, arguments.output, "Result folder (default: results/<recipe name>)");
 }
 
 void add_memory_limit(CLI::App& command, MemoryArguments& arguments, const char* meaning) {
@@ -224,14 +234,13 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
       ->check(not_negative());
   add_choice(command, "--boundary", "reflective (default) or periodic sides", arguments.boundary,
              {{"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}});
-  command.add_option("-o,--output", arguments.output, "Flux per facet: .vtp or .csv");
+  add_output(command, arguments.output, "Flux per facet: .vtp or .csv");
 }
 
 void add_arguments(CLI::App& command, DistanceArguments& arguments) {
   command.add_option("a", arguments.a, "Mesh: .obj .ply .stl .vtp")->required();
   command.add_option("b", arguments.b, "Mesh to compare with")->required();
-  command.add_option("-o,--output", arguments.output,
-                     "A with the distance to B at every vertex (.vtp)");
+  add_output(command, arguments.output, "A with the distance to B at every vertex (.vtp)");
 }
 
 void add_arguments(CLI::App& command, MeasureArguments& arguments) {
@@ -266,8 +275,7 @@ void add_arguments(CLI::App& command, SectionArguments& arguments) {
   command.add_option("line", arguments.line,
                      "Where to cut: 'y = 0 nm' (default), 'x = 1 um' or 'from -1 um, 0 um to 1 um, "
                      "2 um'");
-  command.add_option("-o,--output", arguments.output,
-                     "Writes OUTPUT.csv and OUTPUT.svg (default: section)");
+  add_output(command, arguments.output, "Writes OUTPUT.csv and OUTPUT.svg (default: section)");
 }
 
 void add_tolerances(CLI::App& command, Tolerances& allowed) {
@@ -311,9 +319,9 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
                   "domain.spacing='\"0.4 um\"'")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command.add_option("-o,--output", arguments.output,
-                     "Folder for compare.json, report.html and the runs (default: results/<recipe "
-                     "name>; of given runs results/compare)");
+  add_output(command, arguments.output,
+             "Folder for compare.json, report.html and the runs (default: results/<recipe "
+             "name>; of given runs results/compare)");
   add_tolerances(command, arguments.tolerances);
 }
 
@@ -322,7 +330,7 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
       .add_option("where", arguments.where,
                   "Result folder of a run, for its newest state, or a state (.vdb)")
       ->required();
-  command.add_option("-o,--output", arguments.output, "Picture (default: picture.png)");
+  add_output(command, arguments.output, "Picture (default: picture.png)");
   command.add_option("--cut", arguments.cut,
                      "Where the wafer is cut open, what lies before is left out: 'y = 0 nm' "
                      "(default), 'x = 1 um' or none");
@@ -341,7 +349,7 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
 void add_arguments(CLI::App& command, ReportArguments& arguments) {
   command.add_option("folder", arguments.folder, "Result folder of a run or of a comparison")
       ->required();
-  command.add_option("-o,--output", arguments.output, "Page (default: report.html in the folder)");
+  add_output(command, arguments.output, "Page (default: report.html in the folder)");
 }
 
 void add_arguments(CLI::App& command, BaselineArguments& arguments) {
@@ -360,8 +368,8 @@ void add_arguments(CLI::App& command, BaselineArguments& arguments) {
   command.add_option("--set", arguments.set, "Change a value of all recipes: PATH=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command.add_option("-o,--output", arguments.output,
-                     "Folder for the runs and report.html (default: results/<suite name>)");
+  add_output(command, arguments.output,
+             "Folder for the runs and report.html (default: results/<suite name>)");
 }
 
 void add_arguments(CLI::App& command, VolumeArguments& arguments) {
@@ -369,9 +377,9 @@ void add_arguments(CLI::App& command, VolumeArguments& arguments) {
       .add_option("where", arguments.where,
                   "Result folder of a run, for its newest state, or a state (.vdb)")
       ->required();
-  command.add_option("-o,--output", arguments.output,
-                     "Writes NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp .vtu "
-                     "(default: volume.stl)");
+  add_output(command, arguments.output,
+             "Writes NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp .vtu "
+             "(default: volume.stl)");
   command.add_option("--bottom", arguments.bottom,
                      "Height at which the wafer ends, for example '-2 um' (default: ten spacings "
                      "below its lowest point)");

@@ -368,6 +368,41 @@ void compare_costs(const AllDistances& last, Comparison& result) {
   result.equal_error = equal;
 }
 
+// --- ends
+// -----------------------------------------------------------------------------------------
+
+bool is_same_time(double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(b); }
+
+std::vector<std::size_t> ends_of(std::span<const RunRecord* const> runs) {
+  std::vector<std::size_t> ends;
+  for (const RunRecord* run : runs) ends.push_back(run->outputs.size() - 1);
+  return ends;
+}
+
+bool end_at_one_time(std::span<const RunRecord* const> runs) {
+  return std::ranges::all_of(
+      runs, [&](const RunRecord* run) { return is_same_time(run->end(), runs.front()->end()); });
+}
+
+/// Whether their ends are the same output at whatever times.
+bool may_end_apart(std::span<const RunRecord* const> runs) {
+  return std::ranges::all_of(runs, &RunRecord::is_state) ||
+         std::ranges::all_of(
+             runs, [](const RunRecord* run) { return run->is_complete && run->has_condition; });
+}
+
+/// "a ends at 8 s, b at 10 s"; of states "is".
+std::string ends_text(std::span<const RunRecord* const> runs) {
+  std::string text;
+  for (const RunRecord* run : runs)
+    text += fmt::format("{}{}{} at {:.6g} s", text.empty() ? "" : ", ", run->where.string(),
+                        !text.empty()   ? ""
+                        : run->is_state ? " is"
+                                        : " ends",
+                        run->end());
+  return text;
+}
+
 // --- all together --------------------------------------------------------------------------------
 
 /// Goes through the outputs of all runs.
@@ -389,12 +424,32 @@ class Comparer {
   }
 
   Comparison run() {
-    for (const std::vector<std::size_t>& outputs : common_outputs(runs_)) compare_at(outputs);
-    compare_costs(last_, result_);
+    const std::vector<std::vector<std::size_t>> common = common_outputs(runs_);
+    if (common.empty()) {
+      throw InputError(
+          fmt::format("{}: they have no output at the same time; name two states "
+                      "(.vdb) to compare them whatever their times",
+                      ends_text(runs_)));
+    }
+    result_.reaches_ends = common.back() == ends_of(runs_);
+    warn(runs_.front()->outputs[common.back().front()].time);
+    for (const std::vector<std::size_t>& outputs : common) compare_at(outputs);
+    // Times of runs that are not equally long say nothing.
+    if (result_.reaches_ends) compare_costs(last_, result_);
     return std::move(result_);
   }
 
  private:
+  void warn(double last_time) {
+    for (const RunRecord* run : runs_)
+      if (!run->is_complete) result_.warnings.push_back(incomplete_warning(*run));
+    if (end_at_one_time(runs_)) return;
+    result_.warnings.push_back(ends_text(runs_) +
+                               (result_.reaches_ends
+                                    ? ": compared at these times"
+                                    : fmt::format(": compared up to {:.6g} s", last_time)));
+  }
+
   void compare_at(const std::vector<std::size_t>& outputs) {
     const double time = runs_.front()->outputs[outputs.front()].time;
     std::vector<Snapshot> all;
@@ -451,16 +506,15 @@ std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* 
     std::vector<std::size_t> row;
     for (const std::vector<Moment>& each : of_runs) {
       const auto same = std::ranges::find_if(each, [&](const Moment& moment) {
-        return moment.occurrence == wanted.occurrence &&
-               std::abs(moment.time - wanted.time) <= 1e-9 * std::abs(wanted.time);
+        return moment.occurrence == wanted.occurrence && is_same_time(moment.time, wanted.time);
       });
       if (same == each.end()) break;
       row.push_back(static_cast<std::size_t>(same - each.begin()));
     }
     if (row.size() == runs.size()) common.push_back(std::move(row));
   }
-  std::vector<std::size_t> ends;
-  for (const RunRecord* run : runs) ends.push_back(run->outputs.size() - 1);
+  if (!end_at_one_time(runs) && !may_end_apart(runs)) return common;
+  std::vector<std::size_t> ends = ends_of(runs);
   if (common.empty() || common.back() != ends) common.push_back(std::move(ends));
   return common;
 }

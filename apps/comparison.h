@@ -107,6 +107,8 @@ struct Comparison {
   std::string first;
   std::string second;
   double spacing = 0;                      ///< nm
+  std::vector<std::string> warnings{};     ///< of runs that are not complete or end apart
+  bool reaches_ends = true;                ///< the last outputs that are compared are the ends
   std::optional<Tolerances> tolerances{};  ///< nothing where each value brings its own
   std::vector<ComparedValue> values{};
   std::vector<ComparedDistance> distances{};
@@ -124,10 +126,11 @@ struct Comparison {
 };
 
 /// Which outputs of each run are compared with each other: those at one process time, the first
-/// with the first where several are, and the ends.
+/// with the first where several are, and the ends if they are at one time, too. Single states, and
+/// runs that end conditions ended, are compared at their ends whatever their times.
 std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* const> runs);
 
-/// Compares two groups at every output time that all runs have, and at their ends.
+/// Compares two groups at their common outputs.
 ///
 /// A value has moved where its means differ by more than the tolerance and by more than three
 /// standard errors of their difference, in the sense of Student. The standard error is that of the
@@ -135,7 +138,8 @@ std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* 
 /// A distance has moved where its mean over pairs is beyond the tolerance, and beyond that between
 /// seeds of one group by three standard errors.
 ///
-/// Throws: InputError where the domains are not the same, or no files are left to compare.
+/// Throws: InputError where the domains are not the same, no output is common, or no files are left
+///         to compare.
 Comparison compare(const RunGroup& first, const RunGroup& second, const Tolerances& tolerances);
 
 /// The verdict on a difference: size against the tolerance, excess against what chance gives.

@@ -69,10 +69,12 @@ SceneOutput packed(double time, const FieldMesh& surface, const FieldMesh& other
   return {.time = time, .moment = "", .surface = pack(surface.mesh, fields)};
 }
 
-/// Both last surfaces as pictures.
-std::string pictures_of(const std::array<RunRecord, 2>& runs) {
+/// Both surfaces that are compared last, as pictures.
+std::string pictures_of(const std::array<RunRecord, 2>& runs,
+                        const std::array<std::vector<std::size_t>, 2>& outputs) {
   std::string html = "<div class=\"plots\">\n";
-  for (const RunRecord& run : runs) html += wafer_picture(read_wafer(run.outputs.back().state));
+  for (std::size_t n = 0; n < 2; ++n)
+    html += wafer_picture(read_wafer(runs[n].outputs[outputs[n].back()].state));
   return html + "</div>\n";
 }
 
@@ -101,7 +103,7 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
   for (ScenePane& pane : scene.panes) pane.output_count = pane.outputs.size();
   add_volumes(scene, records, outputs);
   thin_out(scene, most_bytes);
-  return scene_html(scene, id, pictures_of(runs));
+  return scene_html(scene, id, pictures_of(runs, outputs));
 }
 
 /// That of a run; empty of a state.

@@ -168,6 +168,9 @@ std::string verdict_text(const Comparison& comparison) {
       unsure);
   if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
   if (unsure > 0) return names + ": nothing has moved for certain; " + rest;
+  if (!comparison.reaches_ends)
+    return fmt::format("{}: within the tolerances up to {:.6g} s", names,
+                       comparison.distances.back().time);
   return names + ": within the tolerances at every output";
 }
 
@@ -362,6 +365,8 @@ std::string section_of(const Comparison& comparison, const std::string& scene) {
                                           : unsure_count(comparison) > 0 ? Verdict::noise
                                                                          : Verdict::within),
                                  escaped(verdict_text(comparison)));
+  for (const std::string& warning : comparison.warnings)
+    html += "<p class=\"unsure\">" + escaped(warning) + "</p>\n";
   const std::vector<std::string> moved = comparison.moved();
   if (!moved.empty()) {
     html += "<ul>\n";
@@ -393,6 +398,7 @@ ordered_json comparison_json(const Comparison& comparison) {
                     {"first", comparison.first},
                     {"second", comparison.second},
                     {"moved", comparison.moved()},
+                    {"warnings", comparison.warnings},
                     {"speedup", json_of(comparison.speedup)},
                     {"speedup_std_error", json_of(comparison.speedup_std_error)},
                     {"time_to_equal_error", equal_error_json(comparison.equal_error)},
@@ -411,7 +417,8 @@ std::string comparison_text(const Comparison& comparison) {
   std::string text = verdict_text(comparison) + '\n';
   for (const std::string& line : comparison.moved()) text += "  " + line + '\n';
   const ComparedDistance& last = comparison.distances.back();
-  text += fmt::format("distance at the end: mean {:.3g}, 99 % {:.3g}, max {:.3g} spacings\n",
+  text += fmt::format("distance at {}: mean {:.3g}, 99 % {:.3g}, max {:.3g} spacings\n",
+                      comparison.reaches_ends ? "the end" : fmt::format("{:.6g} s", last.time),
                       std::max(last.forward.mean, last.reverse.mean),
                       std::max(last.forward.p99, last.reverse.p99),
                       std::max(last.forward.max, last.reverse.max));

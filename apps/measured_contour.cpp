@@ -124,7 +124,8 @@ class ContourValues {
 Comparison compare_with_contour(const fs::path& where, const fs::path& file,
                                 const std::string& text, const Tolerances& tolerances) {
   const Polyline measured = read_contour(file);
-  const SavedWafer wafer = read_wafer(newest_state(where));
+  const RunRecord run = read_run(where);
+  const SavedWafer wafer = read_wafer(run.outputs.back().state);
   const double spacing = wafer.layers.frame.spacing;
   const SectionLine line = parse_section(text, wafer.layers.frame);
   const std::vector<Polyline> profile =
@@ -154,6 +155,7 @@ Comparison compare_with_contour(const fs::path& where, const fs::path& file,
                     .second = where.string(),
                     .spacing = spacing,
                     .tolerances = tolerances};
+  if (!run.is_complete) result.warnings.push_back(incomplete_warning(run));
   result.values = ContourValues(measured, spacing, tolerances).compare(profile);
   for (ComparedValue& each : result.values) each.time = wafer.time;
   result.distances = {apart};

@@ -348,10 +348,8 @@ std::string run_page(const fs::path& folder) {
     return html_page(run.title(), head_of(run) + surface_section(run) + sections_section(run) +
                                       metrology_section(run) + steps_section(run) +
                                       origin_section(run));
-  } catch (const ordered_json::exception& error) {
-    throw InputError(
-        fmt::format("{}: is damaged: {}; remove it, and scarp run --resume writes it anew",
-                    (folder / "summary.json").string(), error.what()));
+  } catch (const ordered_json::exception&) {
+    refuse_summary(folder / "summary.json");
   }
 }
 
@@ -363,10 +361,11 @@ std::string comparison_page(const fs::path& folder) {
     const auto json = ordered_json::parse(read_kept_file(file));
     title = json.at("title");
     for (const auto& each : json.at("cases")) cases.push_back(read_case(each, folder));
-  } catch (const ordered_json::exception& error) {
+  } catch (const ordered_json::exception&) {
     throw InputError(
-        fmt::format("{}: does not say what is compared: {}; make it with scarp compare",
-                    file.string(), error.what()));
+        fmt::format("{}: is damaged: it does not say what is compared; remove it, and make it with "
+                    "scarp compare",
+                    file.string()));
   }
   if (cases.empty()) throw InputError(file.string() + ": has no case; make it with scarp compare");
   std::vector<Comparison> comparisons;

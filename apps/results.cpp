@@ -88,6 +88,13 @@ std::string first_of(std::span<const std::string> names) {
   return names.size() <= most ? told : fmt::format("{} and {} more", told, names.size() - most);
 }
 
+std::vector<std::string> missing_of(const fs::path& folder, const std::vector<std::string>& names) {
+  std::vector<std::string> missing;
+  for (const std::string& name : names)
+    if (!fs::exists(folder / name)) missing.push_back(name);
+  return missing;
+}
+
 nlohmann::json read_summary(const fs::path& folder) {
   return nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
                                /*allow_exceptions=*/false);
@@ -136,9 +143,7 @@ std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Re
   const auto entry = [&](const char* key) { return summary.value(key, nlohmann::json()); };
   const auto output_count = static_cast<int>(entry("output_times_s").size());
   std::vector<std::string> losses;
-  std::vector<std::string> missing;
-  for (const std::string& name : output_files(recipe, output_count))
-    if (!fs::exists(folder / name)) missing.push_back(name);
+  const std::vector<std::string> missing = missing_of(folder, output_files(recipe, output_count));
   if (!missing.empty()) {
     losses.push_back(
         fmt::format("{}: the run is complete, but without {}; run without --resume to "
@@ -199,7 +204,8 @@ void ResultFolder::require_same(const Recipe& recipe) const {
   try {
     difference = first_difference(recipe.resolved, there);
   } catch (const InputError& error) {
-    log_.warn(error.what());
+    log_.warn(fmt::format("{}: is damaged, and is written anew ({})", file("recipe.toml").string(),
+                          error.what()));
     return;
   }
   throw InputError(fmt::format(
@@ -231,6 +237,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   last_checkpoint_ = std::move(restart->file);
   log.info(
       fmt::format("goes on from {}, t = {:.4g} s", last_checkpoint_.string(), restart->state.time));
+  tell_missing_files(recipe);
   restore_metrology(recipe);
   remove_files(path_, is_temporary);
 
@@ -238,6 +245,20 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
                restart->state, recipe);
   write_file(file("recipe.toml"), recipe.resolved);
   return std::move(restart->state);
+}
+
+// Those that the next output does not write anew.
+void ResultFolder::tell_missing_files(const Recipe& recipe) const {
+  const std::vector<std::string> anew = output_files(recipe, 0);
+  std::vector<std::string> missing = missing_of(path_, output_files(recipe, output_count()));
+  std::erase_if(missing, [&](const std::string& name) {
+    return std::ranges::find(anew, name) != anew.end();
+  });
+  if (missing.empty()) return;
+  log_.warn(
+      fmt::format("{}: the run goes on, but without {}; run without --resume to make all "
+                  "files again",
+                  path_.string(), first_of(missing)));
 }
 
 // The rows of time steps that will be done again go.

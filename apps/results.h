@@ -83,6 +83,7 @@ class ResultFolder {
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
+  void tell_missing_files(const Recipe& recipe) const;
   void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);
   void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);

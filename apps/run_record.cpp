@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/csv_table.h"
@@ -33,20 +34,25 @@ std::optional<RunCost> read_cost(const fs::path& metrics) {
   return cost;
 }
 
-/// By the number of the output; nothing of a run that is not complete.
-std::vector<double> output_times(const fs::path& folder) {
-  const fs::path summary = folder / "summary.json";
-  if (!fs::exists(summary)) return {};
-  const auto json = nlohmann::json::parse(read_kept_file(summary), nullptr, false);
-  try {
-    return json.is_object() ? json.value("output_times_s", std::vector<double>{})
-                            : std::vector<double>{};
-  } catch (const nlohmann::json::exception&) {
-    throw InputError(
-        fmt::format("{}: is damaged: output_times_s is no list of numbers; remove it, "
-                    "and scarp run --resume writes it anew",
-                    summary.string()));
-  }
+/// Empty of a run that is not complete.
+nlohmann::json read_summary(const fs::path& file) {
+  if (!fs::exists(file)) return nlohmann::json::object();
+  const auto json =
+      nlohmann::json::parse(read_kept_file(file), nullptr, /*allow_exceptions=*/false);
+  return json.is_object() ? json : nlohmann::json::object();
+}
+
+bool has_condition(const nlohmann::json& summary) {
+  const auto any = [&](const char* list, const auto& is_met) {
+    const nlohmann::json entries = summary.value(list, nlohmann::json::array());
+    return std::ranges::any_of(entries, is_met);
+  };
+  return any("steps",
+             [](const auto& step) {
+               return step.value("reached_s", nlohmann::json()).is_number();
+             }) ||
+         any("repeats",
+             [](const auto& repeat) { return repeat.value("ended_by", "repeat") != "repeat"; });
 }
 
 RunOutput output_of(const fs::path& state, std::span<const double> times) {
@@ -67,13 +73,35 @@ double RunCost::seconds() const {
   return sum;
 }
 
+std::string incomplete_warning(const RunRecord& run) {
+  if (run.is_complete) return "";
+  return fmt::format("{}: is not complete; scarp run --resume goes on with it", run.where.string());
+}
+
+void refuse_summary(const fs::path& file) {
+  throw InputError(
+      fmt::format("{}: is damaged: an entry is not of the kind that scarp run writes; remove it, "
+                  "and scarp run --resume writes it anew",
+                  file.string()));
+}
+
 RunRecord read_run(const fs::path& where) {
   RunRecord run{.where = where, .outputs = {}};
   if (!fs::is_directory(where)) {
+    run.is_state = true;
     run.outputs.push_back({.time = read_wafer(where).time, .state = where, .surface = {}});
     return run;
   }
-  const std::vector<double> times = output_times(where);
+  const fs::path file = where / "summary.json";
+  const nlohmann::json summary = read_summary(file);
+  std::vector<double> times;  // by the number of the output
+  try {
+    times = summary.value("output_times_s", times);
+    run.is_complete = summary.value("complete", false);
+    run.has_condition = has_condition(summary);
+  } catch (const nlohmann::json::exception&) {
+    refuse_summary(file);
+  }
   for (const fs::path& state : states_of(where)) run.outputs.push_back(output_of(state, times));
   if (run.outputs.empty()) newest_state(where);  // says what is missing
   run.cost = read_cost(where / "metrics.csv");

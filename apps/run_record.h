@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/metrology_files.h"
@@ -35,7 +36,18 @@ struct RunRecord {
   std::filesystem::path where;
   std::vector<RunOutput> outputs;
   std::optional<RunCost> cost{};
+  bool is_state = false;       ///< a single one
+  bool is_complete = true;     ///< has come to its end; a state is as it is
+  bool has_condition = false;  ///< of a complete run: an end condition, not a time, ended a step
+
+  double end() const { return outputs.back().time; }
 };
+
+/// What to say of a run that has not come to its end; empty of others.
+std::string incomplete_warning(const RunRecord& run);
+
+/// Refuses a summary.json with entries that are not as scarp run writes them.
+[[noreturn]] void refuse_summary(const std::filesystem::path& file);
 
 /// Throws: InputError if it is neither.
 RunRecord read_run(const std::filesystem::path& where);

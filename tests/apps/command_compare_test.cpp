@@ -137,6 +137,61 @@ TEST_F(CompareCommand, ARunIsAsItself) {
   for (const nlohmann::json& each : found["metrology"]) EXPECT_EQ(each["difference"], 0);
 }
 
+// The copy lacks the last of the outputs at 0, 10, 20 and 30 s.
+TEST_F(CompareCommand, RunsThatEndAtDifferentTimesAreComparedAsFarAsBothGo) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
+  fs::copy(path("whole"), path("short"), fs::copy_options::recursive);
+  for (const char* name : {"short/state_0003.vdb", "short/summary.json"})
+    ASSERT_TRUE(fs::remove(folder_ / name));
+  const Outcome outcome =
+      scarp("compare " + path("whole") + ' ' + path("short") + " -o " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const std::string ends =
+      path("whole") + " ends at 30 s, " + path("short") + " at 20 s: compared up to 20 s";
+  EXPECT_THAT(outcome.messages, HasSubstr("warning: " + ends));
+  EXPECT_THAT(outcome.messages, HasSubstr("warning: " + path("short") + ": is not complete"));
+  EXPECT_THAT(outcome.messages, Not(HasSubstr(path("whole") + ": is not complete")));
+  EXPECT_THAT(outcome.out, HasSubstr("within the tolerances up to 20 s"));
+  EXPECT_THAT(read_file(path("out/report.html")), HasSubstr(ends));
+  const auto found = nlohmann::json::parse(read_file(path("out/compare.json")));
+  EXPECT_THAT(found["warnings"], Contains(ends));
+  EXPECT_EQ(found["speedup"], nullptr);
+  ASSERT_EQ(found["distance"].size(), 3U);
+  for (const nlohmann::json& each : found["distance"]) EXPECT_EQ(each["forward"]["max"], 0);
+
+  write("contour.csv", "x [um],z [um]\n2,0\n1,0\n1,-3\n-1,-3\n-1,0\n-2,0\n");
+  const Outcome contour =
+      scarp("compare " + path("short") + ' ' + path("contour.csv") + " -o " + path("out"));
+  EXPECT_THAT(contour.messages, HasSubstr("warning: " + path("short") + ": is not complete"));
+
+  const Outcome none = scarp("compare " + path("short") + ' ' + path("whole/state_0003.vdb"));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.messages, HasSubstr("at 30 s: they have no output at the same time"));
+  const Outcome states = scarp("compare " + path("whole/state_0001.vdb") + ' ' +
+                               path("whole/state_0002.vdb") + " -o " + path("out"));
+  EXPECT_EQ(states.exit_code, 1) << states.messages;
+  EXPECT_THAT(states.messages, HasSubstr("state_0001.vdb is at 10 s, "));
+  EXPECT_THAT(states.messages, HasSubstr("state_0002.vdb at 20 s: compared at these times"));
+}
+
+// At the same depth.
+TEST_F(CompareCommand, RunsThatAConditionEndsAreComparedAtTheirEnds) {
+  write("etch.toml",
+        "[domain]\nspacing = \"20 nm\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = \"100 s\"\n"
+        "etch_rate = \"10 nm/s\"\nuntil = { depth = \"100 nm\" }\n");
+  ASSERT_EQ(scarp("run " + path("etch.toml") + " --quiet -o " + path("a")).exit_code, 0);
+  const Outcome faster = scarp("run " + path("etch.toml") + " --quiet -o " + path("b") +
+                               " --set step[0].etch_rate='\"20 nm/s\"'");
+  ASSERT_EQ(faster.exit_code, 0) << faster.messages;
+  const Outcome outcome =
+      scarp("compare " + path("a") + ' ' + path("b") + " --json -o " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+  EXPECT_THAT(outcome.messages, HasSubstr("compared at these times"));
+  EXPECT_NEAR(json_of(outcome)["distance"].back()["time_s"], 10, 0.1);
+}
+
 // Whatever their times are.
 TEST_F(CompareCommand, OfGivenRunsNothingIsSaidOfWhatSimplificationSaves) {
   for (const char* name : {"a", "b"})
@@ -207,6 +262,11 @@ TEST_F(CompareCommand, TheReportNamesARunThatIsGone) {
   const Outcome old = scarp("report " + path("out"));
   EXPECT_EQ(old.exit_code, 2);
   EXPECT_THAT(old.messages, HasSubstr("make it with scarp compare"));
+  write("out/compare.json", "{\"passed\": true");
+  const Outcome damaged = scarp("report " + path("out"));
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.messages, HasSubstr("out/compare.json: is damaged: "));
+  EXPECT_THAT(damaged.messages, Not(HasSubstr("json.exception")));
 }
 
 TEST_F(CompareCommand, AMeasuredContourIsComparedWithTheProfile) {

@@ -120,6 +120,18 @@ TEST_F(ReportCommand, WhatARunLeftUnfinishedIsShown) {
   EXPECT_THAT(read_file(path("out/report.html")), HasSubstr("This run is not complete"));
 }
 
+TEST_F(ReportCommand, ASummaryThatIsDamagedIsNamedWithTheRemedy) {
+  run_trench("out");
+  nlohmann::json changed = summary("out");
+  changed["steps"] = 7;
+  write("out/summary.json", changed.dump());
+  const Outcome outcome = scarp("report " + path("out"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("out/summary.json: is damaged: "));
+  EXPECT_THAT(outcome.messages, HasSubstr("scarp run --resume writes it anew"));
+  EXPECT_THAT(outcome.messages, Not(HasSubstr("json.exception")));
+}
+
 TEST_F(ReportCommand, SaysWhatIsNoRun) {
   const Outcome empty = scarp("report " + path(""));
   EXPECT_EQ(empty.exit_code, 2);

@@ -185,10 +185,10 @@ TEST_F(Faults, AFolderThatIsRemovedEndsTheRun) {
   EXPECT_THAT(messages(), HasSubstr("was removed while a run writes into its folder"));
 }
 
-// ulimit counts in units of 512 bytes.
+// ulimit counts in units of 512 bytes: states have 24 kB, metrics.csv comes to 32 kB.
 TEST_F(Faults, AFileThatMayNotGrowIsToldAndTheRunGoesOn) {
   const std::string line =
-      "ulimit -f 40; " + std::string(SCARP_BINARY) + ' ' + run_into("r") + " 2>" + path("log");
+      "ulimit -f 52; " + std::string(SCARP_BINARY) + ' ' + run_into("r") + " 2>" + path("log");
   ASSERT_EQ(WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str())), 3);
   EXPECT_THAT(messages(), AllOf(HasSubstr("larger than files may be here"), HasSubstr("ulimit -f"),
                                 HasSubstr("go on with: scarp run ")));
@@ -196,6 +196,17 @@ TEST_F(Faults, AFileThatMayNotGrowIsToldAndTheRunGoesOn) {
   for (const std::string& name : files("r")) EXPECT_THAT(name, Not(HasSubstr(".tmp-")));
   expect_resumes_to_the_same_state();
   expect_same_bits("r", "whole");
+}
+
+TEST_F(Faults, WithoutAStateThereIsNothingToGoOnFrom) {
+  const std::string line =
+      "ulimit -f 8; " + std::string(SCARP_BINARY) + ' ' + run_into("r") + " 2>" + path("log");
+  ASSERT_EQ(WEXITSTATUS(std::system(("sh -c '" + line + "'").c_str())), 3);
+  ASSERT_TRUE(fs::exists(folder_ / "r" / "recipe.toml"));
+  ASSERT_FALSE(fs::exists(folder_ / "r" / "state_0000.vdb"));
+  EXPECT_THAT(messages(), AllOf(HasSubstr("raise the limit (ulimit -f), then run again: nothing "
+                                          "was saved yet"),
+                                Not(HasSubstr("--resume"))));
 }
 
 // A mount, as permission does not hold for root.

@@ -131,6 +131,35 @@ TEST_F(Restart, ResumingAFinishedRunNamesWhatItLacks) {
                                   "profile_0002.svg, profile_0003.svg, section_1.svg and 4 more"));
 }
 
+TEST_F(Restart, ResumingNamesEarlierFilesThatAreMissing) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  // What the next output writes anew is not missed.
+  for (const char* name : {"summary.json", "state_0003.vdb", "surface.pvd", "profiles.svg"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  fs::copy(folder_ / "r", folder_ / "whole", fs::copy_options::recursive);
+  EXPECT_THAT(scarp("run " + small_trench("--resume -o " + path("whole"))).messages,
+              Not(HasSubstr("without")));
+  for (const char* name : {"surface_0001.vtp", "state_0001.vdb", "profile_0002.csv"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages,
+              HasSubstr("r: the run goes on, but without surface_0001.vtp, state_0001.vdb, "
+                        "profile_0002.csv; run without --resume"));
+}
+
+TEST_F(Restart, ADamagedRecipeOfTheRunIsWrittenAnew) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string recipe = read_file(folder_ / "r" / "recipe.toml");
+  ASSERT_TRUE(fs::remove(folder_ / "r" / "summary.json"));
+  write("r/recipe.toml", "a = [");
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages,
+              HasSubstr(path("r/recipe.toml") + ": is damaged, and is written anew ("));
+  EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"), recipe);
+}
+
 // Replaces the first digit of a row's process time.
 std::string changed(std::string rows, std::size_t row) {
   std::size_t place = 0;
