@@ -220,7 +220,7 @@ FacetGrid::Ceiling FacetGrid::ceiling_over(std::span<const Block> blocks) const 
     for (std::size_t corner = 0; corner < 3; ++corner) {
       read(block, corner, a);
       const Floats height = n.x * a[0] + n.y * a[1] + n.z * a[2];
-      highest = is_facet & (height > highest) ? height : highest;
+      highest = (is_facet & (height > highest)) ? height : highest;
     }
   }
   float height = highest[0];
