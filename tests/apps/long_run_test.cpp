@@ -30,12 +30,14 @@ double resident_memory() {
   return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-// 100 nm of film in a trench by 5000 time steps of a hundredth of a spacing each, with a checkpoint
-// now and then.
+// 100 nm of film in a trench by 5000 time steps of a hundredth of a spacing each, with a flux for
+// every move and a checkpoint now and then.
 std::string long_film(const std::string& geometry, const std::string& model) {
   return "[domain]\nspacing = \"2 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n"
          "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n" +
-         geometry + "[flux]\nrays = 2000\n[[step]]\nduration = \"100 s\"\nmaterial = \"SiO2\"\n" +
+         geometry +
+         "[flux]\nrays = 2000\ncarry_within = 0\n[[step]]\nduration = \"100 s\"\nmaterial = "
+         "\"SiO2\"\n" +
          model +
          "growth_rate = \"1 nm/s\"\n[advection]\ncfl = 0.01\n[output]\n"
          "checkpoint_every = \"5 s\"\n";
