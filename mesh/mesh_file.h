@@ -43,9 +43,9 @@ struct MeshFields {
 ///
 /// Units:  none; the file's own.
 /// Throws: InputError, with the line or the vertex, if the file cannot be read, ends early, holds
-///         coordinates that are not finite or too far from the origin for their facets, indices without a vertex, a vertex with more than 4096
-///         facets, a polygon that crosses itself or is not convex with more than 4096 corners, or
-///         has no triangle.
+///         coordinates that are not finite or too far from the origin for their facets, indices
+///         without a vertex, a vertex with more than 4096 facets, a polygon that crosses itself or
+///         is not convex with more than 4096 corners, or has no triangle.
 TriMesh read_mesh(const std::filesystem::path& file);
 
 /// As read_mesh, of the content of a file that was read before.
