@@ -216,7 +216,7 @@ ExchangeRows::ExchangeRows(const ExchangeMatrix& matrix) : sees_sky(matrix.size(
       matrix.for_each_part(i, [&](std::uint32_t hit, double part) {
         if (hit >= size) {
           sees_sky[i] = 1;
-        } else if (part > 0) {
+        } else if (part != 0) {
           if (part_of[hit] == 0) hits.push_back(hit);
           part_of[hit] += part;
         }

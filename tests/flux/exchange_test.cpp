@@ -116,7 +116,7 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
 TEST(ExchangeRows, TakeTogetherWhatMetTheSame) {
   ExchangeMatrix matrix{.first = {0, 6, 8},
                         .rays = {{1, 1}, {0, 2}, {1, 3}, {1, 4}, {2, 5}, {0, 0}, {1, 1}, {1, 1}},
-                        .scale = {{0.5, 0.25}, {0.125, 0.125}}};
+                        .scale = {{0.5, 0.25}, {-0.5, 0.125}}};
   const ExchangeRows rows(matrix);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows.first, (std::vector<std::uint64_t>{0, 2, 3}));
@@ -126,7 +126,7 @@ TEST(ExchangeRows, TakeTogetherWhatMetTheSame) {
   EXPECT_EQ(rows.seen[1].hit, 0U);
   EXPECT_EQ(rows.seen[1].part, 0.25F * 2);
   EXPECT_EQ(rows.seen[2].hit, 1U);
-  EXPECT_EQ(rows.seen[2].part, 0.25F);
+  EXPECT_EQ(rows.seen[2].part, -0.375F);  // of a set that counts for more than the whole
 }
 
 // Two rows that only see each other and keep everything have no source and stay at zero.
