@@ -9,6 +9,7 @@
 #include "apps/baseline.h"
 #include "apps/commands.h"
 #include "apps/comparison_files.h"
+#include "apps/own_files.h"
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -42,6 +43,12 @@ fs::path result_folder(const BaselineArguments& arguments) {
   return fs::path("results") / suite.filename();
 }
 
+constexpr const char* result_file = "baseline.json";
+
+bool is_result_of_check(const std::string& name) {
+  return name == result_file || name == report_file;
+}
+
 class Suite {
  public:
   Suite(const BaselineArguments& arguments, const CommonOptions& common)
@@ -65,6 +72,8 @@ class Suite {
   }
 
   ExitCode check_all() const {
+    require_own(folder_, "a check of baselines",
+                begins_with(folder_ / result_file, "{\n  \"passed\": "), is_result_of_check);
     std::vector<Comparison> comparisons;
     for (const fs::path& recipe : recipes_) {
       if (!fs::exists(baseline_file(recipe))) {
@@ -96,10 +105,6 @@ class Suite {
     const auto passed = [](const Comparison& each) { return each.passed(); };
     const bool all_passed = std::ranges::all_of(comparisons, passed);
     const fs::path page = folder_ / report_file;
-    std::vector<PageEntry> entries;
-    for (const Comparison& each : comparisons) entries.push_back({.comparison = each});
-    write_file(page, comparison_page(entries,
-                                     {.title = "Baselines of " + arguments_.suite, .recipe = ""}));
     nlohmann::ordered_json json{{"passed", all_passed}};
     for (const Comparison& each : comparisons) {
       json["recipes"][each.second] = {{"passed", each.passed()}, {"moved", each.moved()}};
@@ -108,6 +113,12 @@ class Suite {
         fmt::print("{:32} {}\n", each.second, each.passed() ? "as it was" : "moved");
       for (const std::string& line : each.moved()) fmt::print("  {}\n", line);
     }
+    // The mark of a check comes first.
+    write_file(folder_ / result_file, json.dump(2) + '\n');
+    std::vector<PageEntry> entries;
+    for (const Comparison& each : comparisons) entries.push_back({.comparison = each});
+    write_file(page, comparison_page(entries,
+                                     {.title = "Baselines of " + arguments_.suite, .recipe = ""}));
     if (common_.json) std::cout << json.dump(2) << '\n';
     if (!common_.json && (!all_passed || !common_.quiet)) fmt::print("{}\n", page.string());
     return all_passed ? done : check_failed;

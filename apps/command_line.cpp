@@ -150,6 +150,8 @@ void add_arguments(CLI::App& command, CheckArguments& arguments) {
 
 void add_arguments(CLI::App& command, PreviewArguments& arguments) {
   add_recipe_arguments(command, arguments);
+  add_memory_limit(command, arguments,
+                   "A wafer that takes more is refused (default: what the machine has)");
 }
 
 void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
@@ -412,27 +414,48 @@ void check_command_name(const CLI::App& app, const std::string& name) {
                          CLI::ExitCodes::ExtrasError);
 }
 
+std::vector<std::string> long_options(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  return names;
+}
+
+/// The first long option among words that the parser did not know.
+std::optional<std::string> unknown_option(std::span<const std::string> words) {
+  for (const std::string& word : words)
+    if (word.starts_with("--") && word.size() > 2) return word.substr(2, word.find('=') - 2);
+  return std::nullopt;
+}
+
 /// The parser would only say that something was not expected, or miss what the option took.
 void check_option_names(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands()) {
-    std::vector<std::string> known;
-    for (const CLI::Option* option : command->get_options())
-      for (const std::string& name : option->get_lnames()) known.push_back(name);
-    for (const std::string& word : command->remaining()) {
-      if (!word.starts_with("--") || word.size() == 2) continue;
-      const std::string name = word.substr(2, word.find('=') - 2);
-      const std::string nearest = nearest_name(name, known);
-      throw CLI::ExtrasError(
-          fmt::format("--{} is not an option of {}{}", name, command->get_name(),
-                      nearest.empty() ? "" : fmt::format(" (did you mean --{}?)", nearest)),
-          CLI::ExitCodes::ExtrasError);
-    }
+    const auto name = unknown_option(command->remaining());
+    if (!name) continue;
+    const std::string nearest = nearest_name(*name, long_options(*command));
+    throw CLI::ExtrasError(
+        fmt::format("--{} is not an option of {}{}", *name, command->get_name(),
+                    nearest.empty() ? "" : fmt::format(" (did you mean --{}?)", nearest)),
+        CLI::ExitCodes::ExtrasError);
   }
+}
+
+/// The parser would only say that a command is missing, or what was not expected.
+void check_option_before_command(const CLI::App& app, const std::string& word) {
+  const auto name = unknown_option(std::span(&word, 1));
+  if (!name || std::ranges::count(long_options(app), *name) > 0) return;
+  throw CLI::ExtrasError(
+      fmt::format("--{} stands before the command: write scarp COMMAND ... --{}", *name, *name),
+      CLI::ExitCodes::ExtrasError);
 }
 
 /// Throws: CLI::ParseError, also where help is asked for.
 void parse(CLI::App& app, int argc, char** argv) {
-  if (argc > 1) check_command_name(app, argv[1]);
+  if (argc > 1) {
+    check_command_name(app, argv[1]);
+    check_option_before_command(app, argv[1]);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success&) {

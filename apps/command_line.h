@@ -41,7 +41,7 @@ struct RecipeArguments {
   }
 };
 
-/// Options of the commands that refuse a run for its memory.
+/// Options of the commands that refuse a recipe for the memory it takes.
 struct MemoryArguments {
   std::uint64_t memory_limit = 0;  ///< bytes; 0: what the machine has
 
@@ -57,7 +57,7 @@ struct RunArguments : RecipeArguments, MemoryArguments {
 
 struct CheckArguments : RecipeArguments, MemoryArguments {};
 
-struct PreviewArguments : RecipeArguments {};
+struct PreviewArguments : RecipeArguments, MemoryArguments {};
 
 struct SimplifyArguments {
   std::string in;

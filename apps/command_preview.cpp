@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/memory_estimate.h"
 #include "apps/recipe.h"
 #include "apps/region_text.h"
 #include "apps/result_files.h"
@@ -54,6 +55,7 @@ void tell_of_regions(const Preview& preview, const Frame& frame, const Log& log)
 
 ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  require_least_memory_of_start(recipe, arguments.memory_limit_mb());
   const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);
   const nlohmann::ordered_json result = as_json(preview, recipe, folder);

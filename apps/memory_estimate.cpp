@@ -101,6 +101,15 @@ void require_least_memory(const Recipe& recipe, double limit) {
   require_memory(least_memory(recipe), limit, "at least");
 }
 
+void require_least_memory_of_start(const Recipe& recipe, double limit) {
+  MemoryEstimate memory = least_memory(recipe);
+  memory.flux = 0;
+  memory.output = 0;
+  if (memory.total() <= limit) return;
+  throw InputError(fmt::format("the wafer takes at least {} of memory, {}; {}", memory_text(memory),
+                               memory_limit_text(limit), memory_remedy));
+}
+
 std::string memory_text(const MemoryEstimate& memory) {
   return fmt::format(
       "{:.0f} MB (program {:.0f}, grid {:.0f}, mesh {:.0f}, flux {:.0f}, outputs {:.0f})",

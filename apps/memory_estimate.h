@@ -51,6 +51,11 @@ void require_memory(const MemoryEstimate& memory, double limit, std::string_view
 /// The same for least_memory().
 void require_least_memory(const Recipe& recipe, double limit);
 
+/// The same for the layers and the full surface alone, of which there are at least as many.
+///
+/// Throws: InputError as above.
+void require_least_memory_of_start(const Recipe& recipe, double limit);
+
 /// "90 MB (program 45, grid 10, mesh 20, flux 12, outputs 3)"
 std::string memory_text(const MemoryEstimate& memory);
 

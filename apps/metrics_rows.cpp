@@ -43,6 +43,7 @@ std::vector<std::string> whole_lines(const std::string& text) {
   std::size_t start = 0;
   for (std::size_t end = 0; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
     lines.push_back(text.substr(start, end - start));
+    if (lines.back().ends_with('\r')) lines.back().pop_back();
   }
   return lines;
 }

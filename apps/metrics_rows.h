@@ -27,7 +27,8 @@ struct MetricsRows {
 MetricsRows read_metrics_rows(const std::filesystem::path& file, const std::string& head,
                               std::uint32_t first);
 
-/// The lines of a text that have an end: one without it was being written when the process died.
+/// The lines of a text that have an end, of Windows too: one without it was being written when the
+/// process died.
 std::vector<std::string> whole_lines(const std::string& text);
 
 }  // namespace scarp

@@ -24,8 +24,20 @@ bool begins_with(const fs::path& file, const std::string& text) {
   return fs::exists(file) && read_kept_file(file).starts_with(text);
 }
 
+void require_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
+  for (const fs::path& each : find_files(folder, chosen)) {
+    // A link that leads nowhere yet will be followed.
+    if (!fs::exists(each) || fs::is_regular_file(each)) continue;
+    throw InputError(fmt::format(
+        "{}: is {}, in the place of a file that will be written; move it away, or choose another "
+        "folder with -o",
+        each.string(), fs::is_directory(each) ? "a folder" : "no file"));
+  }
+}
+
 void require_own(const fs::path& folder, const std::string& writer, bool has_mark,
                  bool (*is_output)(const std::string& name)) {
+  require_files(folder, is_output);
   if (has_mark) return;
   const std::vector<fs::path> foreign = find_files(folder, is_output);
   if (foreign.empty()) return;

@@ -286,8 +286,21 @@ std::string optional_note(const CheckpointNotes& notes, const std::string& key) 
   return entry == notes.end() ? "" : entry->second;
 }
 
-CheckpointNotes notes_of(const State& state, const Recipe& recipe,
-                         std::span<const double> output_times, const std::string& rows_hash) {
+// A line for each file: names that a run gives have no spaces.
+std::string text_of(const std::map<std::string, std::string>& hashes) {
+  std::string text;
+  for (const auto& [name, hash] : hashes) text += fmt::format("{} {}\n", name, hash);
+  return text;
+}
+
+std::map<std::string, std::string> hashes_of(const std::string& text) {
+  std::map<std::string, std::string> hashes;
+  std::istringstream words(text);
+  for (std::string name, hash; words >> name >> hash;) hashes[name] = hash;
+  return hashes;
+}
+
+CheckpointNotes notes_of(const State& state, const Recipe& recipe, const WrittenSoFar& written) {
   return {{"materials", names_of(state.layers, recipe.materials)},
           {"origin_s", format_number(state.origin.time)},
           {"origin_time_step", std::to_string(state.origin.time_step)},
@@ -300,7 +313,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"step_ends", joined(numbers_of(state.ends))},
           {"time_step", std::to_string(state.time_step)},
           {"seed", std::to_string(recipe.flux.seed)},
-          {"output_times_s", joined(output_times)},
+          {"output_times_s", joined(written.output_times)},
           {"voids", joined(numbers_of(state.voids))},
           {"void_images", joined(images_of(state.voids))},
           {"islands_removed", std::to_string(state.islands.count)},
@@ -311,7 +324,8 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe,
           {"earlier_flux", bytes_of(state.earlier)},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
-          {"rows_hash", rows_hash},
+          {"rows_hash", written.rows_hash},
+          {"file_hashes", text_of(written.hashes)},
           {"recipe_hash", recipe_hash(recipe)}};
 }
 
@@ -374,8 +388,9 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .coverages = std::move(coverages),
                     .earlier = std::move(earlier)},
           .file = file,
-          .output_times = numbers("output_times_s"),
-          .rows_hash = optional_note(checkpoint.notes, "rows_hash")};
+          .written = {.output_times = numbers("output_times_s"),
+                      .rows_hash = optional_note(checkpoint.notes, "rows_hash"),
+                      .hashes = hashes_of(optional_note(checkpoint.notes, "file_hashes"))}};
 }
 
 // Rows that were lost with their file are not missed: it has begun anew.
@@ -383,14 +398,15 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
   if (rows.lines.empty()) return;
   const std::uint32_t time_step = restart.state.time_step;
   if (time_step > rows.end()) {
-    throw InputError(
-        fmt::format("{}: metrics.csv has no rows for its time steps", restart.file.string()));
+    throw InputError(fmt::format(
+        "{}: line {} of metrics.csv is not the row of time step {}, before this checkpoint",
+        restart.file.string(), rows.lines.size() + 2, rows.end()));
   }
   const std::span<const std::string> kept = rows.before(time_step);
-  if (kept.empty() || restart.rows_hash.empty()) return;
+  if (kept.empty() || restart.written.rows_hash.empty()) return;
   Hash hash;
   for (const std::string& row : kept) hash.add(row + '\n');
-  if (hash.hex() == restart.rows_hash) return;
+  if (hash.hex() == restart.written.rows_hash) return;
   throw InputError(
       fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
                   "will be written "
@@ -411,9 +427,9 @@ bool is_numbered(const std::string& name, const std::string& stem, const std::st
                      [](char c) { return c >= '0' && c <= '9'; });
 }
 
-void write_restart(const fs::path& file, const State& state, std::span<const double> output_times,
-                   const std::string& rows_hash, const Recipe& recipe) {
-  write_checkpoint(file, state.layers, notes_of(state, recipe, output_times, rows_hash));
+void write_restart(const fs::path& file, const State& state, const WrittenSoFar& written,
+                   const Recipe& recipe) {
+  write_checkpoint(file, state.layers, notes_of(state, recipe, written));
 }
 
 std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,

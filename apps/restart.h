@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,23 +20,27 @@ inline constexpr const char* earlier_interrupted_state = "state_interrupted_befo
 /// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
 bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);
 
-/// Where a run can go on: the state, the file it is from, the times of the outputs up to there.
+/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes.
 ///
 /// Units: s.
+struct WrittenSoFar {
+  std::vector<double> output_times;
+  std::string rows_hash;  ///< of the rows of metrics.csv, each with its end of line
+  std::map<std::string, std::string> hashes;  ///< of files of outputs, by their names
+};
+
+/// Where a run can go on: the state, the file it is from, what was written up to there.
 struct Restart {
   State state;
   std::filesystem::path file;
-  std::vector<double> output_times;
-  std::string rows_hash;  ///< of earlier versions: empty
+  WrittenSoFar written;
 };
 
-/// Writes a checkpoint that holds everything the run depends on, with the recipe's hash and that of
-/// the rows that metrics.csv has so far, each with its end of line.
+/// Writes a checkpoint that holds everything the run depends on, with the recipe's hash.
 ///
 /// Throws: as AtomicFile.
 void write_restart(const std::filesystem::path& file, const State& state,
-                   std::span<const double> output_times, const std::string& rows_hash,
-                   const Recipe& recipe);
+                   const WrittenSoFar& written, const Recipe& recipe);
 
 /// The newest of the checkpoints from which the run can go on; empty if there is none.
 ///

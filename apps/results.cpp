@@ -13,7 +13,6 @@
 #include "apps/own_files.h"
 #include "apps/recipe_difference.h"
 #include "apps/report.h"
-#include "apps/restart.h"
 #include "apps/result_files.h"
 #include "apps/symmetry.h"
 #include "core/atomic_file.h"
@@ -94,6 +93,14 @@ std::vector<std::string> missing_of(const fs::path& folder, const std::vector<st
     if (!fs::exists(folder / name)) missing.push_back(name);
   return missing;
 }
+
+std::string hash_of(std::string_view text) {
+  Hash hash;
+  hash.add(text);
+  return hash.hex();
+}
+
+std::string hash_of_file(const fs::path& file) { return hash_of(read_kept_file(file)); }
 
 nlohmann::json read_summary(const fs::path& folder) {
   return nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
@@ -189,7 +196,7 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   fs::remove(file("summary.json"));
   remove_files(path_, is_output);
   if (holds_run()) remove_files(path_, is_temporary);
-  output_times_.clear();
+  written_ = {};
   rows_hash_ = Hash();
   metrology_rows_ = metrology_head(recipe);
   write_file(file("metrics.csv"), metrics_head(recipe));
@@ -217,6 +224,7 @@ void ResultFolder::require_same(const Recipe& recipe) const {
 
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
   log_ = log;
+  require_files(path_, is_result);
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
   require_same(recipe);
   if (checkpoints.empty()) {
@@ -233,11 +241,11 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
         path_.string()));
   }
-  output_times_ = std::move(restart->output_times);
+  written_ = std::move(restart->written);
   last_checkpoint_ = std::move(restart->file);
   log.info(
       fmt::format("goes on from {}, t = {:.4g} s", last_checkpoint_.string(), restart->state.time));
-  tell_missing_files(recipe);
+  tell_lost_files(recipe);
   restore_metrology(recipe);
   remove_files(path_, is_temporary);
 
@@ -248,17 +256,37 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
 }
 
 // Those that the next output does not write anew.
-void ResultFolder::tell_missing_files(const Recipe& recipe) const {
+void ResultFolder::tell_lost_files(const Recipe& recipe) const {
   const std::vector<std::string> anew = output_files(recipe, 0);
   std::vector<std::string> missing = missing_of(path_, output_files(recipe, output_count()));
   std::erase_if(missing, [&](const std::string& name) {
     return std::ranges::find(anew, name) != anew.end();
   });
-  if (missing.empty()) return;
-  log_.warn(
-      fmt::format("{}: the run goes on, but without {}; run without --resume to make all "
-                  "files again",
-                  path_.string(), first_of(missing)));
+  const auto tell = [&](const char* what, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    log_.warn(
+        fmt::format("{}: the run goes on, but {} {}; run without --resume to make all files "
+                    "again",
+                    path_.string(), what, first_of(names)));
+  };
+  tell("without", missing);
+  std::vector<std::string> changed;
+  for (const auto& [name, hash] : written_.hashes)
+    if (name != metrology_file && fs::exists(file(name)) && hash_of_file(file(name)) != hash)
+      changed.push_back(name);
+  tell("with other content than it wrote in", changed);
+}
+
+void ResultFolder::add_hashes(const Recipe& recipe) {
+  const std::vector<std::string> anew = output_files(recipe, 0);
+  for (const std::string& name : output_files(recipe, output_count())) {
+    // States have a checksum of their own.
+    if (written_.hashes.contains(name) || is_checkpoint(name) ||
+        std::ranges::find(anew, name) != anew.end() || !fs::exists(file(name)))
+      continue;
+    written_.hashes[name] = hash_of_file(file(name));
+  }
+  written_.hashes[metrology_file] = hash_of(metrology_rows_);
 }
 
 // The rows of time steps that will be done again go.
@@ -275,10 +303,15 @@ void ResultFolder::restore_rows(std::span<const std::string> kept, const State& 
   write_file(file("metrics.csv"), metrics_head(recipe) + rows);
 }
 
-// Rows that are lost or double are measured again, if the state of their output is there.
+// Rows that are lost, double or changed are measured again, if the state of their output is there.
 void ResultFolder::restore_metrology(const Recipe& recipe) {
   metrology_rows_ = metrology_head(recipe);
-  const auto known = rows_by_output(read_text(file(metrology_file)), recipe);
+  auto known = rows_by_output(read_text(file(metrology_file)), recipe);
+  std::string rows = metrology_head(recipe);
+  for (int n = 0; n < output_count(); ++n)
+    for (const std::string& row : known[n]) rows += row + '\n';
+  const auto hash = written_.hashes.find(metrology_file);
+  if (hash != written_.hashes.end() && hash->second != hash_of(rows)) known.clear();
   for (int n = 0; n < output_count(); ++n) {
     const auto rows = known.find(n);
     if (rows != known.end() && are_different(rows->second)) {
@@ -315,9 +348,10 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
     const WholeLayers whole(state.layers);
     sections(recipe).write(path_, number, state, whole.get(), recipe);
     newest_ = measure(whole.get(), recipe);
-    metrology_rows_ += metrology_rows(output_times_.size(), state.time, *newest_, recipe);
+    metrology_rows_ += metrology_rows(written_.output_times.size(), state.time, *newest_, recipe);
     write_file(file(metrology_file), metrology_rows_);
-    output_times_.push_back(state.time);
+    written_.output_times.push_back(state.time);
+    add_hashes(recipe);
     std::vector<std::string> series;
     for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
     write_series(file("surface.pvd"), series);
@@ -356,7 +390,8 @@ Metrology ResultFolder::measure(const Layers& layers, const Recipe& recipe) {
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
-  write_restart(file(name), state, output_times_, rows_hash_.hex(), recipe);
+  written_.rows_hash = rows_hash_.hex();
+  write_restart(file(name), state, written_, recipe);
   last_checkpoint_ = file(name);
 }
 
@@ -390,7 +425,7 @@ void ResultFolder::write_summary(const State& state, const Survey& survey, const
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
     write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe,
-                                                  {.output_times = output_times_,
+                                                  {.output_times = written_.output_times,
                                                    .rows_hash = rows_hash_.hex(),
                                                    .stages = total,
                                                    .wall_seconds = wall_seconds}));

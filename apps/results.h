@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/restart.h"
 #include "apps/result_files.h"
 #include "apps/simulator.h"
 #include "core/folder_lock.h"
@@ -50,7 +51,7 @@ class ResultFolder {
   std::optional<State> resume(const Recipe& recipe, const Log& log);
 
   /// The number of outputs so far; the next one gets this number.
-  int output_count() const { return static_cast<int>(output_times_.size()); }
+  int output_count() const { return static_cast<int>(written_.output_times.size()); }
 
   /// surface_NNNN.vtp, surface.pvd, what Sections writes, lines of metrology.csv and
   /// state_NNNN.vdb.
@@ -73,6 +74,8 @@ class ResultFolder {
  private:
   /// True when a run has begun here: its metrics.csv is there from the first moment to the last.
   bool holds_run() const;
+  /// Of the files of the newest output, but the state.
+  void add_hashes(const Recipe& recipe);
   /// Throws: InputError when there is the recipe of another run.
   void require_same(const Recipe& recipe) const;
   void require_not_start(const Recipe& recipe) const;
@@ -83,14 +86,14 @@ class ResultFolder {
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
-  void tell_missing_files(const Recipe& recipe) const;
+  void tell_lost_files(const Recipe& recipe) const;
   void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);
   void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
 
   std::filesystem::path path_;
   FolderLock lock_;
-  std::vector<double> output_times_;
+  WrittenSoFar written_;        ///< but the hash of rows, which runs on
   Hash rows_hash_;              ///< of the rows of metrics.csv so far
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;

@@ -33,14 +33,19 @@ void require_utf8(const std::string& argument) {
   }
 }
 
-ExitCode run_command_line(int argc, char** argv) {
-  for (int n = 1; n < argc; ++n) require_utf8(argv[n]);
+// Help and the version are given while the command line is read.
+ExitCode read_and_execute(int argc, char** argv) {
   const auto read = read_command_line(argc, argv);
   if (const auto* code = std::get_if<ExitCode>(&read)) return *code;
   const CommandLine& line = std::get<CommandLine>(read);
   const ThreadLimit limit(line.common.threads);
-  const ExitCode code = std::visit(
-      [&line](const auto& arguments) { return execute(arguments, line.common); }, line.command);
+  return std::visit([&line](const auto& arguments) { return execute(arguments, line.common); },
+                    line.command);
+}
+
+ExitCode run_command_line(int argc, char** argv) {
+  for (int n = 1; n < argc; ++n) require_utf8(argv[n]);
+  const ExitCode code = read_and_execute(argc, argv);
   // A result that did not reach its reader is no result.
   if (!std::cout.flush() || std::fflush(stdout) != 0) {
     throw NumericalError("standard output cannot be written");

@@ -62,6 +62,12 @@ TEST_F(BaselineCommand, ASpeedThatIsThreePerCentHigherIsCaught) {
   const std::string page = read_file(path("out/report.html"));
   EXPECT_THAT(page, HasSubstr("<li class=\"bad\">trench 1 SiO2_top_nm"));
   EXPECT_THAT(page, HasSubstr("<svg"));
+  EXPECT_FALSE(nlohmann::json::parse(read_file(path("out/baseline.json"))).at("passed"));
+  // What is not known as the page of a check is somebody's own.
+  std::filesystem::remove(path("out/baseline.json"));
+  const Outcome foreign = baseline("check");
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_THAT(foreign.messages, HasSubstr("report.html: was not written by a check of baselines"));
 }
 
 // What a condition asks for is there in both; the time that it takes is not.

@@ -63,7 +63,8 @@ TEST_F(CommandLine, AnUnknownOptionIsNamedWithTheOneThatWasMeant) {
       {"run --thraeds 2 r.toml", "--thraeds is not an option of run (did you mean --threads?)\n"},
       {"run r.toml --memory_limit=8GB", "(did you mean --memory-limit?)\n"},
       {"flux --ray 100", "--ray is not an option of flux (did you mean --rays?)\n"},
-      {"check r.toml --fast", "--fast is not an option of check\n"}};
+      {"check r.toml --fast", "--fast is not an option of check\n"},
+      {"--threads 2 run r.toml", "--threads stands before the command: write scarp COMMAND"}};
   for (const auto& [line, message] : messages) {
     const Outcome outcome = scarp(line);
     EXPECT_EQ(outcome.exit_code, 2) << line;
@@ -134,6 +135,8 @@ TEST_F(CommandLine, QuietKeepsResults) {
 
 TEST_F(CommandLine, AResultThatCannotBePrintedIsExitThree) {
   EXPECT_EQ(scarp("models >/dev/full").exit_code, 3);
+  EXPECT_EQ(scarp("run --help >/dev/full").exit_code, 3);
+  EXPECT_EQ(scarp("--version >/dev/full").exit_code, 3);
   EXPECT_EQ(scarp("models --json >/dev/full").exit_code, 3);
 }
 

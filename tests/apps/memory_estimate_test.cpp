@@ -147,6 +147,14 @@ TEST_F(MemoryLimit, RefusesBeforeTheGridIsMade) {
   }
 }
 
+TEST_F(MemoryLimit, APreviewThatTakesMoreIsRefused) {
+  const std::string preview = "preview " + small_trench("-o " + path("r"));
+  const Outcome refused = scarp(preview + " --set domain.spacing='\"1 nm\"' --memory-limit 1GB");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.messages, HasSubstr("the wafer takes at least "));
+  EXPECT_EQ(scarp(preview + " --memory-limit 200MB").exit_code, 0);
+}
+
 // What a coarse grid does not tell, and the first time steps do.
 TEST_F(MemoryLimit, CheckWarnsWhereARunWouldBeRefused) {
   const std::string arguments = "check " + small_trench("--set flux.target_error=0.0001");

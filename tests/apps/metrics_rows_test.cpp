@@ -31,6 +31,7 @@ TEST_F(MetricsFile, EndsWithTheLastRowThatIsWholeAndInOrder) {
   EXPECT_THAT(rows("x,time_step\na,0\nc,2\nb,1\n", 0).lines, ElementsAre("a,0"));
   EXPECT_THAT(rows("x,time_step\n", 0).lines, ElementsAre());
   EXPECT_EQ(rows("x,time_step\na,0\nb,1\n", 0).end(), 2U);
+  EXPECT_THAT(rows("x,time_step\r\na,0\r\nb,1\r\n", 0).lines, ElementsAre("a,0", "b,1"));
 }
 
 TEST_F(MetricsFile, MayBeginLaterThanItsRun) {

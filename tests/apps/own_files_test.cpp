@@ -30,6 +30,11 @@ TEST(OwnFiles, AreThoseBesideTheirMark) {
               ThrowsMessage<InputError>(
                   AllOf(HasSubstr("a.svg: was not written by a drawing"), HasSubstr("-o"))));
   EXPECT_NO_THROW(require(true));
+  std::filesystem::create_directory(folder / "c.svg");
+  EXPECT_THAT([&] { require(true); }, ThrowsMessage<InputError>(HasSubstr("c.svg: is a folder")));
+  std::filesystem::remove(folder / "c.svg");
+  std::filesystem::create_symlink(folder / "nowhere", folder / "c.svg");
+  EXPECT_NO_THROW(require(true));
 }
 
 TEST(OwnFiles, AMarkIsTheBeginningOfAFile) {

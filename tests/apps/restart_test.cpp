@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <atomic>
@@ -146,6 +147,70 @@ TEST_F(Restart, ResumingNamesEarlierFilesThatAreMissing) {
   EXPECT_THAT(resumed.messages,
               HasSubstr("r: the run goes on, but without surface_0001.vtp, state_0001.vdb, "
                         "profile_0002.csv; run without --resume"));
+}
+
+TEST_F(Restart, ResumingNamesEarlierFilesThatWereChanged) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string metrology = read_file(folder_ / "r" / "metrology.csv");
+  for (const char* name : {"summary.json", "state_0003.vdb"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  const auto flip = [&](const std::string& name) {
+    std::string bytes = read_file(folder_ / "r" / name);
+    bytes[bytes.size() / 2] ^= 1;
+    write("r/" + name, bytes);
+  };
+  for (const char* name : {"surface_0001.vtp", "profile_0002.csv", "surface_0003.vtp"}) flip(name);
+  // One that is measured again.
+  flip("metrology.csv");
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages,
+              HasSubstr("r: the run goes on, but with other content than it wrote in "
+                        "profile_0002.csv, surface_0001.vtp; run without --resume"));
+  EXPECT_EQ(read_file(folder_ / "r" / "metrology.csv"), metrology);
+}
+
+TEST_F(Restart, RowsWithTheLineEndsOfWindowsAreThoseOfTheRun) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  const std::string rows = read_file(folder_ / "r" / "metrics.csv");
+  for (const char* name : {"summary.json", "state_0003.vdb"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  std::string saved;
+  for (const char c : rows) saved += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  write("r/metrics.csv", saved);
+  const Outcome resumed = scarp("run " + small_trench("--resume -o " + path("r")));
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.messages, Not(HasSubstr("earlier checkpoint")));
+  EXPECT_EQ(read_file(folder_ / "r" / "metrics.csv").find('\r'), std::string::npos);
+}
+
+TEST_F(Restart, ARowThatIsMissingIsNamed) {
+  ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
+  for (const char* name : {"summary.json", "state_0003.vdb"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  std::string rows = read_file(folder_ / "r" / "metrics.csv");
+  const std::size_t second = rows.find('\n', rows.find('\n') + 1) + 1;
+  rows.erase(second, rows.find('\n', second) + 1 - second);
+  write("r/metrics.csv", rows);
+  EXPECT_THAT(scarp("run " + small_trench("--resume -o " + path("r"))).messages,
+              HasSubstr("state_0002.vdb: line 3 of metrics.csv is not the row of time step 1,"));
+}
+
+TEST_F(Restart, AFolderOrAPipeInThePlaceOfAFileIsRefused) {
+  const std::string run = "run " + small_trench("-o " + path("r"));
+  ASSERT_EQ(scarp(run).exit_code, 0);
+  for (const char* name : {"summary.json", "state_0003.vdb", "surface_0003.vtp"})
+    ASSERT_TRUE(fs::remove(folder_ / "r" / name));
+  fs::create_directories(folder_ / "r" / "profile_0005.csv" / "inner");
+  ASSERT_EQ(mkfifo((folder_ / "r" / "surface_0003.vtp").c_str(), 0600), 0);
+  for (const std::string& command : {run, run + " --resume"}) {
+    const Outcome refused = scarp(command);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.messages, HasSubstr("r/profile_0005.csv: is a folder, in the place of"));
+  }
+  fs::remove_all(folder_ / "r" / "profile_0005.csv");
+  EXPECT_THAT(scarp(run + " --resume").messages, HasSubstr("r/surface_0003.vtp: is no file, in"));
+  EXPECT_TRUE(fs::exists(folder_ / "r" / "state_0002.vdb"));
 }
 
 TEST_F(Restart, ADamagedRecipeOfTheRunIsWrittenAnew) {
