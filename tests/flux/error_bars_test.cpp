@@ -64,6 +64,13 @@ TEST(SlowErrorBars, AreTrueInADeepTrenchInWhichParticlesHardlyStick) {
   expect_true_bars({Engine::gather, 20, 0.01F, 1 << 16, 300});
 }
 
+// What the sanitizers look at needs no statistics, and they make it ten times as slow.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool has_statistics = false;
+#else
+constexpr bool has_statistics = true;
+#endif
+
 // A trench and a hole four times as deep as wide, by thirds of the depth.
 class SlowZones : public ::testing::TestWithParam<std::tuple<const char*, const char*, double>> {
  protected:
@@ -117,7 +124,8 @@ TEST_P(SlowZones, HaveTrueErrors) {
   }
   // The reference: many rays, and what is alike averaged.
   const Tally precise =
-      flux_on(mesh, sticking(), {.engine = Engine::gather, .rays = 1 << 23, .seed = 999})
+      flux_on(mesh, sticking(),
+              {.engine = Engine::gather, .rays = has_statistics ? 1 << 23 : 1 << 18, .seed = 999})
           .arrivals();
   Stated facet_reference = exact::on_facets(precise);
   facet_reference.value = averaged_over_alike(mesh, is_hole(), precise);
@@ -147,7 +155,8 @@ TEST_P(SlowZones, HaveTrueErrors) {
   const int bits = (is_gather ? 17 : 16) + (sticking() < 1 ? 0 : is_gather ? 2 : 4);
   const std::uint64_t rays = std::uint64_t{1} << bits;
   // What hardly sticks is off everywhere together: the mean over 400 seeds varies by .05 then.
-  const std::uint64_t seeds = is_gather && sticking() < 1 ? 1600 : 400;
+  const std::uint64_t enough = is_gather && sticking() < 1 ? 1600 : 400;
+  const std::uint64_t seeds = has_statistics ? enough : 4;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     const Tally tally =
         flux_on(mesh, sticking(), {.engine = engine(), .rays = rays, .seed = seed}).arrivals();
@@ -161,6 +170,7 @@ TEST_P(SlowZones, HaveTrueErrors) {
     in_zone.reserve(runs.size());
     for (const Stated& run : runs) in_zone.push_back(at_places(run, places));
     const exact::Calibration c = exact::calibration_of(in_zone, at_places(precise, places).value);
+    if (!has_statistics) return;
     EXPECT_GT(c.deviation, 0.9) << what;
     EXPECT_LT(c.deviation, 1.15) << what;
     EXPECT_LT(std::abs(c.mean), 0.12) << what;
