@@ -11,7 +11,6 @@ namespace scarp {
 
 namespace {
 
-constexpr double least_width = 5;      // of features, spacings
 constexpr double least_thickness = 2;  // of layers and films, spacings
 constexpr double rounding = 1 - 1e-6;  // of rates times durations
 constexpr double facets_across = 2;    // an opening, at least
@@ -42,7 +41,7 @@ class OpenSpeeds {
 };
 
 void warn_of_narrow_features(std::span<const RecipeTable> shapes, const Recipe& recipe) {
-  const double width = least_width * recipe.frame.spacing;
+  const double width = least_feature_width * recipe.frame.spacing;
   for (const ShapeProblem& each : narrow_features(recipe.frame, recipe.geometry, width))
     shapes[each.shape].warning(
         each.key, fmt::format("{}: flux and shape are rough there; use a finer domain.spacing",

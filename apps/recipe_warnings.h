@@ -5,6 +5,9 @@
 
 namespace scarp {
 
+/// In spacings: what is narrower is not resolved.
+inline constexpr double least_feature_width = 5;
+
 /// Notes in the table of a whole recipe what is allowed, but too coarse for what it asks of the
 /// grid: features less than 5 spacings wide; layers and films of less than 2, where they are etched
 /// or grown; facets that may become longer than half an opening is wide.

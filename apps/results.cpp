@@ -7,11 +7,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "apps/metrics_rows.h"
 #include "apps/metrology_files.h"
 #include "apps/own_files.h"
 #include "apps/recipe_difference.h"
+#include "apps/recipe_warnings.h"
 #include "apps/report.h"
 #include "apps/result_files.h"
 #include "apps/symmetry.h"
@@ -347,7 +349,8 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
     write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
     const WholeLayers whole(state.layers);
     sections(recipe).write(path_, number, state, whole.get(), recipe);
-    newest_ = measure(whole.get(), recipe);
+    const auto before = std::exchange(newest_, measure(whole.get(), recipe));
+    if (before) tell_unresolved(*before, state.time, recipe);
     metrology_rows_ += metrology_rows(written_.output_times.size(), state.time, *newest_, recipe);
     write_file(file(metrology_file), metrology_rows_);
     written_.output_times.push_back(state.time);
@@ -360,6 +363,29 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
     fs::remove(file(interrupted_state));
     fs::remove(file(earlier_interrupted_state));
   });
+}
+
+// What is etched where an opening ends in a few spacings hangs on the grid and on noise. Films
+// close openings as they should.
+void ResultFolder::tell_unresolved(const Metrology& before, double time, const Recipe& recipe) {
+  const double spacing = recipe.frame.spacing;
+  for (const OpeningMetrology& each : newest_->openings) {
+    const auto then = std::ranges::find_if(before.openings, [&](const OpeningMetrology& earlier) {
+      return earlier.opening == each.opening && earlier.axis == each.axis;
+    });
+    if (then == before.openings.end() || !then->lowest_height || !each.lowest_height ||
+        !each.bottom_cd)
+      continue;
+    const bool deepens = *each.lowest_height < *then->lowest_height - spacing;
+    if (!deepens || *each.bottom_cd >= least_feature_width * spacing ||
+        !unresolved_.insert(each.opening).second)
+      continue;
+    log_.warn(fmt::format(
+        "t = {:.4g} s: {} {} is etched on where it is {:.3g} nm wide, {:.1f} grid spacings: its "
+        "depth hangs on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
+        time, each.is_trench ? "trench" : "hole", each.opening + 1, *each.bottom_cd,
+        *each.bottom_cd / spacing, *each.bottom_cd / least_feature_width));
+  }
 }
 
 Sections& ResultFolder::sections(const Recipe& recipe) {

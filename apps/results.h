@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -87,6 +88,7 @@ class ResultFolder {
   /// Of a whole wafer, compared with the start of the recipe.
   Metrology measure(const Layers& layers, const Recipe& recipe);
   void tell_lost_files(const Recipe& recipe) const;
+  void tell_unresolved(const Metrology& before, double time, const Recipe& recipe);
   void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);
   void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);
@@ -98,6 +100,7 @@ class ResultFolder {
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
   std::optional<Metrology> newest_;  ///< of the last output that was written
+  std::set<int> unresolved_;         ///< openings that were told of
   std::optional<Sections> sections_;
   std::filesystem::path last_checkpoint_;
   Log log_;

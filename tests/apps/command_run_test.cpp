@@ -219,6 +219,38 @@ TEST_F(RunCommand, AStepThatMovesNothingIsAWarning) {
                     ::testing::Not(HasSubstr("etch\" moved nothing"))));
 }
 
+// A groove that narrows to 60 nm: an etch goes on there, a film does not make it deeper.
+TEST_F(RunCommand, AnEtchInAFewSpacingsIsAWarning) {
+  const auto messages = [&](const std::string& spacing, const std::string& step) {
+    write("groove.toml", R"(
+[domain]
+mode = "2d"
+extent = ["400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "200 nm"
+depth = "300 nm"
+taper = "13 deg"
+[output]
+every = "10 s"
+[[step]]
+duration = "30 s"
+)" + step);
+    return scarp("run " + path("groove.toml") + " --set domain.spacing='\"" + spacing +
+                 "\"' --quiet -o " + path("r"))
+        .messages;
+  };
+  const std::string etch = "model = \"directional\"\ndirectional_etch_rate = \"4 nm/s\"\n";
+  const std::string film = "model = \"isotropic\"\ngrowth_rate = \"1 nm/s\"\nmaterial = \"SiO2\"\n";
+  const std::string unresolved = "trench 1 is etched on where it is ";
+  EXPECT_THAT(messages("20 nm", etch), HasSubstr(unresolved));
+  EXPECT_THAT(messages("10 nm", etch), Not(HasSubstr(unresolved)));
+  EXPECT_THAT(messages("20 nm", film), Not(HasSubstr(unresolved)));
+}
+
 TEST_F(RunCommand, NamesMayHoldAnyCharacter) {
   const Outcome run =
       scarp("run " + small_trench("--set title='\"a<b & \\\"c\\\", \\u0001 \u00b5\"' --set "
