@@ -59,7 +59,8 @@ LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>&
                               const SurfaceModel& model, std::span<const AngularFactor> factors,
                               MaterialId material) {
   const std::vector<MaterialId> everywhere(normals.size(), material);
-  const SurfacePoints points{.material = everywhere, .normal = normals};
+  const SurfacePoints points{
+      .material = everywhere, .normal = normals, .coverages = seen.coverages};
   LayerSpeeds speeds;
   for (const std::vector<float>& part : model.amplitudes(points, seen.flux))
     speeds.parts.push_back(corner_values(seen.facets, part));

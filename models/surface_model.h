@@ -114,19 +114,20 @@ class SurfaceModel {
   /// for granted.
   virtual bool is_mirror_symmetric([[maybe_unused]] int axis) const { return true; }
 
-  /// The functions of the normal that the speeds depend on, as far as the model knows them; none if
-  /// speeds depend on the normal through the flux alone. With factors the surface is moved by a
-  /// scheme that takes them at its own normals.
-  virtual std::vector<AngularFactor> angular_factors() const { return {}; }
+  /// The functions of the normal that the speeds depend on, as far as they are known. With factors
+  /// the surface is moved by a scheme that takes them at its own normals: with speeds that depend
+  /// on slopes as they were, edges move wrongly and slopes are unstable.
+  ///
+  /// Without anything better: the cosine to the axis of every narrow lobe from which particles
+  /// come.
+  virtual std::vector<AngularFactor> angular_factors() const;
 
   /// The parts of the speed where there are factors: speeds() is the first part plus, for every
   /// factor, its amplitude times the factor at the normal.
   ///
   /// Shape: one entry more than factors, of an entry per point each. Units: nm/s.
   virtual std::vector<std::vector<float>> amplitudes(
-      const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
-    return {speeds(points, flux)};
-  }
+      const SurfacePoints& points, std::span<const std::span<const float>> flux) const;
 };
 
 /// How long a step takes by a key of its model. Units: s.

@@ -14,8 +14,8 @@
 #include "apps/simulator.h"
 #include "apps/surface_speeds.h"
 #include "levelset/cross_section.h"
-#include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
+#include "tests/apps/surface_height.h"
 
 namespace scarp {
 namespace {
@@ -99,25 +99,6 @@ std::string mesa(double extent, double middle, double wall, double height,
          wafer + "[[geometry]]\nshape = \"fin\"\nmaterial = \"Si\"\ncenter = " + length(middle) +
          "\nwidth = " + length(2 * wall) + "\nheight = " + length(height) +
          "\n[flux]\ntarget_error = 0.02\n";
-}
-
-/// Where the surface lies at x, in nm.
-double height_at(const std::vector<Polyline>& lines, double x) {
-  double z = NAN;
-  for (const Polyline& line : lines) {
-    for (std::size_t p = 0; p + 1 < line.points.size(); ++p) {
-      const auto& [xa, za] = line.points[p];
-      const auto& [xb, zb] = line.points[p + 1];
-      if ((xa < x) == (xb < x)) continue;
-      const double here = za + (x - xa) / (xb - xa) * (zb - za);
-      z = std::isnan(z) ? here : std::max(z, here);
-    }
-  }
-  return z;
-}
-
-std::vector<Polyline> surface_after(const Recipe& recipe) {
-  return cross_section(final_state(recipe).layers, 1, 0.0).back();
 }
 
 std::string half_mesa(double top, const std::string& ion) {

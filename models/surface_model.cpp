@@ -1,0 +1,126 @@
+#include "models/surface_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "flux/source_lobe.h"
+
+namespace scarp {
+
+namespace {
+
+// Particles that come from about one direction, and their tallies.
+struct Lobe {
+  Vec3d direction;
+  std::size_t first_tally;
+  std::size_t end_tally;
+};
+
+// Half of the particles within 15 degrees of the axis.
+bool is_narrow(const SourceLobe& source) {
+  constexpr double least_cosine = 0.966;
+  constexpr double least_power = 19;
+  if (source.rotating || source.kind == SourceLobe::Kind::none) return false;
+  if (source.kind == SourceLobe::Kind::beam) return true;
+  return source.table.empty() ? source.cosine_power >= least_power
+                              : source.table.cosine(0.5) >= least_cosine;
+}
+
+std::vector<Lobe> lobes_of(const SurfaceModel& model) {
+  std::vector<Lobe> lobes;
+  std::size_t tally = 0;
+  for (const Species& species : model.species()) {
+    const std::size_t end = tally + 1 + species.yields.size();
+    if (is_narrow(species.source)) lobes.push_back({species.source.direction, tally, end});
+    tally = end;
+  }
+  return lobes;
+}
+
+// What the speed of each point owes to a lobe: by how much it changes with the logarithm of all
+// that the lobe brings.
+std::vector<float> owed_to(const Lobe& lobe, const SurfaceModel& model, const SurfacePoints& points,
+                           std::span<const std::span<const float>> flux,
+                           std::span<const float> speeds) {
+  constexpr float less = 0.01F;
+  std::vector<std::vector<float>> weaker;
+  std::vector<std::span<const float>> views(flux.begin(), flux.end());
+  for (std::size_t t = lobe.first_tally; t < lobe.end_tally; ++t)
+    weaker.emplace_back(flux[t].begin(), flux[t].end());
+  for (std::size_t t = lobe.first_tally; t < lobe.end_tally; ++t) {
+    std::vector<float>& tally = weaker[t - lobe.first_tally];
+    for (float& value : tally) value *= 1 - less;
+    views[t] = tally;
+  }
+  std::vector<float> owed = model.speeds(points, views);
+  for (std::size_t p = 0; p < owed.size(); ++p) owed[p] = (speeds[p] - owed[p]) / less;
+  return owed;
+}
+
+// The powers of the cosine to the axis by which a speed turns with the normal: with both, and a
+// part that does not turn, it can follow any response up to the higher power, and has one sign.
+constexpr float higher_power = 3;
+float higher(float cosine) { return cosine * cosine * cosine; }
+
+struct Turning {
+  float linear = 0;
+  float higher = 0;
+};
+
+// Of a speed, what turns with the normal, as it changes with the logarithm of what the lobe brings.
+Turning turning_part(float speed, float owed) {
+  if (owed * speed <= 0 || std::abs(owed) <= std::abs(speed)) return {.linear = owed};
+  const float part = std::min((owed / speed - 1) / (higher_power - 1), 1.0F);
+  return {.linear = (1 - part) * speed, .higher = part * speed};
+}
+
+}  // namespace
+
+std::vector<AngularFactor> SurfaceModel::angular_factors() const {
+  std::vector<AngularFactor> factors;
+  for (const Lobe& lobe : lobes_of(*this)) {
+    factors.push_back(BeamResponse(lobe.direction, [](double cosine) { return cosine; }));
+    factors.push_back(
+        BeamResponse(lobe.direction, [](double cosine) { return cosine * cosine * cosine; }));
+  }
+  return factors;
+}
+
+// A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
+// was reflected elsewhere: that turns with the normal at most as what meets a surface head on.
+std::vector<std::vector<float>> SurfaceModel::amplitudes(
+    const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+  std::vector<std::vector<float>> parts{speeds(points, flux)};
+  const std::vector<float> whole = parts.front();
+  for (const Lobe& lobe : lobes_of(*this)) {
+    const std::vector<float> owed = owed_to(lobe, *this, points, flux, whole);
+    std::vector<Turning> turning(owed.size());
+    float most = 0;
+    for (std::size_t p = 0; p < owed.size(); ++p) {
+      turning[p] = turning_part(whole[p], owed[p]);
+      most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
+    }
+    const Vec3f direction(lobe.direction);
+    std::vector<float> linear(owed.size());
+    std::vector<float> high(owed.size());
+    for (std::size_t p = 0; p < owed.size(); ++p) {
+      const float cosine = -dot(direction, points.normal[p]);
+      if (!(cosine > 0)) continue;
+      linear[p] = turning[p].linear / cosine;
+      high[p] = turning[p].higher / higher(cosine);
+      const float head_on = std::abs(linear[p] + high[p]);
+      const float part = head_on > most ? most / head_on : 1;
+      linear[p] *= part;
+      high[p] *= part;
+      float& rest = parts.front()[p];
+      rest -= part * (turning[p].linear + turning[p].higher);
+      // By rounding.
+      if (rest * whole[p] < 0 && owed[p] * whole[p] > 0) rest = 0;
+    }
+    parts.push_back(std::move(linear));
+    parts.push_back(std::move(high));
+  }
+  return parts;
+}
+
+}  // namespace scarp

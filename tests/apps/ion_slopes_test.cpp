@@ -1,0 +1,95 @@
+// Shapes that are etched by ions from straight above, of which only the slope counts: nothing lies
+// in the shadow.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tests/apps/recipe_text.h"
+#include "tests/apps/surface_height.h"
+
+namespace scarp {
+namespace {
+
+constexpr double spacing = 10;
+constexpr double flat_speed = 20;
+constexpr double half_extent = 400;
+
+/// A groove with walls of 60 degrees.
+double start_height(double x) {
+  const double down = (150 - std::abs(x)) * std::sqrt(3.0);
+  return -std::clamp(down, 0.0, 150.0);
+}
+
+/// The groove once flat parts have gone down by a distance, if a surface with the normal n goes at
+/// n_z^power of their speed: by the scheme of Lax and Friedrichs on a much finer grid, which is
+/// monotone.
+std::vector<double> heights_after(double distance, double power, double step) {
+  const auto count = static_cast<std::size_t>(std::lround(2 * half_extent / step));
+  std::vector<double> h(count);
+  for (std::size_t i = 0; i < count; ++i)
+    h[i] = start_height(-half_extent + step * static_cast<double>(i));
+  const auto descent = [power](double slope) {
+    return std::pow(1 + slope * slope, (1 - power) / 2);
+  };
+  constexpr double fastest_kink = 1;
+  const auto steps = static_cast<int>(std::ceil(distance * fastest_kink / (0.5 * step)));
+  const double dt = distance / steps;
+  for (int n = 0; n < steps; ++n) {
+    const std::vector<double> before = h;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double left = (before[i] - before[(i + count - 1) % count]) / step;
+      const double right = (before[(i + 1) % count] - before[i]) / step;
+      const double smoothing = 0.5 * fastest_kink * (right - left);
+      h[i] -= dt * (descent(0.5 * (left + right)) - smoothing);
+    }
+  }
+  return h;
+}
+
+/// By the power of the response and advection.cfl.
+class GrooveUnderIons : public ::testing::TestWithParam<std::tuple<int, double>> {};
+
+TEST_P(GrooveUnderIons, GoesAsASlopeDoes) {
+  const auto [power, cfl] = GetParam();
+  constexpr double seconds = 20;
+  const Recipe recipe = read_text(
+      "[domain]\nmode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"800 nm\"]\n"
+      "boundary = [\"periodic\"]\n"
+      "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+      "[[geometry]]\nshape = \"trench\"\nwidth = \"300 nm\"\ndepth = \"150 nm\"\n"
+      "taper = \"30 deg\"\n"
+      "[flux]\ntarget_error = 0.01\n[advection]\ncfl = " +
+      std::to_string(cfl) +
+      "\n[[step]]\nmodel = \"multi_particle\"\nduration = \"20 s\"\nrate = \"-20 nm/s * Ar^" +
+      std::to_string(power) +
+      "\"\n[[step.ion]]\nname = \"Ar\"\nsource_power = 1e6\nsticks_to = \"90 deg\"\n");
+  const std::vector<Polyline> lines = surface_after(recipe);
+  constexpr double step = 0.5;
+  const std::vector<double> expected = heights_after(flat_speed * seconds, power, step);
+  double sum = 0;
+  double most = 0;
+  int count = 0;
+  for (double x = -395; x < 400; x += 5, ++count) {
+    const auto at = static_cast<std::size_t>(std::lround((x + half_extent) / step));
+    const double off = height_at(lines, x) - expected[at];
+    const double slope = (expected[at + 2] - expected[at - 2]) / (4 * step);
+    const double distance = std::abs(off) / std::hypot(1, slope);
+    sum += distance;
+    // Where the floor has closed to a tip nothing is resolved.
+    if (std::abs(x) > 2 * spacing) most = std::max(most, distance);
+  }
+  EXPECT_LT(sum / count, 0.06 * spacing);
+  EXPECT_LT(most, 0.5 * spacing);
+}
+
+INSTANTIATE_TEST_SUITE_P(Powers, GrooveUnderIons,
+                         ::testing::Combine(::testing::Values(1, 2),
+                                            ::testing::Values(0.5, 0.25, 0.1)));
+
+}  // namespace
+}  // namespace scarp
