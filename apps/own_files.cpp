@@ -26,12 +26,12 @@ bool begins_with(const fs::path& file, const std::string& text) {
 
 void require_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {
   for (const fs::path& each : find_files(folder, chosen)) {
-    // A link that leads nowhere yet will be followed.
-    if (!fs::exists(each) || fs::is_regular_file(each)) continue;
+    // Links are followed, also to a device.
+    if (!fs::is_directory(each) && !fs::is_fifo(each) && !fs::is_socket(each)) continue;
     throw InputError(fmt::format(
         "{}: is {}, in the place of a file that will be written; move it away, or choose another "
         "folder with -o",
-        each.string(), fs::is_directory(each) ? "a folder" : "no file"));
+        each.string(), fs::is_directory(each) ? "a folder" : "a pipe"));
   }
 }
 

@@ -209,7 +209,7 @@ TEST_F(Restart, AFolderOrAPipeInThePlaceOfAFileIsRefused) {
     EXPECT_THAT(refused.messages, HasSubstr("r/profile_0005.csv: is a folder, in the place of"));
   }
   fs::remove_all(folder_ / "r" / "profile_0005.csv");
-  EXPECT_THAT(scarp(run + " --resume").messages, HasSubstr("r/surface_0003.vtp: is no file, in"));
+  EXPECT_THAT(scarp(run + " --resume").messages, HasSubstr("r/surface_0003.vtp: is a pipe, in"));
   EXPECT_TRUE(fs::exists(folder_ / "r" / "state_0002.vdb"));
 }
 
