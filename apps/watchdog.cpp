@@ -50,7 +50,7 @@ void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
   if (!recipe_.steps[step].model) return;
   ++time_steps_;
   // An edge of a crystal moves by none of the speeds of the facets beside it.
-  if (!before.factors.empty()) return;
+  if (std::ranges::any_of(before.factors, &AngularFactor::has_cusps)) return;
   due_ = Due{.step = step,
              .dt = move.dt,
              .volume_then = before.volume,

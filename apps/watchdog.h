@@ -20,8 +20,8 @@ class Watchdog {
   /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether
   /// the time step goes anywhere, whether the particles of the flux are all accounted for, and
   /// whether the error in position is that of all facets. And of the step that ended before,
-  /// whether the solid changed by what speeds say (see Survey::growth), unless they depend on the
-  /// normal.
+  /// whether the solid changed by what speeds say (see Survey::growth), unless they are those of a
+  /// crystal.
   ///
   /// Throws: NumericalError with step, time and place when phi is not finite or on half of the
   ///         surface no distance, when the mesh is no surface, and when the time step has

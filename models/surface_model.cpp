@@ -9,11 +9,10 @@ namespace scarp {
 
 namespace {
 
-// Particles that come from about one direction, and their tallies.
+// Particles that come from about one direction, of one or more species.
 struct Lobe {
   Vec3d direction;
-  std::size_t first_tally;
-  std::size_t end_tally;
+  std::vector<std::size_t> tallies;
 };
 
 // Half of the particles within 15 degrees of the axis.
@@ -31,7 +30,12 @@ std::vector<Lobe> lobes_of(const SurfaceModel& model) {
   std::size_t tally = 0;
   for (const Species& species : model.species()) {
     const std::size_t end = tally + 1 + species.yields.size();
-    if (is_narrow(species.source)) lobes.push_back({species.source.direction, tally, end});
+    if (is_narrow(species.source)) {
+      const Vec3d direction = species.source.direction;
+      auto lobe = std::ranges::find(lobes, direction, &Lobe::direction);
+      if (lobe == lobes.end()) lobe = lobes.insert(lobe, {.direction = direction, .tallies = {}});
+      for (std::size_t t = tally; t < end; ++t) lobe->tallies.push_back(t);
+    }
     tally = end;
   }
   return lobes;
@@ -45,10 +49,9 @@ std::vector<float> owed_to(const Lobe& lobe, const SurfaceModel& model, const Su
   constexpr float less = 0.01F;
   std::vector<std::vector<float>> weaker;
   std::vector<std::span<const float>> views(flux.begin(), flux.end());
-  for (std::size_t t = lobe.first_tally; t < lobe.end_tally; ++t)
-    weaker.emplace_back(flux[t].begin(), flux[t].end());
-  for (std::size_t t = lobe.first_tally; t < lobe.end_tally; ++t) {
-    std::vector<float>& tally = weaker[t - lobe.first_tally];
+  weaker.reserve(lobe.tallies.size());
+  for (const std::size_t t : lobe.tallies) {
+    std::vector<float>& tally = weaker.emplace_back(flux[t].begin(), flux[t].end());
     for (float& value : tally) value *= 1 - less;
     views[t] = tally;
   }
