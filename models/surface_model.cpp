@@ -15,12 +15,11 @@ struct Lobe {
   std::vector<std::size_t> tallies;
 };
 
-// Half of the particles within 15 degrees of the axis.
+// Half of the particles within 15 degrees of the axis. Models of beams know better themselves.
 bool is_narrow(const SourceLobe& source) {
   constexpr double least_cosine = 0.966;
   constexpr double least_power = 19;
-  if (source.rotating || source.kind == SourceLobe::Kind::none) return false;
-  if (source.kind == SourceLobe::Kind::beam) return true;
+  if (source.rotating || source.kind != SourceLobe::Kind::cosine) return false;
   return source.table.empty() ? source.cosine_power >= least_power
                               : source.table.cosine(0.5) >= least_cosine;
 }
@@ -90,9 +89,12 @@ std::vector<AngularFactor> SurfaceModel::angular_factors() const {
 }
 
 // A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
-// was reflected elsewhere: that turns with the normal at most as what meets a surface head on.
+// was reflected elsewhere: that turns with the normal at most twice as much as what meets a surface
+// head on, which leaves room for speeds that rise by less than in proportion.
 std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+  constexpr float grazing = 1e-4F;
+  constexpr float room = 2;
   std::vector<std::vector<float>> parts{speeds(points, flux)};
   const std::vector<float> whole = parts.front();
   for (const Lobe& lobe : lobes_of(*this)) {
@@ -101,14 +103,14 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     float most = 0;
     for (std::size_t p = 0; p < owed.size(); ++p) {
       turning[p] = turning_part(whole[p], owed[p]);
-      most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
+      most = std::max(most, room * std::abs(turning[p].linear + turning[p].higher));
     }
     const Vec3f direction(lobe.direction);
     std::vector<float> linear(owed.size());
     std::vector<float> high(owed.size());
     for (std::size_t p = 0; p < owed.size(); ++p) {
       const float cosine = -dot(direction, points.normal[p]);
-      if (!(cosine > 0)) continue;
+      if (!(cosine > grazing)) continue;
       linear[p] = turning[p].linear / cosine;
       high[p] = turning[p].higher / higher(cosine);
       const float head_on = std::abs(linear[p] + high[p]);

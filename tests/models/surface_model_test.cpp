@@ -1,0 +1,137 @@
+#include "models/surface_model.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace scarp {
+namespace {
+
+/// Etches by a power of what a lobe of ions brings, on top of what a gas does.
+class PowerOfIons : public SurfaceModel {
+ public:
+  PowerOfIons(double power, float of_gas, SourceLobe source = {.cosine_power = 1000})
+      : power_(power), of_gas_(of_gas), source_(std::move(source)) {}
+
+  std::vector<Species> species() const override {
+    return {{.name = "gas"}, {.name = "ions", .source = source_, .yields = {{.name = "sputter"}}}};
+  }
+  std::vector<float> speeds(const SurfacePoints& points,
+                            std::span<const std::span<const float>> flux) const override {
+    std::vector<float> speeds(points.material.size());
+    for (std::size_t p = 0; p < speeds.size(); ++p)
+      speeds[p] = of_gas_ * flux[0][p] - static_cast<float>(std::pow(flux[2][p], power_));
+    return speeds;
+  }
+
+ private:
+  double power_;
+  float of_gas_;
+  SourceLobe source_;
+};
+
+/// A flat point and slopes up to a wall, all of which see the source.
+struct Slopes {
+  explicit Slopes(const PowerOfIons& of) : model(of) {
+    for (const double degrees : {0.0, 10.0, 30.0, 45.0, 60.0, 80.0, 89.0, 90.0, 120.0}) {
+      const double slope = degrees * (M_PI / 180);
+      normals.push_back(
+          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
+      ions.push_back(std::max(0.0F, normals.back().z));
+    }
+    materials.resize(normals.size());
+    gas.assign(normals.size(), 1.0F);
+    tallies = {gas, ions, ions};
+    parts = model.amplitudes(points(), tallies);
+    factors = model.angular_factors();
+  }
+
+  SurfacePoints points() const { return {.material = materials, .normal = normals}; }
+  /// With the amplitudes of a point, at any normal.
+  double at(std::size_t point, Vec3f normal) const {
+    double speed = parts[0][point];
+    for (std::size_t k = 0; k < factors.size(); ++k)
+      speed += static_cast<double>(parts[1 + k][point] * factors[k].value(normal));
+    return speed;
+  }
+
+  const PowerOfIons& model;
+  std::vector<Vec3f> normals;
+  std::vector<MaterialId> materials;
+  std::vector<float> gas;
+  std::vector<float> ions;
+  std::vector<std::span<const float>> tallies;
+  std::vector<std::vector<float>> parts;
+  std::vector<AngularFactor> factors;
+};
+
+TEST(TurningSpeeds, AreThoseOfTheModelAtItsOwnNormals) {
+  for (const float of_gas : {0.0F, -0.3F, 0.5F, 2.0F}) {
+    for (const double power : {0.5, 1.0, 2.0, 5.0}) {
+      const PowerOfIons model(power, of_gas);
+      const Slopes slopes(model);
+      const std::vector<float> speeds = model.speeds(slopes.points(), slopes.tallies);
+      for (std::size_t p = 0; p < speeds.size(); ++p)
+        EXPECT_NEAR(slopes.at(p, slopes.normals[p]), speeds[p], 1e-4) << of_gas << ' ' << power;
+    }
+  }
+}
+
+TEST(TurningSpeeds, ChangeWithTheNormalAsThoseOfTheModelDo) {
+  for (const double power : {0.5, 1.0, 1.7, 2.0, 3.0}) {
+    const PowerOfIons model(power, -0.2F);
+    const Slopes slopes(model);
+    for (std::size_t p = 1; p < 5; ++p) {
+      const double slope = std::acos(slopes.normals[p].z);
+      constexpr double turn = 0.02;
+      const auto normal = [&](double angle) {
+        return Vec3f{static_cast<float>(std::sin(angle)), 0, static_cast<float>(std::cos(angle))};
+      };
+      const double turned =
+          (slopes.at(p, normal(slope + turn)) - slopes.at(p, normal(slope - turn))) / (2 * turn);
+      const double exact = power * std::pow(std::cos(slope), power - 1) * std::sin(slope);
+      EXPECT_NEAR(turned, exact, 0.03 * exact) << power << ' ' << p;
+    }
+  }
+}
+
+// What etches must not grow anywhere, whatever the normal of the grid.
+TEST(TurningSpeeds, HaveOneSign) {
+  for (const double power : {0.5, 1.0, 2.0, 3.0, 7.0}) {
+    const PowerOfIons model(power, -0.1F);
+    const Slopes slopes(model);
+    for (const std::vector<float>& part : slopes.parts)
+      for (const float value : part) EXPECT_LE(value, 0) << power;
+  }
+}
+
+// The speed of a wall that ions graze turns no faster than twice what a floor goes.
+TEST(TurningSpeeds, AreBounded) {
+  const PowerOfIons model(1, 0);
+  Slopes slopes(model);
+  std::ranges::fill(slopes.ions, 1.0F);  // most of it reflected
+  const auto parts = model.amplitudes(slopes.points(), slopes.tallies);
+  for (const float amplitude : parts[1]) {
+    EXPECT_LE(std::abs(amplitude), 2.001F);
+    EXPECT_TRUE(std::isfinite(amplitude));
+  }
+}
+
+TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
+  const auto factor_count = [](const SourceLobe& source) {
+    return PowerOfIons(1, 0, source).angular_factors().size();
+  };
+  EXPECT_EQ(factor_count({.cosine_power = 1}), 0U);
+  EXPECT_EQ(factor_count({.cosine_power = 300}), 2U);
+  EXPECT_EQ(factor_count({.cosine_power = 300, .rotating = true}), 0U);
+  const std::array<double, 2> angles{0, 0.2};
+  const std::array<double, 2> even{1, 1};
+  EXPECT_EQ(factor_count({.table = PolarDensity(angles, even)}), 2U);
+  const std::array<double, 2> wide{0, 1.2};
+  EXPECT_EQ(factor_count({.table = PolarDensity(wide, even)}), 0U);
+}
+
+}  // namespace
+}  // namespace scarp
