@@ -86,6 +86,13 @@ double surplus(const std::filesystem::path& folder) {
   return (change - expected) / expected;
 }
 
+/// That of the sanitizer goes on growing: it keeps what is freed.
+void expect_flat_memory([[maybe_unused]] const LongRun& result) {
+#ifndef __SANITIZE_ADDRESS__
+  EXPECT_LT(result.memory_late, 1.02 * result.memory_early);
+#endif
+}
+
 // The walls meet, and a void may close.
 TEST(SlowLongRun, OfATrenchKeepsItsMemoryAndItsVolume) {
   const TemporaryFolder folder;
@@ -94,7 +101,7 @@ TEST(SlowLongRun, OfATrenchKeepsItsMemoryAndItsVolume) {
                 "model = \"single_particle\"\nsticking = 0.2\n"),
       folder);
   EXPECT_NEAR(result.time_steps, time_steps, 10);
-  EXPECT_LT(result.memory_late, 1.02 * result.memory_early);
+  expect_flat_memory(result);
   EXPECT_NEAR(surplus(folder), 0, 0.01);
 }
 
@@ -103,7 +110,7 @@ TEST(SlowLongRun, OfAFlatWaferDoesNotDrift) {
   const LongRun result =
       run_through(long_film("", "model = \"single_particle\"\nsticking = 0.2\n"), folder);
   EXPECT_NEAR(result.time_steps, time_steps, 10);
-  EXPECT_LT(result.memory_late, 1.02 * result.memory_early);
+  expect_flat_memory(result);
   // A wafer lies 0.001 spacings too high from the start.
   EXPECT_NEAR(result.lowest, result.time + 0.002, 1e-3);
   EXPECT_NEAR(result.highest - result.lowest, 0, 1e-4);
