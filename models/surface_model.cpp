@@ -89,12 +89,11 @@ std::vector<AngularFactor> SurfaceModel::angular_factors() const {
 }
 
 // A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
-// was reflected elsewhere: that turns with the normal at most twice as much as what meets a surface
-// head on, which leaves room for speeds that rise by less than in proportion.
+// was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
+// would shorten the time step.
 std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
   constexpr float grazing = 1e-4F;
-  constexpr float room = 2;
   std::vector<std::vector<float>> parts{speeds(points, flux)};
   const std::vector<float> whole = parts.front();
   for (const Lobe& lobe : lobes_of(*this)) {
@@ -103,7 +102,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     float most = 0;
     for (std::size_t p = 0; p < owed.size(); ++p) {
       turning[p] = turning_part(whole[p], owed[p]);
-      most = std::max(most, room * std::abs(turning[p].linear + turning[p].higher));
+      most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
     }
     const Vec3f direction(lobe.direction);
     std::vector<float> linear(owed.size());
