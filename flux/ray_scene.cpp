@@ -34,6 +34,15 @@ Vec3d placed_normal(const std::array<Vec3f, 3>& corners, Vec3d exact) {
   return normalized(is_turned ? exact : placed);
 }
 
+RayScene::Instructions newest_instructions() {
+  const bool has_avx512 =
+      __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
+      __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0;
+  if (has_avx512) return RayScene::Instructions::avx512;
+  const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  return has_avx2 ? RayScene::Instructions::avx2 : RayScene::Instructions::sse2;
+}
+
 }  // namespace
 
 // Flights under way: their straight parts, between sides.
@@ -320,10 +329,10 @@ Flight RayScene::fly(const Ray& ray) const {
   return flight;
 }
 
-// All that flights call becomes part of the two functions: compiled for AVX2 they take half the
-// time. No result depends on it.
-[[gnu::flatten]] void RayScene::fly_without_avx2(std::span<const Ray> rays,
-                                                 std::span<Flight> flights) const {
+// All that flights call becomes part of each of the three functions: compiled for AVX2 they take
+// half the time, for AVX-512 (vectors stay at 256 bits) a tenth less. No result depends on it.
+[[gnu::flatten]] void RayScene::fly_with_sse2(std::span<const Ray> rays,
+                                              std::span<Flight> flights) const {
   Wave(*this, rays, flights).fly();
 }
 
@@ -332,9 +341,22 @@ Flight RayScene::fly(const Ray& ray) const {
   Wave(*this, rays, flights).fly();
 }
 
-void RayScene::fly(std::span<const Ray> rays, std::span<Flight> flights) const {
-  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-  has_avx2 ? fly_with_avx2(rays, flights) : fly_without_avx2(rays, flights);
+[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw"), gnu::flatten]] void RayScene::fly_with_avx512(
+    std::span<const Ray> rays, std::span<Flight> flights) const {
+  Wave(*this, rays, flights).fly();
+}
+
+void RayScene::fly(std::span<const Ray> rays, std::span<Flight> flights,
+                   Instructions newest) const {
+  static const Instructions machine = newest_instructions();
+  switch (std::min(newest, machine)) {
+    case Instructions::sse2:
+      return fly_with_sse2(rays, flights);
+    case Instructions::avx2:
+      return fly_with_avx2(rays, flights);
+    case Instructions::avx512:
+      return fly_with_avx512(rays, flights);
+  }
 }
 
 }  // namespace scarp

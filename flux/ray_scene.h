@@ -34,12 +34,14 @@ class RayScene {
 
   /// Thread-safe.
   Flight fly(const Ray& ray) const;
+  enum class Instructions { sse2, avx2, avx512 };
+
   /// The end of each, in a third of the time if there are many; faster if those that start close
-  /// together follow each other.
+  /// together follow each other. To the last bit the same with all instructions; the newest that
+  /// the machine has are used.
   /// Shape: as many flights as rays.
-  void fly(std::span<const Ray> rays, std::span<Flight> flights) const;
-  /// The same to the last bit, as it is done on older processors.
-  void fly_without_avx2(std::span<const Ray> rays, std::span<Flight> flights) const;
+  void fly(std::span<const Ray> rays, std::span<Flight> flights,
+           Instructions newest = Instructions::avx512) const;
 
   /// Asks the memory for what is known of a facet.
   void prefetch(std::size_t facet) const { __builtin_prefetch(&facets_[facet]); }
@@ -60,7 +62,9 @@ class RayScene {
   class Wave;
 
   void place(const TriMesh& mesh, const Sides& sides, double spacing);
+  void fly_with_sse2(std::span<const Ray> rays, std::span<Flight> flights) const;
   void fly_with_avx2(std::span<const Ray> rays, std::span<Flight> flights) const;
+  void fly_with_avx512(std::span<const Ray> rays, std::span<Flight> flights) const;
   void cross_side(int axis, Ray& ray) const;
 
   LargeVector<FacetGrid::Facet> facets_;

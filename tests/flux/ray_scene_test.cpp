@@ -98,8 +98,10 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   }
   std::vector<Flight> together(rays.size());
   scene.fly(rays, together);
-  std::vector<Flight> without_avx2(rays.size());
-  scene.fly_without_avx2(rays, without_avx2);
+  std::vector<Flight> by_avx2(rays.size());
+  scene.fly(rays, by_avx2, RayScene::Instructions::avx2);
+  std::vector<Flight> by_sse2(rays.size());
+  scene.fly(rays, by_sse2, RayScene::Instructions::sse2);
   std::vector<Flight> in_groups(rays.size());
   for (std::size_t first = 0, count = 1; first < rays.size(); first += count, ++count) {
     count = std::min(count, rays.size() - first);
@@ -107,7 +109,7 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   }
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Flight alone = scene.fly(rays[i]);
-    for (const Flight* flight : {&together[i], &without_avx2[i], &in_groups[i]}) {
+    for (const Flight* flight : {&together[i], &by_avx2[i], &by_sse2[i], &in_groups[i]}) {
       ASSERT_EQ(flight->end, alone.end);
       ASSERT_EQ(flight->facet, alone.facet);
       ASSERT_EQ(flight->r, alone.r);
