@@ -15,6 +15,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
+#include "core/quantity.h"
 #include "core/read_file.h"
 
 namespace scarp {
@@ -23,19 +24,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is compared with the full mesh: its name and how it differs from the recipe.
+/// What is compared: its name and how it differs from the recipe.
 struct Variant {
   std::string name;
   std::vector<std::string> overrides;
 };
 
-std::vector<Variant> variants_of(const CompareArguments& arguments) {
-  const std::string on = "simplify.enabled=true";
-  if (arguments.methods.empty()) return {{.name = "simplified", .overrides = {on}}};
-  std::vector<Variant> variants;
+constexpr const char* full_mesh = "simplify.enabled=false";
+constexpr const char* simplified_mesh = "simplify.enabled=true";
+
+/// Of a slice of what has two dimensions. Spacings; the answer does not depend on it.
+constexpr double slice_length = 4;
+
+/// The recipe in one of the two modes.
+Variant in_mode(const std::string& mode, const Frame& frame) {
+  const bool two_dimensional = mode == "2d";
+  Variant variant{.name = mode, .overrides = {}};
+  if (two_dimensional == frame.two_dimensional) return variant;
+  const auto nm = [](double length) { return fmt::format("\"{} nm\"", format_number(length)); };
+  const std::string extent = nm(frame.cells[0] * frame.spacing);
+  const char* sides = frame.boundary[0] == Boundary::periodic ? "\"periodic\"" : "\"reflective\"";
+  variant.overrides.push_back(fmt::format("domain.mode=\"{}\"", mode));
+  if (two_dimensional) {
+    variant.overrides.push_back(fmt::format("domain.extent=[{}]", extent));
+    variant.overrides.push_back(fmt::format("domain.boundary=[{}]", sides));
+    variant.overrides.emplace_back(full_mesh);
+  } else {
+    variant.overrides.push_back(
+        fmt::format("domain.extent=[{}, {}]", extent, nm(slice_length * frame.spacing)));
+    variant.overrides.push_back(fmt::format("domain.boundary=[{}, \"reflective\"]", sides));
+  }
+  return variant;
+}
+
+/// The first is what the others are compared with.
+std::vector<Variant> variants_of(const CompareArguments& arguments, const Frame& frame) {
+  if (!arguments.modes.empty()) {
+    const std::size_t comma = arguments.modes.find(',');
+    return {in_mode(arguments.modes.substr(0, comma), frame),
+            in_mode(arguments.modes.substr(comma + 1), frame)};
+  }
+  std::vector<Variant> variants{{.name = "full", .overrides = {full_mesh}}};
   for (const std::string& method : arguments.methods)
     variants.push_back(
-        {.name = method, .overrides = {on, fmt::format("simplify.method=\"{}\"", method)}});
+        {.name = method,
+         .overrides = {simplified_mesh, fmt::format("simplify.method=\"{}\"", method)}});
+  if (arguments.methods.empty())
+    variants.push_back({.name = "simplified", .overrides = {simplified_mesh}});
   return variants;
 }
 
@@ -45,16 +80,21 @@ class Runner {
   Runner(const CompareArguments& arguments, const CommonOptions& common)
       : arguments_(arguments), common_(common), folder_(arguments.result_folder()) {}
 
+  /// Throws: InputError where the recipe is not one with the changes of the variant.
+  Recipe recipe_of(const Variant& variant, std::uint64_t seed) const {
+    std::vector<std::string> overrides = arguments_.set;
+    overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
+    overrides.push_back(fmt::format("flux.seed={}", seed));
+    return read_recipe(arguments_.recipe, overrides);
+  }
+
   /// The runs of a variant, whose seeds are every second number from the given one on; nothing when
   /// it was interrupted.
   std::optional<RunGroup> run(const Variant& variant, std::uint64_t first_seed) const {
     RunGroup group{.name = variant.name, .runs = {}};
     for (int n = 0; n < arguments_.seeds; ++n) {
       const std::uint64_t seed = first_seed + 2 * static_cast<std::uint64_t>(n);
-      std::vector<std::string> overrides = arguments_.set;
-      overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
-      overrides.push_back(fmt::format("flux.seed={}", seed));
-      const Recipe recipe = read_recipe(arguments_.recipe, overrides);
+      const Recipe recipe = recipe_of(variant, seed);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
       if (!common_.quiet)
         tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, where.string()));
@@ -132,33 +172,38 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
   return passed ? done : check_failed;
 }
 
-ExitCode compare_meshes(const CompareArguments& arguments, const CommonOptions& common) {
+ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
-  if (recipe.frame.two_dimensional) {
-    throw InputError(
-        fmt::format("{}: in two dimensions the mesh is not simplified: there is nothing to compare",
-                    arguments.recipe));
+  if (recipe.frame.two_dimensional && arguments.modes.empty()) {
+    throw InputError(fmt::format(
+        "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
+        "--modes 3d,2d compares it with a slice in three dimensions",
+        arguments.recipe));
   }
   const fs::path folder = arguments.result_folder();
+  const Runner runner(arguments, common);
+  const std::vector<Variant> variants = variants_of(arguments, recipe.frame);
+  const std::uint64_t seed = recipe.flux.seed;
+  // What cannot be run is told before anything is.
+  for (const Variant& variant : variants) runner.recipe_of(variant, seed);
   // Of the whole comparison: each run holds its own folder, but only while it lasts.
   const FolderLock lock(folder);
   require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
-  const Runner runner(arguments, common);
-  const std::uint64_t seed = recipe.flux.seed;
-  const auto stopped = [&] {
-    tell("interrupted; the same command goes on with what is there\n");
-    return interrupted;
-  };
-  const auto full = runner.run({.name = "full", .overrides = {"simplify.enabled=false"}}, seed);
-  if (!full) return stopped();
+  std::vector<RunGroup> groups;
+  for (const Variant& variant : variants) {
+    const auto group = runner.run(variant, groups.empty() ? seed : seed + 1);
+    if (!group) {
+      tell("interrupted; the same command goes on with what is there\n");
+      return interrupted;
+    }
+    groups.push_back(*group);
+  }
   std::vector<ComparisonCase> cases;
-  for (const Variant& variant : variants_of(arguments)) {
-    const auto group = runner.run(variant, seed + 1);
-    if (!group) return stopped();
-    cases.push_back({.first = full->name,
-                     .second = group->name,
-                     .first_runs = folders_of(*full),
-                     .second_runs = folders_of(*group),
+  for (const RunGroup& group : std::span(groups).subspan(1)) {
+    cases.push_back({.first = groups.front().name,
+                     .second = group.name,
+                     .first_runs = folders_of(groups.front()),
+                     .second_runs = folders_of(group),
                      .tolerances = arguments.tolerances});
   }
   return write_results(folder, cases, compare_all(cases), recipe.title, common);
@@ -194,7 +239,7 @@ ExitCode execute(const CompareArguments& arguments, const CommonOptions& common)
                     "contour (.csv)",
                     arguments.recipe));
   }
-  return compare_meshes(arguments, common);
+  return compare_variants(arguments, common);
 }
 
 }  // namespace scarp

@@ -313,6 +313,12 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(method());
+  command
+      .add_option("--modes", arguments.modes,
+                  "Compare the recipe in two and in three dimensions instead: 3d,2d, the reference "
+                  "first")
+      ->check(CLI::IsMember({"3d,2d", "2d,3d"}))
+      ->excludes("--methods");
   command.add_option("--line", arguments.line,
                      "Where a contour was measured (default: 'y = 0 nm')");
   command
@@ -487,8 +493,8 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<SectionArguments>(
       app, "section", "Cut a run or a state along any line: a picture and its points", line);
   add_command<CompareArguments>(
-      app, "compare", "A recipe simplified and not, or two runs, side by side, with a verdict",
-      line);
+      app, "compare",
+      "A recipe simplified and not, in 2D and 3D, or two runs, side by side, with a verdict", line);
   add_command<BaselineArguments>(
       app, "baseline", "Keep what recipes give, and notice when they give something else", line);
   add_command<ReportArguments>(

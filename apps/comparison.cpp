@@ -25,15 +25,37 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A cross-section of an infinitely long structure fits any slice of it.
 void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
-  bool is_same = a.two_dimensional == b.two_dimensional && a.boundary == b.boundary;
-  for (int axis = 0; axis < 2 && !a.two_dimensional; ++axis)
-    is_same = is_same && std::abs(a.sides().width(axis) - b.sides().width(axis)) < 1e-6 * a.spacing;
+  bool is_same = true;
+  for (std::size_t axis = 0; axis < (a.two_dimensional || b.two_dimensional ? 1U : 2U); ++axis) {
+    const double difference =
+        a.sides().width(static_cast<int>(axis)) - b.sides().width(static_cast<int>(axis));
+    is_same =
+        is_same && a.boundary[axis] == b.boundary[axis] && std::abs(difference) < 1e-6 * a.spacing;
+  }
   if (is_same) return;
   throw InputError(
-      fmt::format("{}: has another mode, extent or sides than what it is compared "
-                  "with",
-                  where));
+      fmt::format("{}: has another extent or other sides than what it is compared with", where));
+}
+
+/// Makes what was a cross-section as long as a slice.
+void lengthen(Snapshot& section, const Sides& slice) {
+  const Sides own = section.frame.sides();
+  const double longer = slice.width(1) / own.width(1);
+  for (Vec3f& r : section.surface.vertices)
+    r.y = static_cast<float>(slice.lower[1] + longer * (static_cast<double>(r.y) - own.lower[1]));
+  for (MetrologyValue& each : section.values)
+    if (each.name.ends_with("_nm3")) each.value *= longer;
+}
+
+/// Gives all of them the length of the first that has one.
+void make_equally_long(std::span<Snapshot> all) {
+  const auto is_section = [](const Snapshot& each) { return each.frame.two_dimensional; };
+  const auto slice = std::ranges::find_if_not(all, is_section);
+  if (slice == all.end()) return;
+  for (Snapshot& each : all)
+    if (is_section(each)) lengthen(each, slice->frame.sides());
 }
 
 // --- values --------------------------------------------------------------------------------------
@@ -459,6 +481,7 @@ class Comparer {
       require_same_domain(all.front().frame, all.back().frame, runs_[n]->where.string());
       surfaces[n < first_count_ ? 0 : 1].push_back(runs_[n]->outputs[outputs[n]].surface);
     }
+    make_equally_long(all);
     const std::span<const Snapshot> a = std::span(all).first(first_count_);
     const std::span<const Snapshot> b = std::span(all).subspan(first_count_);
     result_.spacing = a.front().frame.spacing;

@@ -78,14 +78,15 @@ std::string pictures_of(const std::array<RunRecord, 2>& runs,
   return html + "</div>\n";
 }
 
-/// The surfaces of the first runs side by side at the outputs that are compared; empty where there
-/// is no depth or no second surface.
+/// The surfaces of the first runs side by side at the outputs that are compared; empty where one
+/// has no depth or there is no second surface.
 std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::size_t most_bytes) {
   if (!wanted.contour.empty()) return "";
   const std::array runs{read_run(wanted.first_runs.front()), read_run(wanted.second_runs.front())};
   const SavedWafer wafer = read_wafer(runs[0].outputs.back().state);
   const Frame& frame = wafer.layers.frame;
-  if (frame.two_dimensional) return "";
+  const SavedWafer other = read_wafer(runs[1].outputs.back().state);
+  if (frame.two_dimensional || other.layers.frame.two_dimensional) return "";
   Scene scene{.material_names = material_names_of(runs[0], wafer),
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
   const std::array records{&runs[0], &runs[1]};

@@ -83,6 +83,51 @@ TEST_F(CompareCommand, SimplifiedTrenchIsAsTheFullOne) {
   EXPECT_EQ(read_file(path("again.html")), page);
 }
 
+// Prescribed speeds: nothing but rounding lies between them.
+TEST_F(CompareCommand, ACrossSectionIsAsASliceThatIsCutFromIt) {
+  run_film("section", "60 nm");
+  run_film("slice", "60 nm", "extent = [\"600 nm\", \"70 nm\"]");
+  for (const auto& [first, second] : {std::pair("section", "slice"), {"slice", "section"}}) {
+    const Outcome outcome =
+        scarp("compare " + path(first) + " " + path(second) + " --json -o " + path("out"));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+    const nlohmann::json found = json_of(outcome);
+    for (const char* way : {"forward", "reverse"})
+      EXPECT_LT(found["distance"].back()[way]["max"], 1e-4) << way;
+    const nlohmann::json& volume = value(found, "SiO2_volume_nm3");
+    EXPECT_GT(volume["first"]["mean"], 0);
+    EXPECT_NEAR(volume["difference"], 0, 1e-6 * volume["first"]["mean"].get<double>());
+  }
+  run_film("other", "60 nm", "extent = [\"620 nm\", \"70 nm\"]");
+  const Outcome other = scarp("compare " + path("section") + " " + path("other"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.messages, HasSubstr("other: has another extent"));
+}
+
+TEST_F(CompareCommand, ARecipeInTwoDimensionsIsAsInThree) {
+  const Outcome outcome = compare_trench("out", "--seeds 2 --modes 3d,2d");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const nlohmann::json found = json_of(outcome);
+  EXPECT_EQ(found["first"], "3d");
+  EXPECT_EQ(found["second"], "2d");
+  EXPECT_TRUE(fs::exists(path("out/3d_seed_1/summary.json")));
+  EXPECT_TRUE(fs::exists(path("out/2d_seed_4/summary.json")));
+  EXPECT_GT(found["distance"].back()["forward"]["mean"], 0);
+  EXPECT_EQ(value(found, "trench 1 SiO2_step_coverage")["verdict"], "within");
+  ASSERT_FALSE(found["flux"].empty());
+  EXPECT_LT(found["flux"].back()["rms_difference"], 0.1);
+  const std::string page = read_file(path("out/report.html"));
+  EXPECT_EQ(scarp("report " + path("out") + " -o " + path("again.html")).exit_code, 0);
+  EXPECT_EQ(read_file(path("again.html")), page);
+
+  run_film("film", "60 nm");
+  const Outcome film =
+      scarp("compare " + path("film.toml") + " --modes 2d,3d --seeds 1 --json -o " + path("films"));
+  ASSERT_EQ(film.exit_code, 0) << film.messages;
+  EXPECT_EQ(json_of(film)["second"], "3d");
+  EXPECT_LT(json_of(film)["distance"].back()["reverse"]["max"], 1e-4);
+}
+
 TEST_F(CompareCommand, RunsThatAreThereAreNotMadeAgain) {
   ASSERT_EQ(compare_trench("out", "--seeds 1").exit_code, 0);
   const auto written = fs::last_write_time(path("out/full_seed_1/summary.json"));
@@ -321,6 +366,19 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   const Outcome flat = scarp("compare " + path("film.toml"));
   EXPECT_EQ(flat.exit_code, 2);
   EXPECT_THAT(flat.messages, HasSubstr("in two dimensions the mesh is not simplified"));
+  EXPECT_THAT(flat.messages, HasSubstr("--modes 3d,2d compares"));
+  write("hole.toml",
+        "[domain]\nspacing = \"20 nm\"\nextent = [\"600 nm\", \"600 nm\"]\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[geometry]]\nshape = \"hole\"\ndiameter = \"200 nm\"\ndepth = \"200 nm\"\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\nmaterial = \"SiO2\"\n"
+        "growth_rate = \"1 nm/s\"\n");
+  const Outcome hole = scarp("compare " + path("hole.toml") + " --modes 3d,2d -o " + path("hole"));
+  EXPECT_EQ(hole.exit_code, 2);
+  EXPECT_THAT(hole.messages, HasSubstr("hole.toml:7"));
+  EXPECT_FALSE(fs::exists(path("hole")));
+  for (const char* wrong : {"--modes 2d", "--modes 2d,2d", "--modes 3d,2d --methods paper"})
+    EXPECT_EQ(scarp("compare " + path("hole.toml") + ' ' + wrong).exit_code, 2) << wrong;
   const Outcome alone = scarp("compare " + path("a"));
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_THAT(alone.messages, HasSubstr("name what it is compared with"));
