@@ -76,8 +76,8 @@ LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>&
 }
 
 std::vector<LayerSpeeds> speeds_at_corners(std::span<const Layer> stack, const SeenSurface& seen,
-                                           const SurfaceModel& model) {
-  const std::vector<AngularFactor> factors = model.angular_factors();
+                                           const SurfaceModel& model,
+                                           std::span<const AngularFactor> factors) {
   const std::vector<Vec3f> normals = facet_normals(seen.facets.mesh());
   std::vector<Vec3f> corner_normals;
   std::vector<std::vector<float>> corner_flux;
@@ -172,8 +172,8 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   result.factors = step.model->angular_factors();
   result.speeds_of_layers = speeds_at_corners(
       state.layers.stack,
-      {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages},
-      *step.model);
+      {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages}, *step.model,
+      result.factors);
   require_sound_speeds(result, state, recipe);
   result.growth = growth_of(result, state, recipe);
 }
@@ -185,7 +185,7 @@ void find_change(const State& state, const Recipe& recipe, Survey& result) {
   const std::vector<std::span<const float>> flux(earlier.tallies.begin(), earlier.tallies.end());
   const std::vector<LayerSpeeds> before = speeds_at_corners(
       state.layers.stack, {SmoothCorners(state.mesh.facets), flux, state.coverages.values},
-      *current_step(state, recipe).model);
+      *current_step(state, recipe).model, result.factors);
   std::vector<std::size_t> layers;
   for (const MaterialId material : result.facets.materials)
     layers.push_back(layer_of(state, material));

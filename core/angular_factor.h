@@ -46,6 +46,30 @@ class BeamResponse {
   std::vector<float> table_;
 };
 
+/// The same for a response of linear c + cubic c^3 at the cosine c: without a table, eight normals
+/// at a time.
+class CubicResponse {
+ public:
+  /// direction is a unit vector towards the wafer.
+  CubicResponse(Vec3d direction, float linear, float cubic)
+      : direction_(direction), linear_(linear), cubic_(cubic) {}
+
+  AngularRate rate(Vec3f p) const {
+    const float size = std::max(length(p), 1e-6F);
+    const Vec3f n = p / size;
+    const float cosine = std::max(-dot(direction_, n), 0.0F);
+    const float square = cosine * cosine;
+    const float response = cosine * (linear_ + cubic_ * square);
+    const float steepness = cosine > 0 ? linear_ + 3 * cubic_ * square : 0.0F;
+    return {size * response, (response - steepness * cosine) * n - steepness * direction_};
+  }
+
+ private:
+  Vec3f direction_;
+  float linear_;
+  float cubic_;
+};
+
 /// Rates of a cubic crystal: those of the planes {100}, {110}, {111} and {311}, and in between an
 /// interpolation that has them exactly.
 ///
@@ -106,6 +130,7 @@ class AngularFactor {
   };
 
   AngularFactor(BeamResponse kind) : kind_(std::move(kind)) { find_bounds(); }
+  AngularFactor(CubicResponse kind) : kind_(kind) { find_bounds(); }
   AngularFactor(CrystalRates kind) : kind_(kind) { find_bounds(); }
 
   /// Calls visitor with the kind of factor, whose rate() is then known to the compiler.
@@ -133,7 +158,7 @@ class AngularFactor {
  private:
   void find_bounds();
 
-  std::variant<BeamResponse, CrystalRates> kind_;
+  std::variant<BeamResponse, CubicResponse, CrystalRates> kind_;
   Bounds bounds_;
 };
 

@@ -162,7 +162,7 @@ bool Directional::is_mirror_symmetric(int axis) const {
 std::vector<AngularFactor> Directional::angular_factors() const {
   std::vector<AngularFactor> factors;
   for (const Beam& beam : values_.beams) {
-    factors.push_back(BeamResponse(beam.direction, [](double cosine) { return cosine; }));
+    factors.push_back(CubicResponse(beam.direction, 1, 0));
   }
   return factors;
 }

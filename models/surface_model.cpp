@@ -81,9 +81,8 @@ Turning turning_part(float speed, float owed) {
 std::vector<AngularFactor> SurfaceModel::angular_factors() const {
   std::vector<AngularFactor> factors;
   for (const Lobe& lobe : lobes_of(*this)) {
-    factors.push_back(BeamResponse(lobe.direction, [](double cosine) { return cosine; }));
-    factors.push_back(
-        BeamResponse(lobe.direction, [](double cosine) { return cosine * cosine * cosine; }));
+    factors.push_back(CubicResponse(lobe.direction, 1, 0));
+    factors.push_back(CubicResponse(lobe.direction, 0, 1));
   }
   return factors;
 }

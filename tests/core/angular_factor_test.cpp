@@ -55,6 +55,26 @@ TEST(BeamResponse, OfTheCosineIsLinear) {
   EXPECT_NEAR(AngularFactor(beam).limiting_speed(), 1, 1e-6);
 }
 
+TEST(CubicResponse, IsThatOfABeamWithTheSameResponse) {
+  const Vec3d d{std::sin(0.3), 0, -std::cos(0.3)};
+  const AngularFactor factor = CubicResponse(d, 0.7F, -0.4F);
+  const AngularFactor table = BeamResponse(d, [](double c) { return c * (0.7 - 0.4 * c * c); });
+  for (double theta = 0; theta < 180 * degree; theta += 0.17) {
+    for (double phi = 0; phi < 360 * degree; phi += 0.41) {
+      const Vec3f p = 1.3F * direction(theta, phi);
+      const AngularRate rate = factor.rate(p);
+      const AngularRate same = table.rate(p);
+      EXPECT_NEAR(rate.value, same.value, 1e-5);
+      // The table's slope is constant in each of its 512 intervals.
+      for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(rate.slope[axis], same.slope[axis], 5e-3);
+    }
+  }
+  expect_slopes(factor, {0.3F, 0.5F, 0.7F});
+  expect_slopes(factor, {-0.6F, 0.1F, 0.2F});
+  EXPECT_EQ(factor.rate({0.1F, 0.1F, -0.9F}).value, 0);
+  EXPECT_EQ(factor.rate({0.1F, 0.1F, -0.9F}).slope, Vec3f{});
+}
+
 /// 30 % KOH at 70 degrees Celsius, in um/min.
 constexpr CrystalRates::Values koh{.r100 = 1, .r110 = 1.855, .r111 = 0.0073, .r311 = 1.801};
 
@@ -105,6 +125,7 @@ TEST(AngularRate, IsZeroWithoutADirection) {
   EXPECT_EQ(crystal.rate({}).value, 0);
   EXPECT_EQ(crystal.rate({}).slope, Vec3f{});
   EXPECT_EQ(BeamResponse({0, 0, -1}, [](double c) { return c; }).rate({}).slope, Vec3f{});
+  EXPECT_EQ(CubicResponse({0, 0, -1}, 1, 1).rate({}).slope, Vec3f{});
 }
 
 }  // namespace
