@@ -1,16 +1,19 @@
 // Whole recipes to a profile, against the plain loop: particles from the source for every move of
 // the full mesh.
 //
-//   ./dev bench run [CASE...] [--features] [--json] [--threads N]
+//   ./dev bench run [CASE...] [--features] [--knees FILE.svg] [--json] [--threads N]
 //
 // A case is a recipe as its user has it, the same as the plain loop, and a reference at half the
 // spacing and a quarter of the target error. The profile error of both is the mean distance, both
 // ways, between the surface at the end and that of the reference. With --features each feature is
-// switched off in turn. Seconds are those of all stages of time steps: nothing else should run.
+// switched off in turn. With --knees every number that trades error for work takes values around
+// its default: error against work, means of four seeds, as a table and as a plot. Seconds are those
+// of all stages of time steps: nothing else should run.
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -19,12 +22,14 @@
 
 #include "apps/restart.h"
 #include "apps/run.h"
+#include "core/atomic_file.h"
 #include "core/parallel.h"
 #include "core/temporary_folder.h"
 #include "levelset/extract_surface.h"
 #include "mesh/distance.h"
 #include "tests/apps/columns.h"
 #include "tests/bench/bench_main.h"
+#include "tests/bench/svg_plot.h"
 
 namespace scarp::bench {
 namespace {
@@ -36,6 +41,7 @@ using Overrides = std::vector<std::string>;
 struct Settings {
   std::vector<std::string> cases{};
   bool features = false;
+  std::string knees{};  ///< file of the plot; empty: none
   int threads = 0;
   bool json = false;
 };
@@ -51,6 +57,11 @@ const std::vector<Case> all_cases{
     {"trench",
      "configs/trench_deposition.toml",
      {"domain.extent=[\"10 um\", \"2 um\"]", "output.every=\"0 s\""},
+     {"domain.spacing=\"50 nm\"", "flux.target_error=0.0025"}},
+    {"trench10",
+     "configs/trench_deposition.toml",
+     {"domain.extent=[\"10 um\", \"2 um\"]", "geometry[1].width=\"2 um\"",
+      "geometry[1].depth=\"20 um\"", "step[0].duration=\"40 s\"", "output.every=\"0 s\""},
      {"domain.spacing=\"50 nm\"", "flux.target_error=0.0025"}},
     {"hole",
      "configs/hole_directional_etch.toml",
@@ -116,10 +127,62 @@ void print(const Row& row) {
   std::fflush(stdout);
 }
 
+/// A number that trades error for work, with values around its default.
+struct Knob {
+  std::string path;
+  std::vector<double> values;
+  bool is_relative = false;  ///< times what the recipe has
+};
+
+const std::vector<Knob> knobs{{"flux.target_error", {0.25, 0.5, 1, 2, 4}, true},
+                              {"flux.carry_within", {0, 0.005, 0.01, 0.02, 0.05, 0.1}},
+                              {"flux.keep_mesh_within", {0, 0.0125, 0.025, 0.05, 0.1, 0.2}},
+                              {"advection.cfl", {0.1, 0.2, 0.4, 0.57}},
+                              {"simplify.l0", {0.3, 0.6, 1.2, 2.4}},
+                              {"simplify.l_max", {1.5, 3, 6, 12}}};
+
+/// Error against work for every knob; prints each point.
+Plot knees_of(const Case& of, const TriMesh& reference) {
+  constexpr int seeds = 4;
+  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings);
+  const auto mean_of = [&](const Overrides& changes) {
+    std::pair<double, double> mean;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      Overrides with_seed = changes;
+      with_seed.push_back(fmt::format("flux.seed={}", seed));
+      const Finished run = finished_run(of, with_seed);
+      mean.first += run.seconds / seeds;
+      mean.second += distance_between(run.surface, reference, recipe.frame.spacing) / seeds;
+    }
+    return mean;
+  };
+  const auto [seconds, error] = mean_of({});
+  fmt::print("  {:24} {:>8} {:8.2f} times the work {:8.3f} spacings off\n", "as it is", "", 1.0,
+             error);
+  Plot plot{.title = of.name + ": spacings off",
+            .x_label = "log2 of work by that of the defaults",
+            .series = {}};
+  for (const Knob& knob : knobs) {
+    Series series{.name = knob.path, .points = {}};
+    for (const double value : knob.values) {
+      const double set = knob.is_relative ? value * recipe.flux.target_error : value;
+      const auto [work, off] = mean_of({fmt::format("{}={}", knob.path, set)});
+      fmt::print("  {:24} {:8.4g} {:8.2f} times the work {:8.3f} spacings off\n", knob.path, set,
+                 work / seconds, off);
+      std::fflush(stdout);
+      series.points.emplace_back(std::log2(work / seconds), off);
+    }
+    plot.series.push_back(std::move(series));
+  }
+  return plot;
+}
+
+TriMesh reference_of(const Case& of) { return finished_run(of, of.reference).surface; }
+
 nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
   const double spacing =
       read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
-  const TriMesh reference = finished_run(of, of.reference).surface;
+  const TriMesh reference = reference_of(of);
   const auto run_with = [&](const std::string& name, const Overrides& changes) {
     Row row{name, finished_run(of, changes)};
     row.error = distance_between(row.run.surface, reference, spacing);
@@ -139,11 +202,19 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
 void run(const Settings& settings) {
   const ThreadLimit limit(settings.threads);
   nlohmann::ordered_json ratios;
+  std::vector<Plot> plots;
   for (const Case& each : all_cases) {
     const bool is_wanted = settings.cases.empty() ||
                            std::ranges::find(settings.cases, each.name) != settings.cases.end();
-    if (is_wanted) ratios[each.name] = measure(each, settings);
+    if (!is_wanted) continue;
+    if (settings.knees.empty()) {
+      ratios[each.name] = measure(each, settings);
+    } else {
+      fmt::print("{}\n", each.name);
+      plots.push_back(knees_of(each, reference_of(each)));
+    }
   }
+  if (!plots.empty()) write_file(settings.knees, svg_of(plots));
   if (settings.json) std::cout << nlohmann::ordered_json{{"ratios", ratios}}.dump(2) << '\n';
 }
 
@@ -157,6 +228,9 @@ int main(int argc, char** argv) {
     for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
     app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
     app.add_flag("--features", settings.features, "Switch each feature off in turn, too");
+    app.add_option("--knees", settings.knees,
+                   "Plot error against work for each number that trades one for the other (.svg)")
+        ->excludes("--features");
     app.add_option("--threads", settings.threads, "0: all cores")->check(CLI::NonNegativeNumber);
     app.add_flag("--json", settings.json, "One object on standard output");
   };
