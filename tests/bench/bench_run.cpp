@@ -1,14 +1,15 @@
 // Whole recipes to a profile, against the plain loop: particles from the source for every move of
 // the full mesh.
 //
-//   ./dev bench run [CASE...] [--features] [--knees FILE.svg] [--json] [--threads N]
+//   ./dev bench run [CASE...] [--features | --knees FILE.svg | --scaling] [--json] [--threads N]
 //
 // A case is a recipe as its user has it, the same as the plain loop, and a reference at half the
 // spacing and a quarter of the target error. The profile error of both is the mean distance, both
 // ways, between the surface at the end and that of the reference. With --features each feature is
 // switched off in turn. With --knees every number that trades error for work takes values around
-// its default: error against work, means of four seeds, as a table and as a plot. Seconds are those
-// of all stages of time steps: nothing else should run.
+// its default: error against work, means of four seeds, as a table and as a plot. With --scaling
+// the spacing is halved three times, to half of that of the case. Seconds are those of all stages
+// of time steps: nothing else should run.
 
 #include <fmt/format.h>
 
@@ -24,6 +25,7 @@
 #include "apps/run.h"
 #include "core/atomic_file.h"
 #include "core/parallel.h"
+#include "core/peak_memory.h"
 #include "core/temporary_folder.h"
 #include "levelset/extract_surface.h"
 #include "mesh/distance.h"
@@ -41,6 +43,7 @@ using Overrides = std::vector<std::string>;
 struct Settings {
   std::vector<std::string> cases{};
   bool features = false;
+  bool scaling = false;
   std::string knees{};  ///< file of the plot; empty: none
   int threads = 0;
   bool json = false;
@@ -127,6 +130,39 @@ void print(const Row& row) {
   std::fflush(stdout);
 }
 
+/// Time and memory by spacing, coarse first: the peak of the process is then that of the last run.
+nlohmann::ordered_json scaling_of(const Case& of, bool quiet) {
+  const double spacing =
+      read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
+  double last_seconds = 0;
+  double last_mb = 0;
+  double most_time = 0;
+  double most_memory = 0;
+  const double idle_mb = peak_memory_mb();
+  for (const double times : {4.0, 2.0, 1.0, 0.5}) {
+    const Finished run =
+        finished_run(of, {fmt::format("domain.spacing=\"{} nm\"", times * spacing)});
+    const double mb = peak_memory_mb() - idle_mb;
+    if (!quiet) {
+      fmt::print("  {:8.4g} nm {:8.2f} s {:5} time steps {:9.2g} rays {:8.1f} MB", times * spacing,
+                 run.seconds, run.time_steps, run.rays, mb);
+      if (last_seconds > 0) {
+        fmt::print("  {:6.2f} times the time, {:5.2f} the memory", run.seconds / last_seconds,
+                   mb / last_mb);
+      }
+      fmt::print("\n");
+      std::fflush(stdout);
+    }
+    if (last_seconds > 0) {
+      most_time = std::max(most_time, run.seconds / last_seconds);
+      most_memory = std::max(most_memory, mb / last_mb);
+    }
+    last_seconds = run.seconds;
+    last_mb = mb;
+  }
+  return {{"time_per_halving", most_time}, {"memory_per_halving", most_memory}};
+}
+
 /// A number that trades error for work, with values around its default.
 struct Knob {
   std::string path;
@@ -207,10 +243,14 @@ void run(const Settings& settings) {
     const bool is_wanted = settings.cases.empty() ||
                            std::ranges::find(settings.cases, each.name) != settings.cases.end();
     if (!is_wanted) continue;
-    if (settings.knees.empty()) {
+    if (settings.knees.empty() && !settings.scaling) {
       ratios[each.name] = measure(each, settings);
+      continue;
+    }
+    if (!settings.json) fmt::print("{}\n", each.name);
+    if (settings.scaling) {
+      ratios[each.name] = scaling_of(each, settings.json);
     } else {
-      fmt::print("{}\n", each.name);
       plots.push_back(knees_of(each, reference_of(each)));
     }
   }
@@ -231,6 +271,8 @@ int main(int argc, char** argv) {
     app.add_option("--knees", settings.knees,
                    "Plot error against work for each number that trades one for the other (.svg)")
         ->excludes("--features");
+    app.add_flag("--scaling", settings.scaling, "Halve the spacing three times instead")
+        ->excludes("--features", "--knees");
     app.add_option("--threads", settings.threads, "0: all cores")->check(CLI::NonNegativeNumber);
     app.add_flag("--json", settings.json, "One object on standard output");
   };
