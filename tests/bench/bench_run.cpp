@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -195,9 +194,8 @@ Plot knees_of(const Case& of, const TriMesh& reference) {
   const auto [seconds, error] = mean_of({});
   fmt::print("  {:24} {:>8} {:8.2f} times the work {:8.3f} spacings off\n", "as it is", "", 1.0,
              error);
-  Plot plot{.title = of.name + ": spacings off",
-            .x_label = "log2 of work by that of the defaults",
-            .series = {}};
+  Plot plot{
+      .title = of.name + ": spacings off", .x_label = "time by that of the defaults", .series = {}};
   for (const Knob& knob : knobs) {
     Series series{.name = knob.path, .points = {}};
     for (const double value : knob.values) {
@@ -206,7 +204,7 @@ Plot knees_of(const Case& of, const TriMesh& reference) {
       fmt::print("  {:24} {:8.4g} {:8.2f} times the work {:8.3f} spacings off\n", knob.path, set,
                  work / seconds, off);
       std::fflush(stdout);
-      series.points.emplace_back(std::log2(work / seconds), off);
+      series.points.emplace_back(work / seconds, off);
     }
     plot.series.push_back(std::move(series));
   }

@@ -77,6 +77,14 @@ inline std::string text(double x, double y, const char* anchor, const std::strin
                      content);
 }
 
+/// The least of 1, 2, 5, 10 and so on that divides a range into eight parts at the most.
+inline double round_step(double range) {
+  const double decade = std::pow(10.0, std::floor(std::log10(range / 8)));
+  for (const double times : {1.0, 2.0, 5.0})
+    if (times * decade * 8 >= range) return times * decade;
+  return 10 * decade;
+}
+
 inline std::string frame(const Plot& plot, const Axes& axes) {
   std::string out =
       text(left, 18, "start", "<tspan font-weight=\"bold\">" + plot.title + "</tspan>");
@@ -91,10 +99,9 @@ inline std::string frame(const Plot& plot, const Axes& axes) {
       if (labelled) out += text(left - 6, axes.y(value) + 4, "end", fmt::format("{:.3g}", value));
     }
   }
-  for (int i = 0; i <= 7; ++i) {
-    const double x = axes.x_low + i * (axes.x_high - axes.x_low) / 7;
-    out += text(axes.x(x), height - bottom + 16, "middle", fmt::format("{:.3g}", x));
-  }
+  const double step = round_step(axes.x_high - axes.x_low);
+  for (double n = std::ceil(axes.x_low / step - 1e-9); n * step <= axes.x_high + 1e-9 * step; ++n)
+    out += text(axes.x(n * step), height - bottom + 16, "middle", fmt::format("{:.3g}", n * step));
   return out + text(0.5 * (left + width - right), height - 6, "middle", plot.x_label);
 }
 
