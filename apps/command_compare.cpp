@@ -232,7 +232,14 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
 }  // namespace
 
 ExitCode execute(const CompareArguments& arguments, const CommonOptions& common) {
-  if (!arguments.with.empty()) return compare_given(arguments, common);
+  if (!arguments.with.empty()) {
+    if (!arguments.modes.empty() || !arguments.methods.empty()) {
+      throw InputError(fmt::format("{}: --{} compares the runs of a recipe; leave out {}",
+                                   arguments.recipe, arguments.modes.empty() ? "methods" : "modes",
+                                   arguments.with));
+    }
+    return compare_given(arguments, common);
+  }
   if (fs::is_directory(arguments.recipe) || fs::path(arguments.recipe).extension() == ".vdb") {
     throw InputError(
         fmt::format("{}: name what it is compared with: another run or state, or a "

@@ -85,8 +85,8 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
   const std::array runs{read_run(wanted.first_runs.front()), read_run(wanted.second_runs.front())};
   const SavedWafer wafer = read_wafer(runs[0].outputs.back().state);
   const Frame& frame = wafer.layers.frame;
-  const SavedWafer other = read_wafer(runs[1].outputs.back().state);
-  if (frame.two_dimensional || other.layers.frame.two_dimensional) return "";
+  if (frame.two_dimensional) return "";
+  if (read_wafer(runs[1].outputs.back().state).layers.frame.two_dimensional) return "";
   Scene scene{.material_names = material_names_of(runs[0], wafer),
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
   const std::array records{&runs[0], &runs[1]};

@@ -46,8 +46,8 @@ class BeamResponse {
   std::vector<float> table_;
 };
 
-/// The same for a response of linear c + cubic c^3 at the cosine c: without a table, eight normals
-/// at a time.
+/// The same for a response of linear c + cubic c^3 at the cosine c: without a table, so that
+/// loops over normals are vectorised.
 class CubicResponse {
  public:
   /// direction is a unit vector towards the wafer.

@@ -32,13 +32,14 @@ class RayScene {
   /// sides or not finite.
   RayScene(const TriMesh& mesh, const Sides& sides, double spacing);
 
-  /// Thread-safe.
-  Flight fly(const Ray& ray) const;
+  /// Sets of a processor's instructions, each with those before.
   enum class Instructions { sse2, avx2, avx512 };
 
+  /// Thread-safe.
+  Flight fly(const Ray& ray) const;
   /// The end of each, in a third of the time if there are many; faster if those that start close
-  /// together follow each other. To the last bit the same with all instructions; the newest that
-  /// the machine has are used.
+  /// together follow each other. To the last bit the same with all instructions; those up to
+  /// newest that the machine has are used.
   /// Shape: as many flights as rays.
   void fly(std::span<const Ray> rays, std::span<Flight> flights,
            Instructions newest = Instructions::avx512) const;

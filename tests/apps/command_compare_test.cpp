@@ -379,6 +379,9 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   EXPECT_FALSE(fs::exists(path("hole")));
   for (const char* wrong : {"--modes 2d", "--modes 2d,2d", "--modes 3d,2d --methods paper"})
     EXPECT_EQ(scarp("compare " + path("hole.toml") + ' ' + wrong).exit_code, 2) << wrong;
+  const Outcome given = scarp("compare " + path("a") + " " + path("a") + " --modes 3d,2d");
+  EXPECT_EQ(given.exit_code, 2);
+  EXPECT_THAT(given.messages, HasSubstr("--modes compares the runs of a recipe; leave out"));
   const Outcome alone = scarp("compare " + path("a"));
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_THAT(alone.messages, HasSubstr("name what it is compared with"));

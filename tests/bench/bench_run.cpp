@@ -1,7 +1,7 @@
 // Whole recipes to a profile, against the plain loop: particles from the source for every move of
 // the full mesh.
 //
-//   ./dev bench run [CASE...] [--features | --knees FILE.svg | --scaling] [--json] [--threads N]
+//   ./dev bench run [CASE...] [--features | --knees FILE.svg | --scaling] [--threads N] [--json]
 //
 // A case is a recipe as its user has it, the same as the plain loop, and a reference at half the
 // spacing and a quarter of the target error. The profile error of both is the mean distance, both
@@ -266,13 +266,13 @@ int main(int argc, char** argv) {
     for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
     app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
     app.add_flag("--features", settings.features, "Switch each feature off in turn, too");
-    app.add_option("--knees", settings.knees,
-                   "Plot error against work for each number that trades one for the other (.svg)")
-        ->excludes("--features");
-    app.add_flag("--scaling", settings.scaling, "Halve the spacing three times instead")
-        ->excludes("--features", "--knees");
     app.add_option("--threads", settings.threads, "0: all cores")->check(CLI::NonNegativeNumber);
     app.add_flag("--json", settings.json, "One object on standard output");
+    app.add_option("--knees", settings.knees,
+                   "Plot error against work for each number that trades one for the other (.svg)")
+        ->excludes("--features", "--json");
+    app.add_flag("--scaling", settings.scaling, "Halve the spacing three times instead")
+        ->excludes("--features", "--knees");
   };
   return scarp::bench::bench_main(argc, argv, "whole recipes against the plain loop", declare,
                                   [&] { scarp::bench::run(settings); });
