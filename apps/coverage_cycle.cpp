@@ -29,6 +29,7 @@ StickingFeedback CoverageCycle::feedback() {
   StickingFeedback feedback;
   feedback.species = species_by_coverage(model_, {.material = materials_, .normal = normals_});
   feedback.update = [this](auto flux, auto& sticking) { return update(flux, sticking); };
+  feedback.tolerance = flux_tolerance(options_);
   return feedback;
 }
 

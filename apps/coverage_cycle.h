@@ -14,7 +14,7 @@ namespace scarp {
 /// second order for one solution of the flux per step. What the two differ by tells the error of a
 /// step, and so how long steps may be.
 ///
-/// Every number of rays that solve_flux takes begins the cycle anew.
+/// Whenever solve_flux asks again with more rays the cycle begins anew.
 ///
 /// Source: Gear 1971 (predictor and corrector with steps by their difference).
 class CoverageCycle {

@@ -181,11 +181,15 @@ CoverageIteration::CoverageIteration(const SurfaceModel& model, const TriMesh& f
       normals_(facet_normals(facets)),
       coverages_(std::move(start)) {}
 
+// No coverage changes by more than a relative change of the flux.
+double flux_tolerance(const CoverageOptions& options) { return 0.1 * options.tolerance; }
+
 StickingFeedback CoverageIteration::feedback() {
   StickingFeedback feedback;
   feedback.species =
       species_by_coverage(model_, {.material = facets_.materials, .normal = normals_});
   feedback.update = [this](auto flux, auto& sticking) { return update(flux, sticking); };
+  feedback.tolerance = flux_tolerance(options_);
   return feedback;
 }
 

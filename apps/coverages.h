@@ -18,6 +18,9 @@ struct CoverageOptions {
   int most_iterations = 200;  ///< for one number of rays
 };
 
+/// Of fluxes that coverages follow from, relative.
+double flux_tolerance(const CoverageOptions& options);
+
 /// What covers the facets of a mesh.
 ///
 /// Shape: values[c][f] is coverage names[c] of facet f.

@@ -50,7 +50,7 @@ class Iteration {
         b_(b),
         columns_(Columns == any_number ? columns : Columns) {}
 
-  Block<Number> solve(double tolerance);
+  Block<Number> solve(std::span<const Number> start, double tolerance);
 
  private:
   using Row =
@@ -69,7 +69,7 @@ class Iteration {
 
   // Sums over fixed ranges of rows, then over ranges in their order: the same bits for any number
   // of threads.
-  Scalars dot(const Block<Number>& x, const Block<Number>& y) const;
+  Scalars dot(std::span<const Number> x, std::span<const Number> y) const;
 
   // x - K (c x)
   void apply(const Block<Number>& x, Block<Number>& y);
@@ -88,7 +88,8 @@ class Iteration {
 };
 
 template <class Number, std::size_t Columns>
-Scalars Iteration<Number, Columns>::dot(const Block<Number>& x, const Block<Number>& y) const {
+Scalars Iteration<Number, Columns>::dot(std::span<const Number> x,
+                                        std::span<const Number> y) const {
   const std::size_t ranges = (rows_.size() + grain - 1) / grain;
   Scalars partial(ranges * columns());
   parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -191,9 +192,14 @@ bool Iteration<Number, Columns>::iterate(Block<Number>& x, double tolerance) {
 }
 
 template <class Number, std::size_t Columns>
-Block<Number> Iteration<Number, Columns>::solve(double tolerance) {
+Block<Number> Iteration<Number, Columns>::solve(std::span<const Number> start, double tolerance) {
   constexpr int restarts = 8;
-  Block<Number> x(b_.begin(), b_.end());
+  Block<Number> x(start.begin(), start.end());
+  // Next to nothing no error is small.
+  const Scalars squares = dot(b_, b_);
+  for_each_entry([&](std::size_t k, std::size_t c) {
+    if (squares[c] == 0) x[k] = 0;
+  });
   for (int run = 0; run < restarts; ++run)
     if (iterate(x, tolerance)) return x;
   throw NumericalError("flux: the exchange between facets did not converge to " +
@@ -245,18 +251,20 @@ ExchangeSolver::~ExchangeSolver() = default;
 
 template <class Number>
 std::vector<Number> ExchangeSolver::solve(std::span<const Number> b, std::size_t columns,
-                                          double tolerance) const {
+                                          double tolerance, std::span<const Number> start) const {
+  if (start.empty()) start = b;
   const auto solve_with = [&]<std::size_t Columns>(std::integral_constant<std::size_t, Columns>) {
-    return Iteration<Number, Columns>(rows_, reemitted_, *coarse_, b, columns).solve(tolerance);
+    return Iteration<Number, Columns>(rows_, reemitted_, *coarse_, b, columns)
+        .solve(start, tolerance);
   };
   if (columns == 1) return solve_with(std::integral_constant<std::size_t, 1>{});
   if (columns == 8) return solve_with(std::integral_constant<std::size_t, 8>{});
   return solve_with(std::integral_constant<std::size_t, any_number>{});
 }
 
-template std::vector<float> ExchangeSolver::solve(std::span<const float>, std::size_t,
-                                                  double) const;
-template std::vector<double> ExchangeSolver::solve(std::span<const double>, std::size_t,
-                                                   double) const;
+template std::vector<float> ExchangeSolver::solve(std::span<const float>, std::size_t, double,
+                                                  std::span<const float>) const;
+template std::vector<double> ExchangeSolver::solve(std::span<const double>, std::size_t, double,
+                                                   std::span<const double>) const;
 
 }  // namespace scarp

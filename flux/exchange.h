@@ -84,13 +84,15 @@ class ExchangeSolver {
   ExchangeSolver(const ExchangeRows& rows, std::span<const float> reemitted);
   ~ExchangeSolver();
 
-  /// Shape: b and the result hold size * columns numbers, those of a row together.
+  /// Shape: b, the result and, unless it is empty, the start of the iteration hold size * columns
+  ///        numbers, those of a row together.
   /// Throws: NumericalError if the iteration does not reach the tolerance.
   /// Cost:  two products with K per iteration; a tolerance of 1e-2 takes 2 or 3 iterations, 1e-7 up
   ///        to 8, also at the bottom of a hole 20 times as deep as wide with a sticking of 0.01. 8
   ///        columns cost less than 3 times one.
   template <class Number>
-  std::vector<Number> solve(std::span<const Number> b, std::size_t columns, double tolerance) const;
+  std::vector<Number> solve(std::span<const Number> b, std::size_t columns, double tolerance,
+                            std::span<const Number> start = {}) const;
 
  private:
   const ExchangeRows& rows_;

@@ -245,9 +245,10 @@ std::vector<double> first_flux(const View& view, std::span<const float> direct,
 
 // The flux on every element, by rank. What hardly sees anything may come out a little below zero.
 std::vector<double> solved_flux(const View& view, std::span<const float> reemitted,
-                                std::span<const float> direct, std::span<const double> emission) {
+                                std::span<const float> direct, std::span<const double> emission,
+                                double tolerance, std::span<const double> start = {}) {
   return ExchangeSolver(view.rows, reemitted)
-      .solve<double>(first_flux(view, direct, emission), 1, mean_tolerance);
+      .solve<double>(first_flux(view, direct, emission), 1, tolerance, start);
 }
 
 // What facets get is nowhere below zero.
@@ -255,16 +256,6 @@ std::vector<double> flux_on(const OnFacets& facets, std::span<const double> of_e
   std::vector<double> flux = facets.of<double, 1>(of_elements);
   for (double& of_facet : flux) of_facet = std::max(of_facet, 0.0);
   return flux;
-}
-
-// The flux on every facet, without its error.
-std::vector<float> arrivals_on_facets(const FluxProblem& problem, const RayPlan& plan,
-                                      const FacetValues& values, const View& view,
-                                      const std::vector<float>& direct) {
-  const std::vector<float> reemitted = reemitted_parts(problem, plan);
-  const std::vector<double> flux = solved_flux(view, reemitted, direct, emission_of(problem, plan));
-  const auto arrivals = flux_on(OnFacets(plan, values, flux), flux);
-  return {arrivals.begin(), arrivals.end()};
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
@@ -280,7 +271,7 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = solved_flux(view, reemitted_, direct, emission_);
+  solution_.flux = solved_flux(view, reemitted_, direct, emission_, mean_tolerance);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
@@ -398,11 +389,44 @@ FluxField Gathered::field(const FacetValues& values) const {
 
 void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
                      const FacetValues& values, const View& view, const Settle& settle) {
+  std::vector<std::vector<double>> flux(problems.size());
   std::vector<std::vector<float>> arrivals(problems.size());
   do {
-    for (std::size_t p = 0; p < problems.size(); ++p)
-      arrivals[p] = arrivals_on_facets(problems[p], plan, values, view, view.direct[p]);
-  } while (settle(arrivals));
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+      const FluxProblem& problem = problems[p];
+      flux[p] = solved_flux(view, reemitted_parts(problem, plan), view.direct[p],
+                            emission_of(problem, plan), settle.tolerance, flux[p]);
+      const auto on_facets = flux_on(OnFacets(plan, values, flux[p]), flux[p]);
+      arrivals[p].assign(on_facets.begin(), on_facets.end());
+    }
+  } while (settle.update(arrivals));
+}
+
+// The fluxes that the rays of a round tell, unless a few draws say that the target is missed.
+struct Round {
+  std::vector<FluxField> fields{};  ///< none if it is
+  double error = 0;                 ///< the largest of all problems
+};
+
+Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
+                  const FacetValues& values, const View& view, bool is_last) {
+  const FluxOptions& options = problems.front().options;
+  Round round;
+  for (std::size_t p = 0; p < problems.size(); ++p) {
+    Gathered gathered(problems[p], plan, view, view.direct[p]);
+    if (!is_last) {
+      gathered.draw(draws_at_once);
+      // Within a tenth or so: a few more rays are less than the other draws and the field.
+      const double rough = gathered.target_measure();
+      if (rough > options.target_error) return {.error = rough};
+    }
+    gathered.draw(draw_count);
+    round.fields.push_back(gathered.field(values));
+    const double measure = round.fields.back().target_measure();
+    round.error = std::max(round.error, measure);
+    round.fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
+  }
+  return round;
 }
 
 // How many times as many rays the next round has. The error of scrambled sets was seen to fall as
@@ -436,32 +460,20 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);
-  for (bool is_last = options.rays > 0;;) {
+  bool is_last = options.rays > 0;
+  for (bool is_first = true;; is_first = false) {
     view = options.hits ? options.hits->look(problems, plan, view)
                         : std::make_shared<const View>(look(problems, plan, *view));
-    if (settle) settle_sticking(problems, plan, values, *view, settle);
-    std::vector<FluxField> fields;
-    double error = 0;
-    for (std::size_t p = 0; p < problems.size(); ++p) {
-      Gathered gathered(problems[p], plan, *view, view->direct[p]);
-      if (!is_last) {
-        gathered.draw(draws_at_once);
-        // Within a tenth or so: a few more rays are less than the other draws and the field.
-        const double rough = gathered.target_measure();
-        if (rough > options.target_error) {
-          error = rough;
-          break;
-        }
-      }
-      gathered.draw(draw_count);
-      fields.push_back(gathered.field(values));
-      const double measure = fields.back().target_measure();
-      error = std::max(error, measure);
-      fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
+    const bool settles_at_once = settle.update && (is_first || is_last);
+    if (settles_at_once) settle_sticking(problems, plan, values, *view, settle);
+    Round round = solve_round(problems, plan, values, *view, is_last);
+    if (settle.update && !settles_at_once && round.error <= options.target_error) {
+      settle_sticking(problems, plan, values, *view, settle);
+      round = solve_round(problems, plan, values, *view, is_last);
     }
-    if (is_last || error <= options.target_error) return fields;
+    if (is_last || round.error <= options.target_error) return std::move(round.fields);
     rays = static_cast<double>(plan.total());
-    const double growth = growth_for(error, options.target_error);
+    const double growth = growth_for(round.error, options.target_error);
     for (const std::uint64_t total = plan.total(); plan.total() == total && !is_last;) {
       rays *= growth;
       is_last = rays >= static_cast<double>(cap);

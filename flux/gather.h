@@ -8,9 +8,12 @@
 
 namespace scarp {
 
-/// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
-/// (one array per problem); false, and no change, when they fit.
-using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>;
+struct Settle {
+  /// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
+  /// (one array per problem); false, and no change, when they fit. Of nothing when empty.
+  std::function<bool(std::span<const std::vector<float>> arrivals)> update{};
+  double tolerance = 1e-7;  ///< of the arrivals, relative, root mean square
+};
 
 /// Asks every facet what arrives: rays from the facets to the source, and an exchange of what is
 /// re-emitted between facets.
@@ -33,7 +36,8 @@ using Settle = std::function<bool(std::span<const std::vector<float>> arrivals)>
 /// kinds are combined by the balance heuristic. Facets are not joined then, nor in two dimensions.
 ///
 /// With settle the exchange is solved on the rays that are there, without errors, until the
-/// sticking fits, before more rays are sent.
+/// sticking fits: on those of the first round, which the error of the next rounds is judged with,
+/// and on those that reach the target so, or are the last.
 ///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,

@@ -391,7 +391,8 @@ void Solver::solve_sources() {
   Settle settle;
   if (feedback_.update) {
     fit_sticking();
-    settle = [&](std::span<const std::vector<float>> arrivals) {
+    settle.tolerance = feedback_.tolerance;
+    settle.update = [&](std::span<const std::vector<float>> arrivals) {
       for (std::size_t k = 0; k < gathered.size(); ++k)
         fields_[gathered[k]].tallies.front().mean = arrivals[k];
       return fit_sticking();

@@ -78,6 +78,7 @@ struct StickingFeedback {
   std::function<bool(std::span<const std::span<const float>> flux,
                      std::vector<std::vector<float>>& sticking)>
       update{};
+  double tolerance = 1e-7;  ///< of the flux that it is asked with, relative, root mean square
 
   bool changes(std::size_t index) const { return index < species.size() && species[index]; }
 };
@@ -98,8 +99,8 @@ struct SurfaceEmission {
 /// What arrives on every facet, for each species, with standard errors and an audit.
 ///
 /// With a feedback the species that it does not change are solved once. The others are gathered
-/// whatever the engine, since what particles found cannot be used again with other sticking: at
-/// every number of rays on the way to the target their exchange is solved until the sticking fits.
+/// whatever the engine, since what particles found cannot be used again with other sticking: their
+/// exchange is solved until the sticking fits, on the first rays and on those that reach the target.
 /// Errors are those at the sticking that is found in the end.
 ///
 /// With an emission the species that it tells of are solved last, once the flux of all others is
