@@ -109,7 +109,7 @@ std::uint64_t predicted_rays(std::uint64_t rays, double error, double target) {
 
 }  // namespace
 
-FluxField trace_forward(const FluxProblem& problem) {
+FluxField trace_forward(const FluxProblem& problem, std::uint64_t least_rays) {
   const FluxOptions& options = problem.options;
   const bool fixed = options.rays > 0;
   // A cap is never passed, unless it is below one batch.
@@ -124,7 +124,7 @@ FluxField trace_forward(const FluxProblem& problem) {
     return estimate(problem.scene, problem.patches, spread(tally, rays));
   };
   FluxField field;
-  for (std::uint64_t rays = fixed ? cap : std::min(cap, first_round);;) {
+  for (std::uint64_t rays = fixed ? cap : std::min(cap, std::max(first_round, least_rays));;) {
     trace(tracer, starts, field.rays, rays);
     field.rays = rays;
     FluxEstimate flux = estimated(0, rays);

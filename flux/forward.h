@@ -12,8 +12,10 @@ namespace scarp {
 /// particle arrives many times. In a batch the start and first direction follow a scrambled Sobol
 /// sequence, later directions are plain random numbers.
 ///
+/// A target is first tried with least_rays, where these are more than the first round has.
+///
 /// Cost: 256 bytes per facet and tally, up to 60 MB per thread, and 1/4 to 1 us per flight on one
 /// core.
-FluxField trace_forward(const FluxProblem& problem);
+FluxField trace_forward(const FluxProblem& problem, std::uint64_t least_rays = 0);
 
 }  // namespace scarp

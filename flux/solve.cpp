@@ -257,7 +257,8 @@ class Solver {
             .options = options_};
   }
   bool is_gathered(std::size_t index) const;
-  void trace(std::size_t index);
+  void trace(std::size_t index, std::uint64_t least_rays = 0);
+  void trace_together(std::span<const std::size_t> indices);
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
   std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
@@ -294,14 +295,14 @@ Solver::Solver(const TriMesh& facets, std::span<const Species> species, const Fl
 }
 
 bool Solver::is_gathered(std::size_t index) const {
-  if (feedback_.changes(index)) return true;
+  if (feedback_.changes(index) && options_.engine != FluxOptions::Engine::forward) return true;
   const bool is_beam = species_[index].source.kind == SourceLobe::Kind::beam;
   const FluxProblem its = problem(index);
   return !is_beam && its.emitted() > 0 && !is_traced_forward(its) &&
          !needs_particles(species_[index]);
 }
 
-void Solver::trace(std::size_t index) {
+void Solver::trace(std::size_t index, std::uint64_t least_rays) {
   FluxField& field = fields_[index];
   if (problem(index).emitted() == 0) {
     field = nothing_arrives(problem(index));
@@ -309,11 +310,32 @@ void Solver::trace(std::size_t index) {
     field = trace_beam(problem(index));
     field.engine = FluxEngine::beam;
   } else if (is_traced_forward(problem(index))) {
-    field = trace_forward(problem(index));
+    field = trace_forward(problem(index), least_rays);
   } else {
     field = gather_forward(problem(index));
     field.engine = FluxEngine::gather_forward;
   }
+}
+
+// Anew for every sticking that they lead to, and never with fewer particles than before: what
+// changes then is the sticking's doing.
+void Solver::trace_together(std::span<const std::size_t> indices) {
+  struct Work {
+    std::uint64_t least_rays = 0;
+    std::uint64_t rays = 0;  // of all turns
+    std::uint64_t segments = 0;
+  };
+  std::vector<Work> works(species_.size());
+  do {
+    for (const std::size_t index : indices) {
+      FluxField& field = fields_[index];
+      Work& work = works[index];
+      trace(index, work.least_rays);
+      work.least_rays = field.rays;
+      field.rays = work.rays += field.rays;
+      field.segments = work.segments += field.segments;
+    }
+  } while (fit_sticking());
 }
 
 void Solver::gather_together(std::span<const std::size_t> indices, const Settle& settle) {
@@ -378,19 +400,26 @@ void Solver::solve_emitted() {
 
 void Solver::solve_sources() {
   std::vector<std::size_t> gathered;
+  std::vector<std::size_t> traced;  // with the sticking
   for (std::size_t index = 0; index < species_.size(); ++index) {
+    const bool is_first = !is_solved_last(index) && !is_gathered(index);
+    if (is_first && !feedback_.changes(index)) {
+      trace(index);
+      continue;
+    }
     // Until it is solved; see StickingFeedback::update.
     const float arrives = emission_.tells(index) ? 0 : 1;
-    if (is_solved_last(index) || is_gathered(index)) {
-      fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), arrives)}};
-      if (!is_solved_last(index)) gathered.push_back(index);
-    } else {
-      trace(index);
+    fields_[index].tallies = {{.mean = std::vector<float>(scene_.facet_count(), arrives)}};
+    if (is_first) {
+      traced.push_back(index);
+    } else if (!is_solved_last(index)) {
+      gathered.push_back(index);
     }
   }
   Settle settle;
   if (feedback_.update) {
     fit_sticking();
+    if (!traced.empty()) return trace_together(traced);
     settle.tolerance = feedback_.tolerance;
     settle.update = [&](std::span<const std::vector<float>> arrivals) {
       for (std::size_t k = 0; k < gathered.size(); ++k)

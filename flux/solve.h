@@ -98,9 +98,10 @@ struct SurfaceEmission {
 
 /// What arrives on every facet, for each species, with standard errors and an audit.
 ///
-/// With a feedback the species that it does not change are solved once. The others are gathered
-/// whatever the engine, since what particles found cannot be used again with other sticking: their
-/// exchange is solved until the sticking fits, on the first rays and on those that reach the target.
+/// With a feedback the species that it does not change are solved once. The others are gathered,
+/// and their exchange is solved until the sticking fits, on the first rays and on those that reach
+/// the target. What particles found cannot be used again with other sticking: forward they are
+/// traced anew, with the same random numbers, for every sticking on the way.
 /// Errors are those at the sticking that is found in the end.
 ///
 /// With an emission the species that it tells of are solved last, once the flux of all others is
