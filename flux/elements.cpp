@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -116,8 +117,18 @@ std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
   return lowest;
 }
 
-void Elements::join(const TriMesh& mesh) {
-  const std::vector<std::uint32_t> lowest = joined_facets(mesh);
+void Elements::join(const TriMesh& mesh) { join_with(joined_facets(mesh)); }
+
+void Elements::join_rings(std::span<const std::uint32_t> rings) {
+  std::vector<std::uint32_t> lowest(rings.size());
+  for (std::uint32_t f = 1; f < lowest.size(); ++f)
+    lowest[f] = rings[f] == rings[f - 1] ? lowest[f - 1] : f;
+  join_with(lowest);
+  are_rings_ = true;
+}
+
+// lowest: of the facets that each one is joined with.
+void Elements::join_with(std::span<const std::uint32_t> lowest) {
   area_.clear();
   for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
     const std::uint32_t facet = pieces_[p].facet;
@@ -197,6 +208,18 @@ std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
     }
   }
   return node->next;
+}
+
+Elements elements_of(const FluxProblem& problem, bool joins) {
+  const bool are_rings = !problem.options.rings.empty();
+  Elements elements(problem.scene, are_rings ? std::numeric_limits<double>::infinity()
+                                             : longest_element_edge);
+  if (are_rings) {
+    elements.join_rings(problem.options.rings);
+  } else if (joins) {
+    elements.join(problem.mesh);
+  }
+  return elements;
 }
 
 }  // namespace scarp

@@ -7,6 +7,7 @@
 
 #include "core/tri_mesh.h"
 #include "core/vec3.h"
+#include "flux/problem.h"
 #include "flux/ray_scene.h"
 
 namespace scarp {
@@ -14,6 +15,9 @@ namespace scarp {
 inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
   return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
+
+/// In spacings: flux is taken as constant on an element.
+inline constexpr double longest_element_edge = 3;
 
 /// The surface of a scene in elements, on which flux may be taken as constant where it is
 /// re-emitted: large facets of a simplified mesh span places with quite different flux, and small
@@ -38,6 +42,10 @@ class Elements {
   /// of two spacings, normals within 25 degrees and the same material. That makes one equation of
   /// about eight facets of marching cubes, and one well spread set of rays.
   void join(const TriMesh& mesh);
+
+  /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.
+  void join_rings(std::span<const std::uint32_t> rings);
+  bool are_rings() const { return are_rings_; }
 
   std::size_t count() const { return area_.size(); }
   double area(std::size_t element) const { return area_[element]; }
@@ -84,6 +92,7 @@ class Elements {
                     double longest_edge, int depth);
   std::vector<std::uint32_t> joined_facets(const TriMesh& mesh) const;
   bool can_be_joined(std::uint32_t facet) const;
+  void join_with(std::span<const std::uint32_t> lowest);
 
   std::vector<Piece> pieces_;
   std::vector<std::uint32_t> first_;  // per facet: its first piece
@@ -94,8 +103,13 @@ class Elements {
   std::vector<double> below_;                // per member: area of those before it
   std::vector<std::uint32_t> first_member_;  // per element
   std::vector<double> area_;
+  bool are_rings_ = false;
   const RayScene* scene_;
 };
+
+/// Elements as rays are sent from them; joins: whether small facets are joined where there are no
+/// rings.
+Elements elements_of(const FluxProblem& problem, bool joins);
 
 template <class OfFacet>
 double Elements::mean(std::size_t element, const OfFacet& of_facet) const {

@@ -29,7 +29,7 @@ ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
     const double scale = 1 / std::sqrt(n * std::sqrt(n));
     scale_[rank] = static_cast<float>(scale);
     normalised_[rank] = static_cast<float>(halves[rank] / scale);
-    wholes_[plan.block_of(rank).begin].add(area(rank), halves[rank]);
+    wholes_[plan.block_of(rank).begin].add(area(rank), share(rank), halves[rank]);
   }
 }
 
@@ -58,12 +58,12 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
         const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
         const float error = scale_[to] * normalised_[scale_[from] > 0 ? from : to];
         errors[to * count + k] = sign * error;
-        if (scale_[to] > 0) drawn.add(area(to), error);
+        if (scale_[to] > 0) drawn.add(area(to), share(to), error);
       }
       const Whole& wanted = wholes_[source.begin];
       if (drawn.area == 0 || wanted.area == 0) continue;
-      // Rays go with the area, and the error as n^-3/4 with them.
-      const double size = std::sqrt(wanted.area / drawn.area);
+      // Rays go with the share, and the error as n^-3/4 with them.
+      const double size = std::sqrt(wanted.share / drawn.share);
       const auto rest = static_cast<float>(wanted.mean() * size * std::sqrt(size) - drawn.mean());
       for (std::size_t to = block.begin; to < block.end; ++to)
         if (scale_[to] > 0) errors[to * count + k] += sign * rest;

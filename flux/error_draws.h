@@ -40,15 +40,18 @@ class ErrorDraws {
   // The error of some elements together.
   struct Whole {
     double area = 0;
+    double share = 0;  // of rays
     double sum = 0;
-    void add(double of_area, double error) {
+    void add(double of_area, double of_share, double error) {
       area += of_area;
+      share += of_share;
       sum += of_area * error;
     }
     double mean() const { return sum / area; }
   };
 
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
+  double share(std::size_t rank) const { return plan_.share_of(plan_.element_at(rank)); }
   void draw_in(const RayPlan::Window& window, std::size_t first, std::size_t count,
                std::vector<float>& errors) const;
 

@@ -12,7 +12,7 @@ namespace scarp {
 
 /// Values on facets from those on elements: where facets are joined, on a plane through the middle
 /// of their element that fits its neighbours (by SmoothCorners) best, so that the mean over an
-/// element is its own; elsewhere the mean over a facet's elements.
+/// element is its own; elsewhere, and on rings, the mean over a facet's elements.
 class FacetValues {
  public:
   FacetValues(const TriMesh& mesh, const Elements& elements);

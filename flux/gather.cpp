@@ -443,11 +443,11 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (problems.empty()) return {};
   const RayScene& scene = problems.front().scene;
   const FluxOptions& options = problems.front().options;
-  Elements elements(scene, longest_element_edge);
   // Shadows in a narrow lobe may be sharper than a joined element. In two dimensions an element has
   // no neighbours aside that its noise would average with, and rays are cheap.
   const bool is_diffuse = std::ranges::none_of(problems, is_looked_for);
-  if (is_diffuse && !options.two_dimensional) elements.join(problems.front().mesh);
+  const Elements elements =
+      elements_of(problems.front(), is_diffuse && !options.two_dimensional);
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
   const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;

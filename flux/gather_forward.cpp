@@ -204,7 +204,7 @@ class Solver {
 Solver::Solver(const FluxProblem& problem)
     : problem_(problem),
       options_(problem.options),
-      elements_(problem.scene, longest_element_edge),
+      elements_(elements_of(problem, false)),
       plan_(problem.scene, elements_, least_set),
       tracer_(problem) {
   const auto all =

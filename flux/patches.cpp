@@ -35,6 +35,35 @@ double whole_area(Vec3d upper, int axis) {
   return area;
 }
 
+// What arrives on a ring is one number, whose error is less than that of each facet.
+void take_rings_together(const RayScene& scene, const Patches& patches,
+                         const Patches::Patch& patch, const FluxSpread& spread, Tally& tally) {
+  const std::span<const std::uint32_t> rings = patches.rings();
+  std::vector<double> sums(spread.count);
+  std::vector<double> of_facet(spread.count);
+  std::size_t end = 0;
+  for (std::size_t first = 0; first < patch.facets.size(); first = end) {
+    std::ranges::fill(sums, 0.0);
+    double area = 0;
+    double arrives = 0;
+    for (; end < patch.facets.size() && rings[patch.facets[end]] == rings[patch.facets[first]];
+         ++end) {
+      const std::uint32_t f = patch.facets[end];
+      spread.deviations(f, of_facet);
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += of_facet[k] * scene.area(f);
+      area += scene.area(f);
+      arrives += spread.flux(f) * scene.area(f);
+    }
+    double squares = 0;
+    for (const double sum : sums) squares += sum * sum;
+    const double error = arrives > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen;
+    for (std::size_t k = first; k < end; ++k) {
+      tally.mean[patch.facets[k]] = static_cast<float>(arrives / area);
+      tally.std_error[patch.facets[k]] = static_cast<float>(error / area);
+    }
+  }
+}
+
 Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
   Tally tally;
   tally.mean.resize(scene.facet_count());
@@ -66,6 +95,7 @@ Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& 
       const double std_error = mean > 0 ? std::sqrt(squares / spread.divisor) : spread.unseen;
       tally.patch_mean[p] = static_cast<float>(mean);
       tally.patch_std_error[p] = static_cast<float>(std_error / patch.area);
+      if (!patches.rings().empty()) take_rings_together(scene, patches, patch, spread, tally);
     }
   });
   return tally;
@@ -73,18 +103,21 @@ Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& 
 
 }  // namespace
 
-Patches::Patches(const TriMesh& mesh, const RayScene& scene) {
+Patches::Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std::uint32_t> rings)
+    : rings_(rings.begin(), rings.end()) {
   const std::vector<std::uint32_t> joined = joined_vertices(mesh);
   using Key = std::tuple<std::uint32_t, int, int, int, int, std::uint32_t>;
   std::vector<Key> keys(scene.facet_count());
+  std::uint32_t first = 0;  // of a ring, whose facets follow each other
   for (std::uint32_t f = 0; f < keys.size(); ++f) {
-    const auto& [a, b, c] = scene.corners(f);
+    if (rings.empty() || rings[f] != rings[first]) first = f;
+    const auto& [a, b, c] = scene.corners(first);
     const Vec3d centroid = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3.0;
     const auto cell = [&](int axis) {
       return static_cast<int>(std::floor(centroid[axis] / patch_width));
     };
     keys[f] = {joined[mesh.triangles[f][0]],    cell(0), cell(1), cell(2),
-               main_direction(scene.normal(f)), f};
+               main_direction(scene.normal(first)), f};
   }
   std::sort(keys.begin(), keys.end());
 

@@ -12,21 +12,25 @@
 namespace scarp {
 
 /// The facets of a surface in groups over which flux errors are judged: cells of 4 x 4 x 4 spacings
-/// by centroid, one of six main directions by normal, one connected part of the surface.
+/// by centroid, one of six main directions by normal, one connected part of the surface. On a
+/// surface of revolution they are made of whole rings, by the first facet of each.
 class Patches {
  public:
-  Patches(const TriMesh& mesh, const RayScene& scene);
+  /// rings: FluxOptions::rings.
+  Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std::uint32_t> rings = {});
 
   struct Patch {
     std::uint32_t part = 0;  ///< connected part of the surface
     double area = 0;         ///< in squared spacings
     double whole = 0;        ///< area of a patch that is not cut: 16, less in a narrow domain
-    std::vector<std::uint32_t> facets;
+    std::vector<std::uint32_t> facets;  ///< those of a ring together
   };
   const std::vector<Patch>& list() const { return patches_; }
   std::uint32_t part_count() const { return part_count_; }
+  std::span<const std::uint32_t> rings() const { return rings_; }
 
  private:
+  std::vector<std::uint32_t> rings_;
   std::vector<Patch> patches_;
   std::uint32_t part_count_ = 0;
 };

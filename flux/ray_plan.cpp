@@ -18,6 +18,9 @@ constexpr std::uint32_t most_in_set = 1U << 16;
 // One element for each share. Blocks of 8 and of 32 have larger errors.
 constexpr std::uint32_t longest_block = share_count;
 
+// Rings are so few that longer blocks would tell their common error by a single sample.
+constexpr std::uint32_t longest_ring_block = 4;
+
 constexpr std::size_t blocks_in_window = 4;
 
 int main_direction_of(const RayScene& scene, const Elements& elements, std::uint32_t element) {
@@ -28,7 +31,11 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 
 RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
     : elements_(&elements), least_set_(least_set) {
-  for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  if (elements.are_rings()) {
+    for (std::uint32_t e = 0; e < elements.count(); ++e) surface_ += share_of(e);
+  } else {
+    for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  }
   std::vector<std::uint64_t> keys(elements.count());
   const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
   const double largest = std::max({size.x, size.y, size.z});
@@ -57,22 +64,33 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
 
 void RayPlan::make_blocks(const RayScene& scene) {
   block_of_.resize(size());
+  const std::uint32_t longest = elements_->are_rings() ? longest_ring_block : longest_block;
   for (std::uint32_t rank = 0; rank < size(); ++rank) {
     const int direction = main_direction_of(scene, *elements_, element_at_[rank]);
-    if (blocks_.empty() || blocks_.back().size() == longest_block ||
-        blocks_.back().main_direction != direction)
+    if (blocks_.empty() || blocks_.back().size() == longest ||
+        blocks_.back().main_direction != direction || is_parted(rank))
       blocks_.push_back({.begin = rank, .main_direction = direction});
     blocks_.back().end = rank + 1;
     block_of_[rank] = static_cast<std::uint32_t>(blocks_.size() - 1);
   }
   for (const Block& block : blocks_) {
     if (!windows_.empty() && windows_.back().size() < blocks_in_window &&
-        windows_.back().front().main_direction == block.main_direction) {
+        windows_.back().front().main_direction == block.main_direction &&
+        !is_parted(block.begin)) {
       windows_.back() = {windows_.back().data(), windows_.back().size() + 1};
     } else {
       windows_.push_back({&block, 1});
     }
   }
+}
+
+// Of so few elements as rings are, the next along the curve may lie elsewhere: the floor of a hole
+// and the wafer around it have nothing in common.
+bool RayPlan::is_parted(std::uint32_t rank) const {
+  constexpr double far = 4;  // spacings
+  if (!elements_->are_rings() || rank == 0) return false;
+  return length(elements_->middle(element_at_[rank]) - elements_->middle(element_at_[rank - 1])) >
+         far;
 }
 
 void RayPlan::aim_at_sky(const Window& window) {
@@ -102,12 +120,19 @@ std::uint32_t RayPlan::step(std::size_t rank, double of_set) const {
   return of_set < many ? of_few : of_many;
 }
 
+double RayPlan::share_of(std::uint32_t element) const {
+  const double area = elements_->area(element);
+  if (!elements_->are_rings()) return area;
+  const Vec3d middle = elements_->middle(element);
+  return area / std::hypot(middle.x, middle.y);
+}
+
 // A fraction of the blocks takes a step more, all of each, or its elements would lack what others
 // have; they are spread evenly by the block's bits in reverse.
-std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
+std::vector<std::uint32_t> RayPlan::wanted(double rays_per_share) const {
   std::vector<std::uint32_t> wanted(size());
   for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
-    const double of_set = rays_per_area * elements_->area(element_at_[rank]) / set_count;
+    const double of_set = rays_per_share * share_of(element_at_[rank]) / set_count;
     const std::uint32_t of_step = step(rank, of_set);
     const double steps = std::min(of_set, 0.5 * most_in_set) / of_step;
     const double threshold = reverse_bits(block_of_[rank]) * 0x1.0p-32;
@@ -118,12 +143,12 @@ std::vector<std::uint32_t> RayPlan::wanted(double rays_per_area) const {
   return wanted;
 }
 
-void RayPlan::grow(double rays_per_area, std::uint64_t cap) {
+void RayPlan::grow(double rays_per_share, std::uint64_t cap) {
   cap = std::max({cap, total(), least_total()});
-  std::vector<std::uint32_t> rays = wanted(rays_per_area);
+  std::vector<std::uint32_t> rays = wanted(rays_per_share);
   while (std::accumulate(rays.begin(), rays.end(), std::uint64_t{0}) * set_count > cap) {
-    rays_per_area *= 0.95;
-    rays = wanted(rays_per_area);
+    rays_per_share *= 0.95;
+    rays = wanted(rays_per_share);
   }
   rays_ = std::move(rays);
   for (std::size_t rank = 0; rank < size(); ++rank) first_[rank + 1] = first_[rank] + rays_[rank];

@@ -13,9 +13,6 @@ namespace scarp {
 /// Independent sets of rays from every element.
 inline constexpr std::size_t set_count = 2;
 
-/// In spacings: flux is taken as constant on an element.
-inline constexpr double longest_element_edge = 3;
-
 /// How many rays leave each element, in each of its sets.
 ///
 /// Elements are taken along a space-filling curve, one main direction after the other, so that
@@ -32,16 +29,19 @@ class RayPlan {
   RayPlan(const RayPlan&) = delete;
   RayPlan& operator=(const RayPlan&) = delete;
 
-  /// As many rays per area everywhere, since errors are judged on patches of the same area: even
+  /// As many rays per area everywhere, since errors are judged on patches of the same area, or, of
+  /// rings, per length of the section, since patches are as wide everywhere: even
   /// numbers, from 8 in a set on multiples of 4, everywhere multiples of rays_per_skyward where
   /// they aim at the sky, mixed from block to block for the right mean (powers of two make better
   /// sets, but a mixture of two of them has 3 to 8 % more error than as many rays in sets of nearly
   /// one size). Never fewer on any element than before, and together at most cap unless the least
   /// sets of all elements are more.
-  void grow(double rays_per_area, std::uint64_t cap);
+  void grow(double rays_per_share, std::uint64_t cap);
 
   const Elements& elements() const { return *elements_; }
-  /// The area of all elements.
+  /// What rays are shared out by: the area of an element; of a ring its width, but for a factor.
+  double share_of(std::uint32_t element) const;
+  /// The shares of all elements.
   double surface() const { return surface_; }
   std::size_t size() const { return element_at_.size(); }
   std::uint32_t element_at(std::size_t rank) const { return element_at_[rank]; }
@@ -84,9 +84,10 @@ class RayPlan {
   static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
 
   void make_blocks(const RayScene& scene);
+  bool is_parted(std::uint32_t rank) const;
   std::uint32_t least(std::size_t rank) const;
   std::uint32_t step(std::size_t rank, double of_set) const;
-  std::vector<std::uint32_t> wanted(double rays_per_area) const;
+  std::vector<std::uint32_t> wanted(double rays_per_share) const;
 
   const Elements* elements_;
   std::uint32_t least_set_;

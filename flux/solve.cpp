@@ -10,6 +10,7 @@
 #include "flux/forward.h"
 #include "flux/gather.h"
 #include "flux/gather_forward.h"
+#include "flux/revolution.h"
 #include "flux/kept_hits.h"
 #include "flux/patches.h"
 #include "flux/ray_scene.h"
@@ -289,7 +290,7 @@ Solver::Solver(const TriMesh& facets, std::span<const Species> species, const Fl
       emission_(emission),
       scene_(facets, options.sides,
              options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets)),
-      patches_(facets, scene_),
+      patches_(facets, scene_, options.rings),
       fields_(species.size()) {
   for (const Species& one : species) sticking_.push_back(sticking_of_facets(facets, one));
 }
@@ -443,6 +444,7 @@ std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species
   check_responses(facets, species, options);
   check_feedback(species, feedback);
   check_surface_emission(species, emission);
+  if (options.axisymmetric) return solve_revolved(facets, species, options, feedback, emission);
   return Solver(facets, species, options, feedback, emission).solve();
 }
 

@@ -36,6 +36,13 @@ struct FluxOptions {
   Engine engine = Engine::automatic;
   Sides sides{};                 ///< where rays are mirrored or wrapped
   bool two_dimensional = false;  ///< rays travel in the x-z plane
+  /// The mesh is the section of a surface of revolution about the z axis, from the axis at x = 0 to
+  /// the upper end of the sides, the same all along y; what arrives is that of the whole surface
+  /// (see Revolution).
+  bool axisymmetric = false;
+  /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. What arrives is
+  /// told of whole rings.
+  std::vector<std::uint32_t> rings{};
   double spacing = 0;            ///< of the grid; 0: spacing_of_unsimplified()
   double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
                                  ///< error on patches of 4 x 4 spacings / max(flux, 0.05)

@@ -1,0 +1,251 @@
+#include "flux/revolution.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "core/error.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint32_t none = ~std::uint32_t{0};
+
+// A quarter of a polygon of 128 sides has .04 % less area than that of the circle about it.
+constexpr std::uint32_t slices = 32;
+
+std::string text(Vec3f r) {
+  return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
+}
+
+}  // namespace
+
+class Revolution::Builder {
+ public:
+  Builder(const TriMesh& section, double radius, Revolution& result)
+      : section_(section), radius_(static_cast<float>(radius)), result_(result) {
+    for (std::uint32_t k = 0; k <= slices; ++k) {
+      // Both ends to the last bit, on the mirrors.
+      const double angle = 0.5 * std::numbers::pi * k / slices;
+      around_[k] = {k == slices ? 0 : std::cos(angle), k == 0 ? 0 : std::sin(angle)};
+    }
+  }
+
+  void build() {
+    result_.first_facets_.assign(section_.triangles.size(), none);
+    for (std::uint32_t f = 0; f < section_.triangles.size(); ++f) add(f);
+    for (const Rim& rim : rims_) fill_corner(rim);
+  }
+
+ private:
+  // A place on the section; its circle's vertices follow each other.
+  struct Point {
+    float radius;
+    float height;
+    std::uint32_t first;
+    std::uint32_t vertex(std::uint32_t k) const { return radius == 0 ? first : first + k; }
+  };
+  // Where the outermost ring ends.
+  struct Rim {
+    Point at;
+    bool faces_up;
+    std::uint32_t section_facet;
+  };
+  using Place = std::pair<float, float>;
+
+  Point point_at(Place place) {
+    const auto [found, is_new] =
+        points_.try_emplace(place, static_cast<std::uint32_t>(result_.mesh_.vertices.size()));
+    const auto [radius, height] = place;
+    if (is_new) {
+      for (std::uint32_t k = 0; k <= (radius == 0 ? 0 : slices); ++k)
+        result_.mesh_.vertices.push_back({static_cast<float>(radius * around_[k][0]),
+                                          static_cast<float>(radius * around_[k][1]), height});
+    }
+    return {radius, height, found->second};
+  }
+
+  // The two ends of the line that a facet is seen as along y.
+  std::array<Place, 2> ends_of(std::uint32_t facet) const {
+    std::array<Place, 3> places;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f r = section_.vertices[section_.triangles[facet][k]];
+      if (!(r.x >= 0))
+        throw InputError("flux: a section that is revolved reaches beyond the axis at " + text(r));
+      places[k] = {r.x, r.z};
+    }
+    if (places[0] == places[1]) return {places[0], places[2]};
+    if (places[0] == places[2] || places[1] == places[2]) return {places[0], places[1]};
+    throw InputError("flux: a section that is revolved is not the same all along y at " +
+                     text(section_.vertices[section_.triangles[facet][0]]));
+  }
+
+  void add(std::uint32_t facet) {
+    auto [from, to] = ends_of(facet);
+    const Vec3d normal = area_vector(section_, facet);
+    // Outward is to the left of the way from inside to outside, so to say.
+    const double ahead = to.first - from.first;
+    const double up = to.second - from.second;
+    if (ahead * normal.z - up * normal.x < 0) std::swap(from, to);
+    const MaterialId material = section_.materials.empty() ? 0 : section_.materials[facet];
+    const auto [found, is_new] = rings_.try_emplace(
+        {from, to, material}, static_cast<std::uint32_t>(result_.mesh_.triangles.size()));
+    if (is_new) revolve(point_at(from), point_at(to), facet);
+    if (found->second < result_.mesh_.triangles.size())
+      result_.first_facets_[facet] = found->second;
+    for (const Place& end : {from, to})
+      if (is_new && end.first == radius_) rims_.push_back({point_at(end), normal.z >= 0, facet});
+  }
+
+  void revolve(const Point& from, const Point& to, std::uint32_t facet) {
+    for (std::uint32_t k = 0; k < slices; ++k) {
+      if (to.radius != 0) add_facet({from.vertex(k), to.vertex(k), to.vertex(k + 1)}, facet);
+      if (from.radius != 0) add_facet({from.vertex(k), to.vertex(k + 1), from.vertex(k + 1)}, facet);
+    }
+    ++ring_;
+  }
+
+  void fill_corner(const Rim& rim) {
+    const auto corner = static_cast<std::uint32_t>(result_.mesh_.vertices.size());
+    result_.mesh_.vertices.push_back({radius_, radius_, rim.at.height});
+    for (std::uint32_t k = 0; k < slices; ++k) {
+      Triangle triangle{rim.at.vertex(k), corner, rim.at.vertex(k + 1)};
+      if (!rim.faces_up) std::swap(triangle[0], triangle[1]);
+      add_facet(triangle, rim.section_facet);
+    }
+    ++ring_;
+  }
+
+  void add_facet(const Triangle& triangle, std::uint32_t section_facet) {
+    result_.mesh_.triangles.push_back(triangle);
+    if (!section_.materials.empty())
+      result_.mesh_.materials.push_back(section_.materials[section_facet]);
+    result_.section_facets_.push_back(section_facet);
+    result_.rings_.push_back(ring_);
+  }
+
+  const TriMesh& section_;
+  float radius_;
+  Revolution& result_;
+  std::array<std::array<double, 2>, slices + 1> around_{};
+  std::map<Place, std::uint32_t> points_;  // and the first vertex of their circles
+  std::map<std::tuple<Place, Place, MaterialId>, std::uint32_t> rings_;  // and their first facets
+  std::vector<Rim> rims_;
+  std::uint32_t ring_ = 0;
+};
+
+Revolution::Revolution(const TriMesh& section, const Sides& sides) : radius_(sides.upper[0]) {
+  Builder(section, radius_, *this).build();
+}
+
+Sides Revolution::sides() const { return {.lower = {0, 0}, .upper = {radius_, radius_}}; }
+
+std::vector<float> Revolution::revolved(std::span<const float> of_section) const {
+  std::vector<float> values;
+  values.reserve(section_facets_.size());
+  for (const std::uint32_t facet : section_facets_) values.push_back(of_section[facet]);
+  return values;
+}
+
+std::vector<float> Revolution::on_section(std::span<const float> of_rings) const {
+  std::vector<float> values;
+  values.reserve(first_facets_.size());
+  for (const std::uint32_t facet : first_facets_)
+    values.push_back(facet == none ? 0 : of_rings[facet]);
+  return values;
+}
+
+namespace {
+
+// What is given on facets of a section, revolved, and back.
+std::vector<std::vector<float>> revolved(const Revolution& revolution,
+                                         std::span<const std::vector<float>> of_section) {
+  std::vector<std::vector<float>> values;
+  for (const std::vector<float>& each : of_section) values.push_back(revolution.revolved(each));
+  return values;
+}
+
+template <class Arrays>
+std::vector<std::vector<float>> on_section(const Revolution& revolution, const Arrays& of_rings) {
+  std::vector<std::vector<float>> values;
+  for (const auto& each : of_rings) values.push_back(revolution.on_section(each));
+  return values;
+}
+
+std::vector<std::span<const float>> views(const std::vector<std::vector<float>>& arrays) {
+  return {arrays.begin(), arrays.end()};
+}
+
+void refuse_lopsided(const Species& species) {
+  const SourceLobe& source = species.source;
+  const Vec3d direction = source.direction;
+  const bool is_upright = direction.x == 0 && direction.y == 0;
+  if (source.kind == SourceLobe::Kind::none) return;
+  if ((!is_upright && !source.rotating) || !source.map.empty())
+    throw InputError("species " + species.name +
+                     ": a tilted or uneven source is not the same all around an axis");
+}
+
+StickingFeedback revolved(const Revolution& revolution, const StickingFeedback& feedback) {
+  StickingFeedback result = feedback;
+  if (!feedback.update) return result;
+  result.update = [&](std::span<const std::span<const float>> flux,
+                      std::vector<std::vector<float>>& sticking) {
+    const std::vector<std::vector<float>> arrivals = on_section(revolution, flux);
+    std::vector<std::vector<float>> of_section = on_section(revolution, sticking);
+    if (!feedback.update(views(arrivals), of_section)) return false;
+    // Where they are: problems refer to them.
+    for (std::size_t k = 0; k < sticking.size(); ++k)
+      std::ranges::copy(revolution.revolved(of_section[k]), sticking[k].begin());
+    return true;
+  };
+  return result;
+}
+
+SurfaceEmission revolved(const Revolution& revolution, const SurfaceEmission& emission) {
+  SurfaceEmission result = emission;
+  if (!emission.of) return result;
+  result.of = [&](std::span<const std::span<const float>> flux) {
+    const std::vector<std::vector<float>> arrivals = on_section(revolution, flux);
+    return revolved(revolution, emission.of(views(arrivals)));
+  };
+  return result;
+}
+
+}  // namespace
+
+std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Species> species,
+                                      const FluxOptions& options, const StickingFeedback& feedback,
+                                      const SurfaceEmission& emission) {
+  const Revolution revolution(section, options.sides);
+  std::vector<Species> around(species.begin(), species.end());
+  for (Species& each : around) {
+    refuse_lopsided(each);
+    if (!each.emission.empty()) each.emission = revolution.revolved(each.emission);
+  }
+  FluxOptions of_quarter = options;
+  of_quarter.axisymmetric = false;
+  of_quarter.two_dimensional = false;
+  of_quarter.sides = revolution.sides();
+  of_quarter.rings = revolution.rings();
+  for (std::vector<std::vector<float>>& of_species : of_quarter.responses)
+    of_species = revolved(revolution, of_species);
+  std::vector<FluxField> fields =
+      solve_flux(revolution.mesh(), around, of_quarter, revolved(revolution, feedback),
+                 revolved(revolution, emission));
+  for (FluxField& field : fields) {
+    for (Tally& tally : field.tallies) {
+      tally.mean = revolution.on_section(tally.mean);
+      tally.std_error = revolution.on_section(tally.std_error);
+    }
+  }
+  return fields;
+}
+
+}  // namespace scarp

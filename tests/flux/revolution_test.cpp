@@ -1,0 +1,244 @@
+// Surfaces of revolution from their section: the mesh, known fluxes in holes, and error bars.
+
+#include "flux/revolution.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tests/flux/reference_bins.h"
+#include "tests/flux/shapes.h"
+
+namespace scarp {
+namespace {
+
+using Engine = FluxOptions::Engine;
+
+constexpr double field = 4;
+constexpr double pi = std::numbers::pi;
+
+// A hole of diameter 20 from its axis to a flat field, as a strip of one spacing.
+exact::Shape hole_section(double aspect_ratio, int cells = 40) {
+  const double depth = 20 * aspect_ratio;
+  const Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  builder.grid({0, 0, -depth}, {10, 0, 0}, 10, y, 1);
+  builder.grid({10, 0, -depth}, {0, 0, depth}, cells, y, 1);
+  builder.grid({10, 0, 0}, {field, 0, 0}, 4, y, 1);
+  return {builder.mesh, {.lower = {0, 0}, .upper = {10 + field, 1}}};
+}
+
+FluxOptions options_of(const exact::Shape& shape, Engine engine) {
+  return {.engine = engine,
+          .sides = shape.sides,
+          .axisymmetric = true,
+          .spacing = 1,
+          .target_error = 0.003};
+}
+
+Vec3d middle(const TriMesh& mesh, std::size_t f) {
+  const auto [a, b, c] = corners(mesh, f);
+  return (a + b + c) / 3.0;
+}
+
+TEST(RevolutionTest, HasTheAreaOfASurfaceOfRevolution) {
+  const exact::Shape hole = hole_section(1);
+  const Revolution revolution(hole.mesh, hole.sides);
+  double area = 0;
+  for (const double each : facet_areas(revolution.mesh())) area += each;
+  const double side = 10 + field;
+  // The corner beyond the outermost ring included.
+  const double expected = (2 * pi * 10 * 20) / 4 + side * side;
+  EXPECT_NEAR(area, expected, 5e-4 * expected);
+}
+
+// Only edges on the four sides have one facet, and normals are those of the section, turned.
+TEST(RevolutionTest, IsClosedBetweenTheSides) {
+  const exact::Shape hole = hole_section(1);
+  const Revolution revolution(hole.mesh, hole.sides);
+  const TriMesh& mesh = revolution.mesh();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++edges[std::minmax(t[k], t[(k + 1) % 3])];
+  const double side = 10 + field;
+  for (const auto& [edge, count] : edges) {
+    ASSERT_LE(count, 2);
+    if (count == 2) continue;
+    const Vec3f a = mesh.vertices[edge.first];
+    const Vec3f b = mesh.vertices[edge.second];
+    const auto both_at = [&](double at, int axis) { return a[axis] == at && b[axis] == at; };
+    EXPECT_TRUE(both_at(0, 0) || both_at(side, 0) || both_at(0, 1) || both_at(side, 1));
+  }
+  const std::vector<Vec3f> normals = facet_normals(mesh);
+  for (std::size_t f = 0; f < normals.size(); ++f) {
+    const Vec3d r = middle(mesh, f);
+    const bool is_wall = r.z > -20 + 1e-6 && r.z < -1e-6;
+    const Vec3d inward = Vec3d{-r.x, -r.y, 0} / std::hypot(r.x, r.y);
+    EXPECT_NEAR(dot(Vec3d(normals[f]), is_wall ? inward : Vec3d{0, 0, 1}), 1, 1e-3);
+  }
+}
+
+TEST(RevolutionTest, TakesValuesThereAndBack) {
+  const exact::Shape hole = hole_section(1);
+  const Revolution revolution(hole.mesh, hole.sides);
+  std::vector<float> values;
+  for (std::size_t f = 0; f < hole.mesh.triangles.size(); ++f)
+    values.push_back(static_cast<float>(f / 2));  // both facets of a cell are the same ring
+  EXPECT_EQ(revolution.on_section(revolution.revolved(values)), values);
+}
+
+TEST(RevolutionTest, RefusesWhatIsNoSection) {
+  exact::Builder slope;
+  slope.grid({0, 0, 0}, {10, 0, 0}, 4, {0, 1, 1}, 1);
+  const Sides sides{.lower = {0, 0}, .upper = {10, 1}};
+  EXPECT_THROW(Revolution(slope.mesh, sides), InputError);
+  exact::Builder beyond;
+  beyond.grid({-1, 0, 0}, {11, 0, 0}, 11, {0, 1, 0}, 1);
+  EXPECT_THROW(Revolution(beyond.mesh, sides), InputError);
+}
+
+// Exact mean fluxes of reference/flux_hole_bins.csv.
+void expect_reference(double aspect_ratio, double sticking, Engine engine) {
+  const exact::Shape hole = hole_section(aspect_ratio);
+  const Species gas{.name = "gas", .sticking = {static_cast<float>(sticking)}};
+  const FluxField flux = solve_flux(hole.mesh, {&gas, 1}, options_of(hole, engine)).front();
+  EXPECT_TRUE(flux.target_reached);
+  EXPECT_EQ(flux.audit.lost(), 0);
+  const std::vector<double> areas = facet_areas(hole.mesh);
+  for (const exact::ReferenceBin& bin : exact::reference_bins("hole", aspect_ratio, sticking)) {
+    double area = 0;
+    double mean = 0;
+    double error = 0;  // as if all were off together
+    for (const std::uint32_t f : exact::facets_in(bin, hole.mesh, "hole")) {
+      const double of_ring = areas[f] * middle(hole.mesh, f).x;
+      area += of_ring;
+      mean += of_ring * static_cast<double>(flux.arrivals().mean[f]);
+      error += of_ring * static_cast<double>(flux.arrivals().std_error[f]);
+    }
+    if (area == 0) continue;
+    EXPECT_NEAR(mean / area, bin.flux, 4 * error / area + 0.005 * bin.flux)
+        << aspect_ratio << " " << sticking << " " << bin.surface << " " << bin.from;
+  }
+}
+
+TEST(RevolutionTest, BothEnginesGiveTheFluxInHoles) {
+  for (const double sticking : {1.0, 0.1, 0.01}) {
+    expect_reference(1, sticking, Engine::gather);
+    expect_reference(5, sticking, Engine::gather);
+    expect_reference(1, sticking, Engine::forward);
+  }
+}
+
+TEST(RevolutionTest, AFlatWaferGetsAllOfTheSource) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {12, 0, 0}, 12, {0, 1, 0}, 1);
+  const exact::Shape flat{builder.mesh, {.lower = {0, 0}, .upper = {12, 1}}};
+  const Species gas{.name = "gas", .sticking = {1}};
+  for (const Engine engine : {Engine::gather, Engine::forward}) {
+    const FluxField flux = solve_flux(flat.mesh, {&gas, 1}, options_of(flat, engine)).front();
+    const Tally& tally = flux.arrivals();
+    ASSERT_EQ(tally.mean.size(), flat.mesh.triangles.size());
+    for (std::size_t f = 0; f < tally.mean.size(); ++f)
+      EXPECT_NEAR(tally.mean[f], 1, 4 * tally.std_error[f] + 1e-5) << f;
+  }
+}
+
+// Over seeds, of all rings on the wall and the bottom.
+TEST(RevolutionTest, ErrorBarsAreTrue) {
+  const exact::Shape hole = hole_section(2);
+  const Species gas{.name = "gas", .sticking = {0.1F}};
+  constexpr int seeds = 60;
+  for (const Engine engine : {Engine::gather, Engine::forward}) {
+    FluxOptions options = options_of(hole, engine);
+    options.rays = engine == Engine::gather ? 1 << 13 : 1 << 15;
+    std::vector<Tally> found;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      options.seed = static_cast<std::uint64_t>(seed);
+      found.push_back(solve_flux(hole.mesh, {&gas, 1}, options).front().arrivals());
+    }
+    double squares = 0;
+    int count = 0;
+    for (std::size_t f = 0; f < hole.mesh.triangles.size(); f += 2) {
+      double mean = 0;
+      for (const Tally& each : found) mean += static_cast<double>(each.mean[f]) / seeds;
+      for (const Tally& each : found) {
+        if (each.std_error[f] == 0) continue;  // sees nothing but the sky
+        squares += std::pow((each.mean[f] - mean) / each.std_error[f], 2);
+        ++count;
+      }
+    }
+    const double deviation = std::sqrt(squares / count * seeds / (seeds - 1.0));
+    EXPECT_GT(deviation, 0.9);
+    EXPECT_LT(deviation, 1.15);
+  }
+}
+
+TEST(RevolutionTest, BitsDoNotDependOnThreads) {
+  const exact::Shape hole = hole_section(2);
+  const Species gas{.name = "gas", .sticking = {0.1F}};
+  for (const Engine engine : {Engine::gather, Engine::forward}) {
+    std::vector<std::vector<float>> results;
+    for (const int threads : {1, 2, 8}) {
+      const ThreadLimit limit(threads);
+      results.push_back(
+          solve_flux(hole.mesh, {&gas, 1}, options_of(hole, engine)).front().arrivals().mean);
+    }
+    EXPECT_EQ(results[0], results[1]);
+    EXPECT_EQ(results[0], results[2]);
+  }
+}
+
+// What leaves rings leaves the whole of them, and sticking may depend on what arrives.
+TEST(RevolutionTest, EmissionAndFeedbackAreTakenThereAndBack) {
+  const exact::Shape hole = hole_section(1);
+  const std::vector<Species> species{
+      {.name = "gas", .sticking = {1}},
+      {.name = "desorbed", .source = {.kind = SourceLobe::Kind::none}, .sticking = {1}}};
+  StickingFeedback feedback{.species = {true, false}};
+  int updates = 0;
+  feedback.update = [&](std::span<const std::span<const float>> flux,
+                        std::vector<std::vector<float>>& sticking) {
+    EXPECT_EQ(flux[0].size(), hole.mesh.triangles.size());
+    EXPECT_EQ(sticking[0].size(), hole.mesh.triangles.size());
+    if (++updates > 2) return false;
+    std::ranges::fill(sticking[0], 0.5F);
+    return true;
+  };
+  SurfaceEmission emission{.species = {false, true}};
+  emission.of = [&](std::span<const std::span<const float>> flux) {
+    std::vector<float> leaves;
+    for (const float arrives : flux[0]) leaves.push_back(0.25F * arrives);
+    return std::vector<std::vector<float>>{leaves};
+  };
+  const auto flux =
+      solve_flux(hole.mesh, species, options_of(hole, Engine::automatic), feedback, emission);
+  EXPECT_GT(updates, 2);
+  const Species half{.name = "gas", .sticking = {0.5F}};
+  const FluxField alone =
+      solve_flux(hole.mesh, {&half, 1}, options_of(hole, Engine::gather)).front();
+  for (std::size_t f = 0; f < hole.mesh.triangles.size(); ++f)
+    EXPECT_NEAR(flux[0].arrivals().mean[f], alone.arrivals().mean[f],
+                4 * std::hypot(flux[0].arrivals().std_error[f], alone.arrivals().std_error[f]) +
+                    0.002);
+  // All that sticks leaves a quarter of what arrived; what does not escape sticks again.
+  EXPECT_NEAR(flux[1].audit.emitted, 0.25 / 0.5 * flux[0].audit.absorbed,
+              0.01 * flux[1].audit.emitted);
+}
+
+TEST(RevolutionTest, RefusesWhatIsNotTheSameAllAround) {
+  const exact::Shape hole = hole_section(1);
+  Species gas{.name = "gas", .sticking = {1}};
+  gas.source.direction = normalized(Vec3d{0.1, 0, -1});
+  EXPECT_THROW(solve_flux(hole.mesh, {&gas, 1}, options_of(hole, Engine::gather)), InputError);
+  gas.source.rotating = true;
+  EXPECT_NO_THROW(solve_flux(hole.mesh, {&gas, 1}, options_of(hole, Engine::automatic)));
+}
+
+}  // namespace
+}  // namespace scarp
