@@ -36,23 +36,22 @@ constexpr const char* simplified_mesh = "simplify.enabled=true";
 /// Of a slice of what has two dimensions. Spacings; the answer does not depend on it.
 constexpr double slice_length = 4;
 
-/// The recipe in one of the two modes.
+/// The recipe in one of the modes.
 Variant in_mode(const std::string& mode, const Frame& frame) {
-  const bool two_dimensional = mode == "2d";
   Variant variant{.name = mode, .overrides = {}};
-  if (two_dimensional == frame.two_dimensional) return variant;
+  if (mode == mode_name(frame)) return variant;
   const auto nm = [](double length) { return fmt::format("\"{} nm\"", format_number(length)); };
   const std::string extent = nm(frame.cells[0] * frame.spacing);
   const char* sides = frame.boundary[0] == Boundary::periodic ? "\"periodic\"" : "\"reflective\"";
   variant.overrides.push_back(fmt::format("domain.mode=\"{}\"", mode));
-  if (two_dimensional) {
+  if (mode == "3d") {
+    const std::string along = frame.axisymmetric ? extent : nm(slice_length * frame.spacing);
+    variant.overrides.push_back(fmt::format("domain.extent=[{}, {}]", extent, along));
+    variant.overrides.push_back(fmt::format("domain.boundary=[{}, \"reflective\"]", sides));
+  } else {
     variant.overrides.push_back(fmt::format("domain.extent=[{}]", extent));
     variant.overrides.push_back(fmt::format("domain.boundary=[{}]", sides));
     variant.overrides.emplace_back(full_mesh);
-  } else {
-    variant.overrides.push_back(
-        fmt::format("domain.extent=[{}, {}]", extent, nm(slice_length * frame.spacing)));
-    variant.overrides.push_back(fmt::format("domain.boundary=[{}, \"reflective\"]", sides));
   }
   return variant;
 }
@@ -177,8 +176,8 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
   if (recipe.frame.two_dimensional && arguments.modes.empty()) {
     throw InputError(fmt::format(
         "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
-        "--modes 3d,2d compares it with a slice in three dimensions",
-        arguments.recipe));
+        "--modes 3d,{} compares it with the same in three dimensions",
+        arguments.recipe, mode_name(recipe.frame)));
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);

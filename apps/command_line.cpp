@@ -315,9 +315,9 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->check(method());
   command
       .add_option("--modes", arguments.modes,
-                  "Compare the recipe in two and in three dimensions instead: 3d,2d, the reference "
-                  "first")
-      ->check(CLI::IsMember({"3d,2d", "2d,3d"}))
+                  "Compare the recipe in three and in two dimensions instead: 3d,2d or "
+                  "3d,axisymmetric, the reference first")
+      ->check(CLI::IsMember({"3d,2d", "2d,3d", "3d,axisymmetric", "axisymmetric,3d"}))
       ->excludes("--methods");
   command.add_option("--line", arguments.line,
                      "Where a contour was measured (default: 'y = 0 nm')");

@@ -126,7 +126,7 @@ struct CompareArguments : RecipeArguments {
   std::string with;  ///< what the run or state in place of a recipe is compared with
   int seeds = 3;
   std::vector<std::string> methods;
-  std::string modes;              ///< "2d,3d" or "3d,2d"; empty: full and simplified meshes
+  std::string modes;              ///< for example "3d,2d"; empty: full and simplified meshes
   std::string line = "y = 0 nm";  ///< where a contour was measured
   Tolerances tolerances;
 };

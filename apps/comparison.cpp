@@ -16,7 +16,9 @@
 #include "core/running_statistics.h"
 #include "core/student.h"
 #include "flux/reconstruct.h"
+#include "flux/revolution.h"
 #include "levelset/openings.h"
+#include "levelset/symmetry.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -25,9 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A cross-section of an infinitely long structure fits any slice of it.
+/// A cross-section of an infinitely long structure fits any slice of it, and one through an axis a
+/// domain that is as wide.
 void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
-  bool is_same = true;
+  bool is_same = !(a.two_dimensional && b.two_dimensional) || a.axisymmetric == b.axisymmetric;
   for (std::size_t axis = 0; axis < (a.two_dimensional || b.two_dimensional ? 1U : 2U); ++axis) {
     const double difference =
         a.sides().width(static_cast<int>(axis)) - b.sides().width(static_cast<int>(axis));
@@ -49,13 +52,41 @@ void lengthen(Snapshot& section, const Sides& slice) {
     if (each.name.ends_with("_nm3")) each.value *= longer;
 }
 
-/// Gives all of them the length of the first that has one.
-void make_equally_long(std::span<Snapshot> all) {
+/// Makes what was a section through an axis a surface between four sides, as wide either way. Its
+/// volumes are those within its circle, which no other surface has.
+void revolve(Snapshot& section) {
+  TriMesh beyond_axis;
+  beyond_axis.vertices = section.surface.vertices;
+  for (std::size_t f = 0; f < section.surface.triangles.size(); ++f) {
+    const Triangle& t = section.surface.triangles[f];
+    if (std::ranges::any_of(t, [&](std::uint32_t v) { return beyond_axis.vertices[v].x < 0; }))
+      continue;
+    beyond_axis.triangles.push_back(t);
+    if (!section.surface.materials.empty())
+      beyond_axis.materials.push_back(section.surface.materials[f]);
+  }
+  Frame& frame = section.frame;
+  frame.two_dimensional = false;
+  frame.axisymmetric = false;
+  frame.cells[1] = frame.cells[0];
+  const Frame quarter = half_of(frame, {true, true});
+  section.surface = with_images(Revolution(beyond_axis, quarter.sides()).mesh(), quarter);
+  std::erase_if(section.values,
+                [](const MetrologyValue& each) { return each.name.ends_with("_nm3"); });
+}
+
+/// Gives sections the length, or the circles, of a surface between four sides, if there is one.
+void make_comparable(std::span<Snapshot> all) {
   const auto is_section = [](const Snapshot& each) { return each.frame.two_dimensional; };
   const auto slice = std::ranges::find_if_not(all, is_section);
   if (slice == all.end()) return;
-  for (Snapshot& each : all)
-    if (is_section(each)) lengthen(each, slice->frame.sides());
+  for (Snapshot& each : all) {
+    if (each.frame.axisymmetric) {
+      revolve(each);
+    } else if (is_section(each)) {
+      lengthen(each, slice->frame.sides());
+    }
+  }
 }
 
 // --- values --------------------------------------------------------------------------------------
@@ -481,7 +512,7 @@ class Comparer {
       require_same_domain(all.front().frame, all.back().frame, runs_[n]->where.string());
       surfaces[n < first_count_ ? 0 : 1].push_back(runs_[n]->outputs[outputs[n]].surface);
     }
-    make_equally_long(all);
+    make_comparable(all);
     const std::span<const Snapshot> a = std::span(all).first(first_count_);
     const std::span<const Snapshot> b = std::span(all).subspan(first_count_);
     result_.spacing = a.front().frame.spacing;

@@ -77,10 +77,14 @@ int read_cells(const RecipeTable& table, double extent, double spacing, std::siz
 }
 
 Frame read_domain(const RecipeTable& table) {
-  const Choices<bool> modes{{"3d", false}, {"2d", true}};
+  enum class Mode { solid, section, round };
+  const Choices<Mode> modes{
+      {"3d", Mode::solid}, {"2d", Mode::section}, {"axisymmetric", Mode::round}};
   Frame frame;
   frame.spacing = table.length("spacing", spacings);
-  frame.two_dimensional = table.choice<bool>("mode", modes, "3d");
+  const Mode mode = table.choice<Mode>("mode", modes, "3d");
+  frame.two_dimensional = mode != Mode::solid;
+  frame.axisymmetric = mode == Mode::round;
   const std::size_t axes = frame.two_dimensional ? 1 : 2;
   const std::vector<double> extent =
       table.quantities("extent", Dimension::length, {axes, axes}, lengths);
@@ -93,6 +97,16 @@ Frame read_domain(const RecipeTable& table) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
     }
   }
+  if (frame.axisymmetric && frame.cells[0] % 2 != 0 && table.ok("extent")) {
+    table.error("extent[0]", fmt::format("is {} spacings, and the axis is in the middle of it; it "
+                                         "has to be an even number of them, for example {}",
+                                         frame.cells[0],
+                                         format_quantity((frame.cells[0] + 1) * frame.spacing,
+                                                         Dimension::length)));
+    ++frame.cells[0];
+  }
+  if (frame.axisymmetric && frame.boundary[0] == Boundary::periodic)
+    table.error("boundary", "what goes around an axis has one side, which is \"reflective\"");
   require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
                  static_cast<double>(frame.cells[0]) * frame.cells[1]);
   return frame;
@@ -158,7 +172,8 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
                                              {"gather", FluxOptions::Engine::gather}};
   FluxOptions options;
   options.sides = frame.sides();
-  options.two_dimensional = frame.two_dimensional;
+  options.two_dimensional = frame.two_dimensional && !frame.axisymmetric;
+  options.axisymmetric = frame.axisymmetric;
   options.spacing = frame.spacing;
   options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
   if (!table.has("position_error")) {
@@ -248,6 +263,27 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
                             : leaning.empty()       ? "particles"
                                                     : leaning + 's',
                             name, remedy));
+  }
+}
+
+// What goes around an axis meets the same all around.
+void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
+  const std::string remedy = "use mode = \"3d\"";
+  if (!model.is_isotropic())
+    return table.error("model", "crystal planes are not the same all around an axis; " + remedy);
+  if (model.solute())
+    return table.error("model", "baths are not known in mode = \"axisymmetric\"; " + remedy);
+  for (const Species& each : model.species()) {
+    const SourceLobe& source = each.source;
+    if (source.kind == SourceLobe::Kind::none) continue;
+    const bool leans = source.direction.x != 0 || source.direction.y != 0;
+    if (leans && !source.rotating)
+      return table.error(leaning_tables(table),
+                         "what is tilted is not the same all around an axis; " + remedy +
+                             ", or let the wafer turn (rotating = true) under a source that is no "
+                             "beam");
+    if (!source.map.empty())
+      return table.error("source_map", "is not the same all around an axis; " + remedy);
   }
 }
 
@@ -403,6 +439,7 @@ class StepReader {
     }
     if (!table.ok()) return {step};
     if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
+    if (step.model && recipe_.frame.axisymmetric) refuse_lopsided(table, *step.model);
     if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
     if (step.model) refuse_position_error(table, step);
     refuse_endless_step(table, step.duration_key, step, recipe_);
@@ -489,8 +526,10 @@ void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Fra
     return !is_same;
   };
   const auto length = [](double value) { return format_quantity(value, Dimension::length); };
-  const bool other_mode = differs("mode", wanted.two_dimensional == found.two_dimensional,
-                                  found.two_dimensional ? "\"2d\"" : "\"3d\"");
+  const bool other_mode = differs("mode",
+                                  wanted.two_dimensional == found.two_dimensional &&
+                                      wanted.axisymmetric == found.axisymmetric,
+                                  '"' + mode_name(found) + '"');
   const bool other_spacing =
       differs("spacing", wanted.spacing == found.spacing, length(found.spacing));
   if (other_mode) return;
@@ -628,6 +667,11 @@ void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables
 
 }  // namespace
 
+std::string mode_name(const Frame& frame) {
+  if (frame.axisymmetric) return "axisymmetric";
+  return frame.two_dimensional ? "2d" : "3d";
+}
+
 Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
   const RecipeFile file(path, overrides);
   const RecipeTable root = file.root();
@@ -635,7 +679,8 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.title = root.text("title", path.stem().string());
   recipe.frame = read_domain(root.table("domain"));
   recipe.uses_symmetry =
-      root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
+      root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||
+      recipe.frame.axisymmetric;
   read_materials(root.table("materials"), recipe.materials);
 
   if (root.has("start")) {

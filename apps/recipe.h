@@ -87,6 +87,9 @@ struct Recipe {
   std::vector<std::string> warnings;  ///< of what is doubtful, with its place in the file
 };
 
+/// As domain.mode has it.
+std::string mode_name(const Frame& frame);
+
 /// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.
 ///
 /// Throws: InputError with all that is wrong, a line each: file:line:column: key: what is allowed.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/simulator.h"
+#include "core/error.h"
 #include "levelset/symmetry.h"
 
 namespace scarp {
@@ -52,11 +53,14 @@ MirrorPlanes mirror_planes(const Recipe& recipe) {
     }
     planes.across[axis] = hindrance.empty();
   }
+  if (frame.axisymmetric && !planes.across[0])
+    throw InputError("domain.mode = \"axisymmetric\": " + planes.hindrance[0]);
   return planes;
 }
 
 std::string symmetry_text(const Recipe& recipe, const MirrorPlanes& planes) {
   const auto& [x, y] = planes.across;
+  if (recipe.frame.axisymmetric) return "runs on a section from the axis on";
   if (x || y) {
     const std::string which = fmt::format("on the {} of the domain beyond the mirror plane{}",
                                           x && y ? "quarter" : "half",

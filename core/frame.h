@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <numbers>
 
 #include "core/vec3.h"
 
@@ -30,12 +32,16 @@ struct Sides {
 /// Of a wafer that is its own mirror image only the half beyond the plane may be here: node 0 then
 /// lies on the plane, at 0, which is a reflective side as any other.
 ///
+/// A wafer may be the same all around the axis x = y = 0. The grid is then that of two dimensions,
+/// a section through the axis, and runs go on half of it, from the axis on.
+///
 /// Units: nm.
 struct Frame {
   double spacing = 0;
   std::array<int, 2> cells{};
   std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
   bool two_dimensional = false;
+  bool axisymmetric = false;    ///< in two dimensions
   std::array<bool, 2> half{};  ///< the other half is the mirror image
 
   /// The index of the node, or of the place between two of them, that lies at 0.
@@ -53,6 +59,12 @@ struct Frame {
 
   /// How many mirror images, with itself, make up the whole wafer.
   int images() const { return (half[0] ? 2 : 1) * (half[1] ? 2 : 1); }
+
+  /// How many times of what lies at x the whole wafer has: of what goes around the axis as many as
+  /// its half circle has spacings on either side.
+  double times(double x) const {
+    return images() * (axisymmetric ? std::numbers::pi * std::abs(x) / spacing : 1);
+  }
 
   Sides sides() const {
     Sides sides;

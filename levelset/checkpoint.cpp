@@ -64,6 +64,7 @@ VdbMetadata file_metadata(const Layers& layers, const CheckpointNotes& notes) {
     values["periodic_" + name] = frame.boundary[axis] == Boundary::periodic;
     if (frame.half[axis]) values["half_" + name] = true;
   }
+  if (frame.axisymmetric) values["axisymmetric"] = true;
   for (const auto& [key, value] : notes) {
     values[std::string(note_prefix) + key] = value;
   }
@@ -87,6 +88,7 @@ Frame read_frame(const VdbMetadata& values) {
     frame.half[axis] = values.contains("half_" + name);
   }
   frame.two_dimensional = value_of<bool>(values, "two_dimensional");
+  frame.axisymmetric = values.contains("axisymmetric");
   if (!(frame.spacing > 0) || frame.cells[0] < 1 || frame.cells[1] < 1) {
     throw InputError("its domain is empty");
   }

@@ -443,9 +443,15 @@ std::vector<OpeningMetrology> measure_openings(const WaferSurfaces& surfaces,
   for (std::size_t n = 0; n < map.openings().size(); ++n) {
     const auto [along_x, along_y] = map.openings()[n].through;
     if (along_x && along_y) continue;  // what is left around pillars
-    // Trenches are cut across, holes both ways.
+    // Trenches are cut across, holes both ways, which are the same around an axis.
     for (const int axis : {1, 0}) {
       if ((axis == 1 && along_x) || (axis == 0 && along_y)) continue;
+      if (axis == 0 && surfaces.frame().axisymmetric) {
+        if (openings.empty() || openings.back().opening != static_cast<int>(n)) continue;
+        openings.push_back(openings.back());
+        openings.back().axis = axis;
+        continue;
+      }
       if (auto found = measure_opening(surfaces, options, map, n, axis))
         openings.push_back(*std::move(found));
     }

@@ -59,10 +59,13 @@ class OpeningMap::Flood {
     for (const std::size_t place : places_) sum += marks_[place].unfolded[axis];
     const Sides sides = map_.frame_.sides();
     const auto [on_lower, on_upper] = on_side_[axis];
-    through_[axis] = through_[axis] || (on_lower && on_upper);
+    const bool is_around_axis = map_.frame_.axisymmetric && axis == 1;
+    through_[axis] = !is_around_axis && (through_[axis] || (on_lower && on_upper));
     double& centre = centre_[axis];
     centre = map_.frame_.node_position(axis, sum / static_cast<double>(places_.size()));
     if (through_[axis]) {
+      centre = 0;
+    } else if (is_around_axis) {
       centre = 0;
     } else if (on_lower || on_upper) {
       centre = on_lower ? sides.lower[axis] : sides.upper[axis];

@@ -223,7 +223,9 @@ class Checker {
   /// A slot, trench or fin: one interval across.
   void row(const std::string& prefix, int along, double centre, double widest, const Repeat& repeat,
            Between between) {
-    if (frame_.two_dimensional && along != 1) {
+    if (frame_.axisymmetric) {
+      report(prefix + "shape", "is not the same all around the axis; use a round shape");
+    } else if (frame_.two_dimensional && along != 1) {
       report(prefix + "along", "must be \"y\" in two dimensions");
     } else if (lattice(prefix, repeat)) {
       const int axis = 1 - along;
@@ -288,8 +290,12 @@ class Checker {
                   repeat.count[axis], repeat.pitch[axis], between});
       }
     }
-    if (frame_.two_dimensional) {
-      report(prefix + "shape", "round shapes need three dimensions");
+    if (frame_.axisymmetric) {
+      if (centre[0] != 0 || centre[1] != 0) report(prefix + "center", "must be on the axis, [0, 0]");
+      if (repeat.count[0] != 1 || repeat.count[1] != 1)
+        report(prefix + "repeat", "there is room for one on the axis");
+    } else if (frame_.two_dimensional) {
+      report(prefix + "shape", "round shapes need three dimensions, or mode = \"axisymmetric\"");
     }
     return is_good;
   }

@@ -26,6 +26,7 @@ class Crystal final : public SurfaceModel {
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
+  bool is_isotropic() const override { return false; }
   std::vector<AngularFactor> angular_factors() const override { return {values_.rate}; }
   std::vector<std::vector<float>> amplitudes(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;

@@ -114,6 +114,10 @@ class SurfaceModel {
   /// for granted.
   virtual bool is_mirror_symmetric([[maybe_unused]] int axis) const { return true; }
 
+  /// Whether the rates are the same whichever way the surface faces around the vertical; particles
+  /// are another matter.
+  virtual bool is_isotropic() const { return true; }
+
   /// The functions of the normal that the speeds depend on, as far as they are known. With factors
   /// the surface is moved by a scheme that takes them at its own normals: with speeds that depend
   /// on slopes as they were, edges move wrongly and slopes are unstable.
