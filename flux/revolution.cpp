@@ -15,10 +15,11 @@ namespace scarp {
 
 namespace {
 
-constexpr std::uint32_t none = ~std::uint32_t{0};
-
 // A quarter of a polygon of 128 sides has .04 % less area than that of the circle about it.
 constexpr std::uint32_t slices = 32;
+
+// Of the width of the strip.
+constexpr double most_apart = 0.01;
 
 std::string text(Vec3f r) {
   return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
@@ -30,6 +31,7 @@ class Revolution::Builder {
  public:
   Builder(const TriMesh& section, double radius, Revolution& result)
       : section_(section), radius_(static_cast<float>(radius)), result_(result) {
+    find_places();
     for (std::uint32_t k = 0; k <= slices; ++k) {
       // Both ends to the last bit, on the mirrors.
       const double angle = 0.5 * std::numbers::pi * k / slices;
@@ -38,8 +40,18 @@ class Revolution::Builder {
   }
 
   void build() {
-    result_.first_facets_.assign(section_.triangles.size(), none);
-    for (std::uint32_t f = 0; f < section_.triangles.size(); ++f) add(f);
+    result_.first_facets_.resize(section_.triangles.size());
+    std::vector<std::uint32_t> caps;
+    for (std::uint32_t f = 0; f < section_.triangles.size(); ++f) {
+      const auto places = places_of(f);
+      if (places[0] != places[1] && places[1] != places[2] && places[2] != places[0]) {
+        caps.push_back(f);
+      } else {
+        add(f, places[0] == places[1] ? std::pair(places[0], places[2])
+                                      : std::pair(places[0], places[1]));
+      }
+    }
+    for (const std::uint32_t f : caps) find_ring(f);
     for (const Rim& rim : rims_) fill_corner(rim);
   }
 
@@ -71,42 +83,80 @@ class Revolution::Builder {
     return {radius, height, found->second};
   }
 
-  // The two ends of the line that a facet is seen as along y.
-  std::array<Place, 2> ends_of(std::uint32_t facet) const {
-    std::array<Place, 3> places;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3f r = section_.vertices[section_.triangles[facet][k]];
-      if (!(r.x >= 0))
-        throw InputError("flux: a section that is revolved reaches beyond the axis at " + text(r));
-      places[k] = {r.x, r.z};
+  // Both ends of an edge along y are one place; rounding may have moved them apart.
+  void find_places() {
+    Box box;
+    for (const Vec3f& r : section_.vertices) {
+      places_.emplace_back(r.x, r.z);
+      box.add(Vec3d(r));
     }
-    if (places[0] == places[1]) return {places[0], places[2]};
-    if (places[0] == places[2] || places[1] == places[2]) return {places[0], places[1]};
-    throw InputError("flux: a section that is revolved is not the same all along y at " +
-                     text(section_.vertices[section_.triangles[facet][0]]));
+    std::vector<double> nearest(places_.size(), most_apart * (box.upper.y - box.lower.y));
+    for (const Triangle& t : section_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::array ends{t[k], t[(k + 1) % 3]};
+        for (std::size_t end = 0; end < 2; ++end) {
+          const std::uint32_t here = ends[end];
+          const std::uint32_t there = ends[1 - end];
+          const Vec3f a = section_.vertices[here];
+          const Vec3f b = section_.vertices[there];
+          if (a.y != box.lower.y || b.y != box.upper.y) continue;
+          const double apart = std::hypot(a.x - b.x, a.z - b.z);
+          if (apart >= nearest[there]) continue;
+          nearest[there] = apart;
+          places_[there] = {a.x, a.z};
+        }
+      }
+    }
   }
 
-  void add(std::uint32_t facet) {
-    auto [from, to] = ends_of(facet);
+  std::array<Place, 3> places_of(std::uint32_t facet) const {
+    const Triangle& t = section_.triangles[facet];
+    for (const std::uint32_t v : t) {
+      if (!(section_.vertices[v].x >= 0))
+        throw InputError("flux: a section that is revolved reaches beyond the axis at " +
+                         text(section_.vertices[v]));
+    }
+    return {places_[t[0]], places_[t[1]], places_[t[2]]};
+  }
+
+  // What is seen as a line along y.
+  void add(std::uint32_t facet, std::pair<Place, Place> line) {
+    auto [from, to] = line;
     const Vec3d normal = area_vector(section_, facet);
-    // Outward is to the left of the way from inside to outside, so to say.
-    const double ahead = to.first - from.first;
+    // The normal is to the left of the way.
+    const double along = to.first - from.first;
     const double up = to.second - from.second;
-    if (ahead * normal.z - up * normal.x < 0) std::swap(from, to);
+    if (along * normal.z - up * normal.x < 0) std::swap(from, to);
     const MaterialId material = section_.materials.empty() ? 0 : section_.materials[facet];
     const auto [found, is_new] = rings_.try_emplace(
         {from, to, material}, static_cast<std::uint32_t>(result_.mesh_.triangles.size()));
-    if (is_new) revolve(point_at(from), point_at(to), facet);
-    if (found->second < result_.mesh_.triangles.size())
-      result_.first_facets_[facet] = found->second;
+    result_.first_facets_[facet] = found->second;
+    ring_at_.try_emplace(std::minmax(from, to), found->second);
+    if (!is_new) return;
+    revolve(point_at(from), point_at(to), facet);
     for (const Place& end : {from, to})
-      if (is_new && end.first == radius_) rims_.push_back({point_at(end), normal.z >= 0, facet});
+      if (end.first == radius_) rims_.push_back({point_at(end), normal.z >= 0, facet});
+  }
+
+  // An edge in the middle of the strip has a facet on either side that leads from one end of the
+  // way over it to the other; it takes part in none of the rings.
+  void find_ring(std::uint32_t facet) {
+    const auto places = places_of(facet);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto found = ring_at_.find(std::minmax(places[k], places[(k + 1) % 3]));
+      if (found == ring_at_.end()) continue;
+      result_.first_facets_[facet] = found->second;
+      return;
+    }
+    throw InputError("flux: a section that is revolved is not the same all along y at " +
+                     text(section_.vertices[section_.triangles[facet][0]]));
   }
 
   void revolve(const Point& from, const Point& to, std::uint32_t facet) {
     for (std::uint32_t k = 0; k < slices; ++k) {
       if (to.radius != 0) add_facet({from.vertex(k), to.vertex(k), to.vertex(k + 1)}, facet);
-      if (from.radius != 0) add_facet({from.vertex(k), to.vertex(k + 1), from.vertex(k + 1)}, facet);
+      if (from.radius != 0)
+        add_facet({from.vertex(k), to.vertex(k + 1), from.vertex(k + 1)}, facet);
     }
     ++ring_;
   }
@@ -131,11 +181,13 @@ class Revolution::Builder {
   }
 
   const TriMesh& section_;
+  std::vector<Place> places_;  // of vertices
   float radius_;
   Revolution& result_;
   std::array<std::array<double, 2>, slices + 1> around_{};
   std::map<Place, std::uint32_t> points_;  // and the first vertex of their circles
   std::map<std::tuple<Place, Place, MaterialId>, std::uint32_t> rings_;  // and their first facets
+  std::map<std::pair<Place, Place>, std::uint32_t> ring_at_;             // whichever way
   std::vector<Rim> rims_;
   std::uint32_t ring_ = 0;
 };
@@ -156,8 +208,7 @@ std::vector<float> Revolution::revolved(std::span<const float> of_section) const
 std::vector<float> Revolution::on_section(std::span<const float> of_rings) const {
   std::vector<float> values;
   values.reserve(first_facets_.size());
-  for (const std::uint32_t facet : first_facets_)
-    values.push_back(facet == none ? 0 : of_rings[facet]);
+  for (const std::uint32_t facet : first_facets_) values.push_back(of_rings[facet]);
   return values;
 }
 

@@ -29,7 +29,7 @@ class Revolution {
 
   /// From one value per facet of the section to one per facet of the quarter.
   std::vector<float> revolved(std::span<const float> of_section) const;
-  /// Back, from the first facet of each ring; none where there is none.
+  /// Back, from the first facet of each ring.
   std::vector<float> on_section(std::span<const float> of_rings) const;
 
  private:
@@ -39,7 +39,7 @@ class Revolution {
   TriMesh mesh_;
   std::vector<std::uint32_t> rings_;
   std::vector<std::uint32_t> section_facets_;  // per facet: one that is revolved to it
-  std::vector<std::uint32_t> first_facets_;    // per facet of the section; none for degenerate ones
+  std::vector<std::uint32_t> first_facets_;    // per facet of the section: of its ring
 };
 
 /// solve_flux of what a section is revolved to, with everything on facets of the section. Patches
