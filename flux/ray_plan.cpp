@@ -31,11 +31,14 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 
 RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
     : elements_(&elements), least_set_(least_set) {
-  if (elements.are_rings()) {
-    for (std::uint32_t e = 0; e < elements.count(); ++e) surface_ += share_of(e);
-  } else {
-    for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  for (std::size_t e = 0; e < elements.count(); ++e) {
+    const Vec3d middle = elements.middle(e);
+    share_.push_back(elements.area(e) /
+                     (elements.are_rings() ? std::hypot(middle.x, middle.y) : 1));
+    if (elements.are_rings()) surface_ += share_.back();
   }
+  if (!elements.are_rings())
+    for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
   std::vector<std::uint64_t> keys(elements.count());
   const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
   const double largest = std::max({size.x, size.y, size.z});
@@ -118,13 +121,6 @@ std::uint32_t RayPlan::step(std::size_t rank, double of_set) const {
   static_assert(of_many % rays_per_skyward == 0);
   const std::uint32_t of_few = block_of(rank).aims_at_sky ? rays_per_skyward : least_set_;
   return of_set < many ? of_few : of_many;
-}
-
-double RayPlan::share_of(std::uint32_t element) const {
-  const double area = elements_->area(element);
-  if (!elements_->are_rings()) return area;
-  const Vec3d middle = elements_->middle(element);
-  return area / std::hypot(middle.x, middle.y);
 }
 
 // A fraction of the blocks takes a step more, all of each, or its elements would lack what others

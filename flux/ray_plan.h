@@ -40,7 +40,7 @@ class RayPlan {
 
   const Elements& elements() const { return *elements_; }
   /// What rays are shared out by: the area of an element; of a ring its width, but for a factor.
-  double share_of(std::uint32_t element) const;
+  double share_of(std::size_t element) const { return share_[element]; }
   /// The shares of all elements.
   double surface() const { return surface_; }
   std::size_t size() const { return element_at_.size(); }
@@ -91,6 +91,7 @@ class RayPlan {
 
   const Elements* elements_;
   std::uint32_t least_set_;
+  std::vector<double> share_;
   double surface_ = 0;
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;

@@ -24,7 +24,7 @@ class Revolution {
 
   const TriMesh& mesh() const { return mesh_; }
   Sides sides() const;
-  /// Per facet: the number of its ring. Rings are flat cones, cut into 32 facets or pairs of them.
+  /// Per facet: the number of its ring. Rings are flat cones, cut into 24 facets or pairs of them.
   const std::vector<std::uint32_t>& rings() const { return rings_; }
 
   /// From one value per facet of the section to one per facet of the quarter.

@@ -166,6 +166,12 @@ void Extension::query_leaf(std::size_t n, Block& block,
                       .node = node,
                       .index = {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
                       .phi = block.row(i, j) + k};
+    // In two dimensions both rows have the same, however ties fall.
+    if (frame_.two_dimensional && j == 1) {
+      const std::size_t to = n * leaf_size + static_cast<std::size_t>(node);
+      for (std::vector<float>& field : fields) field[to] = field[to - leaf_edge];
+      return;
+    }
     std::fill(values.begin(), values.end(), 0.0F);
     if (!is_void(at)) {
       last = query(at, start, last);
