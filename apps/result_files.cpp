@@ -124,7 +124,7 @@ std::vector<std::string> coverage_names(const Recipe& recipe) {
 // coverage takes up and what it took over.
 std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
   const double images = recipe.frame.images();
-  const std::vector<double> areas = facet_areas(survey.facets);
+  const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
   std::string cells = ',' +
                       format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +
                       ',' + format_number(survey.volume) + ',' + format_number(survey.growth.net);

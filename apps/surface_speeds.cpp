@@ -147,12 +147,13 @@ void require_sound_speeds(const Survey& survey, const State& state, const Recipe
 
 Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe) {
   const std::vector<float> speeds = facet_speeds(state, survey);
-  const std::vector<double> areas = facet_areas(survey.facets);
+  const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
   Growth growth;
   for (std::size_t f = 0; f < speeds.size(); ++f) {
-    growth.net += recipe.frame.images() * areas[f] * speeds[f];
-    growth.area += recipe.frame.images() * areas[f];
-    growth.gross += recipe.frame.images() * areas[f] * std::abs(speeds[f]);
+    const double area = recipe.frame.images() * areas[f];
+    growth.net += area * speeds[f];
+    growth.area += area;
+    growth.gross += area * std::abs(speeds[f]);
   }
   return growth;
 }

@@ -29,7 +29,8 @@ double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& fra
   double volume = 0;
   for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
     const auto [a, b, c] = corners(surface, f);
-    volume += (a.z + b.z + c.z) / 3 * area_vector(surface, f).z;
+    const double around = frame.around((a.x + b.x + c.x) / 3);
+    volume += around * (a.z + b.z + c.z) / 3 * area_vector(surface, f).z;
   }
   return frame.images() * volume - volume_of(gas.voids);
 }
@@ -314,6 +315,15 @@ bool carries_flux(const Survey& survey, const Recipe& recipe) {
 }
 
 }  // namespace
+
+std::vector<double> areas_around(const TriMesh& facets, const Frame& frame) {
+  std::vector<double> areas = facet_areas(facets);
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const auto [a, b, c] = corners(facets, f);
+    areas[f] *= frame.around((a.x + b.x + c.x) / 3);
+  }
+  return areas;
+}
 
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
   const bool is_needed =

@@ -15,6 +15,9 @@
 
 namespace scarp {
 
+/// The area of every facet, with what goes around the axis in axisymmetric frames. Units: nm^2.
+std::vector<double> areas_around(const TriMesh& facets, const Frame& frame);
+
 /// How the volume of the solid changes by what speeds and areas say, and by how much all of it
 /// moves, what grows and what goes alike.
 ///

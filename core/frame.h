@@ -60,10 +60,10 @@ struct Frame {
   /// How many mirror images, with itself, make up the whole wafer.
   int images() const { return (half[0] ? 2 : 1) * (half[1] ? 2 : 1); }
 
-  /// How many times of what lies at x the whole wafer has: of what goes around the axis as many as
-  /// its half circle has spacings on either side.
-  double times(double x) const {
-    return images() * (axisymmetric ? std::numbers::pi * std::abs(x) / spacing : 1);
+  /// How many times as large what lies at x is as it is here: what goes around the axis is as long
+  /// as a half circle, and another one belongs to its mirror image.
+  double around(double x) const {
+    return axisymmetric ? std::numbers::pi * std::abs(x) / spacing : 1;
   }
 
   Sides sides() const {

@@ -165,7 +165,7 @@ class RegionList {
       if (!is_new_[n]) continue;
       for (int axis = 0; axis < 2; ++axis) {
         if (!band_.frame().half[axis]) continue;
-        if (is_cut[n][axis]) {
+        if (is_cut[n][axis] || band_.frame().axisymmetric) {
           regions_[n].volume *= 2;
         } else {
           regions_[n].images *= 2;
@@ -247,7 +247,8 @@ class RegionList {
     const double first = region.first_node[2] * band_.frame().spacing;
     const double height = (corner[0].z + corner[1].z + corner[2].z) / 3 - first;
     const Vec3d area = area_vector(surface, f);
-    region.volume += outwards * (height * area.z + rise * length(area));
+    const double around = band_.frame().around((corner[0].x + corner[1].x + corner[2].x) / 3);
+    region.volume += outwards * around * (height * area.z + rise * length(area));
     for (const Vec3d& r : corner) {
       region.lower = std::min(region.lower, r.z);
       region.upper = std::max(region.upper, r.z);

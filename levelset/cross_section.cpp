@@ -164,11 +164,11 @@ std::vector<Polyline> joined(std::vector<Polyline> lines, double tolerance) {
 
 /// Volume of the solid under a surface above z = 0, less that of the gas below: the integral of z
 /// over the surface's shadow. Side walls add nothing.
-double volume_above_zero(const TriMesh& mesh) {
+double volume_above_zero(const TriMesh& mesh, const Frame& frame) {
   double volume = 0;
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     const auto [a, b, c] = corners(mesh, f);
-    volume += (a.z + b.z + c.z) / 3 * area_vector(mesh, f).z;
+    volume += frame.around((a.x + b.x + c.x) / 3) * (a.z + b.z + c.z) / 3 * area_vector(mesh, f).z;
   }
   return volume;
 }
@@ -277,14 +277,14 @@ double area_above_zero(std::span<const Polyline> lines) {
 std::vector<double> material_volumes(const Layers& layers) {
   std::vector<TriMesh> surfaces;
   for (const Layer& layer : layers.stack) surfaces.push_back(extract_surface(layer.phi));
-  return material_volumes(surfaces);
+  return material_volumes(surfaces, layers.frame);
 }
 
-std::vector<double> material_volumes(std::span<const TriMesh> surfaces) {
+std::vector<double> material_volumes(std::span<const TriMesh> surfaces, const Frame& frame) {
   std::vector<double> volumes;
   double below = 0;
   for (const TriMesh& surface : surfaces) {
-    const double all = volume_above_zero(surface);
+    const double all = volume_above_zero(surface, frame);
     volumes.push_back(all - below);
     below = all;
   }

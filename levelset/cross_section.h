@@ -80,6 +80,6 @@ double area_above_zero(std::span<const Polyline> lines);
 std::vector<double> material_volumes(const Layers& layers);
 
 /// The same from the extracted surfaces of all layers, the lowest first.
-std::vector<double> material_volumes(std::span<const TriMesh> surfaces);
+std::vector<double> material_volumes(std::span<const TriMesh> surfaces, const Frame& frame);
 
 }  // namespace scarp

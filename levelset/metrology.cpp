@@ -83,7 +83,7 @@ class WaferSurfaces {
   std::optional<std::size_t> top_mask() const { return top_mask_; }
 
   std::vector<MaterialVolume> volumes() const {
-    const std::vector<double> each = material_volumes(meshes_);
+    const std::vector<double> each = material_volumes(meshes_, layers_.frame);
     std::vector<MaterialVolume> volumes;
     for (std::size_t n = 0; n < each.size(); ++n) {
       const MaterialId material = layers_.stack[n].material;
