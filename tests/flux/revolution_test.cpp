@@ -223,9 +223,9 @@ TEST(RevolutionTest, EmissionAndFeedbackAreTakenThereAndBack) {
   const FluxField alone =
       solve_flux(hole.mesh, {&half, 1}, options_of(hole, Engine::gather)).front();
   for (std::size_t f = 0; f < hole.mesh.triangles.size(); ++f)
-    EXPECT_NEAR(flux[0].arrivals().mean[f], alone.arrivals().mean[f],
-                4 * std::hypot(flux[0].arrivals().std_error[f], alone.arrivals().std_error[f]) +
-                    0.002);
+    EXPECT_NEAR(
+        flux[0].arrivals().mean[f], alone.arrivals().mean[f],
+        4 * std::hypot(flux[0].arrivals().std_error[f], alone.arrivals().std_error[f]) + 0.002);
   // All that sticks leaves a quarter of what arrived; what does not escape sticks again.
   EXPECT_NEAR(flux[1].audit.emitted, 0.25 / 0.5 * flux[0].audit.absorbed,
               0.01 * flux[1].audit.emitted);
