@@ -10,6 +10,7 @@
 #include "apps/comparison_case.h"
 #include "apps/csv_table.h"
 #include "apps/markup.h"
+#include "apps/recipe.h"
 #include "apps/render.h"
 #include "apps/run_record.h"
 #include "apps/scene.h"
@@ -123,8 +124,11 @@ Scene scene_of(const RunFiles& run) {
 
 std::string surface_section(const RunFiles& run) {
   const std::string heading = "<h2>Surface</h2>\n";
-  if (run.wafer.layers.frame.two_dimensional)
-    return heading + "<p>A cross-section (mode = \"2d\") has no depth: it is below.</p>\n";
+  const Frame& frame = run.wafer.layers.frame;
+  if (frame.two_dimensional)
+    return heading + fmt::format(
+                         "<p>A cross-section (mode = \"{}\") has no depth: it is below.</p>\n",
+                         mode_name(frame));
   return heading + scene_html(scene_of(run), "surface", wafer_picture(run.wafer));
 }
 

@@ -56,6 +56,9 @@ struct Case {
   Overrides plain{};      ///< of the plain loop, in place of its own
 };
 
+/// Forward, all particles are traced anew for every change of the coverages, which takes hours.
+const Overrides gathered{"flux.engine=\"gather\""};
+
 const std::vector<Case> all_cases{
     {"trench",
      "configs/trench_deposition.toml",
@@ -77,12 +80,13 @@ const std::vector<Case> all_cases{
     {"sf6",
      "configs/sf6_o2_hole.toml",
      {"domain.symmetry=\"auto\"", "output.every=\"0 s\""},
-     {"domain.spacing=\"15 nm\"", "flux.target_error=0.005"}},
+     {"domain.spacing=\"15 nm\"", "flux.target_error=0.005"},
+     gathered},
     {"ald",
      "tests/bench/runs/ald_hole.toml",
      {},
      {"domain.spacing=\"5 nm\"", "flux.target_error=0.0025"},
-     {"flux.engine=\"gather\""}},  // hours forward: particles hardly stick, least at the end of a cycle
+     gathered},
 };
 
 const Overrides plain{"flux.engine=\"forward\"", "flux.carry_within=0", "flux.keep_mesh_within=0",
