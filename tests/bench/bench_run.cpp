@@ -1,12 +1,15 @@
 // Whole recipes to a profile, against the plain loop: particles from the source for every move of
 // the full mesh.
 //
-//   ./dev bench run [CASE...] [--features | --knees FILE.svg | --scaling] [--threads N] [--json]
+//   ./dev bench run [CASE...] [--features | --knees FILE.svg | --scaling] [--seeds N]
+//                   [--equal-error] [--threads N] [--json]
 //
 // A case is a recipe as its user has it, the same as the plain loop, and a reference at half the
 // spacing and a quarter of the target error. The profile error of both is the mean distance, both
 // ways, between the surface at the end and that of the reference. With --features each feature is
-// switched off in turn. With --knees every number that trades error for work takes values around
+// switched off in turn. With --seeds times and errors are means over seeds. With --equal-error a
+// plain loop that is further off runs again with half the moves' length, up to three times, until
+// it is not. With --knees every number that trades error for work takes values around
 // its default: error against work, means of four seeds, as a table and as a plot. With --scaling
 // the spacing is halved three times, to half of that of the case. Seconds are those of all stages
 // of time steps: nothing else should run.
@@ -43,6 +46,8 @@ struct Settings {
   std::vector<std::string> cases{};
   bool features = false;
   bool scaling = false;
+  bool equal_error = false;
+  int seeds = 1;
   std::string knees{};  ///< file of the plot; empty: none
   int threads = 0;
   bool json = false;
@@ -224,8 +229,16 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
       read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
   const TriMesh reference = reference_of(of);
   const auto run_with = [&](const std::string& name, const Overrides& changes) {
-    Row row{name, finished_run(of, changes)};
-    row.error = distance_between(row.run.surface, reference, spacing);
+    Row row{.name = name, .run = {}};
+    for (int seed = 1; seed <= settings.seeds; ++seed) {
+      Overrides of_seed = changes;
+      of_seed.push_back(fmt::format("flux.seed={}", seed));
+      const Finished run = finished_run(of, of_seed);
+      row.error += distance_between(run.surface, reference, spacing) / settings.seeds;
+      row.run.seconds += run.seconds / settings.seeds;
+      row.run.rays += run.rays / settings.seeds;
+      row.run.time_steps = run.time_steps;
+    }
     if (!settings.json) print(row);
     return row;
   };
@@ -236,9 +249,26 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
   Overrides plain_of_case = plain;
   plain_of_case.insert(plain_of_case.end(), of.plain.begin(), of.plain.end());
   const Row loop = run_with("plain loop", plain_of_case);
-  const double speedup = loop.run.seconds / ours.run.seconds;
-  if (!settings.json) fmt::print("  speedup {:.1f}\n", speedup);
-  return {{"speedup", speedup}, {"profile_error", ours.error}, {"plain_error", loop.error}};
+  nlohmann::ordered_json result{{"speedup", loop.run.seconds / ours.run.seconds},
+                                {"profile_error", ours.error},
+                                {"plain_error", loop.error}};
+  if (settings.equal_error) {
+    Row equal = loop;
+    double cfl = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).cfl;
+    for (int halving = 0; halving < 3 && equal.error > ours.error; ++halving) {
+      cfl /= 2;
+      Overrides shorter = plain_of_case;
+      shorter.push_back(fmt::format("advection.cfl={}", cfl));
+      equal = run_with(fmt::format("plain loop, advection.cfl = {}", cfl), shorter);
+    }
+    result["speedup_to_equal_error"] = equal.run.seconds / ours.run.seconds;
+    result["equal_error"] = equal.error;
+  }
+  if (!settings.json) {
+    for (const auto& [name, value] : result.items())
+      if (name.starts_with("speedup")) fmt::print("  {} {:.1f}\n", name, value.get<double>());
+  }
+  return result;
 }
 
 void run(const Settings& settings) {
@@ -279,6 +309,10 @@ int main(int argc, char** argv) {
     app.add_option("--knees", settings.knees,
                    "Plot error against work for each number that trades one for the other (.svg)")
         ->excludes("--features", "--json");
+    app.add_option("--seeds", settings.seeds, "Means over so many seeds")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--equal-error", settings.equal_error,
+                 "Shorten the moves of a plain loop that is further off until it is not");
     app.add_flag("--scaling", settings.scaling, "Halve the spacing three times instead")
         ->excludes("--features", "--knees");
   };
