@@ -33,8 +33,8 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
     : elements_(&elements), least_set_(least_set) {
   for (std::size_t e = 0; e < elements.count(); ++e) {
     const Vec3d middle = elements.middle(e);
-    share_.push_back(elements.area(e) /
-                     (elements.are_rings() ? std::hypot(middle.x, middle.y) : 1));
+    const double radius = std::sqrt(middle.x * middle.x + middle.y * middle.y);
+    share_.push_back(elements.area(e) / (elements.are_rings() ? radius : 1));
     if (elements.are_rings()) surface_ += share_.back();
   }
   if (!elements.are_rings())
@@ -78,8 +78,7 @@ void RayPlan::make_blocks(const RayScene& scene) {
   }
   for (const Block& block : blocks_) {
     if (!windows_.empty() && windows_.back().size() < blocks_in_window &&
-        windows_.back().front().main_direction == block.main_direction &&
-        !is_parted(block.begin)) {
+        windows_.back().front().main_direction == block.main_direction && !is_parted(block.begin)) {
       windows_.back() = {windows_.back().data(), windows_.back().size() + 1};
     } else {
       windows_.push_back({&block, 1});

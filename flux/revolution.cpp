@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "flux/portable_math.h"
 
 namespace scarp {
 
@@ -31,10 +32,12 @@ class Revolution::Builder {
   Builder(const TriMesh& section, double radius, Revolution& result)
       : section_(section), radius_(static_cast<float>(radius)), result_(result) {
     find_places();
-    for (std::uint32_t k = 0; k <= slices; ++k) {
-      // Both ends to the last bit, on the mirrors.
-      const double angle = 0.5 * std::numbers::pi * k / slices;
-      around_[k] = {k == slices ? 0 : std::cos(angle), k == 0 ? 0 : std::sin(angle)};
+    // Mirror images about the diagonal to the last bit, and both ends on the mirrors.
+    static_assert(slices % 2 == 0);
+    for (std::uint32_t k = 0; 2 * k <= slices; ++k) {
+      const auto [sine, cosine] = portable_sine_cosine(0.5 * std::numbers::pi * k / slices);
+      around_[k] = {cosine, sine};
+      around_[slices - k] = {sine, cosine};
     }
   }
 
@@ -99,7 +102,9 @@ class Revolution::Builder {
           const Vec3f a = section_.vertices[here];
           const Vec3f b = section_.vertices[there];
           if (a.y != box.lower.y || b.y != box.upper.y) continue;
-          const double apart = std::hypot(a.x - b.x, a.z - b.z);
+          const double across = static_cast<double>(a.x) - b.x;
+          const double up = static_cast<double>(a.z) - b.z;
+          const double apart = std::sqrt(across * across + up * up);
           if (apart >= nearest[there]) continue;
           nearest[there] = apart;
           places_[there] = {a.x, a.z};
