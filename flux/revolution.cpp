@@ -126,6 +126,7 @@ class Revolution::Builder {
   // What is seen as a line along y.
   void add(std::uint32_t facet, std::pair<Place, Place> line) {
     auto [from, to] = line;
+    if (from.first == 0 && to.first == 0) return;  // on the axis, without any area
     const Vec3d normal = area_vector(section_, facet);
     // The normal is to the left of the way.
     const double along = to.first - from.first;

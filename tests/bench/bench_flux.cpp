@@ -34,7 +34,7 @@ namespace {
 
 struct Settings {
   std::vector<std::string> files;
-  std::uint64_t rays = 1 << 20;
+  std::uint64_t rays = 1 << 22;  // thirty and more per facet, as a flux of some percent takes
   int repeats = 3;
   bool table = false;
   bool json = false;
