@@ -438,8 +438,9 @@ class StepReader {
       reachable_.push_back(*step.deposits);
     }
     if (!table.ok()) return {step};
-    if (step.model) refuse_mirrored_beams(table, *step.model, recipe_.frame);
     if (step.model && recipe_.frame.axisymmetric) refuse_lopsided(table, *step.model);
+    if (step.model && !recipe_.frame.axisymmetric)
+      refuse_mirrored_beams(table, *step.model, recipe_.frame);
     if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
     if (step.model) refuse_position_error(table, step);
     refuse_endless_step(table, step.duration_key, step, recipe_);

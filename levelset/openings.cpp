@@ -60,7 +60,12 @@ class OpeningMap::Flood {
     const Sides sides = map_.frame_.sides();
     const auto [on_lower, on_upper] = on_side_[axis];
     const bool is_around_axis = map_.frame_.axisymmetric && axis == 1;
-    through_[axis] = !is_around_axis && (through_[axis] || (on_lower && on_upper));
+    if (map_.frame_.axisymmetric) {
+      // What reaches the side lies around what stands on the axis.
+      through_[axis] = on_side_[0][0] || on_side_[0][1];
+    } else {
+      through_[axis] = through_[axis] || (on_lower && on_upper);
+    }
     double& centre = centre_[axis];
     centre = map_.frame_.node_position(axis, sum / static_cast<double>(places_.size()));
     if (through_[axis]) {

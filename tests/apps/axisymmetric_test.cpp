@@ -106,6 +106,26 @@ TEST_F(AxisymmetricTest, AHoleIsAsInThreeDimensions) {
   EXPECT_LT(found["flux"].back()["rms_difference"], 0.05);
 }
 
+// In three dimensions what is left around a pillar is no opening, either.
+TEST_F(AxisymmetricTest, AroundAPillarThereIsNoOpening) {
+  write_recipe("pillar.toml", std::string(round_domain) + R"(
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "100 nm"
+resist = { shape = "hole", radius = "100 nm" }
+)" + conformal_film);
+  const Outcome run = scarp("run " + path("pillar.toml") + " -o " + path("out"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  for (const std::string& kind : columns_of(path("out/metrology.csv")).at("kind"))
+    EXPECT_EQ(kind, "");
+  const double pillar = pi * 100 * 100 * 100;
+  EXPECT_NEAR(first("out/metrology.csv", "resist_volume_nm3"), pillar, 5e-3 * pillar);
+}
+
 // An etch under a mask, and a film that closes its opening: a void on the axis, as in three
 // dimensions.
 TEST_F(AxisymmetricTest, AVoidOnTheAxisIsOne) {
