@@ -17,6 +17,7 @@
 
 #include "apps/estimate.h"
 #include "apps/run.h"
+#include "apps/symmetry.h"
 #include "core/parallel.h"
 #include "core/temporary_folder.h"
 #include "tests/apps/columns.h"
@@ -50,7 +51,7 @@ struct Row {
 
 Row measure(const fs::path& file) {
   const Recipe recipe = read_recipe(file, {});
-  const CostEstimate expected = estimate_cost(recipe);
+  const CostEstimate expected = estimate_cost(on_part(recipe, mirror_planes(recipe)));
   const TemporaryFolder folder;
   const auto start = std::chrono::steady_clock::now();
   scarp::run(recipe, folder, {});

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "tests/flux/ion_traces.h"
 #include "tests/flux/reference_bins.h"
 #include "tests/flux/shapes.h"
 
@@ -146,6 +147,61 @@ TEST(RevolutionTest, AFlatWaferGetsAllOfTheSource) {
     ASSERT_EQ(tally.mean.size(), flat.mesh.triangles.size());
     for (std::size_t f = 0; f < tally.mean.size(); ++f)
       EXPECT_NEAR(tally.mean[f], 1, 4 * tally.std_error[f] + 1e-5) << f;
+  }
+}
+
+// The mean of a tally where taken(radius, z) says, with its error. A section's facets come in pairs
+// that are one ring.
+template <class Taken>
+exact::Mean mean_around(const exact::Shape& shape, const Tally& tally, bool is_section,
+                        const Taken& taken) {
+  const std::vector<double> areas = facet_areas(shape.mesh);
+  exact::Mean mean;
+  double area = 0;
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const Vec3d r = middle(shape.mesh, f);
+    const double radius = is_section ? r.x : std::hypot(r.x, r.y);
+    if (!taken(radius, r.z)) continue;
+    const double own = areas[f] * (is_section ? radius : 1);
+    area += own;
+    mean.value += own * static_cast<double>(tally.mean[f]);
+    mean.error += (is_section ? 2 : 1) * std::pow(own * static_cast<double>(tally.std_error[f]), 2);
+  }
+  return {mean.value / area, std::sqrt(mean.error) / area};
+}
+
+// Arrivals and yields in a prism of 128 sides in three dimensions, with what its walls reflect
+// towards the axis.
+TEST(RevolutionTest, ReflectedIonsAreThoseOfThreeDimensions) {
+  const exact::Shape section = hole_section(3);
+  const exact::Shape hole = exact::hole(3);
+  const Species ions = exact::plasma_ions();
+  FluxOptions options = options_of(section, Engine::automatic);
+  options.target_error = 0.01;
+  const FluxField round = solve_flux(section.mesh, {&ions, 1}, options).front();
+  options.axisymmetric = false;
+  options.sides = hole.sides;
+  const FluxField solid = solve_flux(hole.mesh, {&ions, 1}, options).front();
+  EXPECT_EQ(round.engine, FluxEngine::gather_forward);
+  ASSERT_EQ(round.tallies.size(), 2U);
+  const auto expect_same = [&](std::size_t tally, const auto& taken, double from) {
+    const exact::Mean a = mean_around(section, round.tallies[tally], true, taken);
+    const exact::Mean b = mean_around(hole, solid.tallies[tally], false, taken);
+    EXPECT_NEAR(a.value, b.value, 4 * std::hypot(a.error, b.error) + 0.005 * b.value)
+        << tally << " " << from;
+  };
+  for (std::size_t tally = 0; tally < 2; ++tally) {
+    for (const double from : {0.0, 3.0, 6.0})
+      expect_same(
+          tally,
+          [from](double radius, double z) {
+            return z < -60 + 1e-6 && radius > from && radius < from + 3;
+          },
+          from);
+    for (const double from : {0.0, 20.0, 40.0})
+      expect_same(
+          tally, [from](double, double z) { return z < -from - 1e-6 && z > -from - 20 + 1e-6; },
+          from);
   }
 }
 
