@@ -120,8 +120,8 @@ resist = { shape = "hole", radius = "100 nm" }
 )" + conformal_film);
   const Outcome run = scarp("run " + path("pillar.toml") + " -o " + path("out"));
   ASSERT_EQ(run.exit_code, 0) << run.messages;
-  for (const std::string& kind : columns_of(path("out/metrology.csv")).at("kind"))
-    EXPECT_EQ(kind, "");
+  const auto metrology = columns_of(path("out/metrology.csv"));
+  for (const std::string& kind : metrology.at("kind")) EXPECT_EQ(kind, "");
   const double pillar = pi * 100 * 100 * 100;
   EXPECT_NEAR(first("out/metrology.csv", "resist_volume_nm3"), pillar, 5e-3 * pillar);
 }
