@@ -527,10 +527,10 @@ void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Fra
     return !is_same;
   };
   const auto length = [](double value) { return format_quantity(value, Dimension::length); };
-  const bool other_mode = differs("mode",
-                                  wanted.two_dimensional == found.two_dimensional &&
-                                      wanted.axisymmetric == found.axisymmetric,
-                                  '"' + mode_name(found) + '"');
+  const bool other_mode = differs(
+      "mode",
+      wanted.two_dimensional == found.two_dimensional && wanted.axisymmetric == found.axisymmetric,
+      '"' + mode_name(found) + '"');
   const bool other_spacing =
       differs("spacing", wanted.spacing == found.spacing, length(found.spacing));
   if (other_mode) return;

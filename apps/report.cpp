@@ -126,9 +126,9 @@ std::string surface_section(const RunFiles& run) {
   const std::string heading = "<h2>Surface</h2>\n";
   const Frame& frame = run.wafer.layers.frame;
   if (frame.two_dimensional)
-    return heading + fmt::format(
-                         "<p>A cross-section (mode = \"{}\") has no depth: it is below.</p>\n",
-                         mode_name(frame));
+    return heading +
+           fmt::format("<p>A cross-section (mode = \"{}\") has no depth: it is below.</p>\n",
+                       mode_name(frame));
   return heading + scene_html(scene_of(run), "surface", wafer_picture(run.wafer));
 }
 

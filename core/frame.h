@@ -41,7 +41,7 @@ struct Frame {
   std::array<int, 2> cells{};
   std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
   bool two_dimensional = false;
-  bool axisymmetric = false;    ///< in two dimensions
+  bool axisymmetric = false;   ///< in two dimensions
   std::array<bool, 2> half{};  ///< the other half is the mirror image
 
   /// The index of the node, or of the place between two of them, that lies at 0.

@@ -212,8 +212,8 @@ std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
 
 Elements elements_of(const FluxProblem& problem, bool joins) {
   const bool are_rings = !problem.options.rings.empty();
-  Elements elements(problem.scene, are_rings ? std::numeric_limits<double>::infinity()
-                                             : longest_element_edge);
+  Elements elements(problem.scene,
+                    are_rings ? std::numeric_limits<double>::infinity() : longest_element_edge);
   if (are_rings) {
     elements.join_rings(problem.options.rings);
   } else if (joins) {

@@ -101,7 +101,8 @@ FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
   const auto for_each_joined = [&](std::size_t range, const auto& use) {
     const std::size_t end = std::min((range + 1) * grain, elements.count());
     for (std::size_t e = range * grain; e < end; ++e)
-      if (elements.pieces_of(e).size() > 1 && !elements.are_rings()) use(static_cast<std::uint32_t>(e));
+      if (elements.pieces_of(e).size() > 1 && !elements.are_rings())
+        use(static_cast<std::uint32_t>(e));
   };
   parallel_for(of_range.size(), 1, [&](std::size_t begin, std::size_t end) {
     SlopeFit slope(elements, middles, corners);

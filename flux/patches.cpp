@@ -36,8 +36,8 @@ double whole_area(Vec3d upper, int axis) {
 }
 
 // What arrives on a ring is one number, whose error is less than that of each facet.
-void take_rings_together(const RayScene& scene, const Patches& patches,
-                         const Patches::Patch& patch, const FluxSpread& spread, Tally& tally) {
+void take_rings_together(const RayScene& scene, const Patches& patches, const Patches::Patch& patch,
+                         const FluxSpread& spread, Tally& tally) {
   const std::span<const std::uint32_t> rings = patches.rings();
   std::vector<double> sums(spread.count);
   std::vector<double> of_facet(spread.count);
@@ -116,7 +116,7 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std
     const auto cell = [&](int axis) {
       return static_cast<int>(std::floor(centroid[axis] / patch_width));
     };
-    keys[f] = {joined[mesh.triangles[f][0]],    cell(0), cell(1), cell(2),
+    keys[f] = {joined[mesh.triangles[f][0]],        cell(0), cell(1), cell(2),
                main_direction(scene.normal(first)), f};
   }
   std::sort(keys.begin(), keys.end());

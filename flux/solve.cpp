@@ -10,10 +10,10 @@
 #include "flux/forward.h"
 #include "flux/gather.h"
 #include "flux/gather_forward.h"
-#include "flux/revolution.h"
 #include "flux/kept_hits.h"
 #include "flux/patches.h"
 #include "flux/ray_scene.h"
+#include "flux/revolution.h"
 
 namespace scarp {
 

@@ -43,9 +43,9 @@ struct FluxOptions {
   /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. What arrives is
   /// told of whole rings.
   std::vector<std::uint32_t> rings{};
-  double spacing = 0;            ///< of the grid; 0: spacing_of_unsimplified()
-  double target_error = 0.01;    ///< root mean square over the exposed surface, by area, of the
-                                 ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
+  double spacing = 0;          ///< of the grid; 0: spacing_of_unsimplified()
+  double target_error = 0.01;  ///< root mean square over the exposed surface, by area, of the
+                               ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
   /// What follows from each tally, if there are any: the target is then the root mean square over
   /// the exposed surface, by area, of the error on patches of the sum of a species' tallies, each
   /// times its response, in the unit of these. Beams have no target.

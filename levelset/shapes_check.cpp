@@ -291,7 +291,8 @@ class Checker {
       }
     }
     if (frame_.axisymmetric) {
-      if (centre[0] != 0 || centre[1] != 0) report(prefix + "center", "must be on the axis, [0, 0]");
+      if (centre[0] != 0 || centre[1] != 0)
+        report(prefix + "center", "must be on the axis, [0, 0]");
       if (repeat.count[0] != 1 || repeat.count[1] != 1)
         report(prefix + "repeat", "there is room for one on the axis");
     } else if (frame_.two_dimensional) {
