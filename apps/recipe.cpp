@@ -10,6 +10,7 @@
 
 #include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
+#include "apps/recipe_symmetry.h"
 #include "apps/recipe_warnings.h"
 #include "apps/restart.h"
 #include "core/memory_amount.h"
@@ -229,64 +230,6 @@ void read_advection(const RecipeTable& table, Recipe& recipe) {
   recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
 }
 
-// The inner tables of a step whose sources lean.
-std::string leaning_tables(const RecipeTable& step) {
-  for (const char* const name : {"beam", "neutral", "ion"}) {
-    const std::vector<RecipeTable> tables = step.tables(name);
-    if (std::ranges::any_of(tables, [](const RecipeTable& each) { return each.has("tilt"); }))
-      return name;
-  }
-  return "";
-}
-
-// What reflective sides mirror has to be its own mirror image, or it would be another process on
-// every other copy of the domain. A cross-section has no sides along y, and no normal leans there.
-void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
-                           const Frame& frame) {
-  for (int axis = 0; axis < 2; ++axis) {
-    const bool periodic = frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
-    if (periodic || model.is_mirror_symmetric(axis)) continue;
-    const char name = axis == 0 ? 'x' : 'y';
-    const std::string leaning = leaning_tables(table);
-    const bool is_crystal = model.species().empty() && leaning.empty();
-    if (is_crystal && axis == 1 && frame.two_dimensional) continue;
-    const std::string remedy =
-        leaning == "beam"
-            ? fmt::format("add the mirror image of each beam tilted along {}, with the same share",
-                          name)
-        : model.species().empty() ? "turn the crystal (azimuth)"
-                                  : "let the wafer turn (rotating = true)";
-    table.error(leaning,
-                fmt::format("the {} are not symmetric along {}, where the sides of the domain are "
-                            "reflective and mirror them; make the sides periodic, or {}",
-                            model.species().empty() ? "rates of the planes"
-                            : leaning.empty()       ? "particles"
-                                                    : leaning + 's',
-                            name, remedy));
-  }
-}
-
-// What goes around an axis meets the same all around.
-void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
-  const std::string remedy = "use mode = \"3d\"";
-  if (!model.is_isotropic())
-    return table.error("model", "crystal planes are not the same all around an axis; " + remedy);
-  if (model.solute())
-    return table.error("model", "baths are not known in mode = \"axisymmetric\"; " + remedy);
-  for (const Species& each : model.species()) {
-    const SourceLobe& source = each.source;
-    if (source.kind == SourceLobe::Kind::none) continue;
-    const bool leans = source.direction.x != 0 || source.direction.y != 0;
-    if (leans && !source.rotating)
-      return table.error(leaning_tables(table),
-                         "what is tilted is not the same all around an axis; " + remedy +
-                             ", or let the wafer turn (rotating = true) under a source that is no "
-                             "beam");
-    if (!source.map.empty())
-      return table.error("source_map", "is not the same all around an axis; " + remedy);
-  }
-}
-
 // A length of another unit by mistake: no geometry is that high.
 void refuse_far(const RecipeTable& table, std::string_view key, std::optional<double> length,
                 const Frame& frame) {
@@ -438,9 +381,7 @@ class StepReader {
       reachable_.push_back(*step.deposits);
     }
     if (!table.ok()) return {step};
-    if (step.model && recipe_.frame.axisymmetric) refuse_lopsided(table, *step.model);
-    if (step.model && !recipe_.frame.axisymmetric)
-      refuse_mirrored_beams(table, *step.model, recipe_.frame);
+    if (step.model) refuse_asymmetry(table, *step.model, recipe_.frame);
     if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
     if (step.model) refuse_position_error(table, step);
     refuse_endless_step(table, step.duration_key, step, recipe_);
