@@ -31,14 +31,9 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 
 RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
     : elements_(&elements), least_set_(least_set) {
-  for (std::size_t e = 0; e < elements.count(); ++e) {
-    const Vec3d middle = elements.middle(e);
-    const double radius = std::sqrt(middle.x * middle.x + middle.y * middle.y);
-    share_.push_back(elements.area(e) / (elements.are_rings() ? radius : 1));
-    if (elements.are_rings()) surface_ += share_.back();
-  }
-  if (!elements.are_rings())
-    for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
+  for (std::size_t e = 0; e < elements.count(); ++e) share_.push_back(elements.area(e));
+  if (elements.are_rings()) share_by_width();
   std::vector<std::uint64_t> keys(elements.count());
   const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
   const double largest = std::max({size.x, size.y, size.z});
@@ -63,6 +58,15 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
   make_blocks(scene);
   rays_.resize(keys.size());
   first_.resize(keys.size() + 1);
+}
+
+void RayPlan::share_by_width() {
+  surface_ = 0;
+  for (std::size_t e = 0; e < share_.size(); ++e) {
+    const Vec3d middle = elements_->middle(e);
+    share_[e] /= std::sqrt(middle.x * middle.x + middle.y * middle.y);
+    surface_ += share_[e];
+  }
 }
 
 void RayPlan::make_blocks(const RayScene& scene) {

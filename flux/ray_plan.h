@@ -83,6 +83,7 @@ class RayPlan {
  private:
   static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
 
+  void share_by_width();
   void make_blocks(const RayScene& scene);
   bool is_parted(std::uint32_t rank) const;
   std::uint32_t least(std::size_t rank) const;
