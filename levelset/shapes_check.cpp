@@ -220,12 +220,18 @@ class Checker {
     return true;
   }
 
+  /// Whether a shape that is not round meets a frame that goes around an axis.
+  bool is_lopsided(const std::string& prefix) {
+    if (frame_.axisymmetric)
+      report(prefix + "shape", "is not the same all around the axis; use a round shape");
+    return frame_.axisymmetric;
+  }
+
   /// A slot, trench or fin: one interval across.
   void row(const std::string& prefix, int along, double centre, double widest, const Repeat& repeat,
            Between between) {
-    if (frame_.axisymmetric) {
-      report(prefix + "shape", "is not the same all around the axis; use a round shape");
-    } else if (frame_.two_dimensional && along != 1) {
+    if (is_lopsided(prefix)) return;
+    if (frame_.two_dimensional && along != 1) {
       report(prefix + "along", "must be \"y\" in two dimensions");
     } else if (lattice(prefix, repeat)) {
       const int axis = 1 - along;
@@ -423,7 +429,7 @@ class Checker {
     }
   }
   void check_outline(const std::string& prefix, const RectangleOutline& s, double growth) {
-    if (!lattice(prefix, s.repeat)) return;
+    if (is_lopsided(prefix) || !lattice(prefix, s.repeat)) return;
     bool is_good = true;
     for (int axis = 0; axis < 2; ++axis) {
       if (feature(prefix + "size", s.size[axis], outline_)) {
@@ -453,6 +459,7 @@ class Checker {
   void check_outline(const std::string& prefix, const PolygonOutline& outline, double growth) {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
     const std::string key = prefix + (is_list ? "points" : "file");
+    if (is_lopsided(prefix)) return;
     if (frame_.two_dimensional) {
       report(prefix + "shape", "polygons need three dimensions");
       return;

@@ -224,6 +224,12 @@ azimuth = "180 deg"
   const std::string crystal = "[[step]]\nmodel = \"koh_etch\"\nduration = \"1 s\"\n";
   refused(round_domain + trench + conformal_film,
           "not the same all around the axis; use a round shape");
+  for (const char* outline : {"shape = \"rectangle\", size = [\"200 nm\", \"200 nm\"]",
+                              "points = [[\"0 nm\", \"0 nm\"], [\"200 nm\", \"0 nm\"], "
+                              "[\"0 nm\", \"200 nm\"]], shape = \"polygon\""})
+    refused(round_domain + wafer + "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\n" +
+                "thickness = \"100 nm\"\nopening = { " + outline + " }\n" + conformal_film,
+            "opening.shape: is not the same all around the axis; use a round shape");
   refused(round_domain + aside + conformal_film, "center: must be on the axis");
   refused(round_domain + wafer + crystal, "crystal planes are not the same all around an axis");
   refused(round_domain + wafer + tilted, "what is tilted is not the same all around an axis");

@@ -112,6 +112,21 @@ TEST(Exchange, MeetsTheToleranceWhereParticlesHardlyStickAndHardlyLeave) {
         tolerance);
 }
 
+// From the solution of something else as well as from the right-hand side; next to nothing on the
+// right nothing is left of it.
+TEST(Exchange, MayStartAnywhere) {
+  constexpr std::size_t size = 500;
+  const ExchangeMatrix matrix = random_exchange(size, 8);
+  const std::vector<float> reemitted(size, 0.95F);
+  std::vector<double> x(2 * size);
+  for (std::size_t i = 0; i < size; ++i) x[2 * i] = 1 + 0.5 * static_cast<double>(i % 7);
+  const std::vector<double> b = direct_part(matrix, reemitted, x, 2);
+  std::vector<double> start = x;
+  for (double& value : start) value = 3 - 0.9 * value;
+  expect_columns_near(
+      ExchangeSolver(ExchangeRows(matrix), reemitted).solve<double>(b, 2, 1e-8, start), x, 2, 1e-8);
+}
+
 // What a row sees of a facet is the sum over its rays, each with the scale of its set.
 TEST(ExchangeRows, TakeTogetherWhatMetTheSame) {
   ExchangeMatrix matrix{.first = {0, 6, 8},

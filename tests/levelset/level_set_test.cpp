@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "levelset/band.h"
@@ -40,6 +41,23 @@ TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
     EXPECT_EQ(phi.node(22, 3, k), phi.node(18, 3, k));
     EXPECT_EQ(phi.node(4, -1, k), phi.node(4, 12, k));
     EXPECT_EQ(phi.node(4, 14, k), phi.node(4, 1, k));
+  }
+}
+
+// Of what goes around an axis as well, whose distance depends on y.
+TEST(LevelSet, HasTheSameInBothRowsOfTwoDimensions) {
+  Frame frame{.spacing = 1, .cells = {20, 1}};
+  frame.two_dimensional = true;
+  const LevelSet phi(
+      frame, [](Vec3d r) { return std::max(r.z, 4.3 - std::hypot(r.x, r.y)); }, -9, 9);
+  for (int i = 0; i <= 20; ++i) {
+    for (int k = -3; k < 4; ++k) {
+      EXPECT_EQ(phi.node(i, 0, k), phi.node(i, 1, k));
+      const double x = frame.node_position(0, i);
+      const double exact = std::max<double>(k, 4.3 - std::abs(x));
+      const double half_width{LevelSet::half_width};
+      EXPECT_NEAR(phi.node(i, 0, k), std::clamp(exact, -half_width, half_width), 1e-5);
+    }
   }
 }
 
