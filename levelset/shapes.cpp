@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "core/error.h"
 #include "levelset/distance.h"
@@ -223,8 +224,23 @@ class Builder {
     double top = 0;
     std::size_t operation_count = 0;  ///< later ones do not change its layer
   };
-  /// Changes the distances of all layers at a point.
-  using Operation = std::function<void(Vec3d, std::vector<Distance>&)>;
+  /// All but what was added above a layer; what was cut from there since is not counted.
+  struct Beneath {
+    std::size_t layer = 0;
+    Distance solid{.value = -1e300, .normal = {}};
+  };
+  /// What is known at a point.
+  struct Stack {
+    std::vector<Distance> all;     ///< of each layer and those below it
+    std::vector<Beneath> beneath;  ///< of the layers that are cut under others
+
+    const Distance& solid_beneath(std::size_t layer) const {
+      return std::find_if(beneath.begin(), beneath.end(),
+                          [&](const Beneath& b) { return b.layer == layer; })
+          ->solid;
+    }
+  };
+  using Operation = std::function<void(Vec3d, Stack&)>;
 
   double highest() const {
     double z = 0;
@@ -253,7 +269,9 @@ class Builder {
     return z;
   }
 
-  /// Adds solid; it joins the top layer if that is of the same material.
+  /// Adds solid; it joins the top layer if that is of the same material. What was below counts a
+  /// little higher beneath it: what lies on it is gone with it, without a film that dilation would
+  /// make solid.
   void grow(MaterialId material, double top, Solid solid) {
     upper_ = std::max(upper_, top);
     const bool joins = !parts_.empty() && parts_.back().material == material;
@@ -262,14 +280,22 @@ class Builder {
     } else {
       parts_.push_back({.material = material, .top = top});
     }
-    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, std::vector<Distance>& all) {
+    const double lift = 3 * dilation * frame_.spacing;
+    operations_.push_back([joins, lift, solid = std::move(solid)](Vec3d r, Stack& stack) {
       const Distance added = solid(r);
-      if (all.empty()) {
-        all.push_back(added);
-      } else if (joins) {
+      std::vector<Distance>& all = stack.all;
+      const std::size_t layer = all.size() - (joins ? 1 : 0);
+      for (Beneath& beneath : stack.beneath) {
+        if (beneath.layer >= layer) continue;
+        Distance below = all[beneath.layer];
+        below.value -= lift;
+        below.bound -= lift;
+        beneath.solid = intersect(beneath.solid, unite(below, complement(added)));
+      }
+      if (joins) {
         all.back() = unite(all.back(), added);
       } else {
-        all.push_back(unite(all.back(), added));
+        all.push_back(all.empty() ? added : unite(all.back(), added));
       }
     });
     parts_.back().operation_count = operations_.size();
@@ -299,18 +325,15 @@ class Builder {
   }
 
   /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
-  /// only what lies in the run, and a little more: what lay on its surface is gone without a film
-  /// that dilation would make solid. The radius is that of the top layer's edges around the mouth.
+  /// only what is no material of their own. The radius is that of the top layer's edges around the
+  /// mouth.
   void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) {
-    const double lift = 3 * dilation * frame_.spacing;
-    operations_.push_back([=](Vec3d r, std::vector<Distance>& all) {
+    if (last + 1 < parts_.size()) roofed_.insert(last);
+    operations_.push_back([=](Vec3d r, Stack& stack) {
+      std::vector<Distance>& all = stack.all;
       const Distance open = gone(r);
-      Distance run = all[last];
-      run.value -= lift;
-      run.bound -= lift;
-      const Distance open_in_run = intersect(open, run);
       for (std::size_t layer = all.size(); layer-- > first;) {
-        const Distance& hole = layer <= last ? open : open_in_run;
+        const Distance hole = layer <= last ? open : intersect(open, stack.solid_beneath(last));
         const bool is_top = layer + 1 == all.size();
         all[layer] = round_intersect(all[layer], complement(hole), is_top ? radius : 0);
         if (radius > 0 && !is_top) all[layer] = intersect(all[layer], all.back());
@@ -327,6 +350,7 @@ class Builder {
   Frame frame_;
   std::vector<Part> parts_;
   std::vector<Operation> operations_;
+  std::set<std::size_t> roofed_;  ///< layers that are cut under others
   double lower_ = 0;
   double upper_ = 0;
 };
@@ -336,11 +360,13 @@ Layers Builder::build() const {
   const double margin = LevelSet::half_width * frame_.spacing;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const auto distance = [&](Vec3d r) {
-      std::vector<Distance> all;
-      all.reserve(parts_.size());
-      for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, all);
-      const double limit = most_overestimate * std::abs(all[k].bound);
-      return std::clamp(all[k].value, -limit, limit) - dilation * frame_.spacing;
+      Stack stack;
+      stack.all.reserve(parts_.size());
+      for (const std::size_t layer : roofed_) stack.beneath.push_back({.layer = layer});
+      for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, stack);
+      const Distance& solid = stack.all[k];
+      const double limit = most_overestimate * std::abs(solid.bound);
+      return std::clamp(solid.value, -limit, limit) - dilation * frame_.spacing;
     };
     layers.stack.push_back({parts_[k].material, LevelSet(frame_, distance, lower_ - margin,
                                                          upper_ + margin, most_overestimate)});

@@ -408,6 +408,34 @@ TEST(Shapes, AMaskThatIsCutFreeLeavesNoSheet) {
   EXPECT_NEAR(islands[0].lower, 10, 0.01);
 }
 
+// A slot beside a trench that was there before: the trench's wall is none where the slot opens, and
+// phi is the distance to what is left. A fin between the two cuts changes nothing of that.
+TEST(Shapes, ASlotBesideAnEarlierTrenchHasAnOpenMouth) {
+  const Frame frame{.spacing = 1, .cells = {60, 4}};
+  TrenchShape trench{.width = 24};
+  trench.cut.depth = 30;
+  TrenchShape slot{.width = 40};
+  slot.cut = {.depth = 10, .through = {1}};
+  const FinShape fin{.material = 3, .width = 4, .height = 6, .centre = 24};
+  for (const bool with_fin : {false, true}) {
+    std::vector<Shape> shapes{WaferShape{}, LayerShape{.material = 1, .thickness = 10},
+                              LayerShape{.material = 2, .thickness = 12}, trench};
+    if (with_fin) shapes.push_back(fin);
+    shapes.push_back(slot);
+    const Layers layers = build_layers(frame, shapes);
+    for (double x = 0.5; x < 20; ++x) {
+      for (double z = 0.5; z < 10; ++z) {
+        const double to_edge = std::max(12 - x, 0.0);
+        const double to_roof = std::hypot(to_edge, 10 - z);
+        const double to_floor = std::hypot(to_edge, z);
+        const double expected = std::min({to_roof, to_floor, 20 - x});
+        if (expected > 2.5) continue;
+        EXPECT_NEAR(layers.top().distance({x, 0.5, z}), expected, 0.3) << x << " " << z;
+      }
+    }
+  }
+}
+
 TEST(Shapes, AMeshIsAcceptedWhereAnyOfItIsInTheDomain) {
   const Frame frame{.spacing = 1, .cells = {40, 20}};
   const std::vector<Shape> shapes{WaferShape{}, tetrahedron({19, 9, -1}, 5)};
