@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/quantity.h"
 #include "levelset/material_bodies.h"
+#include "levelset/resample.h"
 #include "mesh/mesh_file.h"
 
 namespace scarp {
@@ -43,7 +44,9 @@ fs::path file_of(const fs::path& output, const std::string& material) {
 }  // namespace
 
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) {
-  const SavedWafer wafer = read_wafer(newest_state(arguments.where));
+  SavedWafer wafer = read_wafer(newest_state(arguments.where));
+  const Frame& frame = wafer.layers.frame;
+  if (frame.axisymmetric) wafer.layers = revolved(wafer.layers, frame.cells[0]);
   const std::vector<MaterialBody> bodies =
       bodies_of(wafer.layers, bottom_of(arguments, wafer.layers));
   nlohmann::ordered_json json{{"time_s", wafer.time}, {"bodies", nlohmann::ordered_json::array()}};

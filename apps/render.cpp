@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "flux/ray_scene.h"
 #include "levelset/extract_surface.h"
+#include "levelset/resample.h"
 
 namespace scarp {
 
@@ -297,9 +298,13 @@ class Renderer {
   double top_ = 0;
 };
 
+/// Of a wafer that is the same around an axis, from side to side: finer is not seen in a picture.
+constexpr int most_cells_around_axis = 240;
+
 }  // namespace
 
 Image render(const Layers& layers, const RenderOptions& options) {
+  if (layers.frame.axisymmetric) return render(revolved(layers, most_cells_around_axis), options);
   if (layers.frame.two_dimensional) {
     throw InputError("a cross-section has no depth to be seen; scarp section draws it");
   }

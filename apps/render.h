@@ -25,7 +25,7 @@ struct RenderOptions {
 /// The wafer as a block seen from above, in parallel projection: its surface coloured by material
 /// and shaded by how much of the sky is seen from there, sides and cut with the materials within.
 ///
-/// The same to the last bit for any number of threads.
+/// What is the same around an axis is revolved. The same to the last bit for any number of threads.
 /// Cost: four flights per pixel of surface, and as many times sky_rays; 12 of them look smooth.
 /// Throws: InputError of cross-sections (two dimensions), which have no depth.
 Image render(const Layers& layers, const RenderOptions& options);

@@ -1,6 +1,7 @@
 #include "levelset/resample.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/triangle_tree.h"
 #include "levelset/extract_surface.h"
@@ -21,13 +22,20 @@ double distance_to(const TriangleTree& surface, const Sides& sides, Vec3d r) {
   return nearest;
 }
 
+/// Where a point of the new grid lies on the old one. Nothing varies along y in two dimensions, and
+/// the width of a cell changes.
+Vec3d place_on(const Frame& old, Vec3d r, const Frame& frame) {
+  if (!old.two_dimensional) return r;
+  if (frame.two_dimensional) return {r.x, 0, r.z};
+  return {std::min(std::hypot(r.x, r.y), old.sides().upper[0]), 0, r.z};
+}
+
 LevelSet resampled(const LevelSet& phi, const Frame& frame) {
   const TriMesh surface = extract_surface(phi);
   const TriangleTree tree(surface);
   const Sides sides = phi.frame().sides();
   const auto distance = [&](Vec3d r) {
-    // Nothing varies along y there, and the width of a cell changes.
-    if (frame.two_dimensional) r.y = 0;
+    r = place_on(phi.frame(), r, frame);
     const double nearest = distance_to(tree, sides, r);
     return phi.distance(r) < 0 ? -nearest : nearest;
   };
@@ -45,6 +53,17 @@ Layers resampled(const Layers& layers, const Frame& frame) {
   for (std::size_t k = result.stack.size(); k-- > 1;)
     cut(result.stack[k - 1].phi, result.stack[k].phi);
   return result;
+}
+
+Layers revolved(const Layers& section, int most_cells) {
+  Frame frame = section.frame;
+  const int cells = std::min(frame.cells[0], most_cells);
+  frame.spacing *= static_cast<double>(frame.cells[0]) / cells;
+  frame.cells = {cells, cells};
+  frame.boundary[1] = frame.boundary[0];
+  frame.two_dimensional = false;
+  frame.axisymmetric = false;
+  return resampled(section, frame);
 }
 
 }  // namespace scarp

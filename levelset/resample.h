@@ -13,4 +13,8 @@ namespace scarp {
 /// Cost: a closest-point query (see TriangleTree) per node of the new bands.
 Layers resampled(const Layers& layers, const Frame& frame);
 
+/// The wafer that a section through an axis stands for, between four sides, with its spacing or at
+/// most so many cells from side to side. The outermost ring goes on into the corners.
+Layers revolved(const Layers& section, int most_cells);
+
 }  // namespace scarp

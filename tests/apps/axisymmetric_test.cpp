@@ -106,6 +106,22 @@ TEST_F(AxisymmetricTest, AHoleIsAsInThreeDimensions) {
   EXPECT_LT(found["flux"].back()["rms_difference"], 0.05);
 }
 
+// The film's body is a square with the circle of the metrology in it, and flat in the corners.
+TEST_F(AxisymmetricTest, IsRevolvedWhereItIsSeenInSpace) {
+  write_recipe("hole.toml", std::string(round_domain) + round_hole + conformal_film);
+  const Outcome run = scarp("run " + path("hole.toml") + " -o " + path("run") + " --quiet");
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  const Outcome volume = scarp("volume " + path("run") + " --json -o " + path("wafer.stl"));
+  ASSERT_EQ(volume.exit_code, 0) << volume.messages;
+  const double corners = (600 * 600 - pi * 300 * 300) * 60;
+  const double film = last("run/metrology.csv", "SiO2_volume_nm3") + corners;
+  EXPECT_NEAR(json_of(volume)["bodies"][1]["volume_nm3"], film, 0.005 * film);
+
+  EXPECT_EQ(scarp("render " + path("run") + " -o " + path("wafer.png")).exit_code, 0);
+  ASSERT_EQ(scarp("report " + path("run")).exit_code, 0);
+  EXPECT_TRUE(read_file(path("run/report.html")).find("cut open at y = 0") != std::string::npos);
+}
+
 // In three dimensions what is left around a pillar is no opening, either.
 TEST_F(AxisymmetricTest, AroundAPillarThereIsNoOpening) {
   write_recipe("pillar.toml", std::string(round_domain) + R"(

@@ -79,5 +79,26 @@ TEST(Resampled, KeepsThinFilms) {
   }
 }
 
+// A ball's cap in a flat wafer, from its section: at its own spacing, and with fewer cells.
+TEST(Resampled, ASectionThroughAnAxisBecomesWhatGoesAround) {
+  const Frame frame{.spacing = 1, .cells = {48, 1}, .two_dimensional = true, .axisymmetric = true};
+  const auto cap = [](Vec3d r) { return std::max(r.z, 15 - std::hypot(r.x, r.y, r.z - 5)); };
+  Layers section{.frame = frame, .stack = {}};
+  section.stack.push_back({3, LevelSet(frame, cap, -20, 10)});
+  for (const int cells : {48, 24}) {
+    const Layers layers = revolved(section, cells);
+    const double spacing = 48.0 / cells;
+    EXPECT_EQ(layers.frame, (Frame{.spacing = spacing, .cells = {cells, cells}}));
+    const TriMesh surface = extract_surface(layers);
+    EXPECT_GT(surface.triangles.size(), 2U * cells * cells);
+    for (const Vec3f& v : surface.vertices) {
+      const Vec3d r(v);
+      const bool at_edge = std::abs(std::hypot(r.x, r.y) - std::sqrt(200.0)) < spacing;
+      EXPECT_LT(std::abs(cap(r)), at_edge ? 0.5 * spacing : 3 * spacing * spacing / (8 * 15))
+          << cells << " at " << r.x << ' ' << r.y << ' ' << r.z;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace scarp
