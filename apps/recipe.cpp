@@ -130,7 +130,7 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
                                         {"length", SimplifyMethod::length}};
   const bool enabled = table.flag("enabled", !frame.two_dimensional);
   if (enabled && frame.two_dimensional) {
-    table.error("enabled", "the mesh is not simplified in two dimensions; leave this out");
+    table.error("enabled", "the mesh of a cross-section is not simplified; leave this out");
   }
   const double h = frame.spacing;
   SimplifyOptions options;

@@ -87,7 +87,7 @@ SectionLine parse_section(std::string_view text, const Frame& frame) {
   SectionLine line = equation ? across(text, *equation, sides) : between(text, sides);
   if (frame.two_dimensional && line.lateral != "x") {
     throw InputError(
-        fmt::format("\"{}\": in two dimensions there is but the section \"y = 0 nm\"", text));
+        fmt::format("\"{}\": a cross-section has but the section \"y = 0 nm\"", text));
   }
   return line;
 }
