@@ -42,7 +42,8 @@ std::array<double, 3> shares(const std::array<Vec3d, 3>& corners, Vec3d n, Vec3d
 
 }  // namespace
 
-Elements::Elements(const RayScene& scene, double longest_edge) : scene_(&scene) {
+Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
+    : are_of_section_(of_section), scene_(&scene) {
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
     first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     root_.push_back(cut(f, as_double(scene.corners(f)), scene.area(f), longest_edge, 0));
@@ -211,14 +212,14 @@ std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
 }
 
 Elements elements_of(const FluxProblem& problem, bool joins) {
-  const bool are_rings = !problem.options.rings.empty();
-  Elements elements(problem.scene,
-                    are_rings ? std::numeric_limits<double>::infinity() : longest_element_edge);
-  if (are_rings) {
-    elements.join_rings(problem.options.rings);
-  } else if (joins) {
-    elements.join(problem.mesh);
+  const FluxOptions& options = problem.options;
+  if (!options.rings.empty()) {
+    Elements rings(problem.scene, std::numeric_limits<double>::infinity(), true);
+    rings.join_rings(options.rings);
+    return rings;
   }
+  Elements elements(problem.scene, longest_element_edge, options.two_dimensional);
+  if (joins && !options.two_dimensional) elements.join(problem.mesh);
   return elements;
 }
 

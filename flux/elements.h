@@ -36,7 +36,8 @@ class Elements {
   };
 
   /// Each piece is an element, numbered along the facets.
-  Elements(const RayScene& scene, double longest_edge);
+  /// of_section: they lie one after another along a cross-section, so they are few.
+  Elements(const RayScene& scene, double longest_edge, bool of_section = false);
 
   /// Joins neighbours by edges that are no longer than two spacings, have middles in the same cell
   /// of two spacings, normals within 25 degrees and the same material. That makes one equation of
@@ -46,6 +47,7 @@ class Elements {
   /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.
   void join_rings(std::span<const std::uint32_t> rings);
   bool are_rings() const { return are_rings_; }
+  bool are_of_section() const { return are_of_section_; }
 
   std::size_t count() const { return area_.size(); }
   double area(std::size_t element) const { return area_[element]; }
@@ -104,11 +106,12 @@ class Elements {
   std::vector<std::uint32_t> first_member_;  // per element
   std::vector<double> area_;
   bool are_rings_ = false;
+  bool are_of_section_;
   const RayScene* scene_;
 };
 
-/// Elements as rays are sent from them; joins: whether small facets are joined where there are no
-/// rings.
+/// Elements as rays are sent from them; joins: whether small facets are joined, as they are not in
+/// two dimensions, nor where there are rings.
 Elements elements_of(const FluxProblem& problem, bool joins);
 
 template <class OfFacet>

@@ -446,7 +446,7 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   // Shadows in a narrow lobe may be sharper than a joined element. In two dimensions an element has
   // no neighbours aside that its noise would average with, and rays are cheap.
   const bool is_diffuse = std::ranges::none_of(problems, is_looked_for);
-  const Elements elements = elements_of(problems.front(), is_diffuse && !options.two_dimensional);
+  const Elements elements = elements_of(problems.front(), is_diffuse);
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
   const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;

@@ -60,7 +60,7 @@ class RayPlan {
     bool aims_at_sky = false;
     std::uint32_t size() const { return end - begin; }
   };
-  /// Up to four blocks in a row with the same main direction.
+  /// Some blocks in a row, together about 64 elements with the same main direction.
   using Window = std::span<const Block>;
   std::span<const Window> windows() const { return windows_; }
   const Block& block_of(std::size_t rank) const { return blocks_[block_of_[rank]]; }

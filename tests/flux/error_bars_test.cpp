@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -25,6 +26,12 @@ FluxField flux_on(const Shape& shape, float sticking, FluxOptions options) {
   options.sides = shape.sides;
   options.spacing = 1;
   return solve_flux(shape.mesh, {&gas, 1}, options).front();
+}
+
+std::vector<std::size_t> numbers_from(std::size_t begin, std::size_t end) {
+  std::vector<std::size_t> numbers(end - begin);
+  std::iota(numbers.begin(), numbers.end(), begin);
+  return numbers;
 }
 
 struct Bars {
@@ -58,6 +65,27 @@ INSTANTIATE_TEST_SUITE_P(Cases, ErrorBars,
                                            Bars{Engine::forward, 2, 0.5F, 1 << 14},
                                            Bars{Engine::gather, 2, 0.1F, 1 << 12},
                                            Bars{Engine::gather, 2, 0.5F, 1 << 12}));
+
+// Facets are few there: those of the floor alone, and of a wall.
+TEST(ErrorBarsOfSections, AreTrueOnFloorAndWall) {
+  constexpr int depth = 60;
+  const Shape shape = exact::fine_trench(depth, 1);
+  constexpr std::size_t floor = 2 * (4 + depth);
+  constexpr std::size_t floor_end = floor + std::size_t{2} * 20;
+  for (const float sticking : {1.0F, 0.1F}) {
+    FluxOptions options{.engine = Engine::gather, .rays = 1 << 13};
+    options.two_dimensional = true;
+    std::vector<Stated> on_wall;
+    std::vector<Stated> on_floor;
+    for (options.seed = 1; options.seed <= 200; ++options.seed) {
+      const Stated all = exact::on_facets(flux_on(shape, sticking, options).arrivals());
+      on_wall.push_back(exact::at_places(all, numbers_from(8, floor)));
+      on_floor.push_back(exact::at_places(all, numbers_from(floor, floor_end)));
+    }
+    exact::expect_true(exact::calibration_of(on_wall), "wall");
+    exact::expect_true(exact::calibration_of(on_floor), "floor");
+  }
+}
 
 // Where an error spreads over all of the trench.
 TEST(SlowErrorBars, AreTrueInADeepTrenchInWhichParticlesHardlyStick) {

@@ -83,16 +83,16 @@ inline Shape trench(double aspect_ratio, double field = 4, double length = 8, in
 }
 
 /// The same in cells of one spacing, as marching cubes give them.
-inline Shape fine_trench(int depth = 20) {
+inline Shape fine_trench(int depth = 20, int length = 8) {
   Builder builder;
-  const Vec3d y{0, 8, 0};
+  const Vec3d y{0, static_cast<double>(length), 0};
   const Vec3d down{0, 0, -1.0 * depth};
-  builder.grid({-14, 0, 0}, {4, 0, 0}, 4, y, 8);
-  builder.grid({-10, 0, 0}, down, depth, y, 8);
-  builder.grid(Vec3d{-10, 0, 0} + down, {20, 0, 0}, 20, y, 8);
-  builder.grid(Vec3d{10, 0, 0} + down, -down, depth, y, 8);
-  builder.grid({10, 0, 0}, {4, 0, 0}, 4, y, 8);
-  return {builder.mesh, {.lower = {-14, 0}, .upper = {14, 8}}};
+  builder.grid({-14, 0, 0}, {4, 0, 0}, 4, y, length);
+  builder.grid({-10, 0, 0}, down, depth, y, length);
+  builder.grid(Vec3d{-10, 0, 0} + down, {20, 0, 0}, 20, y, length);
+  builder.grid(Vec3d{10, 0, 0} + down, -down, depth, y, length);
+  builder.grid({10, 0, 0}, {4, 0, 0}, 4, y, length);
+  return {builder.mesh, {.lower = {-14, 0}, .upper = {14, y.y}}};
 }
 
 /// A round hole of diameter 20 about the z axis in a square field: a prism with the area of the
