@@ -10,6 +10,7 @@
 #include "apps/restart.h"
 #include "apps/section.h"
 #include "core/error.h"
+#include "levelset/resample.h"
 
 namespace scarp {
 
@@ -34,7 +35,9 @@ ExitCode execute(const RenderArguments& arguments, const CommonOptions& common) 
   if (std::filesystem::path(arguments.output).extension() != ".png")
     throw InputError(fmt::format("-o: {}: pictures are .png", arguments.output));
   const SavedWafer wafer = read_wafer(newest_state(arguments.where));
-  const Image image = render(wafer.layers, {.cut = cut_of(arguments.cut, wafer.layers.frame),
+  const Frame& own = wafer.layers.frame;
+  const Frame frame = own.axisymmetric ? revolved(own, own.cells[0]) : own;
+  const Image image = render(wafer.layers, {.cut = cut_of(arguments.cut, frame),
                                             .azimuth = arguments.azimuth,
                                             .elevation = arguments.elevation,
                                             .width = arguments.width});

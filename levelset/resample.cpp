@@ -55,15 +55,19 @@ Layers resampled(const Layers& layers, const Frame& frame) {
   return result;
 }
 
-Layers revolved(const Layers& section, int most_cells) {
-  Frame frame = section.frame;
+Frame revolved(const Frame& section, int most_cells) {
+  Frame frame = section;
   const int cells = std::min(frame.cells[0], most_cells);
   frame.spacing *= static_cast<double>(frame.cells[0]) / cells;
   frame.cells = {cells, cells};
   frame.boundary[1] = frame.boundary[0];
   frame.two_dimensional = false;
   frame.axisymmetric = false;
-  return resampled(section, frame);
+  return frame;
+}
+
+Layers revolved(const Layers& section, int most_cells) {
+  return resampled(section, revolved(section.frame, most_cells));
 }
 
 }  // namespace scarp

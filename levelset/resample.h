@@ -16,5 +16,6 @@ Layers resampled(const Layers& layers, const Frame& frame);
 /// The wafer that a section through an axis stands for, between four sides, with its spacing or at
 /// most so many cells from side to side. The outermost ring goes on into the corners.
 Layers revolved(const Layers& section, int most_cells);
+Frame revolved(const Frame& section, int most_cells);
 
 }  // namespace scarp

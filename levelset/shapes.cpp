@@ -10,6 +10,7 @@
 #include "levelset/distance.h"
 #include "levelset/mesh_solid.h"
 #include "levelset/polygon_walls.h"
+#include "levelset/sheets.h"
 
 namespace scarp {
 
@@ -62,9 +63,19 @@ Solid common(Solid a, Solid b) {
   return [a = std::move(a), b = std::move(b)](Vec3d r) { return intersect(a(r), b(r)); };
 }
 
+/// Walls that are tapered from a height on, where they are as wide as upright ones, and upright
+/// below it: those of masks and fins over what is not flat.
+Solid upright_below(const std::function<Solid(double slope)>& walls, double slope) {
+  if (slope == 0) return walls(0);
+  return [slope, tapered = walls(slope), upright = walls(0)](Vec3d r) {
+    return slope > 0 ? unite(tapered(r), upright(r)) : intersect(tapered(r), upright(r));
+  };
+}
+
 /// Distance to the common part with its edge rounded: that of the parts shrunk by the radius, grown
 /// again.
 Distance round_intersect(Distance a, Distance b, double radius) {
+  if (radius == 0) return intersect(a, b);
   a.value += radius;
   b.value += radius;
   Distance both = intersect(a, b);
@@ -133,18 +144,23 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
     return [walls](Vec3d r) { return (*walls)(r); };
   }
   if (const auto* slot = std::get_if<SlotOutline>(&outline)) {
-    return with_images(frame, repeated(slot->repeat, {slot->centre, slot->centre},
-                                       slab(1 - slot->along, slot->centre, slot->width, z, slope)));
+    const auto walls = [&](double by) {
+      return slab(1 - slot->along, slot->centre, slot->width, z, by);
+    };
+    return with_images(
+        frame, repeated(slot->repeat, {slot->centre, slot->centre}, upright_below(walls, slope)));
   }
   if (const auto* circle = std::get_if<CircleOutline>(&outline)) {
-    return with_images(frame, repeated(circle->repeat, circle->centre,
-                                       cone(circle->centre, circle->radius, z, slope)));
+    const auto walls = [&](double by) { return cone(circle->centre, circle->radius, z, by); };
+    return with_images(frame,
+                       repeated(circle->repeat, circle->centre, upright_below(walls, slope)));
   }
   const auto& box = std::get<RectangleOutline>(outline);
-  return with_images(frame, repeated(box.repeat, box.centre,
-                                     round_common(slab(0, box.centre[0], box.size[0], z, slope),
-                                                  slab(1, box.centre[1], box.size[1], z, slope),
-                                                  box.corner_radius)));
+  const auto walls = [&](double by) {
+    return round_common(slab(0, box.centre[0], box.size[0], z, by),
+                        slab(1, box.centre[1], box.size[1], z, by), box.corner_radius);
+  };
+  return with_images(frame, repeated(box.repeat, box.centre, upright_below(walls, slope)));
 }
 
 /// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
@@ -179,8 +195,11 @@ class Builder {
 
   void apply(const FinShape& shape) {
     const double foot = highest();
-    Solid ridge = repeated(shape.repeat, {shape.centre, shape.centre},
-                           slab(1 - shape.along, shape.centre, shape.width, foot, -shape.taper));
+    const auto walls = [&](double slope) {
+      return slab(1 - shape.along, shape.centre, shape.width, foot, slope);
+    };
+    Solid ridge =
+        repeated(shape.repeat, {shape.centre, shape.centre}, upright_below(walls, -shape.taper));
     grow(shape.material, foot + shape.height,
          with_images(frame_, common(std::move(ridge), below(foot + shape.height))));
   }
@@ -269,9 +288,7 @@ class Builder {
     return z;
   }
 
-  /// Adds solid; it joins the top layer if that is of the same material. What was below counts a
-  /// little higher beneath it: what lies on it is gone with it, without a film that dilation would
-  /// make solid.
+  /// Adds solid; it joins the top layer if that is of the same material.
   void grow(MaterialId material, double top, Solid solid) {
     upper_ = std::max(upper_, top);
     const bool joins = !parts_.empty() && parts_.back().material == material;
@@ -280,17 +297,13 @@ class Builder {
     } else {
       parts_.push_back({.material = material, .top = top});
     }
-    const double lift = 3 * dilation * frame_.spacing;
-    operations_.push_back([joins, lift, solid = std::move(solid)](Vec3d r, Stack& stack) {
+    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, Stack& stack) {
       const Distance added = solid(r);
       std::vector<Distance>& all = stack.all;
       const std::size_t layer = all.size() - (joins ? 1 : 0);
       for (Beneath& beneath : stack.beneath) {
         if (beneath.layer >= layer) continue;
-        Distance below = all[beneath.layer];
-        below.value -= lift;
-        below.bound -= lift;
-        beneath.solid = intersect(beneath.solid, unite(below, complement(added)));
+        beneath.solid = intersect(beneath.solid, unite(all[beneath.layer], complement(added)));
       }
       if (joins) {
         all.back() = unite(all.back(), added);
@@ -368,8 +381,9 @@ Layers Builder::build() const {
       const double limit = most_overestimate * std::abs(solid.bound);
       return std::clamp(solid.value, -limit, limit) - dilation * frame_.spacing;
     };
-    layers.stack.push_back({parts_[k].material, LevelSet(frame_, distance, lower_ - margin,
-                                                         upper_ + margin, most_overestimate)});
+    LevelSet phi(frame_, distance, lower_ - margin, upper_ + margin, most_overestimate);
+    remove_sheets(phi);
+    layers.stack.push_back({parts_[k].material, std::move(phi)});
   }
   // Distances to edges differ from layer to layer: phi of a layer is at least that of the next one.
   for (std::size_t n = layers.stack.size(); n-- > 1;) {

@@ -11,6 +11,7 @@
 #include "levelset/connectivity.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -433,6 +434,87 @@ TEST(Shapes, ASlotBesideAnEarlierTrenchHasAnOpenMouth) {
         EXPECT_NEAR(layers.top().distance({x, 0.5, z}), expected, 0.3) << x << " " << z;
       }
     }
+  }
+}
+
+// A mask that was opened down to what is undercut: the floor of the opening was no edge of it.
+TEST(Shapes, ASlotUnderAnOpeningHasAnOpenMouth) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  for (const double width : {10.0, 10.6, 11.0}) {
+    TrenchShape opening{.width = width};
+    opening.cut = {.depth = 10, .through = {1}};
+    TrenchShape slot{.width = 40};
+    slot.cut = {.depth = 15, .through = {0}};
+    Layers layers = build_layers(
+        frame, std::vector<Shape>{WaferShape{}, LayerShape{.material = 1, .thickness = 10}, opening,
+                                  slot});
+    for (const double z : {-7.0, -2.0, -1.0, 0.0, 1.0, 5.0})
+      EXPECT_GT(layers.top().distance({0, 0, z}), 3.9) << width << " " << z;
+    add_layer(layers, 2);
+    coat(layers, 1);
+    // Around 40 by 15 without the opening, up its walls, and on top, with its six corners.
+    const double around = 2 * 40 + 2 * 15 - width + 2 * 10 + 60 - width;
+    EXPECT_NEAR(material_volumes(layers).back(), around - 4 + std::numbers::pi, 2) << width;
+  }
+}
+
+// A leg that stands on the floor of a slot is one with it, and two trenches side by side are one.
+TEST(Shapes, WhatMeetsIsOne) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  TrenchShape gap{.width = 12};
+  gap.cut.depth = 10;
+  const FinShape leg{.material = 2, .width = 8, .height = 10};
+  TrenchShape slot{.width = 40};
+  slot.cut = {.depth = 10, .through = {1}};
+  const Layers standing = build_layers(
+      frame,
+      std::vector<Shape>{WaferShape{}, LayerShape{.material = 1, .thickness = 10}, gap, leg, slot});
+  for (const double z : {1.0, 0.0, -1.0}) EXPECT_LT(standing.top().distance({0, 0, z}), -3.5) << z;
+
+  for (const double middle : {0.0, 0.4, 0.5}) {
+    TrenchShape left{.width = 12, .centre = middle - 6};
+    left.cut.depth = 10;
+    TrenchShape right = left;
+    right.centre = middle + 6;
+    const Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, left, right});
+    for (const double z : {-1.0, -4.0, -6.0})
+      EXPECT_GT(layers.top().distance({middle, 0, z}), 3.3) << middle << " " << z;
+  }
+}
+
+// Two walls that cross, of a pair of trenches: leaves that hold the surface are all there.
+TEST(Shapes, WallsThatCrossKeepTheirSurface) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  TrenchShape wide{.width = 14, .centre = 8};
+  wide.cut.depth = 22;
+  TrenchShape narrow{.width = 8};
+  narrow.cut = {.depth = 18, .taper = 0.07};
+  const Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{WaferShape{}, LayerShape{.material = 1, .thickness = 5}, wide, narrow});
+  for (double x = -2; x < 15; ++x)
+    for (double z = -12; z < 5; ++z)
+      EXPECT_GT(layers.top().distance({x, 0, z}), 0) << x << " " << z;
+  const double floor = layers.top().distance({8, 0, -16});
+  EXPECT_NEAR(floor, 1, 0.01);
+}
+
+TEST(Shapes, TaperedMasksAreUprightBelowTheirFoot) {
+  Frame frame{.spacing = 1, .cells = {60, 1}};
+  frame.two_dimensional = true;
+  TrenchShape trench{.width = 30};
+  trench.cut.depth = 30;
+  for (const double taper : {0.17, -0.17}) {
+    const MaskShape mask{
+        .material = 1, .thickness = 10, .taper = taper, .outline = SlotOutline{.width = 20}};
+    const Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, trench, mask});
+    for (const double z : {-1.0, -10.0, -25.0})
+      EXPECT_NEAR(layers.top().distance({9, 0, z}), 1, 0.02) << taper << " " << z;
+    EXPECT_NEAR(layers.top().distance({9, 0, 5}), (1 + 5 * std::tan(taper)) * std::cos(taper),
+                0.02);
   }
 }
 
