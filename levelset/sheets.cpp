@@ -43,7 +43,7 @@ class Sheets {
     node[axis] += step;
     return band_.node(node[0], node[1], node[2]);
   }
-  float side_of_sheet(const Node& node) const;
+  bool is_between_gas(const Node& node) const;
   float without_sheet(const Node& node, float here) const;
   bool has_other_side(const Node& node, float here, float limit) const;
   /// Calls use(phi, node) for all nodes of a leaf nearer to the surface than a limit.
@@ -68,24 +68,21 @@ void Sheets::for_each_near(std::size_t n, float limit, const Use& use) const {
       }
 }
 
-// 1 or -1: what lies on both sides of the node along an axis; 0 where the surface passes.
-float Sheets::side_of_sheet(const Node& node) const {
-  for (int axis = 0; axis < 3; ++axis) {
-    const float below = at(node, axis, -1);
-    const float above = at(node, axis, 1);
-    if (below * above > 0 && std::min(std::abs(below), std::abs(above)) > on_surface)
-      return std::copysign(1.0F, above);
-  }
-  return 0;
+// Whether gas lies on both sides of the node along an axis.
+bool Sheets::is_between_gas(const Node& node) const {
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::min(at(node, axis, -1), at(node, axis, 1)) > on_surface) return true;
+  return false;
 }
 
 // The distance to a surface in a node beside this one or between the two, else as far as the band
-// goes. The surface may be here all the same, in the tip of a ridge, unless the sheet goes on.
-// Surfaces on nodes are solid, so amid gas those may lie beside this node, amid solid no gas may.
+// goes. Between gas the surface may be here all the same, in the tip of a ridge, unless the sheet
+// goes on. Surfaces on nodes are solid, so amid gas those may lie beside this node, amid solid no
+// gas may.
 float Sheets::without_sheet(const Node& node, float here) const {
   const bool is_amid_own = !has_other_side(node, here, here > 0 ? on_surface : 0);
-  const float side = is_amid_own ? std::copysign(1.0F, here) : side_of_sheet(node);
-  if (side == 0) return here;
+  if (!is_amid_own && !is_between_gas(node)) return here;
+  const float side = is_amid_own ? std::copysign(1.0F, here) : 1.0F;
   float nearest = LevelSet::half_width;
   for (int axis = 0; axis < 3; ++axis) {
     for (const int step : {-1, 1}) {

@@ -53,7 +53,7 @@ TEST(SectionLine, ThatIsWrongSaysHowItIsWritten) {
   Frame flat = square_domain;
   flat.cells[1] = 1;
   flat.two_dimensional = true;
-  refused("x = 0 nm", "in two dimensions there is but", flat);
+  refused("x = 0 nm", "a cross-section has but", flat);
 }
 
 TEST(SectionLine, CutsLayersWhereItGoes) {
