@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "levelset/distance.h"
 #include "levelset/shapes.h"
 
 namespace scarp {
@@ -28,8 +29,11 @@ TEST(Sheets, SurfacesAreNone) {
   };
   const auto wedge = [](double angle, double middle) {
     return [=](Vec3d r) {
-      const double wall = std::abs(r.x - middle) * std::cos(angle) + r.z * std::sin(angle);
-      return std::max(wall - 6 * std::sin(angle), -r.z - 40);
+      const auto wall = [&](double side) {
+        const Vec3d normal{side * std::cos(angle), 0, std::sin(angle)};
+        return Distance{dot(r - Vec3d{middle, 0, 6}, normal), normal};
+      };
+      return intersect(wall(-1), wall(1)).value;
     };
   };
   std::vector<Case> cases{
