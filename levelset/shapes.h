@@ -153,8 +153,8 @@ double wall_area(const Frame& frame, const Shape& shape);
 /// The layers that the shapes describe.
 ///
 /// phi is the exact distance for planes, cones, the walls over polygons and the edges where two of
-/// them meet. All solid is
-/// dilated, so that surfaces on nodes keep their corners.
+/// them meet. All solid is dilated, so that surfaces on nodes keep their corners. What meets is one
+/// (see sheets.h).
 ///
 /// Throws: InputError with the first problem that check_shapes finds.
 Layers build_layers(const Frame& frame, std::span<const Shape> shapes);

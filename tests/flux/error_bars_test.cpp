@@ -201,7 +201,7 @@ TEST_P(SlowZones, HaveTrueErrors) {
     if (!has_statistics) return;
     EXPECT_GT(c.deviation, 0.9) << what;
     EXPECT_LT(c.deviation, 1.15) << what;
-    EXPECT_LT(std::abs(c.mean), 0.12) << what;
+    EXPECT_LT(std::abs(c.mean), 0.1) << what;
   };
   for (std::size_t zone = 0; zone < zone_count; ++zone) {
     const std::string name = std::to_string(zone + 1) + ". third";
