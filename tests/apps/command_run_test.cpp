@@ -120,7 +120,36 @@ TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {
   const std::string hole = std::string(SCARP_SOURCE_DIR) +
                            "/configs/hole_directional_etch.toml --set domain.spacing='\"20 nm\"' "
                            "--set flux.target_error=0.1 --quiet ";
+  // A start that is put right where cuts meet (levelset/sheets.h).
+  write("slot.toml", R"(
+[domain]
+spacing = "1 nm"
+mode = "2d"
+extent = ["60 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "10 nm"
+[[geometry]]
+shape = "trench"
+width = "10 nm"
+depth = "10 nm"
+[[geometry]]
+shape = "trench"
+width = "40 nm"
+depth = "15 nm"
+through = ["Si"]
+[[step]]
+model = "isotropic"
+material = "W"
+growth_rate = "1 nm/s"
+duration = "3 s"
+)");
   const std::map<std::string, std::string> runs{
+      {"slot_isotropic", path("slot.toml") + " --quiet"},
       {"trench_gather", small_trench()},
       {"trench_forward_periodic",
        small_trench("--set flux.engine='\"forward\"' --set flux.rays=100000 "
