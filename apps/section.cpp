@@ -86,8 +86,7 @@ SectionLine parse_section(std::string_view text, const Frame& frame) {
   if (!equation && !is_line) refuse(text, "is no line");
   SectionLine line = equation ? across(text, *equation, sides) : between(text, sides);
   if (frame.two_dimensional && line.lateral != "x") {
-    throw InputError(
-        fmt::format("\"{}\": a cross-section has but the section \"y = 0 nm\"", text));
+    throw InputError(fmt::format("\"{}\": a cross-section has but the section \"y = 0 nm\"", text));
   }
   return line;
 }
