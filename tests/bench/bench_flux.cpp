@@ -288,7 +288,7 @@ int main(int argc, char** argv) {
   scarp::bench::Settings settings;
   const auto declare = [&](CLI::App& app) {
     app.add_option("mesh", settings.files, "Surfaces: .obj .ply .stl .vtp .obj.gz");
-    app.add_option("--rays", settings.rays, "Particles per run (1048576)")
+    app.add_option("--rays", settings.rays, "Particles per run (4194304)")
         ->check(CLI::PositiveNumber);
     app.add_option("--repeats", settings.repeats, "How often each is timed (3)")
         ->check(CLI::PositiveNumber);
