@@ -218,7 +218,8 @@ Elements elements_of(const FluxProblem& problem, bool joins) {
     rings.join_rings(options.rings);
     return rings;
   }
-  Elements elements(problem.scene, longest_element_edge, options.two_dimensional);
+  // What is seen along a narrow lobe has true errors with blocks of any length.
+  Elements elements(problem.scene, longest_element_edge, joins && options.two_dimensional);
   if (joins && !options.two_dimensional) elements.join(problem.mesh);
   return elements;
 }

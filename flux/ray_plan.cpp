@@ -22,7 +22,7 @@ constexpr std::uint32_t longest_block = share_count;
 // The elements of a cross-section are few: what they share is told by the differences between
 // blocks, so a row of them has several; shares of powers of two fill each other's gaps best. With
 // blocks of 16 the floors of trenches and holes are off by half again what they state.
-constexpr std::uint32_t blocks_in_row = 3;
+constexpr std::uint32_t blocks_in_row = 2;
 constexpr std::uint32_t shortest_block = 2;
 
 constexpr std::uint32_t elements_in_window = 64;
@@ -89,7 +89,9 @@ void RayPlan::make_blocks(const RayScene& scene) {
       ++end;
     Row row{.size = end - begin, .first_block = blocks_.size()};
     const std::uint32_t longest =
-        std::clamp(std::bit_floor(row.size / blocks_in_row), shortest_block, longest_block);
+        elements_->are_of_section()
+            ? std::clamp(std::bit_floor(row.size / blocks_in_row), shortest_block, longest_block)
+            : longest_block;
     for (; begin < end; begin = blocks_.back().end) {
       blocks_.push_back(
           {.begin = begin, .end = std::min(begin + longest, end), .main_direction = direction});

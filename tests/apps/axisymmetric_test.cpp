@@ -117,7 +117,8 @@ TEST_F(AxisymmetricTest, IsRevolvedWhereItIsSeenInSpace) {
   const double film = last("run/metrology.csv", "SiO2_volume_nm3") + corners;
   EXPECT_NEAR(json_of(volume)["bodies"][1]["volume_nm3"], film, 0.005 * film);
 
-  EXPECT_EQ(scarp("render " + path("run") + " --cut 'x = 100 nm' -o " + path("wafer.png")).exit_code, 0);
+  EXPECT_EQ(
+      scarp("render " + path("run") + " --cut 'x = 100 nm' -o " + path("wafer.png")).exit_code, 0);
   ASSERT_EQ(scarp("report " + path("run")).exit_code, 0);
   EXPECT_TRUE(read_file(path("run/report.html")).find("cut open at y = 0") != std::string::npos);
 }
