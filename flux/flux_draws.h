@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "flux/error_draws.h"
+#include "flux/exchange.h"
+#include "flux/ray_plan.h"
+
+namespace scarp {
+
+/// Draws of the error of the flux on all elements: what follows, by the exchange between them, from
+/// draws of the errors of what each of them sees.
+///
+/// In a deep feature nearly all of it is one smooth error, of which eight draws tell the size within
+/// a quarter. The sum of all errors, each by how it counts, has a variance that needs no draws: by
+/// reciprocity, what an error on one element does to the sum is what the sum's weights, sent off as
+/// if they were particles, bring there. All draws are corrected by what is known of their sum.
+class FluxDraws {
+ public:
+  /// Draws that are solved at once: more would fall out of the cache.
+  static constexpr std::size_t at_once = 8;
+
+  /// Shape: per rank, reemitted, as that of the exchange, and the weight of its error in the sum
+  ///        per area, zero where there is no error. All but these have to outlive the draws.
+  FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
+            std::span<const float> reemitted, ErrorDraws of_equations,
+            const std::vector<double>& weights);
+  ~FluxDraws();
+
+  /// More draws, up to a number of them, a multiple of at_once.
+  void draw(std::size_t count);
+
+  std::size_t count() const { return sums_.size(); }
+  /// Those of a rank. Shape: draw_count numbers, of which count() are drawn.
+  std::span<const float> of_rank(std::size_t rank) const {
+    return std::span(corrected_).subspan(rank * draw_count, draw_count);
+  }
+  std::span<const float> all() const { return corrected_; }
+  /// By which other errors have to be corrected that belong together with these.
+  const KnownSum& known_sum() const { return known_sum_; }
+
+ private:
+  double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
+  std::vector<double> effects(std::span<const double> weights) const;
+
+  const RayPlan& plan_;
+  ExchangeRows few_;
+  const ExchangeRows& rows_;
+  std::span<const float> reemitted_;
+  ExchangeSolver exchange_;
+  ErrorDraws of_equations_;
+  std::vector<double> counts_;   // per rank: of its error in the sum
+  std::vector<double> effects_;  // per rank: of an error of its equation on the sum
+  std::vector<float> drawn_;     // at rank * draw_count + draw
+  std::vector<float> corrected_;
+  std::vector<double> sums_;  // per draw
+  double variances_ = 0;      // of the sums of all draws, together
+  KnownSum known_sum_;
+};
+
+}  // namespace scarp
