@@ -71,12 +71,59 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
   }
 }
 
+std::vector<double> ErrorDraws::variances_of_sum(std::span<const float> errors,
+                                                 std::span<const double> factors) const {
+  const std::size_t count = errors.size() / factors.size();
+  std::vector<double> variances(count);
+  std::vector<double> of_block(count);
+  for (const RayPlan::Window& window : plan_.windows()) {
+    for (const RayPlan::Block& block : window) {
+      std::ranges::fill(of_block, 0.0);
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        for (std::size_t k = 0; k < count; ++k)
+          of_block[k] += factors[rank] * static_cast<double>(errors[rank * count + k]);
+      for (std::size_t k = 0; k < count; ++k) variances[k] += of_block[k] * of_block[k];
+    }
+  }
+  return variances;
+}
+
+KnownSum::KnownSum(std::span<const double> draws, double variance)
+    : along_(draws.begin(), draws.end()) {
+  double squares = 0;
+  for (const double draw : draws) squares += draw * draw;
+  if (squares == 0) return;
+  for (double& part : along_) part /= std::sqrt(squares);
+  more_ = std::sqrt(variance * static_cast<double>(draws.size()) / squares) - 1;
+}
+
+template <class Number>
+void KnownSum::correct(std::span<Number> draws) const {
+  double goes_along = 0;
+  for (std::size_t k = 0; k < draws.size(); ++k)
+    goes_along += along_[k] * static_cast<double>(draws[k]);
+  for (std::size_t k = 0; k < draws.size(); ++k)
+    draws[k] += static_cast<Number>(more_ * goes_along * along_[k]);
+}
+
+template void KnownSum::correct(std::span<float>) const;
+template void KnownSum::correct(std::span<double>) const;
+
 void mean_draws_on_facet(const RayPlan& plan, std::size_t facet, std::span<const float> of_ranks,
                          std::span<double> draws) {
-  std::ranges::fill(draws, 0.0);
   const Elements& elements = plan.elements();
-  for (std::uint32_t p = elements.first_of(facet); p < elements.first_of(facet + 1); ++p) {
-    const float* const row = &of_ranks[plan.rank_of(elements.element_of(p)) * draw_count];
+  const auto row_of = [&](std::uint32_t piece) {
+    return of_ranks.subspan(plan.rank_of(elements.element_of(piece)) * draw_count, draws.size());
+  };
+  const std::uint32_t first = elements.first_of(facet);
+  const std::uint32_t end = elements.first_of(facet + 1);
+  if (end == first + 1) {
+    std::ranges::copy(row_of(first), draws.begin());
+    return;
+  }
+  std::ranges::fill(draws, 0.0);
+  for (std::uint32_t p = first; p < end; ++p) {
+    const auto row = row_of(p);
     const double share = elements.share_of_facet(p);
     for (std::size_t k = 0; k < draws.size(); ++k) draws[k] += share * static_cast<double>(row[k]);
   }

@@ -35,6 +35,11 @@ class ErrorDraws {
   /// Some of the draws.
   /// Shape: at rank * count + draw - first.
   std::vector<float> draws(std::size_t first, std::size_t count) const;
+  /// The variance of each draw's sum over all elements of their errors times something, over all
+  /// signs that the draws may have.
+  /// Shape: errors as draws() gives them; one factor per rank.
+  std::vector<double> variances_of_sum(std::span<const float> errors,
+                                       std::span<const double> factors) const;
 
  private:
   // The error of some elements together.
@@ -60,6 +65,28 @@ class ErrorDraws {
   std::vector<float> scale_;       // by rank: of an error to that of a single ray; 0: left out
   std::vector<float> normalised_;  // by rank: half differences on that scale
   std::vector<Whole> wholes_;      // by the first rank of a block
+};
+
+/// Draws of the error of a sum, of which the variance is known better than its few draws tell it.
+///
+/// Takes from draws of any other error, or gives to them, what they have too much or too little of
+/// by chance: the part that goes with the sum is scaled so that the sum's draws have its variance.
+/// Where one smooth error is most of all errors, few draws then tell its size as well as many.
+///
+/// Source: linear regression on a control variate of known mean.
+class KnownSum {
+ public:
+  KnownSum() = default;
+  /// Shape: the sum's draws.
+  KnownSum(std::span<const double> draws, double variance);
+
+  /// Shape: as many draws of another error.
+  template <class Number>
+  void correct(std::span<Number> draws) const;
+
+ private:
+  std::vector<double> along_;  // a unit vector
+  double more_ = 0;            // how many times of what goes along it is to be added
 };
 
 /// The mean over the elements of a facet, by area, of a quantity given by rank.

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "core/parallel.h"
 #include "flux/error_draws.h"
 #include "flux/facet_values.h"
+#include "flux/flux_draws.h"
 #include "flux/kept_hits.h"
 #include "flux/portable_math.h"
 #include "flux/view.h"
@@ -15,46 +17,13 @@ namespace scarp {
 
 namespace {
 
-// Draws that are solved at once: more would fall out of the cache.
-constexpr std::size_t draws_at_once = 8;
-
 // What the first round sends, on average.
 constexpr double first_rays_per_element = 8;
 
 constexpr double mean_tolerance = 1e-7;
-constexpr double deviation_tolerance = 2e-2;
 
-// How many rays of each element tell where its error goes on to, unless all of them meet no more
-// elements: a few percent of the error are nothing, and these take most of the time that the draws
-// take.
-constexpr std::size_t rays_for_draws = 32;
-static_assert(rays_for_draws % set_count == 0);
-
-double seen_of_elements(const ExchangeMatrix& matrix, std::size_t row) {
-  double sum = 0;
-  matrix.for_each_part(row, [&](std::size_t hit, double part) {
-    if (hit < matrix.size()) sum += part;
-  });
-  return sum;
-}
-
-ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
-  ExchangeMatrix few;
-  few.first.push_back(0);
-  for (std::size_t i = 0; i < matrix.size(); ++i) {
-    const auto rays = matrix.row(i);
-    const auto part = rays.first(std::min(rays.size(), rays_for_draws));
-    few.rays.insert(few.rays.end(), part.begin(), part.end());
-    few.first.push_back(few.rays.size());
-    few.scale.push_back(matrix.scale[i]);
-  }
-  for (std::size_t i = 0; i < matrix.size(); ++i) {
-    const double seen = seen_of_elements(few, i);
-    const double more = seen > 0 ? seen_of_elements(matrix, i) / seen : 0;
-    for (double& scale : few.scale[i]) scale *= more;
-  }
-  return few;
-}
+// As far as the error is concerned.
+constexpr double rough_tolerance = 1e-4;
 
 // By rank, half of what elements' two sets say apart.
 struct HalfDifferences {
@@ -62,12 +31,10 @@ struct HalfDifferences {
   std::vector<double> out;   // of the part of rays that met no facet
 };
 
-// The flux on every element, by rank, and draws of its error.
+// The flux on every element, by rank.
 struct Solution {
   std::vector<double> flux;
   HalfDifferences halves;
-  std::vector<float> deviation;  // at rank * draw_count + draw
-  std::size_t draws = 0;         // how many there are
 };
 
 // What one set of an element's rays tells of all that it sees.
@@ -177,10 +144,15 @@ std::vector<Number> OnFacets::of(std::span<const Number> of_ranks) const {
 // What the rays found for one problem, and its solution.
 class Gathered {
  public:
+  /// Solved roughly, from the flux that fewer rays told, if there is any.
   Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-           const std::vector<float>& direct);
+           const std::vector<float>& direct, std::span<const double> start);
 
-  /// More draws, up to a number of them.
+  /// To the tolerance of results.
+  void solve();
+  /// By rank.
+  const std::vector<double>& flux() const { return solution_.flux; }
+  /// More draws of the error, up to a number of them.
   void draw(std::size_t count);
   /// What is compared with the target.
   double target_measure() const;
@@ -192,15 +164,22 @@ class Gathered {
   double leaves(std::size_t rank) const {
     return static_cast<double>(reemitted_[rank]) * solution_.flux[rank] + emission_[rank];
   }
+  // What re-emits and yet has no flux has no error; without sticking, one there would have no end.
+  bool is_in_void(std::size_t rank) const {
+    return reemitted_[rank] > 0 && solution_.flux[rank] == 0;
+  }
   ErrorDraws error_draws(std::span<const double> halves) const;
+  std::vector<double> weights() const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;
   const View& view_;
+  const std::vector<float>& direct_;
   std::vector<float> reemitted_;
   std::vector<double> emission_;
   Solution solution_;
   double unseen_ = 0;
+  std::optional<FluxDraws> draws_;
 };
 
 std::vector<float> reemitted_parts(const FluxProblem& problem, const RayPlan& plan) {
@@ -259,10 +238,11 @@ std::vector<double> flux_on(const OnFacets& facets, std::span<const double> of_e
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                   const std::vector<float>& direct)
+                   const std::vector<float>& direct, std::span<const double> start)
     : problem_(problem),
       plan_(plan),
       view_(view),
+      direct_(direct),
       reemitted_(reemitted_parts(problem, plan)),
       emission_(emission_of(problem, plan)) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
@@ -271,34 +251,42 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = solved_flux(view, reemitted_, direct, emission_, mean_tolerance);
+  solution_.flux = solved_flux(view, reemitted_, direct, emission_, rough_tolerance, start);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
-  solution_.deviation.resize(plan.size() * draw_count);
 }
 
-// What re-emits and yet has no flux is in a void and has no error; without sticking, an error there
-// would have no end.
+void Gathered::solve() {
+  solution_.flux =
+      solved_flux(view_, reemitted_, direct_, emission_, mean_tolerance, solution_.flux);
+}
+
 ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
-  return {problem_.options, plan_, halves,
-          [this](std::size_t rank) { return reemitted_[rank] > 0 && solution_.flux[rank] == 0; }};
+  return {problem_.options, plan_, halves, [this](std::size_t rank) { return is_in_void(rank); }};
 }
 
-// The error of the flux of all elements that belongs to each draw of the errors of their equations.
-void Gathered::draw(std::size_t count) {
-  const bool are_few = view_.rows.seen.size() <= rays_for_draws * view_.rows.size();
-  const ExchangeRows few = are_few ? ExchangeRows() : ExchangeRows(thinned(view_.matrix));
-  const ExchangeSolver exchange(are_few ? view_.rows : few, reemitted_);
-  const ErrorDraws errors = error_draws(solution_.halves.flux);
-  for (; solution_.draws < count; solution_.draws += draws_at_once) {
-    const std::vector<float> solved = exchange.solve<float>(
-        errors.draws(solution_.draws, draws_at_once), draws_at_once, deviation_tolerance);
-    for (std::size_t k = 0; k < solved.size(); ++k) {
-      const std::size_t draw = solution_.draws + k % draws_at_once;
-      solution_.deviation[k / draws_at_once * draw_count + draw] = solved[k];
-    }
+// How an error counts, per area, in the sum of all: about as what is compared with the target.
+std::vector<double> Gathered::weights() const {
+  const auto responses = problem_.responses();
+  std::vector<double> weights(plan_.size());
+  for (std::size_t rank = 0; rank < weights.size(); ++rank) {
+    if (is_in_void(rank)) continue;
+    weights[rank] =
+        responses.empty()
+            ? 1 / std::max(solution_.flux[rank], small_flux)
+            : plan_.elements().mean(plan_.element_at(rank), [&](std::uint32_t f) {
+                return std::abs(static_cast<double>(responses.front()[f]));
+              });
   }
+  return weights;
+}
+
+void Gathered::draw(std::size_t count) {
+  if (!draws_)
+    draws_.emplace(plan_, view_.matrix, view_.rows, reemitted_,
+                   error_draws(solution_.halves.flux), weights());
+  draws_->draw(count);
 }
 
 // What an element sees that is no facet, as parts of all it sees.
@@ -320,7 +308,7 @@ FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
   std::array<double, draw_count> totals{};
   const HalfDifferences& halves = solution_.halves;
-  const std::vector<float> out_errors = error_draws(halves.out).draws(0, draw_count);
+  std::vector<float> out_errors = error_draws(halves.out).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_.matrix, i);
     const std::uint32_t element = plan_.element_at(i);
@@ -334,11 +322,13 @@ FluxAudit Gathered::audit() const {
     audit.lost_below += leaving * ends[to_below];
     audit.lost_side_limit += leaving * ends[to_side_limit];
 
+    const auto of_out = std::span(out_errors).subspan(i * draw_count, draw_count);
+    draws_->known_sum().correct(of_out);
+    const auto of_flux = draws_->of_rank(i);
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
-      const double deviation = solution_.deviation[i * draw_count + draw];
-      totals[draw] +=
-          area * deviation * (1 - c + c * out) + leaving * out_errors[i * draw_count + draw];
+      totals[draw] += area * static_cast<double>(of_flux[draw]) * (1 - c + c * out) +
+                      leaving * static_cast<double>(of_out[draw]);
     }
   }
   double squares = 0;
@@ -356,10 +346,10 @@ FluxSpread Gathered::spread() const {
               },
           .deviations =
               [this](std::size_t f, std::span<double> draws) {
-                mean_draws_on_facet(plan_, f, solution_.deviation, draws);
+                mean_draws_on_facet(plan_, f, draws_->all(), draws);
               },
-          .count = solution_.draws,
-          .divisor = static_cast<double>(solution_.draws),
+          .count = draws_->count(),
+          .divisor = static_cast<double>(draws_->count()),
           .unseen = unseen_};
 }
 
@@ -371,7 +361,7 @@ double Gathered::target_measure() const {
 FluxField Gathered::field(const FacetValues& values) const {
   const OnFacets on_facets(plan_, values, solution_.flux);
   const std::vector<double> flux = flux_on(on_facets, solution_.flux);
-  const auto deviation = on_facets.of<float, draw_count>(solution_.deviation);
+  const auto deviation = on_facets.of<float, draw_count>(draws_->all());
   FluxSpread on_joined = spread();
   on_joined.flux = [&](std::size_t f) { return flux[f]; };
   on_joined.deviations = [&](std::size_t f, std::span<double> draws) {
@@ -408,18 +398,23 @@ struct Round {
   double error = 0;                 ///< the largest of all problems
 };
 
+// Shape: start, the flux by rank for each problem that an earlier round told, empty or not; it is
+//        brought up to date.
 Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
-                  const FacetValues& values, const View& view, bool is_last) {
+                  const FacetValues& values, const View& view, bool is_last,
+                  std::vector<std::vector<double>>& start) {
   const FluxOptions& options = problems.front().options;
   Round round;
   for (std::size_t p = 0; p < problems.size(); ++p) {
-    Gathered gathered(problems[p], plan, view, view.direct[p]);
+    Gathered gathered(problems[p], plan, view, view.direct[p], start[p]);
+    start[p] = gathered.flux();
     if (!is_last) {
-      gathered.draw(draws_at_once);
+      gathered.draw(FluxDraws::at_once);
       // Within a tenth or so: a few more rays are less than the other draws and the field.
       const double rough = gathered.target_measure();
       if (rough > options.target_error) return {.error = rough};
     }
+    gathered.solve();
     gathered.draw(draw_count);
     round.fields.push_back(gathered.field(values));
     const double measure = round.fields.back().target_measure();
@@ -434,7 +429,7 @@ Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
 // that rounds on the way waste only their solves.
 double growth_for(double error, double target) {
   constexpr double aim = 0.97;  // of the target
-  return std::clamp(portable_power(error / (aim * target), 1.2), 1.1, 2.5);
+  return std::clamp(error / (aim * target), 1.1, 3.0);
 }
 
 }  // namespace
@@ -459,19 +454,19 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);
+  std::vector<std::vector<double>> start(problems.size());
   bool is_last = options.rays > 0;
   for (bool is_first = true;; is_first = false) {
     view = options.hits ? options.hits->look(problems, plan, view)
                         : std::make_shared<const View>(look(problems, plan, *view));
     const bool settles_at_once = settle.update && (is_first || is_last);
     if (settles_at_once) settle_sticking(problems, plan, values, *view, settle);
-    Round round = solve_round(problems, plan, values, *view, is_last);
+    Round round = solve_round(problems, plan, values, *view, is_last, start);
     if (settle.update && !settles_at_once && round.error <= options.target_error) {
       settle_sticking(problems, plan, values, *view, settle);
-      round = solve_round(problems, plan, values, *view, is_last);
+      round = solve_round(problems, plan, values, *view, is_last, start);
     }
     if (is_last || round.error <= options.target_error) return std::move(round.fields);
-    rays = static_cast<double>(plan.total());
     const double growth = growth_for(round.error, options.target_error);
     for (const std::uint64_t total = plan.total(); plan.total() == total && !is_last;) {
       rays *= growth;

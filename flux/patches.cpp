@@ -13,7 +13,6 @@ namespace scarp {
 namespace {
 
 constexpr double patch_width = 4;
-constexpr double small_flux = 0.05;
 
 // The lowest vertex that is joined to each vertex.
 std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {

@@ -11,6 +11,9 @@
 
 namespace scarp {
 
+/// Errors of a flux below it count as if it were this; units: source flux.
+inline constexpr double small_flux = 0.05;
+
 /// The facets of a surface in groups over which flux errors are judged: cells of 4 x 4 x 4 spacings
 /// by centroid, one of six main directions by normal, one connected part of the surface. On a
 /// surface of revolution they are made of whole rings, by the first facet of each.
