@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <string>
 #include <type_traits>
@@ -39,6 +40,62 @@ double ratio(double a, double b) {
 // counter.
 inline constexpr std::size_t any_number = 0;
 
+// A sum of rows, each times its part.
+template <class Number, std::size_t Columns>
+class RowSum {
+ public:
+  explicit RowSum(std::size_t columns)
+    requires(Columns == any_number)
+      : sum_(columns) {}
+  explicit RowSum(std::size_t)
+    requires(Columns != any_number)
+  {}
+
+  void clear() { std::ranges::fill(sum_, Number{0}); }
+  void add(Number part, const Number* row) {
+    for (std::size_t c = 0; c < sum_.size(); ++c) sum_[c] += part * row[c];
+  }
+  void subtract_from(const Number* row, Number* rest) const {
+    for (std::size_t c = 0; c < sum_.size(); ++c) rest[c] = row[c] - sum_[c];
+  }
+
+ private:
+  std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>>
+      sum_{};
+};
+
+// Vectors along the row: left to itself, the compiler takes rows together instead of columns.
+template <>
+class RowSum<float, 8> {
+ public:
+  explicit RowSum(std::size_t) {}
+
+  void clear() { low_ = high_ = Four{}; }
+  void add(float part, const float* row) {
+    Four low;
+    Four high;
+    std::memcpy(&low, row, sizeof(low));
+    std::memcpy(&high, row + 4, sizeof(high));
+    low_ += part * low;
+    high_ += part * high;
+  }
+  void subtract_from(const float* row, float* rest) const {
+    Four low;
+    Four high;
+    std::memcpy(&low, row, sizeof(low));
+    std::memcpy(&high, row + 4, sizeof(high));
+    low -= low_;
+    high -= high_;
+    std::memcpy(rest, &low, sizeof(low));
+    std::memcpy(rest + 4, &high, sizeof(high));
+  }
+
+ private:
+  using Four [[gnu::vector_size(16)]] = float;
+  Four low_{};
+  Four high_{};
+};
+
 template <class Number, std::size_t Columns>
 class Iteration {
  public:
@@ -53,9 +110,6 @@ class Iteration {
   Block<Number> solve(std::span<const Number> start, double tolerance);
 
  private:
-  using Row =
-      std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>>;
-
   std::size_t columns() const { return Columns == any_number ? columns_ : Columns; }
   Block<Number> block() const { return Block<Number>(rows_.size() * columns()); }
 
@@ -113,16 +167,13 @@ void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y)
         scaled_[k] = static_cast<Number>(reemitted_[i]) * x[k];
   });
   parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    Row sum{};
-    if constexpr (Columns == any_number) sum.resize(columns());
+    RowSum<Number, Columns> sum(columns());
     for (std::size_t i = begin; i < end; ++i) {
-      std::fill(sum.begin(), sum.end(), Number{0});
+      sum.clear();
       rows_.for_each_part(i, [&](std::size_t hit, double part) {
-        const Number* row = &scaled_[hit * columns()];
-        for (std::size_t c = 0; c < columns(); ++c) sum[c] += static_cast<Number>(part) * row[c];
+        sum.add(static_cast<Number>(part), &scaled_[hit * columns()]);
       });
-      for (std::size_t c = 0; c < columns(); ++c)
-        y[i * columns() + c] = x[i * columns() + c] - sum[c];
+      sum.subtract_from(&x[i * columns()], &y[i * columns()]);
     }
   });
 }

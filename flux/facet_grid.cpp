@@ -151,25 +151,29 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
   blocks_.assign(first, none);
   std::vector<std::uint32_t> filled(count.size());
   for (std::uint32_t f = 0; f < facets.size(); ++f) {
+    const Corners corners = in_steps(facets[f]);
     for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k) {
       const std::uint32_t cell = reached[k];
       Block& block = blocks_[(cells_[cell] >> 4) + filled[cell] / block_size];
       const std::size_t lane = filled[cell] % block_size;
-      put(block, lane, facets[f]);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t corner = 0; corner < 3; ++corner)
+          block.corners[axis][corner][lane] = corners[axis][corner];
       block.facets[lane] = f;
       block.is_last = ++filled[cell] > (count[cell] - 1) / block_size * block_size;
     }
   }
 }
 
-void FacetGrid::put(Block& block, std::size_t lane, const Facet& facet) const {
+FacetGrid::Corners FacetGrid::in_steps(const Facet& facet) const {
+  Corners corners;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const Vec3d steps = per_step_ * (Vec3d(facet.corners[corner]) - lower_);
-    for (int axis = 0; axis < 3; ++axis) {
-      block.corners[static_cast<std::size_t>(axis)][corner][lane] =
-          static_cast<std::uint16_t>(std::floor(steps[axis] + 0.5));
-    }
+    for (int axis = 0; axis < 3; ++axis)  // none is below zero
+      corners[static_cast<std::size_t>(axis)][corner] =
+          static_cast<std::uint16_t>(steps[axis] + 0.5);
   }
+  return corners;
 }
 
 void FacetGrid::raise_ceilings() {
@@ -232,84 +236,139 @@ FacetGrid::Ceiling FacetGrid::ceiling_over(std::span<const Block> blocks) const 
   return {n, static_cast<float>((static_cast<double>(height) + room) * cells_per_step)};
 }
 
-void FacetGrid::measure_empty_cubes() {
-  const auto row = static_cast<std::size_t>(size_[0]);
-  const std::size_t slice = row * static_cast<std::size_t>(size_[1]);
-  const auto slices = static_cast<std::size_t>(size_[2]);
-  const auto for_each = [&](const auto& use) {
-    parallel_for(slices, 1, [&](std::size_t begin, std::size_t end) {
-      std::size_t k = begin * slice;
-      for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-        for (int y = 0; y < size_[1]; ++y)
-          for (int x = 0; x < size_[0]; ++x) use(cell(x, y, z), k++);
+// Compilers make vectors of it, not of std::min, which takes references.
+std::uint8_t shorter(std::uint8_t a, std::uint8_t b) { return a < b ? a : b; }
+
+// Cells in rows along the longest axis, slices of rows: rows are then long enough to be worked on
+// as vectors.
+class FacetGrid::EmptyCubes {
+ public:
+  explicit EmptyCubes(const FacetGrid& grid)
+      : grid_(grid),
+        along_(static_cast<std::size_t>(std::ranges::max_element(grid.size_) -
+                                        grid.size_.begin())),
+        across_((along_ + 1) % 3),
+        over_((along_ + 2) % 3),
+        longest_(grid.cells_.size()) {
+    for_each([&](std::size_t cell, std::size_t k) {
+      longest_[k] = (grid.cells_[cell] & 15U) != 0 ? longest_cube : 0;
+    });
+    parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t quarter = begin; quarter < end; ++quarter)
+        sweep((quarter & 1U) != 0, (quarter & 2U) != 0);
+    });
+  }
+
+  /// Calls use(cell, lengths), with a length for each octant, for all without facets.
+  template <class Use>
+  void for_each_empty(const Use& use) const {
+    for_each([&](std::size_t cell, std::size_t k) {
+      if (longest_[k] == 0) return;
+      std::array<std::uint8_t, octant_count> lengths;
+      for (std::size_t octant = 0; octant < octant_count; ++octant)
+        lengths[octant] = cubes_[octant][k];
+      use(cell, lengths);
+    });
+  }
+
+ private:
+  std::size_t size(std::size_t axis) const { return static_cast<std::size_t>(grid_.size_[axis]); }
+
+  // Calls use(cell, its place in rows).
+  template <class Use>
+  void for_each(const Use& use) const {
+    parallel_for(size(over_), 1, [&](std::size_t begin, std::size_t end) {
+      std::size_t k = begin * size(across_) * size(along_);
+      Index3 r{};
+      for (std::size_t slice = begin; slice < end; ++slice) {
+        r[over_] = static_cast<int>(slice);
+        for (r[across_] = 0; r[across_] < grid_.size_[across_]; ++r[across_])
+          for (r[along_] = 0; r[along_] < grid_.size_[along_]; ++r[along_])
+            use(static_cast<std::size_t>(grid_.index(r[0], r[1], r[2])), k++);
       }
     });
-  };
-  std::vector<std::uint8_t> longest(slice * slices);
-  for_each([&](std::uint32_t content, std::size_t k) {
-    longest[k] = (content & 15U) != 0 ? longest_cube : 0;
-  });
-  std::array<std::vector<std::uint8_t>, octant_count> cubes;
-  parallel_for(octant_count, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t octant = begin; octant < end; ++octant)
-      cubes[octant] = empty_cubes(static_cast<unsigned>(octant), longest);
-  });
+  }
+
+  // Of the two octants that lie so, from their far end backwards: a cube is one longer than the
+  // shortest of the seven that begin one further. Outside of the grid it is empty.
+  void sweep(bool down_across, bool down_over) {
+    const std::size_t row = size(along_);
+    const std::size_t first_octant = std::size_t{down_across} << across_ |
+                                     std::size_t{down_over} << over_;
+    std::vector<std::uint8_t>& up = cubes_[first_octant];
+    std::vector<std::uint8_t>& down = cubes_[first_octant | std::size_t{1} << along_];
+    up.resize(longest_.size());
+    down.resize(longest_.size());
+    const std::vector<std::uint8_t> outside(row, longest_cube);
+    // Of the three rows that are further, with a place more at each end; then of six cells.
+    std::vector<std::uint8_t> shortest(row + 2, longest_cube);
+    std::vector<std::uint8_t> least_up(row);
+    std::vector<std::uint8_t> least_down(row);
+    const std::size_t slices = size(over_);
+    const std::size_t rows = size(across_);
+    for (std::size_t n = 0; n < slices; ++n) {
+      for (std::size_t m = 0; m < rows; ++m) {
+        // Rows that are further by so many, in steps against the octant.
+        const auto begin_of = [&](std::size_t steps_over, std::size_t steps_across) {
+          const std::size_t slice = n - steps_over;
+          const std::size_t in_slice = m - steps_across;
+          return row * ((down_over ? slice : slices - 1 - slice) * rows +
+                        (down_across ? in_slice : rows - 1 - in_slice));
+        };
+        const std::size_t begin = begin_of(0, 0);
+        const auto find_least = [&](const std::vector<std::uint8_t>& cubes, bool is_down,
+                                    std::vector<std::uint8_t>& least) {
+          const auto further = [&](std::size_t steps_over, std::size_t steps_across) {
+            const bool is_outside = n < steps_over || m < steps_across;
+            return is_outside ? outside.data() : cubes.data() + begin_of(steps_over, steps_across);
+          };
+          const std::uint8_t* const a = further(0, 1);
+          const std::uint8_t* const b = further(1, 0);
+          const std::uint8_t* const c = further(1, 1);
+          std::uint8_t* const __restrict beside = shortest.data() + 1;
+          for (std::size_t x = 0; x < row; ++x) beside[x] = shorter(shorter(a[x], b[x]), c[x]);
+          const std::uint8_t* const next = shortest.data() + (is_down ? 0 : 2);
+          std::uint8_t* const __restrict to = least.data();
+          for (std::size_t x = 0; x < row; ++x) to[x] = shorter(beside[x], next[x]);
+        };
+        find_least(up, false, least_up);
+        find_least(down, true, least_down);
+        // Each cube waits for the one before it: of two octants side by side.
+        const std::uint8_t* const most = &longest_[begin];
+        std::uint8_t* const to_up = &up[begin];
+        std::uint8_t* const to_down = &down[begin];
+        unsigned cube_up = longest_cube;
+        unsigned cube_down = longest_cube;
+        for (std::size_t x = 0, y = row; y-- > 0; ++x) {
+          cube_up = std::min<unsigned>(std::min<unsigned>(cube_up, least_up[y]) + 1, most[y]);
+          cube_down = std::min<unsigned>(std::min<unsigned>(cube_down, least_down[x]) + 1, most[x]);
+          to_up[y] = static_cast<std::uint8_t>(cube_up);
+          to_down[x] = static_cast<std::uint8_t>(cube_down);
+        }
+      }
+    }
+  }
+
+  const FacetGrid& grid_;
+  std::size_t along_;
+  std::size_t across_;
+  std::size_t over_;
+  std::vector<std::uint8_t> longest_;  // 0 where there are facets
+  std::array<std::vector<std::uint8_t>, octant_count> cubes_;
+};
+
+void FacetGrid::measure_empty_cubes() {
   std::array<std::uint8_t, longest_cube + 1> kinds{};  // the longest that fit
   for (std::size_t length = 1; length < kinds.size(); ++length) {
     kinds[length] = kinds[length - 1];
     if (cube_length(kinds[length] + 1U) == length) ++kinds[length];
   }
-  for_each([&](std::uint32_t& content, std::size_t k) {
-    if (longest[k] == 0) return;
-    content = 0;
+  EmptyCubes(*this).for_each_empty([&](std::size_t cell, const auto& lengths) {
+    std::uint32_t content = 0;
     for (std::size_t octant = 0; octant < octant_count; ++octant)
-      content |= std::uint32_t{kinds[cubes[octant][k]]} << (4 * octant);
+      content |= std::uint32_t{kinds[lengths[octant]]} << (4 * octant);
+    cells_[cell] = content;
   });
-}
-
-// From the far end of the octant backwards: a cube is one longer than the shortest of the seven
-// that begin one further. Outside of the grid it is empty.
-std::vector<std::uint8_t> FacetGrid::empty_cubes(unsigned octant,
-                                                 std::span<const std::uint8_t> longest) const {
-  const auto row = static_cast<std::size_t>(size_[0]);
-  const auto rows = static_cast<std::size_t>(size_[1]);
-  const auto is_upwards = [&](unsigned axis) { return ((octant >> axis) & 1U) == 0; };
-  const auto backwards = [&](unsigned axis, int n) {
-    return static_cast<std::size_t>(is_upwards(axis) ? size_[axis] - 1 - n : n);
-  };
-  std::vector<std::uint8_t> cubes(longest.size());
-  const std::vector<std::uint8_t> outside(row, longest_cube);
-  const auto further = [&](int ny, int nz) -> const std::uint8_t* {
-    if (ny < 0 || nz < 0) return outside.data();
-    return cubes.data() + (backwards(2, nz) * rows + backwards(1, ny)) * row;
-  };
-  // Of the three rows that are further, with a place more at each end; then of six cells.
-  std::vector<std::uint8_t> shortest(row + 2, longest_cube);
-  std::vector<std::uint8_t> least(row);
-  std::uint8_t* const beside = shortest.data() + 1;
-  const std::uint8_t* const beside_further = is_upwards(0) ? beside + 1 : beside - 1;
-  for (int nz = 0; nz < size_[2]; ++nz) {
-    for (int ny = 0; ny < size_[1]; ++ny) {
-      const std::uint8_t* const next_y = further(ny - 1, nz);
-      const std::uint8_t* const next_z = further(ny, nz - 1);
-      const std::uint8_t* const next_yz = further(ny - 1, nz - 1);
-      for (std::size_t x = 0; x < row; ++x)
-        beside[x] = std::min(std::min(next_y[x], next_z[x]), next_yz[x]);
-      for (std::size_t x = 0; x < row; ++x) least[x] = std::min(beside[x], beside_further[x]);
-      const std::size_t first = (backwards(2, nz) * rows + backwards(1, ny)) * row;
-      std::uint8_t cube = longest_cube;
-      const auto go_to = [&](std::size_t x) {
-        const auto one_longer = static_cast<std::uint8_t>(std::min(cube, least[x]) + 1);
-        cubes[first + x] = cube = std::min(one_longer, longest[first + x]);
-      };
-      if (is_upwards(0)) {
-        for (std::size_t x = row; x-- > 0;) go_to(x);
-      } else {
-        for (std::size_t x = 0; x < row; ++x) go_to(x);
-      }
-    }
-  }
-  return cubes;
 }
 
 }  // namespace scarp

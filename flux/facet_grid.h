@@ -97,16 +97,16 @@ class FacetGrid {
     float height = 0;
   };
 
+  class EmptyCubes;
+
   template <class Use>
   void for_each_cell(const Facet& facet, const Use& use) const;
   void sort_in(std::span<const Facet> facets);
   void raise_ceilings();
   Ceiling ceiling_over(std::span<const Block> blocks) const;
-  void put(Block& block, std::size_t lane, const Facet& facet) const;
+  using Corners = std::array<std::array<std::uint16_t, 3>, 3>;  // by axis and corner
+  Corners in_steps(const Facet& facet) const;
   void measure_empty_cubes();
-  /// longest: by cell, along x first; 0 where there are facets.
-  std::vector<std::uint8_t> empty_cubes(unsigned octant,
-                                        std::span<const std::uint8_t> longest) const;
 
   Vec3d lower_;
   double padding_ = 0;
