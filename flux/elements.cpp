@@ -25,9 +25,11 @@ constexpr double longest_joined_edge = 2;
 
 constexpr double least_cosine = 0.906;  // of 25 degrees
 
-double longest_edge_of(const std::array<Vec3d, 3>& corners) {
+double square_of(Vec3d v) { return dot(v, v); }
+
+bool has_longer_edge(const std::array<Vec3d, 3>& corners, double longest) {
   const auto& [a, b, c] = corners;
-  return std::max({length(b - a), length(c - b), length(a - c)});
+  return std::max({square_of(b - a), square_of(c - b), square_of(a - c)}) > longest * longest;
 }
 
 std::array<Vec3d, 3> as_double(const std::array<Vec3f, 3>& corners) {
@@ -44,6 +46,9 @@ std::array<double, 3> shares(const std::array<Vec3d, 3>& corners, Vec3d n, Vec3d
 
 Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
     : are_of_section_(of_section), scene_(&scene) {
+  for (auto* const per_facet : {&first_, &root_}) per_facet->reserve(scene.facet_count() + 1);
+  pieces_.reserve(scene.facet_count());
+  nodes_.reserve(scene.facet_count());
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
     first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     root_.push_back(cut(f, as_double(scene.corners(f)), scene.area(f), longest_edge, 0));
@@ -54,13 +59,14 @@ Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
   element_of_ = member_;
   first_member_ = member_;
   first_member_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  area_.reserve(pieces_.size());
   for (const Piece& piece : pieces_) area_.push_back(piece.area);
   below_.resize(pieces_.size());
 }
 
 bool Elements::can_be_joined(std::uint32_t facet) const {
   return first_[facet] + 1 == first_[facet + 1] &&
-         longest_edge_of(pieces_[first_[facet]].corners) <= longest_joined_edge;
+         !has_longer_edge(pieces_[first_[facet]].corners, longest_joined_edge);
 }
 
 // The lowest facet that each one is joined with.
@@ -167,7 +173,7 @@ std::uint32_t Elements::cut(std::uint32_t facet, const std::array<Vec3d, 3>& cor
   int opposite = 0;
   double longest = 0;
   for (int corner = 0; corner < 3; ++corner) {
-    const double edge = length(corners[(corner + 2) % 3] - corners[(corner + 1) % 3]);
+    const double edge = square_of(corners[(corner + 2) % 3] - corners[(corner + 1) % 3]);
     if (edge > longest) {
       longest = edge;
       opposite = corner;
@@ -175,7 +181,7 @@ std::uint32_t Elements::cut(std::uint32_t facet, const std::array<Vec3d, 3>& cor
   }
   const auto node = static_cast<std::uint32_t>(nodes_.size());
   nodes_.emplace_back();
-  if (longest <= longest_edge || depth == most_cuts) {
+  if (longest <= longest_edge * longest_edge || depth == most_cuts) {
     nodes_[node].next = static_cast<std::uint32_t>(pieces_.size());
     pieces_.push_back({corners, area, facet});
     return node;

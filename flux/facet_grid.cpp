@@ -250,6 +250,8 @@ class FacetGrid::EmptyCubes {
         across_((along_ + 1) % 3),
         over_((along_ + 2) % 3),
         longest_(grid.cells_.size()) {
+    for (std::size_t place = 0; place < size(along_); ++place)
+      along_row_.push_back(index_of(along_, place));
     for_each([&](std::size_t cell, std::size_t k) {
       longest_[k] = (grid.cells_[cell] & 15U) != 0 ? longest_cube : 0;
     });
@@ -274,17 +276,23 @@ class FacetGrid::EmptyCubes {
  private:
   std::size_t size(std::size_t axis) const { return static_cast<std::size_t>(grid_.size_[axis]); }
 
+  // An axis' part of the index of a cell, which is a sum of three.
+  std::size_t index_of(std::size_t axis, std::size_t place) const {
+    Index3 r{};
+    r[axis] = static_cast<int>(place);
+    return static_cast<std::size_t>(grid_.index(r[0], r[1], r[2]));
+  }
+
   // Calls use(cell, its place in rows).
   template <class Use>
   void for_each(const Use& use) const {
     parallel_for(size(over_), 1, [&](std::size_t begin, std::size_t end) {
       std::size_t k = begin * size(across_) * size(along_);
-      Index3 r{};
       for (std::size_t slice = begin; slice < end; ++slice) {
-        r[over_] = static_cast<int>(slice);
-        for (r[across_] = 0; r[across_] < grid_.size_[across_]; ++r[across_])
-          for (r[along_] = 0; r[along_] < grid_.size_[along_]; ++r[along_])
-            use(static_cast<std::size_t>(grid_.index(r[0], r[1], r[2])), k++);
+        for (std::size_t row = 0; row < size(across_); ++row) {
+          const std::size_t first = index_of(over_, slice) + index_of(across_, row);
+          for (const std::size_t along : along_row_) use(first + along, k++);
+        }
       }
     });
   }
@@ -353,7 +361,8 @@ class FacetGrid::EmptyCubes {
   std::size_t along_;
   std::size_t across_;
   std::size_t over_;
-  std::vector<std::uint8_t> longest_;  // 0 where there are facets
+  std::vector<std::size_t> along_row_;  // each cell's part of the index
+  std::vector<std::uint8_t> longest_;   // 0 where there are facets
   std::array<std::vector<std::uint8_t>, octant_count> cubes_;
 };
 

@@ -59,8 +59,8 @@ void Looker::book(const Shot& shot, const Flight& flight, Part& part) {
 }
 
 void Looker::look(std::size_t begin, std::size_t end, Part& part) {
-  std::vector<Shot> shots;
-  for (std::size_t rank = begin; rank < end; ++rank) shooter_.shoot(rank, found_.rays[rank], shots);
+  const std::vector<Shot> shots =
+      shooter_.shoot(begin, end, [this](std::size_t rank) { return found_.rays[rank]; });
   const std::vector<Flight> flights = shooter_.fly(shots);
   part.flights = flights.size();
   for (std::size_t i = 0; i < shots.size(); ++i) {

@@ -71,28 +71,6 @@ double portable_power(double x, double y) {
   return exponent < -700 ? 0 : portable_exp(exponent);
 }
 
-// Taylor series: the first terms left out are below 1e-17.
-SineCosine portable_sine_cosine(double angle) {
-  constexpr std::array<double, 8> of_sine{
-      1.0 / 1307674368000, 1.0 / 6227020800, 1.0 / 39916800, 1.0 / 362880,
-      1.0 / 5040,          1.0 / 120,        1.0 / 6,        1.0};
-  constexpr std::array<double, 9> of_cosine{1.0 / 20922789888000,
-                                            1.0 / 87178291200,
-                                            1.0 / 479001600,
-                                            1.0 / 3628800,
-                                            1.0 / 40320,
-                                            1.0 / 720,
-                                            1.0 / 24,
-                                            1.0 / 2,
-                                            1.0};
-  const double square = angle * angle;
-  double sine = 0;
-  double cosine = 0;
-  for (const double c : of_sine) sine = c - sine * square;
-  for (const double c : of_cosine) cosine = c - cosine * square;
-  return {angle * sine, cosine};
-}
-
 SineCosine portable_sine_cosine(double angle, double quarters) {
   const auto [s, c] = portable_sine_cosine(angle);
   switch (static_cast<int>(quarters - 4 * std::floor(quarters / 4))) {

@@ -23,7 +23,30 @@ struct SineCosine {
 };
 
 /// Sine and cosine for |angle| <= pi / 4; absolute error below 1e-15.
-SineCosine portable_sine_cosine(double angle);
+///
+/// Taylor series: the first terms left out are below 1e-17. Written out, so that loops over angles
+/// become vectors.
+inline SineCosine portable_sine_cosine(double angle) {
+  const double square = angle * angle;
+  double sine = 1.0 / 1307674368000;
+  sine = 1.0 / 6227020800 - sine * square;
+  sine = 1.0 / 39916800 - sine * square;
+  sine = 1.0 / 362880 - sine * square;
+  sine = 1.0 / 5040 - sine * square;
+  sine = 1.0 / 120 - sine * square;
+  sine = 1.0 / 6 - sine * square;
+  sine = 1.0 - sine * square;
+  double cosine = 1.0 / 20922789888000;
+  cosine = 1.0 / 87178291200 - cosine * square;
+  cosine = 1.0 / 479001600 - cosine * square;
+  cosine = 1.0 / 3628800 - cosine * square;
+  cosine = 1.0 / 40320 - cosine * square;
+  cosine = 1.0 / 720 - cosine * square;
+  cosine = 1.0 / 24 - cosine * square;
+  cosine = 1.0 / 2 - cosine * square;
+  cosine = 1.0 - cosine * square;
+  return {angle * sine, cosine};
+}
 
 /// Sine and cosine of angle + quarters pi / 2, for |angle| <= pi / 4 and a whole number of quarter
 /// turns.

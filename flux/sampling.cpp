@@ -16,20 +16,54 @@ struct DiskPoint {
   double radius_squared;
 };
 
-DiskPoint sample_disk(UnitSquare xi) {
+// Without branches: which way a point goes cannot be foreseen, and loops over points become vectors.
+inline DiskPoint sample_disk(UnitSquare xi) {
   const double a = 2 * xi.xi1 - 1;
   const double b = 2 * xi.xi2 - 1;
-  if (a == 0 && b == 0) return {0, 0, 0};
-  if (std::abs(a) > std::abs(b)) {
-    const auto [sine, cosine] = portable_sine_cosine(std::numbers::pi / 4 * (b / a));
-    return {a * cosine, a * sine, a * a};
-  }
-  const auto [sine, cosine] = portable_sine_cosine(std::numbers::pi / 4 * (a / b));
-  return {b * sine, b * cosine, b * b};
+  const bool is_wide = std::abs(a) > std::abs(b);
+  const double radius = is_wide ? a : b;
+  const double slope = radius == 0 ? 0 : (is_wide ? b : a) / radius;
+  const auto [sine, cosine] = portable_sine_cosine(std::numbers::pi / 4 * slope);
+  return {radius * (is_wide ? cosine : sine), radius * (is_wide ? sine : cosine), radius * radius};
+}
+
+// The better of two for an axis, again without branches.
+struct Tangents {
+  Vec3d x;
+  Vec3d y;
+};
+
+inline Vec3d chosen(bool first, Vec3d a, Vec3d b) {
+  return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
+
+// On walls x is down, whichever way they face: all see as much at the same numbers.
+inline Tangents tangents_of(Vec3d axis) {
+  constexpr double steepest = 0.75;
+  const bool is_wall = std::abs(axis.z) < steepest;
+  const double sine = std::sqrt(axis.x * axis.x + axis.y * axis.y);
+  const Vec3d across{-axis.y / sine, axis.x / sine, 0};
+  const double sign = axis.z < 0 ? -1.0 : 1.0;
+  const double a = -1.0 / (sign + axis.z);
+  const double b = axis.x * axis.y * a;
+  const Vec3d tangent{1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};
+  const Vec3d bitangent{b, sign + axis.y * axis.y * a, -axis.y};
+  return {chosen(is_wall, cross(across, axis), tangent), chosen(is_wall, across, bitangent)};
+}
+
+inline Vec3d put_about(const Tangents& tangents, double x, double y, double height, Vec3d axis) {
+  return x * tangents.x + y * tangents.y + height * axis;
 }
 
 // Keeps flights off the horizon, where they would never end.
 constexpr double smallest_cosine = 1e-6;
+
+inline Vec3d cosine_about(UnitSquare xi, Vec3d n) {
+  const auto [x, y, radius_squared] = sample_disk(xi);
+  const double height = std::sqrt(std::max(1 - radius_squared, smallest_cosine * smallest_cosine));
+  const Vec3d u = put_about(tangents_of(n), x, y, height, n);
+  return u / length(u);
+}
 
 // The radius of the concentric map squared is a uniform number, so the map of a lobe keeps the
 // azimuth and takes the cosine beyond which a part 1 - radius^2 of the lobe lies.
@@ -65,19 +99,7 @@ double skyward_density(Vec3d u) {
 }
 
 Vec3d about_axis(double x, double y, double height, Vec3d axis) {
-  // On walls x is down, whichever way they face: all see as much at the same numbers.
-  constexpr double steepest = 0.75;
-  if (std::abs(axis.z) < steepest) {
-    const double sine = std::sqrt(axis.x * axis.x + axis.y * axis.y);
-    const Vec3d across{-axis.y / sine, axis.x / sine, 0};
-    return x * cross(across, axis) + y * across + height * axis;
-  }
-  const double sign = axis.z < 0 ? -1.0 : 1.0;
-  const double a = -1.0 / (sign + axis.z);
-  const double b = axis.x * axis.y * a;
-  const Vec3d tangent{1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};
-  const Vec3d bitangent{b, sign + axis.y * axis.y * a, -axis.y};
-  return x * tangent + y * bitangent + height * axis;
+  return put_about(tangents_of(axis), x, y, height, axis);
 }
 
 SineCosine sample_azimuth(double xi) {
@@ -86,10 +108,16 @@ SineCosine sample_azimuth(double xi) {
   return portable_sine_cosine(std::numbers::pi / 2 * (quarters - nearest), nearest);
 }
 
-Vec3d sample_cosine(UnitSquare xi, Vec3d n) {
-  const auto [x, y, radius_squared] = sample_disk(xi);
-  const double height = std::sqrt(std::max(1 - radius_squared, smallest_cosine * smallest_cosine));
-  return normalized(about_axis(x, y, height, n));
+Vec3d sample_cosine(UnitSquare xi, Vec3d n) { return cosine_about(xi, n); }
+
+[[gnu::target_clones("avx512f", "avx2", "default")]] void sample_cosines(CosineSamples& samples) {
+  for (std::size_t k = 0; k < samples.count; ++k) {
+    const Vec3d u = cosine_about({samples.xi1[k], samples.xi2[k]},
+                                 {samples.n[0][k], samples.n[1][k], samples.n[2][k]});
+    samples.u[0][k] = u.x;
+    samples.u[1][k] = u.y;
+    samples.u[2][k] = u.z;
+  }
 }
 
 Vec3d sample_source(UnitSquare xi, double power) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "core/vec3.h"
 #include "flux/polar_density.h"
 #include "flux/portable_math.h"
@@ -17,6 +20,29 @@ struct UnitSquare {
 /// Continuous in xi, so that well spread pairs give well spread directions.
 /// Source: concentric map of the disk, Shirley and Chiu 1997.
 Vec3d sample_cosine(UnitSquare xi, Vec3d n);
+
+/// Numbers for some directions by Lambert's law, and the directions, each component by itself.
+struct CosineSamples {
+  static constexpr std::size_t most = 64;
+  using Numbers = std::array<double, most>;
+
+  Numbers xi1;
+  Numbers xi2;
+  std::array<Numbers, 3> n;
+  std::array<Numbers, 3> u;
+  std::size_t count = 0;
+
+  void add(UnitSquare xi, Vec3d normal) {
+    xi1[count] = xi.xi1;
+    xi2[count] = xi.xi2;
+    for (int axis = 0; axis < 3; ++axis) n[static_cast<std::size_t>(axis)][count] = normal[axis];
+    ++count;
+  }
+  Vec3d direction(std::size_t k) const { return {u[0][k], u[1][k], u[2][k]}; }
+};
+
+/// The directions that sample_cosine gives, to the bit, but several at once.
+void sample_cosines(CosineSamples& samples);
 
 /// A unit direction with density (power + 1) / (2 pi) cos^power(theta) about -z.
 Vec3d sample_source(UnitSquare xi, double power);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "flux/problem.h"
 #include "flux/ray.h"
 #include "flux/ray_plan.h"
+#include "flux/sampling.h"
 #include "flux/sobol.h"
 
 namespace scarp {
@@ -43,11 +45,12 @@ class Shooter {
   };
   Shooter(const FluxProblem& problem, const RayPlan& plan, Law law);
 
-  /// Adds the rays of an element from number `first` of each set, but for those that leave into
+  /// The rays of some elements from number first(rank) of each set, but for those that leave into
   /// the solid.
-  void shoot(std::size_t rank, std::uint32_t first, std::vector<Shot>& shots) const;
-  /// A ray by Lambert's law that is not one of the plan's.
-  Shot scout(std::size_t rank) const;
+  std::vector<Shot> shoot(std::size_t begin, std::size_t end,
+                          const std::function<std::uint32_t(std::size_t rank)>& first) const;
+  /// A ray by Lambert's law from each of them that is not one of the plan's.
+  std::vector<Shot> scouts(std::size_t begin, std::size_t end) const;
   /// One of them again.
   Shot shot(const ShotName& name) const;
 
@@ -61,10 +64,16 @@ class Shooter {
   enum class Use : std::uint8_t { rays, skyward_rays, scouts };
   using Sets = std::array<ScrambledSobol, set_count>;
 
-  Sets sets_of(std::size_t rank, Use use) const;
-  Shot shot(const ShotName& name, Use use, const std::array<double, 4>& xi) const;
+  bool is_skyward(const ShotName& name) const { return plan_.place(name.rank, name.index).is_skyward; }
+  Sets sets_of(const RayPlan::Block& block, Use use) const;
+  Shot start(const ShotName& name, const std::array<double, 4>& xi) const;
+  void prefetch(std::uint32_t element) const;
+  void start_from(std::size_t rank, std::uint32_t first, const Sets& sets, const Sets& skyward_sets,
+                  std::vector<Shot>& shots, std::vector<UnitSquare>& aims) const;
+  void aim(std::span<Shot> shots, std::span<const UnitSquare> aims) const;
+  void aim_at(Shot& shot, Vec3d u) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
-  Vec3d direction(const ShotName& name, Use use, std::uint32_t facet, UnitSquare xi) const;
+  Vec3d along_lobe(const ShotName& name, UnitSquare xi) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;

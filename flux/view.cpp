@@ -41,7 +41,6 @@ class Viewer {
   View look() const;
 
  private:
-  std::vector<Shot> shoot(std::size_t begin, std::size_t end, const Shooter& shooter) const;
   void view_by_lambert(std::size_t begin, std::size_t end, View& view) const;
   void view_by_lobe(std::size_t begin, std::size_t end, std::size_t problem, View& view) const;
   std::uint32_t seen(std::size_t rank) const;
@@ -52,18 +51,10 @@ class Viewer {
   const View& earlier_;
 };
 
-std::vector<Shot> Viewer::shoot(std::size_t begin, std::size_t end, const Shooter& shooter) const {
-  std::vector<Shot> shots;
-  std::size_t count = 0;
-  for (std::size_t rank = begin; rank < end; ++rank) count += plan_.rays(rank) - seen(rank);
-  shots.reserve(count * set_count);
-  for (std::size_t rank = begin; rank < end; ++rank) shooter.shoot(rank, seen(rank), shots);
-  return shots;
-}
-
 void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) const {
   const Shooter shooter(problems_.front(), plan_, Shooter::Law::lambert);
-  const std::vector<Shot> shots = shoot(begin, end, shooter);
+  const std::vector<Shot> shots =
+      shooter.shoot(begin, end, [this](std::size_t rank) { return seen(rank); });
   const std::vector<Flight> flights = shooter.fly(shots);
   const auto element_count = static_cast<std::uint32_t>(plan_.elements().count());
   const auto hit_of = [&](const Flight& flight) {
@@ -95,7 +86,8 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
 void Viewer::view_by_lobe(std::size_t begin, std::size_t end, std::size_t problem,
                           View& view) const {
   const Shooter shooter(problems_[problem], plan_, Shooter::Law::lobe);
-  const std::vector<Shot> shots = shoot(begin, end, shooter);
+  const std::vector<Shot> shots =
+      shooter.shoot(begin, end, [this](std::size_t rank) { return seen(rank); });
   const std::vector<Flight> flights = shooter.fly(shots);
   for (std::size_t i = 0; i < shots.size(); ++i) {
     if (flights[i].end != Flight::End::sky) continue;
@@ -178,9 +170,8 @@ std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan) {
   std::vector<char> is_deep(windows.size());
   parallel_for(windows.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t w = begin; w < end; ++w) {
-      std::vector<Shot> shots;
-      for (std::size_t rank = windows[w].front().begin; rank < windows[w].back().end; ++rank)
-        shots.push_back(shooter.scout(rank));
+      const std::vector<Shot> shots =
+          shooter.scouts(windows[w].front().begin, windows[w].back().end);
       const auto to_the_sky =
           std::ranges::count(shooter.fly(shots), Flight::End::sky, &Flight::end);
       is_deep[w] = static_cast<double>(to_the_sky) < little_sky * static_cast<double>(shots.size());
