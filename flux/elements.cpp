@@ -46,27 +46,28 @@ std::array<double, 3> shares(const std::array<Vec3d, 3>& corners, Vec3d n, Vec3d
 
 Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
     : are_of_section_(of_section), scene_(&scene) {
-  for (auto* const per_facet : {&first_, &root_}) per_facet->reserve(scene.facet_count() + 1);
+  for (auto* const per_facet : {&first_of_facet_, &count_of_facet_, &root_})
+    per_facet->reserve(scene.facet_count());
   pieces_.reserve(scene.facet_count());
   nodes_.reserve(scene.facet_count());
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
-    first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+    const std::size_t first = pieces_.size();
+    first_of_facet_.push_back(static_cast<std::uint32_t>(first));
     root_.push_back(cut(f, as_double(scene.corners(f)), scene.area(f), longest_edge, 0));
+    count_of_facet_.push_back(static_cast<std::uint32_t>(pieces_.size() - first));
   }
-  first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
-  member_.resize(pieces_.size());
-  std::iota(member_.begin(), member_.end(), 0U);
-  element_of_ = member_;
-  first_member_ = member_;
-  first_member_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  element_of_.resize(pieces_.size());
+  std::iota(element_of_.begin(), element_of_.end(), 0U);
+  first_of_element_ = element_of_;
+  first_of_element_.push_back(static_cast<std::uint32_t>(pieces_.size()));
   area_.reserve(pieces_.size());
   for (const Piece& piece : pieces_) area_.push_back(piece.area);
   below_.resize(pieces_.size());
 }
 
 bool Elements::can_be_joined(std::uint32_t facet) const {
-  return first_[facet] + 1 == first_[facet + 1] &&
-         !has_longer_edge(pieces_[first_[facet]].corners, longest_joined_edge);
+  return count_of_facet_[facet] == 1 &&
+         !has_longer_edge(pieces_[first_of_facet_[facet]].corners, longest_joined_edge);
 }
 
 // The lowest facet that each one is joined with.
@@ -76,7 +77,7 @@ std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
   keys.reserve(scene_->facet_count());
   for (std::uint32_t f = 0; f < scene_->facet_count(); ++f) {
     if (!can_be_joined(f)) continue;
-    const Vec3d middle = middle_of(pieces_[first_[f]].corners);
+    const Vec3d middle = middle_of(pieces_[first_of_facet_[f]].corners);
     const auto cell = [&](int axis) {
       return static_cast<int>(std::floor(middle[axis] / cell_width));
     };
@@ -134,7 +135,7 @@ void Elements::join_rings(std::span<const std::uint32_t> rings) {
   are_rings_ = true;
 }
 
-// lowest: of the facets that each one is joined with.
+// lowest: of the facets that each one is joined with, which are not cut.
 void Elements::join_with(std::span<const std::uint32_t> lowest) {
   area_.clear();
   for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
@@ -143,21 +144,35 @@ void Elements::join_with(std::span<const std::uint32_t> lowest) {
       element_of_[p] = static_cast<std::uint32_t>(area_.size());
       area_.push_back(pieces_[p].area);
     } else {
-      element_of_[p] = element_of_[first_[lowest[facet]]];
+      element_of_[p] = element_of_[first_of_facet_[lowest[facet]]];
       area_[element_of_[p]] += pieces_[p].area;
     }
   }
-  first_member_.assign(area_.size() + 1, 0);
-  for (const std::uint32_t element : element_of_) ++first_member_[element + 1];
-  std::partial_sum(first_member_.begin(), first_member_.end(), first_member_.begin());
-  std::vector<std::uint32_t> next(first_member_.begin(), first_member_.end() - 1);
+  first_of_element_.assign(area_.size() + 1, 0);
+  for (const std::uint32_t element : element_of_) ++first_of_element_[element + 1];
+  std::partial_sum(first_of_element_.begin(), first_of_element_.end(), first_of_element_.begin());
+  put_together();
+}
+
+// Rays start anywhere on an element: its pieces have to lie close together in memory.
+void Elements::put_together() {
+  std::vector<std::uint32_t> next(first_of_element_.begin(), first_of_element_.end() - 1);
   std::vector<double> filled(area_.size());
+  std::vector<Piece> pieces(pieces_.size());
+  std::vector<std::uint32_t> place(pieces_.size());
   for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
     const std::uint32_t element = element_of_[p];
-    below_[next[element]] = filled[element];
+    place[p] = next[element]++;
+    pieces[place[p]] = pieces_[p];
+    below_[place[p]] = filled[element];
     filled[element] += pieces_[p].area;
-    member_[next[element]++] = p;
   }
+  pieces_ = std::move(pieces);
+  for (std::uint32_t& first : first_of_facet_) first = place[first];
+  for (Node& node : nodes_)
+    if (node.corner < 0) node.next = place[node.next];
+  for (std::uint32_t element = 0; element < area_.size(); ++element)
+    for (const std::uint32_t p : pieces_of(element)) element_of_[p] = element;
 }
 
 Vec3d Elements::middle(std::size_t element) const {
@@ -183,7 +198,7 @@ std::uint32_t Elements::cut(std::uint32_t facet, const std::array<Vec3d, 3>& cor
   nodes_.emplace_back();
   if (longest <= longest_edge * longest_edge || depth == most_cuts) {
     nodes_[node].next = static_cast<std::uint32_t>(pieces_.size());
-    pieces_.push_back({corners, area, facet});
+    pieces_.push_back({corners, scene_->normal(facet), area, facet});
     return node;
   }
   const Vec3d p = corners[opposite];

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <ranges>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,7 @@ class Elements {
  public:
   struct Piece {
     std::array<Vec3d, 3> corners;
+    Vec3d normal;
     double area;
     std::uint32_t facet;
   };
@@ -51,23 +53,23 @@ class Elements {
 
   std::size_t count() const { return area_.size(); }
   double area(std::size_t element) const { return area_[element]; }
-  /// The numbers of its pieces.
-  std::span<const std::uint32_t> pieces_of(std::size_t element) const {
-    return std::span(member_).subspan(first_member_[element],
-                                      first_member_[element + 1] - first_member_[element]);
+  /// Numbers of pieces in a row.
+  using Pieces = std::ranges::iota_view<std::uint32_t, std::uint32_t>;
+  Pieces pieces_of(std::size_t element) const {
+    return {first_of_element_[element], first_of_element_[element + 1]};
   }
   /// For each of these, the area of those before it.
   std::span<const double> areas_below(std::size_t element) const {
-    return std::span(below_).subspan(first_member_[element],
-                                     first_member_[element + 1] - first_member_[element]);
+    return std::span(below_).subspan(first_of_element_[element], pieces_of(element).size());
   }
   Vec3d middle(std::size_t element) const;
   /// The mean by area of what each of its facets has.
   template <class OfFacet>
   double mean(std::size_t element, const OfFacet& of_facet) const;
 
-  /// Pieces first_of(f) to first_of(f + 1) - 1 are those of facet f.
-  std::uint32_t first_of(std::size_t facet) const { return first_[facet]; }
+  Pieces pieces_of_facet(std::size_t facet) const {
+    return {first_of_facet_[facet], first_of_facet_[facet] + count_of_facet_[facet]};
+  }
   /// The part of a piece in its facet.
   double share_of_facet(std::size_t piece) const {
     return pieces_[piece].area / scene_->area(pieces_[piece].facet);
@@ -95,15 +97,16 @@ class Elements {
   std::vector<std::uint32_t> joined_facets(const TriMesh& mesh) const;
   bool can_be_joined(std::uint32_t facet) const;
   void join_with(std::span<const std::uint32_t> lowest);
+  void put_together();
 
-  std::vector<Piece> pieces_;
-  std::vector<std::uint32_t> first_;  // per facet: its first piece
-  std::vector<std::uint32_t> root_;   // per facet: its node
+  std::vector<Piece> pieces_;  // those of an element together, and those of a facet
+  std::vector<std::uint32_t> first_of_facet_;
+  std::vector<std::uint32_t> count_of_facet_;
+  std::vector<std::uint32_t> root_;  // per facet: its node
   std::vector<Node> nodes_;
-  std::vector<std::uint32_t> element_of_;    // per piece
-  std::vector<std::uint32_t> member_;        // pieces, those of an element together
-  std::vector<double> below_;                // per member: area of those before it
-  std::vector<std::uint32_t> first_member_;  // per element
+  std::vector<std::uint32_t> element_of_;  // per piece
+  std::vector<double> below_;              // per piece: area of those before it in its element
+  std::vector<std::uint32_t> first_of_element_;
   std::vector<double> area_;
   bool are_rings_ = false;
   bool are_of_section_;
@@ -125,11 +128,10 @@ double Elements::mean(std::size_t element, const OfFacet& of_facet) const {
 
 template <class OfElement>
 double Elements::mean_on_facet(std::size_t facet, const OfElement& of_element) const {
-  const std::uint32_t first = first_[facet];
-  const std::uint32_t end = first_[facet + 1];
-  if (end == first + 1) return of_element(element_of_[first]);
+  const Pieces pieces = pieces_of_facet(facet);
+  if (pieces.size() == 1) return of_element(element_of_[pieces.front()]);
   double sum = 0;
-  for (std::uint32_t p = first; p < end; ++p) sum += pieces_[p].area * of_element(element_of_[p]);
+  for (const std::uint32_t p : pieces) sum += pieces_[p].area * of_element(element_of_[p]);
   return sum / scene_->area(facet);
 }
 

@@ -115,14 +115,13 @@ void mean_draws_on_facet(const RayPlan& plan, std::size_t facet, std::span<const
   const auto row_of = [&](std::uint32_t piece) {
     return of_ranks.subspan(plan.rank_of(elements.element_of(piece)) * draw_count, draws.size());
   };
-  const std::uint32_t first = elements.first_of(facet);
-  const std::uint32_t end = elements.first_of(facet + 1);
-  if (end == first + 1) {
-    std::ranges::copy(row_of(first), draws.begin());
+  const Elements::Pieces pieces = elements.pieces_of_facet(facet);
+  if (pieces.size() == 1) {
+    std::ranges::copy(row_of(pieces.front()), draws.begin());
     return;
   }
   std::ranges::fill(draws, 0.0);
-  for (std::uint32_t p = first; p < end; ++p) {
+  for (const std::uint32_t p : pieces) {
     const auto row = row_of(p);
     const double share = elements.share_of_facet(p);
     for (std::size_t k = 0; k < draws.size(); ++k) draws[k] += share * static_cast<double>(row[k]);

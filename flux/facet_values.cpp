@@ -58,9 +58,9 @@ void SlopeFit::find_neighbours() {
   for (const std::uint32_t p : elements_.pieces_of(element_)) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       corners_.for_each(elements_.piece(p).facet, corner, [&](std::uint32_t facet, double) {
-        const std::uint32_t first = elements_.first_of(facet);
-        const std::uint32_t found = elements_.element_of(first);
-        if (elements_.first_of(facet + 1) != first + 1 || found == element_) return;
+        const Elements::Pieces pieces = elements_.pieces_of_facet(facet);
+        const std::uint32_t found = elements_.element_of(pieces.front());
+        if (pieces.size() != 1 || found == element_) return;
         const auto is_found = [&](const Neighbour& known) { return known.element == found; };
         if (std::ranges::none_of(neighbours_, is_found)) neighbours_.push_back({found, {}});
       });

@@ -132,7 +132,7 @@ std::vector<Number> OnFacets::of(std::span<const Number> of_ranks) const {
         const Number* const row = &of_ranks[plan_.rank_of(element) * Columns];
         for (std::size_t c = 0; c < Columns; ++c) sum[c] += static_cast<Number>(weight) * row[c];
       };
-      for (std::uint32_t p = elements.first_of(f); p < elements.first_of(f + 1); ++p)
+      for (const std::uint32_t p : elements.pieces_of_facet(f))
         add(elements.element_of(p), elements.share_of_facet(p));
       for (const auto& [element, weight] : values_.beyond_element(f))
         add(element, slope_[f] * static_cast<double>(weight));

@@ -39,8 +39,8 @@ struct FluxProblem {
   }
 
   /// Of a facet; in two dimensions that of the cross-section.
-  Vec3d normal(std::size_t facet) const {
-    const Vec3d n = scene.normal(facet);
+  Vec3d normal(std::size_t facet) const { return in_section(scene.normal(facet)); }
+  Vec3d in_section(Vec3d n) const {
     return options.two_dimensional ? project_to_cross_section(n) : n;
   }
 };

@@ -55,9 +55,8 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
   for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
   rank_of_facet_.resize(scene.facet_count(), is_cut);
   for (std::uint32_t f = 0; f < rank_of_facet_.size(); ++f) {
-    const std::uint32_t piece = elements.first_of(f);
-    if (elements.first_of(f + 1) == piece + 1)
-      rank_of_facet_[f] = rank_of_[elements.element_of(piece)];
+    const Elements::Pieces pieces = elements.pieces_of_facet(f);
+    if (pieces.size() == 1) rank_of_facet_[f] = rank_of_[elements.element_of(pieces.front())];
   }
   make_blocks(scene);
   rays_.resize(keys.size());

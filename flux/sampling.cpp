@@ -130,13 +130,13 @@ Vec3d sample_source(UnitSquare xi, const PolarDensity& density) {
   return at_cosine(sample_disk(xi), [&](double rest) { return density.cosine(1 - rest); });
 }
 
+// Without branches, half of which would go the other way than foreseen.
 Vec3d sample_triangle(UnitSquare xi) {
-  if (xi.xi2 > xi.xi1) {
-    const double half = xi.xi1 / 2;
-    return {half, xi.xi2 - half, 1 - xi.xi2};
-  }
-  const double half = xi.xi2 / 2;
-  return {xi.xi1 - half, half, 1 - xi.xi1};
+  const double larger = std::max(xi.xi1, xi.xi2);
+  const double half = std::min(xi.xi1, xi.xi2) / 2;
+  const std::array<double, 2> parts{larger - half, half};
+  const std::size_t first = xi.xi2 > xi.xi1 ? 1 : 0;
+  return {parts[first], parts[1 - first], 1 - larger};
 }
 
 }  // namespace scarp

@@ -56,69 +56,58 @@ Shooter::Sets Shooter::sets_of(const RayPlan::Block& block, Use use) const {
 std::vector<Shot> Shooter::shoot(
     std::size_t begin, std::size_t end,
     const std::function<std::uint32_t(std::size_t rank)>& first) const {
-  constexpr std::size_t ahead = 4;  // elements
   std::vector<Shot> shots;
   std::size_t most = 0;
   for (std::size_t rank = begin; rank < end; ++rank) most += plan_.rays(rank) - first(rank);
   shots.reserve(most * set_count);
-  std::vector<UnitSquare> aims;
+  std::vector<Aim> aims;
   for (std::size_t rank = begin; rank < end;) {
     const RayPlan::Block& block = plan_.block_of(rank);
     const Sets sets = sets_of(block, Use::rays);
     const Sets skyward_sets = block.aims_at_sky ? sets_of(block, Use::skyward_rays) : sets;
     const std::size_t earlier = shots.size();
     aims.clear();
-    for (const std::size_t last = std::min<std::size_t>(end, block.end); rank < last; ++rank) {
-      if (rank + ahead < end) prefetch(plan_.element_at(rank + ahead));
+    for (const std::size_t last = std::min<std::size_t>(end, block.end); rank < last; ++rank)
       start_from(rank, first(rank), sets, skyward_sets, shots, aims);
-    }
     aim(std::span(shots).subspan(earlier), aims);
     if (law_ == Law::lambert && !block.aims_at_sky) continue;
-    const auto leaves_into_solid = [&](const Shot& shot) {
-      const bool may_miss = law_ == Law::lobe || is_skyward(shot.name);
-      return may_miss && dot(shot.u, problem_.normal(shot.ray.from)) <= 0;
-    };
-    shots.erase(std::remove_if(shots.begin() + static_cast<std::ptrdiff_t>(earlier), shots.end(),
-                               leaves_into_solid),
-                shots.end());
+    std::size_t left = earlier;
+    for (std::size_t k = earlier; k < shots.size(); ++k) {
+      const bool may_miss = law_ == Law::lobe || is_skyward(shots[k].name);
+      if (!may_miss || dot(shots[k].u, aims[k - earlier].n) > 0) shots[left++] = shots[k];
+    }
+    shots.resize(left);
   }
   return shots;
-}
-
-// Elements that follow each other lie anywhere in memory.
-void Shooter::prefetch(std::uint32_t element) const {
-  for (const std::uint32_t p : plan_.elements().pieces_of(element)) {
-    const Elements::Piece& piece = plan_.elements().piece(p);
-    __builtin_prefetch(&piece);
-    __builtin_prefetch(&piece.facet);
-  }
 }
 
 // All images are tried: a ray counts if it was mirrored at the sides of its own.
 void Shooter::start_from(std::size_t rank, std::uint32_t first, const Sets& sets,
                          const Sets& skyward_sets, std::vector<Shot>& shots,
-                         std::vector<UnitSquare>& aims) const {
+                         std::vector<Aim>& aims) const {
   for (std::uint32_t index = first; index < plan_.rays(rank); ++index) {
     const auto [share, place, is_skyward] = plan_.place(rank, index);
     for (std::uint16_t set = 0; set < set_count; ++set) {
       const auto xi = (is_skyward ? skyward_sets : sets)[set].point_of_share(share, place);
       for (std::uint16_t image = 0; image <= leans_; ++image) {
         if ((image & leans_) != image) continue;
-        shots.push_back(start({static_cast<std::uint32_t>(rank), index, set, image}, xi));
-        aims.push_back({xi[0], xi[1]});
+        shots.push_back({.name = {static_cast<std::uint32_t>(rank), index, set, image}});
+        aims.push_back(start(shots.back(), xi));
       }
     }
   }
 }
 
-std::vector<Shot> Shooter::scouts(std::size_t begin, std::size_t end) const {
+std::vector<Shot> Shooter::scouts(const RayPlan::Window& window) const {
   std::vector<Shot> shots;
-  for (std::size_t rank = begin; rank < end; ++rank) {
-    const RayPlan::Block& block = plan_.block_of(rank);
-    const auto number = static_cast<std::uint32_t>(rank - block.begin);
-    const auto xi = sets_of(block, Use::scouts)[0].point(number);
-    shots.push_back(start({.rank = static_cast<std::uint32_t>(rank)}, xi));
-    aim_at(shots.back(), sample_cosine({xi[0], xi[1]}, problem_.normal(shots.back().ray.from)));
+  for (const RayPlan::Block& block : window) {
+    const ScrambledSobol set = sets_of(block, Use::scouts)[0];
+    for (std::uint32_t rank = block.begin; rank < block.end; ++rank) {
+      const auto xi = set.point(rank - block.begin);
+      shots.push_back({.name = {.rank = rank}});
+      const Aim aim = start(shots.back(), xi);
+      aim_at(shots.back(), aim.n, sample_cosine(aim.xi, aim.n));
+    }
   }
   return shots;
 }
@@ -128,51 +117,51 @@ Shot Shooter::shot(const ShotName& name) const {
   const Use use = is_skyward ? Use::skyward_rays : Use::rays;
   const auto xi =
       sets_of(plan_.block_of(name.rank), use)[name.set].point_of_share(share, place);
-  Shot shot = start(name, xi);
-  const UnitSquare of_direction{xi[0], xi[1]};
-  aim({&shot, 1}, {&of_direction, 1});
+  Shot shot{.name = name};
+  const Aim of_shot = start(shot, xi);
+  aim({&shot, 1}, {&of_shot, 1});
   return shot;
 }
 
-// But for its direction.
-Shot Shooter::start(const ShotName& name, const std::array<double, 4>& xi) const {
-  const auto [piece, xi2] = start_of(plan_.element_at(name.rank), xi[2]);
+Shooter::Aim Shooter::start(Shot& shot, const std::array<double, 4>& xi) const {
+  const auto [piece, xi2] = start_of(plan_.element_at(shot.name.rank), xi[2]);
   const auto& [a, b, c] = piece.corners;
   const Vec3d weights = sample_triangle({xi2, xi[3]});
-  return {.name = name,
-          .ray = {.r = weights.x * a + weights.y * b + weights.z * c, .u = {}, .from = piece.facet},
-          .u = {}};
+  shot.ray.r = weights.x * a + weights.y * b + weights.z * c;
+  shot.ray.from = piece.facet;
+  return {.xi = {xi[0], xi[1]}, .n = problem_.in_section(piece.normal)};
 }
 
 // Those by Lambert's law together.
-void Shooter::aim(std::span<Shot> shots, std::span<const UnitSquare> aims) const {
+void Shooter::aim(std::span<Shot> shots, std::span<const Aim> aims) const {
   CosineSamples samples;
-  std::array<Shot*, CosineSamples::most> of_samples;
+  std::array<std::size_t, CosineSamples::most> of_samples;
   const auto sample = [&] {
     sample_cosines(samples);
-    for (std::size_t k = 0; k < samples.count; ++k) aim_at(*of_samples[k], samples.direction(k));
+    for (std::size_t k = 0; k < samples.count; ++k)
+      aim_at(shots[of_samples[k]], aims[of_samples[k]].n, samples.direction(k));
     samples.count = 0;
   };
   for (std::size_t k = 0; k < shots.size(); ++k) {
     Shot& shot = shots[k];
+    const auto& [xi, n] = aims[k];
     if (is_skyward(shot.name)) {
-      aim_at(shot, sample_skyward(aims[k]));
+      aim_at(shot, n, sample_skyward(xi));
     } else if (law_ == Law::lobe) {
-      aim_at(shot, along_lobe(shot.name, aims[k]));
+      aim_at(shot, n, along_lobe(shot.name, xi));
     } else {
-      of_samples[samples.count] = &shot;
-      samples.add(aims[k], problem_.normal(shot.ray.from));
+      of_samples[samples.count] = k;
+      samples.add(xi, n);
       if (samples.count == CosineSamples::most) sample();
     }
   }
   sample();
 }
 
-void Shooter::aim_at(Shot& shot, Vec3d u) const {
+void Shooter::aim_at(Shot& shot, Vec3d n, Vec3d u) const {
   shot.u = u;
   shot.ray.u = problem_.options.two_dimensional ? project_to_cross_section(u) : u;
-  if (plan_.block_of(shot.name.rank).aims_at_sky)
-    shot.weight = balance(u, problem_.normal(shot.ray.from));
+  if (plan_.block_of(shot.name.rank).aims_at_sky) shot.weight = balance(u, n);
 }
 
 // A number says on which piece, by area, and what it has left where there.
@@ -184,8 +173,8 @@ std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t elemen
   const double place = xi * elements.area(element);
   std::size_t k = 0;
   for (std::size_t next = 1; next < below.size(); ++next) k += place >= below[next] ? 1 : 0;
-  const Elements::Piece& piece = elements.piece(pieces[k]);
-  return {piece, pieces.size() == 1 ? xi : std::min((place - below[k]) / piece.area, 1.0)};
+  const double end = k + 1 < below.size() ? below[k + 1] : elements.area(element);
+  return {elements.piece(pieces[k]), std::min((place - below[k]) / (end - below[k]), 1.0)};
 }
 
 Vec3d Shooter::along_lobe(const ShotName& name, UnitSquare xi) const {

@@ -49,8 +49,8 @@ class Shooter {
   /// the solid.
   std::vector<Shot> shoot(std::size_t begin, std::size_t end,
                           const std::function<std::uint32_t(std::size_t rank)>& first) const;
-  /// A ray by Lambert's law from each of them that is not one of the plan's.
-  std::vector<Shot> scouts(std::size_t begin, std::size_t end) const;
+  /// A ray by Lambert's law from each element of a window that is not one of the plan's.
+  std::vector<Shot> scouts(const RayPlan::Window& window) const;
   /// One of them again.
   Shot shot(const ShotName& name) const;
 
@@ -63,15 +63,19 @@ class Shooter {
   // What points are used for.
   enum class Use : std::uint8_t { rays, skyward_rays, scouts };
   using Sets = std::array<ScrambledSobol, set_count>;
+  // What a ray that has its start needs for its direction.
+  struct Aim {
+    UnitSquare xi;
+    Vec3d n;
+  };
 
   bool is_skyward(const ShotName& name) const { return plan_.place(name.rank, name.index).is_skyward; }
   Sets sets_of(const RayPlan::Block& block, Use use) const;
-  Shot start(const ShotName& name, const std::array<double, 4>& xi) const;
-  void prefetch(std::uint32_t element) const;
+  Aim start(Shot& shot, const std::array<double, 4>& xi) const;
   void start_from(std::size_t rank, std::uint32_t first, const Sets& sets, const Sets& skyward_sets,
-                  std::vector<Shot>& shots, std::vector<UnitSquare>& aims) const;
-  void aim(std::span<Shot> shots, std::span<const UnitSquare> aims) const;
-  void aim_at(Shot& shot, Vec3d u) const;
+                  std::vector<Shot>& shots, std::vector<Aim>& aims) const;
+  void aim(std::span<Shot> shots, std::span<const Aim> aims) const;
+  void aim_at(Shot& shot, Vec3d n, Vec3d u) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
   Vec3d along_lobe(const ShotName& name, UnitSquare xi) const;
 

@@ -170,8 +170,7 @@ std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan) {
   std::vector<char> is_deep(windows.size());
   parallel_for(windows.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t w = begin; w < end; ++w) {
-      const std::vector<Shot> shots =
-          shooter.scouts(windows[w].front().begin, windows[w].back().end);
+      const std::vector<Shot> shots = shooter.scouts(windows[w]);
       const auto to_the_sky =
           std::ranges::count(shooter.fly(shots), Flight::End::sky, &Flight::end);
       is_deep[w] = static_cast<double>(to_the_sky) < little_sky * static_cast<double>(shots.size());

@@ -22,7 +22,7 @@ TEST(Elements, CoverTheirFacetsAndAreShort) {
   EXPECT_GT(elements.count(), scene.facet_count());
   for (std::size_t f = 0; f < scene.facet_count(); ++f) {
     double area = 0;
-    for (std::uint32_t e = elements.first_of(f); e < elements.first_of(f + 1); ++e) {
+    for (const std::uint32_t e : elements.pieces_of_facet(f)) {
       EXPECT_EQ(elements.piece(e).facet, f);
       EXPECT_EQ(elements.element_of(e), e);
       const auto& [a, b, c] = elements.piece(e).corners;
