@@ -72,19 +72,21 @@ bool Elements::can_be_joined(std::uint32_t facet) const {
 
 // The lowest facet that each one is joined with.
 std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
-  using Key = std::tuple<int, int, int, int, std::uint32_t, std::uint32_t>;
-  std::vector<Key> keys;
+  const SceneCells cells(*scene_, cell_width);
+  std::vector<std::uint64_t> keys;
+  std::vector<std::uint32_t> facets;
   keys.reserve(scene_->facet_count());
+  facets.reserve(scene_->facet_count());
   for (std::uint32_t f = 0; f < scene_->facet_count(); ++f) {
     if (!can_be_joined(f)) continue;
-    const Vec3d middle = middle_of(pieces_[first_of_facet_[f]].corners);
-    const auto cell = [&](int axis) {
-      return static_cast<int>(std::floor(middle[axis] / cell_width));
-    };
-    const std::uint32_t material = mesh.materials.empty() ? 0 : mesh.materials[f];
-    keys.emplace_back(cell(0), cell(1), cell(2), main_direction(scene_->normal(f)), material, f);
+    keys.push_back(cells.key(middle_of(pieces_[first_of_facet_[f]].corners),
+                             main_direction(scene_->normal(f))));
+    facets.push_back(f);
   }
-  std::sort(keys.begin(), keys.end());
+  const std::vector<std::uint32_t> order = sorted_order(keys);
+  const auto material = [&](std::uint32_t f) {
+    return mesh.materials.empty() ? 0 : mesh.materials[f];
+  };
 
   struct Edge {
     std::uint32_t from;
@@ -92,17 +94,13 @@ std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
     std::uint32_t facet;
   };
   const auto ends = [](const Edge& e) { return std::tuple(e.from, e.to); };
-  const auto group = [](const Key& k) {
-    const auto& [x, y, z, direction, material, facet] = k;
-    return std::tuple(x, y, z, direction, material);
-  };
   DisjointSets joined(scene_->facet_count());
   std::vector<Edge> edges;
-  for (std::size_t begin = 0; begin < keys.size();) {
+  for (std::size_t begin = 0; begin < order.size();) {
     std::size_t end = begin;
     edges.clear();
-    for (; end < keys.size() && group(keys[end]) == group(keys[begin]); ++end) {
-      const std::uint32_t f = std::get<5>(keys[end]);
+    for (; end < order.size() && keys[order[end]] == keys[order[begin]]; ++end) {
+      const std::uint32_t f = facets[order[end]];
       const Triangle& t = mesh.triangles[f];
       for (std::size_t k = 0; k < 3; ++k) {
         const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
@@ -114,7 +112,7 @@ std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
     });
     for (std::size_t k = 1; k < edges.size(); ++k) {
       const auto [f, g] = std::pair(edges[k - 1].facet, edges[k].facet);
-      if (ends(edges[k - 1]) == ends(edges[k]) &&
+      if (ends(edges[k - 1]) == ends(edges[k]) && material(f) == material(g) &&
           dot(scene_->normal(f), scene_->normal(g)) > least_cosine)
         joined.join(f, g);
     }

@@ -14,16 +14,22 @@ namespace {
 
 constexpr double patch_width = 4;
 
-// The lowest vertex that is joined to each vertex.
-std::vector<std::uint32_t> joined_vertices(const TriMesh& mesh) {
+// The connected part of the surface to which each facet belongs, numbered by their lowest vertices.
+std::vector<std::uint32_t> parts_of_facets(const TriMesh& mesh, std::uint32_t& count) {
   DisjointSets vertices(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles) {
     vertices.join(t[0], t[1]);
     vertices.join(t[0], t[2]);
   }
-  std::vector<std::uint32_t> lowest(mesh.vertices.size());
-  for (std::uint32_t v = 0; v < lowest.size(); ++v) lowest[v] = vertices.lowest(v);
-  return lowest;
+  std::vector<char> is_lowest(mesh.vertices.size());
+  for (const Triangle& t : mesh.triangles) is_lowest[vertices.lowest(t[0])] = 1;
+  std::vector<std::uint32_t> part_of(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < part_of.size(); ++v)
+    if (is_lowest[v] != 0) part_of[v] = count++;
+  std::vector<std::uint32_t> parts(mesh.triangles.size());
+  for (std::size_t f = 0; f < parts.size(); ++f)
+    parts[f] = part_of[vertices.lowest(mesh.triangles[f][0])];
+  return parts;
 }
 
 // Of a patch with a main direction along an axis, in a domain that may be narrower than a cell.
@@ -104,41 +110,25 @@ Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& 
 
 Patches::Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std::uint32_t> rings)
     : rings_(rings.begin(), rings.end()) {
-  const std::vector<std::uint32_t> joined = joined_vertices(mesh);
-  using Key = std::tuple<std::uint32_t, int, int, int, int, std::uint32_t>;
-  std::vector<Key> keys(scene.facet_count());
+  const std::vector<std::uint32_t> parts = parts_of_facets(mesh, part_count_);
+  const SceneCells cells(scene, patch_width);
+  std::vector<std::uint64_t> keys(scene.facet_count());
   std::uint32_t first = 0;  // of a ring, whose facets follow each other
   for (std::uint32_t f = 0; f < keys.size(); ++f) {
     if (rings.empty() || rings[f] != rings[first]) first = f;
     const auto& [a, b, c] = scene.corners(first);
     const Vec3d centroid = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3.0;
-    const auto cell = [&](int axis) {
-      return static_cast<int>(std::floor(centroid[axis] / patch_width));
-    };
-    keys[f] = {joined[mesh.triangles[f][0]],        cell(0), cell(1), cell(2),
-               main_direction(scene.normal(first)), f};
+    keys[f] = parts[f] * cells.count() + cells.key(centroid, main_direction(scene.normal(first)));
   }
-  std::sort(keys.begin(), keys.end());
-
-  std::uint32_t last_root = Ray::no_facet;
-  const Key* last = nullptr;
-  for (const Key& key : keys) {
-    const auto group = [](const Key& k) {
-      return std::tuple(std::get<0>(k), std::get<1>(k), std::get<2>(k), std::get<3>(k),
-                        std::get<4>(k));
-    };
-    if (std::get<0>(key) != last_root) {
-      last_root = std::get<0>(key);
-      ++part_count_;
+  const std::vector<std::uint32_t> order = sorted_order(keys);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::uint32_t f = order[k];
+    if (k == 0 || keys[f] != keys[order[k - 1]]) {
+      const double whole = whole_area(scene.upper(), SceneCells::direction(keys[f]) / 2);
+      patches_.push_back({.part = parts[f], .area = 0, .whole = whole, .facets = {}});
     }
-    if (last == nullptr || group(*last) != group(key)) {
-      const double whole = whole_area(scene.upper(), std::get<4>(key) / 2);
-      patches_.push_back({.part = part_count_ - 1, .area = 0, .whole = whole, .facets = {}});
-    }
-    const std::uint32_t f = std::get<5>(key);
     patches_.back().facets.push_back(f);
     patches_.back().area += scene.area(f);
-    last = &key;
   }
 }
 

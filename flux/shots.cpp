@@ -98,8 +98,7 @@ void Shooter::start_from(std::size_t rank, std::uint32_t first, const Sets& sets
   }
 }
 
-std::vector<Shot> Shooter::scouts(const RayPlan::Window& window) const {
-  std::vector<Shot> shots;
+void Shooter::scout(const RayPlan::Window& window, std::vector<Shot>& shots) const {
   for (const RayPlan::Block& block : window) {
     const ScrambledSobol set = sets_of(block, Use::scouts)[0];
     for (std::uint32_t rank = block.begin; rank < block.end; ++rank) {
@@ -109,7 +108,6 @@ std::vector<Shot> Shooter::scouts(const RayPlan::Window& window) const {
       aim_at(shots.back(), aim.n, sample_cosine(aim.xi, aim.n));
     }
   }
-  return shots;
 }
 
 Shot Shooter::shot(const ShotName& name) const {

@@ -26,8 +26,8 @@ struct ShotName {
 /// A ray from an element.
 struct Shot {
   ShotName name;
-  Ray ray;
-  Vec3d u;  ///< its direction in space, before projection to a cross-section
+  Ray ray{};
+  Vec3d u{};  ///< its direction in space, before projection to a cross-section
   /// What it stands for of the element's view by Lambert's law, where 1 is the part of one ray in
   /// all.
   float weight = 1;
@@ -49,8 +49,8 @@ class Shooter {
   /// the solid.
   std::vector<Shot> shoot(std::size_t begin, std::size_t end,
                           const std::function<std::uint32_t(std::size_t rank)>& first) const;
-  /// A ray by Lambert's law from each element of a window that is not one of the plan's.
-  std::vector<Shot> scouts(const RayPlan::Window& window) const;
+  /// Adds a ray by Lambert's law from each element of a window that is not one of the plan's.
+  void scout(const RayPlan::Window& window, std::vector<Shot>& shots) const;
   /// One of them again.
   Shot shot(const ShotName& name) const;
 

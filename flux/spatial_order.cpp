@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -57,13 +58,42 @@ std::uint32_t flight_key(Vec3d r_unit, Vec3d u) {
   return (((large << direction_bits) | direction) << (3 * small_bits)) | small;
 }
 
-std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys) {
+SceneCells::SceneCells(const RayScene& scene, double width) : width_(width) {
+  const Vec3d lower{0, 0, scene.lowest()};
+  const Vec3d upper{scene.upper().x, scene.upper().y, scene.source_height()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell_of = [&](double r) { return static_cast<std::int64_t>(std::floor(r / width)); };
+    const auto a = static_cast<std::size_t>(axis);
+    first_[a] = cell_of(lower[axis]);
+    size_[a] = cell_of(upper[axis]) + 1 - first_[a];
+  }
+}
+
+std::uint64_t SceneCells::key(Vec3d r, int direction) const {
+  std::int64_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const auto place = static_cast<std::int64_t>(std::floor(r[axis] / width_));
+    cell = cell * size_[a] + std::clamp(place - first_[a], std::int64_t{0}, size_[a] - 1);
+  }
+  return static_cast<std::uint64_t>(cell) * direction_count +
+         static_cast<std::uint64_t>(direction);
+}
+
+std::uint64_t SceneCells::count() const {
+  return static_cast<std::uint64_t>(size_[0] * size_[1] * size_[2]) * direction_count;
+}
+
+template <class Key>
+std::vector<std::uint32_t> sorted_order(const std::vector<Key>& keys) {
   std::vector<std::uint32_t> order(keys.size());
   std::vector<std::uint32_t> sorted(keys.size());
   for (std::uint32_t i = 0; i < keys.size(); ++i) order[i] = i;
-  for (unsigned shift = 0; shift < 2 * pass_bits; shift += pass_bits) {
+  const Key largest = keys.empty() ? 0 : *std::ranges::max_element(keys);
+  const auto bits = static_cast<unsigned>(std::bit_width(largest));
+  for (unsigned shift = 0; shift < bits; shift += pass_bits) {
     std::array<std::uint32_t, bucket_count + 1> first{};
-    for (const std::uint32_t key : keys) ++first[((key >> shift) & (bucket_count - 1)) + 1];
+    for (const Key key : keys) ++first[((key >> shift) & (bucket_count - 1)) + 1];
     for (std::size_t b = 0; b < bucket_count; ++b) first[b + 1] += first[b];
     for (const std::uint32_t i : order)
       sorted[first[(keys[i] >> shift) & (bucket_count - 1)]++] = i;
@@ -71,5 +101,8 @@ std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys) 
   }
   return order;
 }
+
+template std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys);
+template std::vector<std::uint32_t> sorted_order(const std::vector<std::uint64_t>& keys);
 
 }  // namespace scarp

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -22,9 +23,32 @@ std::uint64_t curve_key(Vec3d r_unit, int direction);
 /// r_unit: place in the unit cube.
 std::uint32_t flight_key(Vec3d r_unit, Vec3d u);
 
+/// Cubic cells that fill the space below a scene's source, with places by main direction in each.
+class SceneCells {
+ public:
+  SceneCells(const RayScene& scene, double width);
+
+  /// A number by which what has the same main direction is together with its like in its cell, and
+  /// cells follow each other along z, then y, then x.
+  std::uint64_t key(Vec3d r, int direction) const;
+  static int direction(std::uint64_t key) { return static_cast<int>(key % direction_count); }
+  /// Keys are below it.
+  std::uint64_t count() const;
+
+ private:
+  static constexpr std::uint64_t direction_count = 6;
+
+  double width_;
+  std::array<std::int64_t, 3> first_{};
+  std::array<std::int64_t, 3> size_{};
+};
+
 /// Indices in the order of the keys, equal keys in their own order.
-/// Cost: two passes over the keys.
-std::vector<std::uint32_t> sorted_order(const std::vector<std::uint32_t>& keys);
+///
+/// Shape: keys of 32 or 64 bits.
+/// Cost: a pass over the keys for each 11 bits of the largest.
+template <class Key>
+std::vector<std::uint32_t> sorted_order(const std::vector<Key>& keys);
 
 /// The order in which count flights should be flown: consecutive ones meet the same cells of the
 /// scene, which are then in the cache. ray_at(i) is the i-th ray.

@@ -169,11 +169,16 @@ std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan) {
   const std::span<const RayPlan::Window> windows = plan.windows();
   std::vector<char> is_deep(windows.size());
   parallel_for(windows.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<Shot> shots;
+    for (std::size_t w = begin; w < end; ++w) shooter.scout(windows[w], shots);
+    const std::vector<Flight> flights = shooter.fly(shots);
+    auto flight = flights.begin();
     for (std::size_t w = begin; w < end; ++w) {
-      const std::vector<Shot> shots = shooter.scouts(windows[w]);
+      const auto count = windows[w].back().end - windows[w].front().begin;
       const auto to_the_sky =
-          std::ranges::count(shooter.fly(shots), Flight::End::sky, &Flight::end);
-      is_deep[w] = static_cast<double>(to_the_sky) < little_sky * static_cast<double>(shots.size());
+          std::ranges::count(flight, flight + count, Flight::End::sky, &Flight::end);
+      is_deep[w] = static_cast<double>(to_the_sky) < little_sky * count;
+      flight += count;
     }
   });
   for (std::size_t w = 0; w < windows.size(); ++w)
