@@ -17,8 +17,9 @@ namespace scarp {
 
 namespace {
 
-// What the first round sends, on average.
+// What the first round sends, on average: deep down too few rays say nothing of use.
 constexpr double first_rays_per_element = 8;
+constexpr double first_rays_per_deep_element = 16;
 
 constexpr double mean_tolerance = 1e-7;
 
@@ -92,9 +93,9 @@ class OnFacets {
  public:
   OnFacets(const RayPlan& plan, const FacetValues& values, std::span<const double> flux);
 
-  /// Shape: as many columns for each rank as for each facet, side by side.
+  /// Shape: the columns of a facet, and as many for each rank, side by side.
   template <class Number, std::size_t Columns>
-  std::vector<Number> of(std::span<const Number> of_ranks) const;
+  std::array<Number, Columns> of(std::size_t facet, std::span<const Number> of_ranks) const;
 
  private:
   const RayPlan& plan_;
@@ -122,23 +123,19 @@ OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<con
 }
 
 template <class Number, std::size_t Columns>
-std::vector<Number> OnFacets::of(std::span<const Number> of_ranks) const {
+std::array<Number, Columns> OnFacets::of(std::size_t facet,
+                                         std::span<const Number> of_ranks) const {
   const Elements& elements = plan_.elements();
-  std::vector<Number> of_facets(slope_.size() * Columns);
-  parallel_for(slope_.size(), 512, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      Number* const sum = &of_facets[f * Columns];
-      const auto add = [&](std::uint32_t element, double weight) {
-        const Number* const row = &of_ranks[plan_.rank_of(element) * Columns];
-        for (std::size_t c = 0; c < Columns; ++c) sum[c] += static_cast<Number>(weight) * row[c];
-      };
-      for (const std::uint32_t p : elements.pieces_of_facet(f))
-        add(elements.element_of(p), elements.share_of_facet(p));
-      for (const auto& [element, weight] : values_.beyond_element(f))
-        add(element, slope_[f] * static_cast<double>(weight));
-    }
-  });
-  return of_facets;
+  std::array<Number, Columns> sum{};
+  const auto add = [&](std::uint32_t element, double weight) {
+    const Number* const row = &of_ranks[plan_.rank_of(element) * Columns];
+    for (std::size_t c = 0; c < Columns; ++c) sum[c] += static_cast<Number>(weight) * row[c];
+  };
+  for (const std::uint32_t p : elements.pieces_of_facet(facet))
+    add(elements.element_of(p), elements.share_of_facet(p));
+  for (const auto& [element, weight] : values_.beyond_element(facet))
+    add(element, slope_[facet] * static_cast<double>(weight));
+  return sum;
 }
 
 // What the rays found for one problem, and its solution.
@@ -231,9 +228,13 @@ std::vector<double> solved_flux(const View& view, std::span<const float> reemitt
 }
 
 // What facets get is nowhere below zero.
-std::vector<double> flux_on(const OnFacets& facets, std::span<const double> of_elements) {
-  std::vector<double> flux = facets.of<double, 1>(of_elements);
-  for (double& of_facet : flux) of_facet = std::max(of_facet, 0.0);
+std::vector<float> flux_on(const OnFacets& facets, std::size_t count,
+                           std::span<const double> of_elements) {
+  std::vector<float> flux(count);
+  parallel_for(count, 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f)
+      flux[f] = static_cast<float>(std::max(facets.of<double, 1>(f, of_elements)[0], 0.0));
+  });
   return flux;
 }
 
@@ -360,12 +361,12 @@ double Gathered::target_measure() const {
 
 FluxField Gathered::field(const FacetValues& values) const {
   const OnFacets on_facets(plan_, values, solution_.flux);
-  const std::vector<double> flux = flux_on(on_facets, solution_.flux);
-  const auto deviation = on_facets.of<float, draw_count>(draws_->all());
   FluxSpread on_joined = spread();
-  on_joined.flux = [&](std::size_t f) { return flux[f]; };
+  on_joined.flux = [&](std::size_t f) {
+    return std::max(on_facets.of<double, 1>(f, solution_.flux)[0], 0.0);
+  };
   on_joined.deviations = [&](std::size_t f, std::span<double> draws) {
-    std::copy_n(&deviation[f * draw_count], draws.size(), draws.begin());
+    std::ranges::copy(on_facets.of<float, draw_count>(f, draws_->all()), draws.begin());
   };
   FluxEstimate estimated = estimate(problem_.scene, problem_.patches, on_joined);
   return {.tallies = {std::move(estimated.tally)},
@@ -386,8 +387,7 @@ void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
       const FluxProblem& problem = problems[p];
       flux[p] = solved_flux(view, reemitted_parts(problem, plan), view.direct[p],
                             emission_of(problem, plan), settle.tolerance, flux[p]);
-      const auto on_facets = flux_on(OnFacets(plan, values, flux[p]), flux[p]);
-      arrivals[p].assign(on_facets.begin(), on_facets.end());
+      arrivals[p] = flux_on(OnFacets(plan, values, flux[p]), values.facet_count(), flux[p]);
     }
   } while (settle.update(arrivals));
 }
@@ -429,7 +429,7 @@ Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
 // that rounds on the way waste only their solves.
 double growth_for(double error, double target) {
   constexpr double aim = 0.97;  // of the target
-  return std::clamp(error / (aim * target), 1.1, 3.0);
+  return std::clamp(portable_power(error / (aim * target), 1.2), 1.1, 3.0);
 }
 
 }  // namespace
@@ -450,7 +450,10 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   auto view = std::make_shared<const View>(View{.flights = scouts});
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
-    const double first = first_rays_per_element * static_cast<double>(elements.count());
+    double first = 0;
+    for (std::size_t rank = 0; rank < plan.size(); ++rank)
+      first += plan.block_of(rank).aims_at_sky ? first_rays_per_deep_element
+                                               : first_rays_per_element;
     rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);
