@@ -18,6 +18,7 @@
 #include "apps/commands.h"
 #include "apps/tell.h"
 #include "core/error.h"
+#include "core/huge_pages.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -106,6 +107,7 @@ void expect_failures_elsewhere() { std::set_terminate(fail_elsewhere); }
 int main(int argc, char** argv) {
   using namespace scarp;
   open_standard_streams();
+  keep_freed_memory();
   // Asks a run for a checkpoint; until it listens there is nothing to save.
   std::signal(SIGUSR1, SIG_IGN);
   try {

@@ -3,7 +3,12 @@
 #include <sys/mman.h>
 
 #include <cstdlib>
+#include <limits>
 #include <new>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace scarp {
 
@@ -14,6 +19,13 @@ void* allocate_huge_pages(std::size_t bytes) {
   // A wish, which may be refused. The rest would fill a page only in part.
   madvise(memory, bytes / page * page, MADV_HUGEPAGE);
   return memory;
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, static_cast<int>(HugePages<char>::least_bytes));
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
 }
 
 void free_huge_pages(void* memory) { std::free(memory); }

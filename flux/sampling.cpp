@@ -80,7 +80,7 @@ Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
 // The square s of a skyward direction's slope has a density proportional to 1 / (s + narrow) up to
 // widest.
 constexpr double narrow = 4e-3;
-constexpr double widest = 4;
+constexpr double widest = 1;
 const double skyward_range = portable_log(1 + widest / narrow);
 
 }  // namespace

@@ -50,7 +50,7 @@ Vec3d sample_source(UnitSquare xi, double power);
 Vec3d sample_source(UnitSquare xi, const PolarDensity& density);
 
 /// A unit direction about the vertical, the logarithm of whose slope is nearly uniform: from deep
-/// down, openings of all widths are met about as often. Slopes are below 2.
+/// down, openings of all widths are met about as often. Slopes are below 1.
 Vec3d sample_skyward(UnitSquare xi);
 /// Its density by solid angle.
 double skyward_density(Vec3d u);

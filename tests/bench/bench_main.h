@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <string>
 
+#include "core/huge_pages.h"
+
 namespace scarp::bench {
 
 /// The main function of a benchmark: declare(app) adds its options, run() is called once they are
@@ -14,6 +16,7 @@ namespace scarp::bench {
 template <class Declare, class Run>
 int bench_main(int argc, char** argv, const std::string& title, const Declare& declare,
                const Run& run) {
+  keep_freed_memory();  // as the program does
   try {
     CLI::App app{title};
     declare(app);
