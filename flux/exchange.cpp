@@ -40,61 +40,43 @@ double ratio(double a, double b) {
 // counter.
 inline constexpr std::size_t any_number = 0;
 
-// A sum of rows, each times its part.
-template <class Number, std::size_t Columns>
-class RowSum {
- public:
-  explicit RowSum(std::size_t columns)
-    requires(Columns == any_number)
-      : sum_(columns) {}
-  explicit RowSum(std::size_t)
-    requires(Columns != any_number)
-  {}
-
-  void clear() { std::ranges::fill(sum_, Number{0}); }
-  void add(Number part, const Number* row) {
-    for (std::size_t c = 0; c < sum_.size(); ++c) sum_[c] += part * row[c];
+// y = x - K scaled, for some rows.
+template <std::size_t Columns, class Number>
+void subtract_seen(const ExchangeRows& rows, std::size_t columns, const Number* scaled,
+                   const Number* x, Number* y, std::size_t begin, std::size_t end) {
+  std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>> sum{};
+  if constexpr (Columns == any_number) sum.resize(columns);
+  for (std::size_t i = begin; i < end; ++i) {
+    std::ranges::fill(sum, Number{0});
+    rows.for_each_part(i, [&](std::size_t hit, double part) {
+      const Number* row = &scaled[hit * columns];
+      for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += static_cast<Number>(part) * row[c];
+    });
+    for (std::size_t c = 0; c < sum.size(); ++c)
+      y[i * columns + c] = x[i * columns + c] - sum[c];
   }
-  void subtract_from(const Number* row, Number* rest) const {
-    for (std::size_t c = 0; c < sum_.size(); ++c) rest[c] = row[c] - sum_[c];
+}
+
+// The same for eight columns, as vectors along the row: left to itself, the compiler takes rows
+// together instead of columns.
+[[gnu::target_clones("avx2", "default")]] void subtract_seen(const ExchangeRows& rows,
+                                                             const float* scaled, const float* x,
+                                                             float* y, std::size_t begin,
+                                                             std::size_t end) {
+  using Eight [[gnu::vector_size(8 * sizeof(float))]] = float;
+  for (std::size_t i = begin; i < end; ++i) {
+    Eight rest;
+    std::memcpy(&rest, &x[8 * i], sizeof(rest));
+    Eight sum{};
+    for (std::uint64_t k = rows.first[i]; k < rows.first[i + 1]; ++k) {
+      Eight row;
+      std::memcpy(&row, &scaled[std::size_t{8} * rows.seen[k].hit], sizeof(row));
+      sum += rows.seen[k].part * row;
+    }
+    rest -= sum;
+    std::memcpy(&y[8 * i], &rest, sizeof(rest));
   }
-
- private:
-  std::conditional_t<Columns == any_number, std::vector<Number>, std::array<Number, Columns>>
-      sum_{};
-};
-
-// Vectors along the row: left to itself, the compiler takes rows together instead of columns.
-template <>
-class RowSum<float, 8> {
- public:
-  explicit RowSum(std::size_t) {}
-
-  void clear() { low_ = high_ = Four{}; }
-  void add(float part, const float* row) {
-    Four low;
-    Four high;
-    std::memcpy(&low, row, sizeof(low));
-    std::memcpy(&high, row + 4, sizeof(high));
-    low_ += part * low;
-    high_ += part * high;
-  }
-  void subtract_from(const float* row, float* rest) const {
-    Four low;
-    Four high;
-    std::memcpy(&low, row, sizeof(low));
-    std::memcpy(&high, row + 4, sizeof(high));
-    low -= low_;
-    high -= high_;
-    std::memcpy(rest, &low, sizeof(low));
-    std::memcpy(rest + 4, &high, sizeof(high));
-  }
-
- private:
-  using Four [[gnu::vector_size(16)]] = float;
-  Four low_{};
-  Four high_{};
-};
+}
 
 template <class Number, std::size_t Columns>
 class Iteration {
@@ -167,14 +149,10 @@ void Iteration<Number, Columns>::apply(const Block<Number>& x, Block<Number>& y)
         scaled_[k] = static_cast<Number>(reemitted_[i]) * x[k];
   });
   parallel_for(rows_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    RowSum<Number, Columns> sum(columns());
-    for (std::size_t i = begin; i < end; ++i) {
-      sum.clear();
-      rows_.for_each_part(i, [&](std::size_t hit, double part) {
-        sum.add(static_cast<Number>(part), &scaled_[hit * columns()]);
-      });
-      sum.subtract_from(&x[i * columns()], &y[i * columns()]);
-    }
+    if constexpr (Columns == 8 && std::is_same_v<Number, float>)
+      subtract_seen(rows_, scaled_.data(), x.data(), y.data(), begin, end);
+    else
+      subtract_seen<Columns>(rows_, columns(), scaled_.data(), x.data(), y.data(), begin, end);
   });
 }
 

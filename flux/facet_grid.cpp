@@ -33,45 +33,56 @@ double mean_edge(std::span<const FacetGrid::Facet> facets) {
   return sum / static_cast<double>(facets.size());
 }
 
-// Where the middles of the cells lie that a facet reaches into: between two planes each across its
-// normal and across the products of its edges and the axes. A cell whose box overlaps the facet's
-// and that no pair of planes sets apart overlaps the facet.
-class Slabs {
+// Whether a facet reaches into a cell whose box overlaps its own, told by the cell's middle: it does
+// if they overlap as seen along each axis, and if its plane cuts the cell.
+// Source: Schwarz and Seidel 2010.
+class Overlap {
  public:
-  Slabs(const std::array<Vec3f, 3>& corners, double half_cell) {
+  Overlap(const std::array<Vec3f, 3>& corners, double half_cell) {
     const std::array<Vec3d, 3> r{Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
-    add(cross(r[1] - r[0], r[2] - r[0]), r, half_cell);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d edge = r[(k + 1) % 3] - r[k];
-      add({0, -edge.z, edge.y}, r, half_cell);
-      add({edge.z, 0, -edge.x}, r, half_cell);
-      add({-edge.y, edge.x, 0}, r, half_cell);
+    const auto reach = [&](auto... n) { return half_cell * (std::abs(n) + ...); };
+    n_ = cross(r[1] - r[0], r[2] - r[0]);
+    const double height = dot(n_, r[0]);
+    const double room = reach(n_.x, n_.y, n_.z);
+    lower_ = height - room;
+    upper_ = height + room;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int a = (axis + 1) % 3;
+      const int b = (axis + 2) % 3;
+      const double turn = n_[axis] < 0 ? -1 : 1;  // corners in the order of the clock or against it
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d along = r[(k + 1) % 3] - r[k];
+        const double n_a = -turn * along[b];
+        const double n_b = turn * along[a];
+        edges_[static_cast<std::size_t>(axis)][k] = {
+            n_a, n_b, n_a * r[k][a] + n_b * r[k][b] - reach(n_a, n_b)};
+      }
     }
   }
 
-  bool hold(Vec3d middle) const {
-    return std::ranges::all_of(slabs_, [&](const Slab& slab) {
-      const double at = dot(slab.n, middle);
-      return at >= slab.lower && at <= slab.upper;
-    });
+  /// Along an axis; a and b: where the middle is on the next two.
+  bool is_seen(std::size_t axis, double a, double b) const {
+    bool is_inside = true;
+    for (const Edge& edge : edges_[axis]) is_inside &= edge.n_a * a + edge.n_b * b >= edge.least;
+    return is_inside;
+  }
+  bool is_cut(Vec3d middle) const {
+    const double height = dot(n_, middle);
+    return height >= lower_ && height <= upper_;
   }
 
  private:
-  struct Slab {
-    Vec3d n;
-    double lower;
-    double upper;
+  // What lies on the facet's side of it, or not further than a cell reaches.
+  struct Edge {
+    double n_a;
+    double n_b;
+    double least;
   };
 
-  void add(Vec3d n, const std::array<Vec3d, 3>& corners, double half_cell) {
-    const auto [lower, upper] =
-        std::minmax({dot(n, corners[0]), dot(n, corners[1]), dot(n, corners[2])});
-    const double reach = half_cell * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
-    slabs_[count_++] = {n, lower - reach, upper + reach};
-  }
-
-  std::array<Slab, 10> slabs_;
-  std::size_t count_ = 0;
+  Vec3d n_;
+  double lower_ = 0;
+  double upper_ = 0;
+  std::array<std::array<Edge, 3>, 3> edges_;  // by axis that they are seen along
 };
 
 }  // namespace
@@ -113,12 +124,16 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
     last[static_cast<std::size_t>(axis)] =
         cell_of(std::max({a[axis], b[axis], c[axis]}) + padding_);
   }
-  const Slabs slabs(facet.corners, 0.5 * cell_size_ + padding_);
+  const Overlap overlap(facet.corners, 0.5 * cell_size_ + padding_);
   for (int z = first[2]; z <= last[2]; ++z) {
     for (int y = first[1]; y <= last[1]; ++y) {
+      Vec3d middle = lower_ + cell_size_ * Vec3d{0, y + 0.5, z + 0.5};
+      if (!overlap.is_seen(0, middle.y, middle.z)) continue;
       for (int x = first[0]; x <= last[0]; ++x) {
-        const Vec3d middle = lower_ + cell_size_ * Vec3d{x + 0.5, y + 0.5, z + 0.5};
-        if (slabs.hold(middle)) use(static_cast<std::uint32_t>(index(x, y, z)));
+        middle.x = lower_.x + cell_size_ * (x + 0.5);
+        if (overlap.is_cut(middle) && overlap.is_seen(1, middle.z, middle.x) &&
+            overlap.is_seen(2, middle.x, middle.y))
+          use(static_cast<std::uint32_t>(index(x, y, z)));
       }
     }
   }
@@ -190,7 +205,8 @@ void FacetGrid::raise_ceilings() {
 }
 
 // Across the mean normal by area, at the highest corner.
-FacetGrid::Ceiling FacetGrid::ceiling_over(std::span<const Block> blocks) const {
+[[gnu::target_clones("avx2", "default")]] FacetGrid::Ceiling
+FacetGrid::ceiling_over(std::span<const Block> blocks) const {
   using Floats [[gnu::vector_size(block_size * sizeof(float))]] = float;
   using Steps [[gnu::vector_size(block_size * sizeof(std::uint16_t))]] = std::uint16_t;
   using Facets [[gnu::vector_size(block_size * sizeof(std::uint32_t))]] = std::uint32_t;
