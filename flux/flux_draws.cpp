@@ -49,14 +49,22 @@ bool are_few(const ExchangeRows& rows) {
 
 }  // namespace
 
+struct FluxDraws::Thinned {
+  Thinned(const ExchangeMatrix& matrix, std::span<const float> reemitted)
+      : rows(thinned(matrix)), exchange(rows, reemitted) {}
+
+  ExchangeRows rows;
+  ExchangeSolver exchange;
+};
+
 FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-                     std::span<const float> reemitted, ErrorDraws of_equations,
-                     const std::vector<double>& weights)
+                     const ExchangeSolver& exchange, std::span<const float> reemitted,
+                     ErrorDraws of_equations, const std::vector<double>& weights)
     : plan_(plan),
-      few_(are_few(rows) ? ExchangeRows() : ExchangeRows(thinned(matrix))),
-      rows_(are_few(rows) ? rows : few_),
+      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, reemitted)),
+      rows_(thinned_ ? thinned_->rows : rows),
+      exchange_(thinned_ ? thinned_->exchange : exchange),
       reemitted_(reemitted),
-      exchange_(rows_, reemitted),
       of_equations_(std::move(of_equations)),
       effects_(effects(weights)),
       drawn_(plan.size() * draw_count),

@@ -23,11 +23,12 @@ class FluxDraws {
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
-  /// Shape: per rank, reemitted, as that of the exchange, and the weight of its error in the sum
-  ///        per area, zero where there is no error. All but these have to outlive the draws.
+  /// exchange: that of the rows and of reemitted.
+  /// Shape: per rank, reemitted and the weight of its error in the sum per area, zero where there is
+  ///        no error. All but the weights have to outlive the draws.
   FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-            std::span<const float> reemitted, ErrorDraws of_equations,
-            const std::vector<double>& weights);
+            const ExchangeSolver& exchange, std::span<const float> reemitted,
+            ErrorDraws of_equations, const std::vector<double>& weights);
   ~FluxDraws();
 
   /// More draws, up to a number of them, a multiple of at_once.
@@ -47,10 +48,11 @@ class FluxDraws {
   std::vector<double> effects(std::span<const double> weights) const;
 
   const RayPlan& plan_;
-  ExchangeRows few_;
+  struct Thinned;
+  std::unique_ptr<const Thinned> thinned_;  // if the rows are long
   const ExchangeRows& rows_;
+  const ExchangeSolver& exchange_;
   std::span<const float> reemitted_;
-  ExchangeSolver exchange_;
   ErrorDraws of_equations_;
   std::vector<double> counts_;   // per rank: of its error in the sum
   std::vector<double> effects_;  // per rank: of an error of its equation on the sum

@@ -174,6 +174,7 @@ class Gathered {
   const std::vector<float>& direct_;
   std::vector<float> reemitted_;
   std::vector<double> emission_;
+  ExchangeSolver exchange_;
   Solution solution_;
   double unseen_ = 0;
   std::optional<FluxDraws> draws_;
@@ -220,11 +221,10 @@ std::vector<double> first_flux(const View& view, std::span<const float> direct,
 }
 
 // The flux on every element, by rank. What hardly sees anything may come out a little below zero.
-std::vector<double> solved_flux(const View& view, std::span<const float> reemitted,
+std::vector<double> solved_flux(const View& view, const ExchangeSolver& exchange,
                                 std::span<const float> direct, std::span<const double> emission,
-                                double tolerance, std::span<const double> start = {}) {
-  return ExchangeSolver(view.rows, reemitted)
-      .solve<double>(first_flux(view, direct, emission), 1, tolerance, start);
+                                double tolerance, std::span<const double> start) {
+  return exchange.solve<double>(first_flux(view, direct, emission), 1, tolerance, start);
 }
 
 // What facets get is nowhere below zero.
@@ -245,14 +245,15 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
       view_(view),
       direct_(direct),
       reemitted_(reemitted_parts(problem, plan)),
-      emission_(emission_of(problem, plan)) {
+      emission_(emission_of(problem, plan)),
+      exchange_(view.rows, reemitted_) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     // Rays that are aimed at the sky see little else.
     const double part = plan.block_of(rank).aims_at_sky ? 1 - 1.0 / RayPlan::rays_per_skyward : 1;
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = solved_flux(view, reemitted_, direct, emission_, rough_tolerance, start);
+  solution_.flux = solved_flux(view, exchange_, direct, emission_, rough_tolerance, start);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
@@ -260,7 +261,7 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
 
 void Gathered::solve() {
   solution_.flux =
-      solved_flux(view_, reemitted_, direct_, emission_, mean_tolerance, solution_.flux);
+      solved_flux(view_, exchange_, direct_, emission_, mean_tolerance, solution_.flux);
 }
 
 ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
@@ -285,7 +286,7 @@ std::vector<double> Gathered::weights() const {
 
 void Gathered::draw(std::size_t count) {
   if (!draws_)
-    draws_.emplace(plan_, view_.matrix, view_.rows, reemitted_,
+    draws_.emplace(plan_, view_.matrix, view_.rows, exchange_, reemitted_,
                    error_draws(solution_.halves.flux), weights());
   draws_->draw(count);
 }
@@ -385,7 +386,8 @@ void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
   do {
     for (std::size_t p = 0; p < problems.size(); ++p) {
       const FluxProblem& problem = problems[p];
-      flux[p] = solved_flux(view, reemitted_parts(problem, plan), view.direct[p],
+      const std::vector<float> reemitted = reemitted_parts(problem, plan);
+      flux[p] = solved_flux(view, ExchangeSolver(view.rows, reemitted), view.direct[p],
                             emission_of(problem, plan), settle.tolerance, flux[p]);
       arrivals[p] = flux_on(OnFacets(plan, values, flux[p]), values.facet_count(), flux[p]);
     }
