@@ -67,8 +67,14 @@ std::vector<Shot> Shooter::shoot(
     const Sets skyward_sets = block.aims_at_sky ? sets_of(block, Use::skyward_rays) : sets;
     const std::size_t earlier = shots.size();
     aims.clear();
-    for (const std::size_t last = std::min<std::size_t>(end, block.end); rank < last; ++rank)
+    for (const std::size_t last = std::min<std::size_t>(end, block.end); rank < last; ++rank) {
+      if (rank + 1 < end) {
+        const auto p = plan_.elements().pieces_of(plan_.element_at(rank + 1));
+        const auto* q = reinterpret_cast<const char*>(&plan_.elements().piece(p.front()));
+        for (std::size_t k = 0; k < p.size() * sizeof(Elements::Piece); k += 64) __builtin_prefetch(q + k);
+      }
       start_from(rank, first(rank), sets, skyward_sets, shots, aims);
+    }
     aim(std::span(shots).subspan(earlier), aims);
     if (law_ == Law::lambert && !block.aims_at_sky) continue;
     std::size_t left = earlier;
