@@ -23,7 +23,7 @@ constexpr double first_rays_per_deep_element = 16;
 
 constexpr double mean_tolerance = 1e-7;
 
-// As far as the error is concerned.
+// What the error needs.
 constexpr double rough_tolerance = 1e-4;
 
 // By rank, half of what elements' two sets say apart.
@@ -114,8 +114,9 @@ OnFacets::OnFacets(const RayPlan& plan, const FacetValues& values, std::span<con
     double slope = 1;
     for (const std::uint32_t p : pieces) {
       double beyond = 0;
-      for (const auto& [element, weight] : values.beyond_element(elements.piece(p).facet))
-        beyond += static_cast<double>(weight) * flux[plan.rank_of(element)];
+      values.for_each_beyond(elements.piece(p).facet, [&](std::uint32_t element, double weight) {
+        beyond += weight * flux[plan.rank_of(element)];
+      });
       if (of_element + beyond < 0) slope = std::min(slope, rounding_room * of_element / -beyond);
     }
     for (const std::uint32_t p : pieces) slope_[elements.piece(p).facet] = slope;
@@ -133,22 +134,19 @@ std::array<Number, Columns> OnFacets::of(std::size_t facet,
   };
   for (const std::uint32_t p : elements.pieces_of_facet(facet))
     add(elements.element_of(p), elements.share_of_facet(p));
-  for (const auto& [element, weight] : values_.beyond_element(facet))
-    add(element, slope_[facet] * static_cast<double>(weight));
+  values_.for_each_beyond(facet, [&](std::uint32_t element, double weight) {
+    add(element, slope_[facet] * weight);
+  });
   return sum;
 }
 
 // What the rays found for one problem, and its solution.
 class Gathered {
  public:
-  /// Solved roughly, from the flux that fewer rays told, if there is any.
   Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-           const std::vector<float>& direct, std::span<const double> start);
+           const std::vector<float>& direct, double tolerance);
 
-  /// To the tolerance of results.
-  void solve();
-  /// By rank.
-  const std::vector<double>& flux() const { return solution_.flux; }
+  void solve(double tolerance);
   /// More draws of the error, up to a number of them.
   void draw(std::size_t count);
   /// What is compared with the target.
@@ -223,7 +221,7 @@ std::vector<double> first_flux(const View& view, std::span<const float> direct,
 // The flux on every element, by rank. What hardly sees anything may come out a little below zero.
 std::vector<double> solved_flux(const View& view, const ExchangeSolver& exchange,
                                 std::span<const float> direct, std::span<const double> emission,
-                                double tolerance, std::span<const double> start) {
+                                double tolerance, std::span<const double> start = {}) {
   return exchange.solve<double>(first_flux(view, direct, emission), 1, tolerance, start);
 }
 
@@ -239,7 +237,7 @@ std::vector<float> flux_on(const OnFacets& facets, std::size_t count,
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                   const std::vector<float>& direct, std::span<const double> start)
+                   const std::vector<float>& direct, double tolerance)
     : problem_(problem),
       plan_(plan),
       view_(view),
@@ -253,15 +251,15 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solution_.flux = solved_flux(view, exchange_, direct, emission_, rough_tolerance, start);
+  solve(tolerance);
   std::vector<double> leaving(plan.size());
   for (std::size_t rank = 0; rank < leaving.size(); ++rank) leaving[rank] = leaves(rank);
   solution_.halves = half_differences(view, direct, leaving);
 }
 
-void Gathered::solve() {
-  solution_.flux =
-      solved_flux(view_, exchange_, direct_, emission_, mean_tolerance, solution_.flux);
+// Always anew: where nothing arrives the flux is zero to the bit only from a start that is.
+void Gathered::solve(double tolerance) {
+  solution_.flux = solved_flux(view_, exchange_, direct_, emission_, tolerance);
 }
 
 ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
@@ -400,23 +398,19 @@ struct Round {
   double error = 0;                 ///< the largest of all problems
 };
 
-// Shape: start, the flux by rank for each problem that an earlier round told, empty or not; it is
-//        brought up to date.
 Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
-                  const FacetValues& values, const View& view, bool is_last,
-                  std::vector<std::vector<double>>& start) {
+                  const FacetValues& values, const View& view, bool is_last) {
   const FluxOptions& options = problems.front().options;
   Round round;
   for (std::size_t p = 0; p < problems.size(); ++p) {
-    Gathered gathered(problems[p], plan, view, view.direct[p], start[p]);
-    start[p] = gathered.flux();
+    Gathered gathered(problems[p], plan, view, view.direct[p],
+                      is_last ? mean_tolerance : rough_tolerance);
     if (!is_last) {
       gathered.draw(FluxDraws::at_once);
-      // Within a tenth or so: a few more rays are less than the other draws and the field.
       const double rough = gathered.target_measure();
       if (rough > options.target_error) return {.error = rough};
+      gathered.solve(mean_tolerance);
     }
-    gathered.solve();
     gathered.draw(draw_count);
     round.fields.push_back(gathered.field(values));
     const double measure = round.fields.back().target_measure();
@@ -459,17 +453,16 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
     rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);
-  std::vector<std::vector<double>> start(problems.size());
   bool is_last = options.rays > 0;
   for (bool is_first = true;; is_first = false) {
     view = options.hits ? options.hits->look(problems, plan, view)
                         : std::make_shared<const View>(look(problems, plan, *view));
     const bool settles_at_once = settle.update && (is_first || is_last);
     if (settles_at_once) settle_sticking(problems, plan, values, *view, settle);
-    Round round = solve_round(problems, plan, values, *view, is_last, start);
+    Round round = solve_round(problems, plan, values, *view, is_last);
     if (settle.update && !settles_at_once && round.error <= options.target_error) {
       settle_sticking(problems, plan, values, *view, settle);
-      round = solve_round(problems, plan, values, *view, is_last, start);
+      round = solve_round(problems, plan, values, *view, is_last);
     }
     if (is_last || round.error <= options.target_error) return std::move(round.fields);
     const double growth = growth_for(round.error, options.target_error);

@@ -58,7 +58,8 @@ std::vector<Shot> Shooter::shoot(
     const std::function<std::uint32_t(std::size_t rank)>& first) const {
   std::vector<Shot> shots;
   std::size_t most = 0;
-  for (std::size_t rank = begin; rank < end; ++rank) most += plan_.rays(rank) - first(rank);
+  for (std::size_t rank = begin; rank < end; ++rank)
+    most += std::max(plan_.rays(rank), first(rank)) - first(rank);
   shots.reserve(most * set_count);
   std::vector<Aim> aims;
   for (std::size_t rank = begin; rank < end;) {
@@ -68,11 +69,7 @@ std::vector<Shot> Shooter::shoot(
     const std::size_t earlier = shots.size();
     aims.clear();
     for (const std::size_t last = std::min<std::size_t>(end, block.end); rank < last; ++rank) {
-      if (rank + 1 < end) {
-        const auto p = plan_.elements().pieces_of(plan_.element_at(rank + 1));
-        const auto* q = reinterpret_cast<const char*>(&plan_.elements().piece(p.front()));
-        for (std::size_t k = 0; k < p.size() * sizeof(Elements::Piece); k += 64) __builtin_prefetch(q + k);
-      }
+      if (rank + 1 < end) plan_.elements().prefetch(plan_.element_at(rank + 1));
       start_from(rank, first(rank), sets, skyward_sets, shots, aims);
     }
     aim(std::span(shots).subspan(earlier), aims);

@@ -14,8 +14,8 @@ class OnAWafer : public ::testing::Test {
   double on_facet(const FacetValues& values, std::uint32_t f, Vec3d slope) const {
     const auto of_element = [&](std::uint32_t e) { return 3 + dot(slope, elements_.middle(e)); };
     double value = elements_.mean_on_facet(f, of_element);
-    for (const auto& [element, weight] : values.beyond_element(f))
-      value += static_cast<double>(weight) * of_element(element);
+    values.for_each_beyond(
+        f, [&](std::uint32_t element, double weight) { value += weight * of_element(element); });
     return value;
   }
   Vec3d middle(std::uint32_t f) const {
@@ -66,10 +66,10 @@ TEST(FacetValues, OfAnElementAtAnEdgeDoNotKnowTheOtherSide) {
   elements.join(shape.mesh);
   const FacetValues values(shape.mesh, elements);
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
-    for (const auto& [element, weight] : values.beyond_element(f)) {
+    values.for_each_beyond(f, [&](std::uint32_t element, double) {
       const std::uint32_t other = elements.piece(elements.pieces_of(element).front()).facet;
       EXPECT_EQ(scene.normal(other).z, scene.normal(f).z);
-    }
+    });
   }
 }
 

@@ -25,9 +25,7 @@ class Shots : public ::testing::TestWithParam<bool>, protected exact::ShapeProbl
   }
 
   std::vector<Shot> shots(const Shooter& shooter, std::uint32_t first) const {
-    std::vector<Shot> all;
-    for (std::size_t rank = 0; rank < plan_.size(); ++rank) shooter.shoot(rank, first, all);
-    return all;
+    return shooter.shoot(0, plan_.size(), [first](std::size_t) { return first; });
   }
 
   static void expect_same(const Shot& a, const Shot& b) {

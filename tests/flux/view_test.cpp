@@ -194,8 +194,7 @@ TEST(JoinedViews, SendRaysFromAllFacetsOfAnElement) {
   RayPlan plan(scene, elements);
   plan.grow(64, 1'000'000);
   const Shooter shooter(problem, plan, Shooter::Law::lambert);
-  std::vector<Shot> shots;
-  for (std::size_t rank = 0; rank < plan.size(); ++rank) shooter.shoot(rank, 0, shots);
+  const std::vector<Shot> shots = shooter.shoot(0, plan.size(), [](std::size_t) { return 0U; });
   std::vector<double> rays(scene.facet_count());
   for (const Shot& shot : shots) {
     ++rays[shot.ray.from];
