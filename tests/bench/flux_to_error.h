@@ -48,24 +48,26 @@ inline TriMesh mesh_of(const Feature& feature) {
   return polygonised(grid, shape);
 }
 
-/// Flights and CPU seconds up to an error.
+/// Flights and CPU seconds up to an error, and that error.
 struct CostToError {
   double segments = 0;
   double cpu = 0;
+  double error = 0;
 };
 
 /// What is measured at some error, as it would be at another: the error of independent particles
 /// falls as the root of their number.
-inline CostToError at_error(const CostToError& cost, double error, double target) {
-  const double more = (error / target) * (error / target);
-  return {.segments = cost.segments * more, .cpu = cost.cpu * more};
+inline CostToError at_error(const CostToError& cost, double target) {
+  const double more = (cost.error / target) * (cost.error / target);
+  return {.segments = cost.segments * more, .cpu = cost.cpu * more, .error = target};
 }
 
 inline std::vector<Species> species_of(const Feature& feature) {
   return {{.name = "gas", .sticking = {feature.sticking}}};
 }
 
-/// The mean over some seeds: with some of them it takes a round of rays more.
+/// The mean over some seeds: with some of them it takes a round of rays more. The error is the root
+/// of the mean square of what they state, somewhat below the target.
 inline CostToError gathered(const TriMesh& mesh, const Feature& feature, double target) {
   constexpr int seeds = 8;
   CostToError cost;
@@ -84,12 +86,13 @@ inline CostToError gathered(const TriMesh& mesh, const Feature& feature, double 
     if (!field.target_reached)
       throw InputError("the gathered flux of " + feature.name() + " does not reach its target");
     cost.segments += static_cast<double>(field.segments) / seeds;
+    cost.error += field.error * field.error / seeds;
   }
+  cost.error = std::sqrt(cost.error);
   return cost;
 }
 
-inline CostToError forward(const TriMesh& mesh, const Feature& feature, std::uint64_t rays,
-                           double target) {
+inline CostToError forward(const TriMesh& mesh, const Feature& feature, std::uint64_t rays) {
   FluxField field;
   const double cpu = cpu_seconds_of([&] {
     field = solve_flux(mesh, species_of(feature),
@@ -99,12 +102,11 @@ inline CostToError forward(const TriMesh& mesh, const Feature& feature, std::uin
                         .rays = rays})
                 .front();
   });
-  return at_error({static_cast<double>(field.segments), cpu}, field.error, target);
+  return {static_cast<double>(field.segments), cpu, field.error};
 }
 
 /// The spread between batches tells the error.
-inline CostToError plain(const TriMesh& mesh, const Feature& feature, std::uint64_t rays,
-                         double target) {
+inline CostToError plain(const TriMesh& mesh, const Feature& feature, std::uint64_t rays) {
   constexpr std::size_t batches = 32;
   const Sides sides = sides_of(mesh);
   PlainTracer tracer(mesh, sides, feature.sticking);
@@ -135,7 +137,8 @@ inline CostToError plain(const TriMesh& mesh, const Feature& feature, std::uint6
                                            .count = batches,
                                            .divisor = batches * (batches - 1.0),
                                            .unseen = weight / static_cast<double>(batches)});
-  return at_error(cost, estimated.error, target);
+  cost.error = estimated.error;
+  return cost;
 }
 
 }  // namespace scarp::bench
