@@ -11,9 +11,10 @@ namespace scarp {
 void* allocate_huge_pages(std::size_t bytes);
 void free_huge_pages(void* memory);
 
-/// For a program's beginning: the standard allocator keeps what is freed, as the next time step asks
-/// for as much again, instead of giving it back to the system, which would have to clear it. Arrays
-/// for huge pages are given back as ever. Without effect where the allocator is not the GNU one.
+/// For a program's beginning: the standard allocator keeps what is freed, as the next time step
+/// asks for as much again, instead of giving it back to the system, which would have to clear it.
+/// Arrays for huge pages are given back as ever. Without effect where the allocator is not the GNU
+/// one.
 void keep_freed_memory();
 
 /// Allocator of LargeVector.

@@ -78,8 +78,7 @@ class Elements {
   /// Asks for the pieces of an element from memory.
   void prefetch(std::size_t element) const {
     constexpr std::size_t line = 64;
-    const auto* const begin =
-        reinterpret_cast<const char*>(&pieces_[first_of_element_[element]]);
+    const auto* const begin = reinterpret_cast<const char*>(&pieces_[first_of_element_[element]]);
     for (std::size_t k = 0; k < pieces_of(element).size() * sizeof(Piece); k += line)
       __builtin_prefetch(begin + k);
   }

@@ -52,8 +52,7 @@ void subtract_seen(const ExchangeRows& rows, std::size_t columns, const Number* 
       const Number* row = &scaled[hit * columns];
       for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += static_cast<Number>(part) * row[c];
     });
-    for (std::size_t c = 0; c < sum.size(); ++c)
-      y[i * columns + c] = x[i * columns + c] - sum[c];
+    for (std::size_t c = 0; c < sum.size(); ++c) y[i * columns + c] = x[i * columns + c] - sum[c];
   }
 }
 

@@ -33,9 +33,9 @@ double mean_edge(std::span<const FacetGrid::Facet> facets) {
   return sum / static_cast<double>(facets.size());
 }
 
-// Whether a facet reaches into a cell whose box overlaps its own, told by the cell's middle: it does
-// if they overlap as seen along each axis, and if its plane cuts the cell.
-// Source: Schwarz and Seidel 2010.
+// Whether a facet reaches into a cell whose box overlaps its own, told by the cell's middle: it
+// does if they overlap as seen along each axis, and if its plane cuts the cell. Source: Schwarz and
+// Seidel 2010.
 class Overlap {
  public:
   Overlap(const std::array<Vec3f, 3>& corners, double half_cell) {
@@ -205,8 +205,8 @@ void FacetGrid::raise_ceilings() {
 }
 
 // Across the mean normal by area, at the highest corner.
-[[gnu::target_clones("avx2", "default")]] FacetGrid::Ceiling
-FacetGrid::ceiling_over(std::span<const Block> blocks) const {
+[[gnu::target_clones("avx2", "default")]] FacetGrid::Ceiling FacetGrid::ceiling_over(
+    std::span<const Block> blocks) const {
   using Floats [[gnu::vector_size(block_size * sizeof(float))]] = float;
   using Steps [[gnu::vector_size(block_size * sizeof(std::uint16_t))]] = std::uint16_t;
   using Facets [[gnu::vector_size(block_size * sizeof(std::uint32_t))]] = std::uint32_t;
@@ -261,8 +261,7 @@ class FacetGrid::EmptyCubes {
  public:
   explicit EmptyCubes(const FacetGrid& grid)
       : grid_(grid),
-        along_(static_cast<std::size_t>(std::ranges::max_element(grid.size_) -
-                                        grid.size_.begin())),
+        along_(static_cast<std::size_t>(std::ranges::max_element(grid.size_) - grid.size_.begin())),
         across_((along_ + 1) % 3),
         over_((along_ + 2) % 3),
         longest_(grid.cells_.size()) {
@@ -317,8 +316,8 @@ class FacetGrid::EmptyCubes {
   // shortest of the seven that begin one further. Outside of the grid it is empty.
   void sweep(bool down_across, bool down_over) {
     const std::size_t row = size(along_);
-    const std::size_t first_octant = std::size_t{down_across} << across_ |
-                                     std::size_t{down_over} << over_;
+    const std::size_t first_octant = std::size_t{down_across} << across_ | std::size_t{down_over}
+                                                                               << over_;
     std::vector<std::uint8_t>& up = cubes_[first_octant];
     std::vector<std::uint8_t>& down = cubes_[first_octant | std::size_t{1} << along_];
     up.resize(longest_.size());

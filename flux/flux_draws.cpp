@@ -43,9 +43,7 @@ ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
   return few;
 }
 
-bool are_few(const ExchangeRows& rows) {
-  return rows.seen.size() <= rays_for_draws * rows.size();
-}
+bool are_few(const ExchangeRows& rows) { return rows.seen.size() <= rays_for_draws * rows.size(); }
 
 }  // namespace
 

@@ -14,17 +14,19 @@ namespace scarp {
 /// Draws of the error of the flux on all elements: what follows, by the exchange between them, from
 /// draws of the errors of what each of them sees.
 ///
-/// In a deep feature nearly all of it is one smooth error, of which eight draws tell the size within
-/// a quarter. The sum of all errors, each by how it counts, has a variance that needs no draws: by
-/// reciprocity, what an error on one element does to the sum is what the sum's weights, sent off as
-/// if they were particles, bring there. All draws are corrected by what is known of their sum.
+/// In a deep feature nearly all of it is one smooth error, of which eight draws tell the size
+/// within a quarter. The sum of all errors, each by how it counts, has a variance that needs no
+/// draws: by reciprocity, what an error on one element does to the sum is what the sum's weights,
+/// sent off as if they were particles, bring there. All draws are corrected by what is known of
+/// their sum.
 class FluxDraws {
  public:
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
   /// exchange: that of the rows and of reemitted.
-  /// Shape: per rank, reemitted and the weight of its error in the sum per area, zero where there is
+  /// Shape: per rank, reemitted and the weight of its error in the sum per area, zero where there
+  /// is
   ///        no error. All but the weights have to outlive the draws.
   FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
             const ExchangeSolver& exchange, std::span<const float> reemitted,

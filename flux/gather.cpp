@@ -134,9 +134,8 @@ std::array<Number, Columns> OnFacets::of(std::size_t facet,
   };
   for (const std::uint32_t p : elements.pieces_of_facet(facet))
     add(elements.element_of(p), elements.share_of_facet(p));
-  values_.for_each_beyond(facet, [&](std::uint32_t element, double weight) {
-    add(element, slope_[facet] * weight);
-  });
+  values_.for_each_beyond(
+      facet, [&](std::uint32_t element, double weight) { add(element, slope_[facet] * weight); });
   return sum;
 }
 
@@ -272,12 +271,11 @@ std::vector<double> Gathered::weights() const {
   std::vector<double> weights(plan_.size());
   for (std::size_t rank = 0; rank < weights.size(); ++rank) {
     if (is_in_void(rank)) continue;
-    weights[rank] =
-        responses.empty()
-            ? 1 / std::max(solution_.flux[rank], small_flux)
-            : plan_.elements().mean(plan_.element_at(rank), [&](std::uint32_t f) {
-                return std::abs(static_cast<double>(responses.front()[f]));
-              });
+    weights[rank] = responses.empty()
+                        ? 1 / std::max(solution_.flux[rank], small_flux)
+                        : plan_.elements().mean(plan_.element_at(rank), [&](std::uint32_t f) {
+                            return std::abs(static_cast<double>(responses.front()[f]));
+                          });
   }
   return weights;
 }
@@ -448,8 +446,8 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (options.rays == 0) {
     double first = 0;
     for (std::size_t rank = 0; rank < plan.size(); ++rank)
-      first += plan.block_of(rank).aims_at_sky ? first_rays_per_deep_element
-                                               : first_rays_per_element;
+      first +=
+          plan.block_of(rank).aims_at_sky ? first_rays_per_deep_element : first_rays_per_element;
     rays = std::min(rays, std::max(first, double{least_rays}));
   }
   plan.grow(rays / plan.surface(), cap);

@@ -16,7 +16,8 @@ struct DiskPoint {
   double radius_squared;
 };
 
-// Without branches: which way a point goes cannot be foreseen, and loops over points become vectors.
+// Without branches: which way a point goes cannot be foreseen, and loops over points become
+// vectors.
 inline DiskPoint sample_disk(UnitSquare xi) {
   const double a = 2 * xi.xi1 - 1;
   const double b = 2 * xi.xi2 - 1;

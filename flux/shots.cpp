@@ -116,8 +116,7 @@ void Shooter::scout(const RayPlan::Window& window, std::vector<Shot>& shots) con
 Shot Shooter::shot(const ShotName& name) const {
   const auto [share, place, is_skyward] = plan_.place(name.rank, name.index);
   const Use use = is_skyward ? Use::skyward_rays : Use::rays;
-  const auto xi =
-      sets_of(plan_.block_of(name.rank), use)[name.set].point_of_share(share, place);
+  const auto xi = sets_of(plan_.block_of(name.rank), use)[name.set].point_of_share(share, place);
   Shot shot{.name = name};
   const Aim of_shot = start(shot, xi);
   aim({&shot, 1}, {&of_shot, 1});

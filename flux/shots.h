@@ -69,7 +69,9 @@ class Shooter {
     Vec3d n;
   };
 
-  bool is_skyward(const ShotName& name) const { return plan_.place(name.rank, name.index).is_skyward; }
+  bool is_skyward(const ShotName& name) const {
+    return plan_.place(name.rank, name.index).is_skyward;
+  }
   Sets sets_of(const RayPlan::Block& block, Use use) const;
   Aim start(Shot& shot, const std::array<double, 4>& xi) const;
   void start_from(std::size_t rank, std::uint32_t first, const Sets& sets, const Sets& skyward_sets,

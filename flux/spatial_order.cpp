@@ -76,8 +76,7 @@ std::uint64_t SceneCells::key(Vec3d r, int direction) const {
     const auto place = static_cast<std::int64_t>(std::floor(r[axis] / width_));
     cell = cell * size_[a] + std::clamp(place - first_[a], std::int64_t{0}, size_[a] - 1);
   }
-  return static_cast<std::uint64_t>(cell) * direction_count +
-         static_cast<std::uint64_t>(direction);
+  return static_cast<std::uint64_t>(cell) * direction_count + static_cast<std::uint64_t>(direction);
 }
 
 std::uint64_t SceneCells::count() const {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "core/random.h"
+#include "core/running_statistics.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {
@@ -125,6 +128,52 @@ TEST_F(ErrorDrawsTest, OfAPartAreThoseOfAll) {
   for (std::size_t rank = 0; rank < plan_.size(); ++rank)
     for (std::size_t k = 0; k < 4; ++k)
       EXPECT_EQ(part[rank * 4 + k], all[rank * draw_count + 8 + k]);
+}
+
+// Of the squares of a sum over many seeds, each with its signs, on average.
+TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
+  RandomStream random({.seed = 8});
+  std::vector<double> factors(plan_.size());
+  for (double& factor : factors) factor = random.uniform();
+  RunningStatistics ratio;
+  for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+    options_.seed = seed;
+    const ErrorDraws errors(options_, plan_, halves_, [](std::size_t) { return false; });
+    const std::vector<float> drawn = errors.draws(0, draw_count);
+    const std::vector<double> variances = errors.variances_of_sum(drawn, factors);
+    ASSERT_EQ(variances.size(), draw_count);
+    for (std::size_t draw = 0; draw < draw_count; ++draw) {
+      double sum = 0;
+      for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+        sum += factors[rank] * static_cast<double>(drawn[rank * draw_count + draw]);
+      ratio.add(sum * sum / variances[draw]);
+    }
+  }
+  EXPECT_NEAR(ratio.mean(), 1, 4 * ratio.std_error());
+}
+
+// Draws of 3 times the sum and something that has nothing in common with it.
+TEST(KnownSum, CorrectsWhatGoesWithTheSumAndNothingElse) {
+  const std::array<double, 4> sums{1, -2, 2, 0.5};
+  const std::array<double, 4> rest{2, 1, 0, 0};
+  const double variance = 4;
+  const KnownSum known(sums, variance);
+  std::array<double, 4> corrected = sums;
+  known.correct(std::span<double>(corrected));
+  double squares = 0;
+  for (const double sum : corrected) squares += sum * sum;
+  EXPECT_NEAR(squares / 4, variance, 1e-12);
+  std::array<float, 4> other{};
+  for (std::size_t k = 0; k < 4; ++k) other[k] = static_cast<float>(3 * sums[k] + rest[k]);
+  known.correct(std::span<float>(other));
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(other[k], 3 * corrected[k] + rest[k], 1e-5);
+}
+
+TEST(KnownSum, OfNothingChangesNothing) {
+  const std::array<double, 2> none{};
+  std::array<double, 2> draws{1, -1};
+  KnownSum(none, 0).correct(std::span<double>(draws));
+  EXPECT_EQ(draws, (std::array<double, 2>{1, -1}));
 }
 
 TEST_F(ErrorDrawsTest, LeaveOutWhatHasNoError) {

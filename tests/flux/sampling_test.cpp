@@ -4,6 +4,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
+
+#include "core/random.h"
 
 namespace scarp {
 namespace {
@@ -38,6 +42,28 @@ TEST_P(CosineLobe, HasTheMomentsOfLambertsLaw) {
 INSTANTIATE_TEST_SUITE_P(Normals, CosineLobe,
                          ::testing::Values(Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{1, 0, 0},
                                            Vec3d{0, -1, 0}, Vec3d{0.3, -0.5, -0.8}));
+
+// To the bit, also where the two halves of a map meet and for axes of any direction.
+TEST(CosineSamples, AreThoseOfOneAtATime) {
+  RandomStream random({.seed = 4});
+  const auto number = [&] { return random.uniform_double(); };
+  for (std::size_t count = 0; count <= CosineSamples::most; ++count) {
+    CosineSamples samples;
+    std::vector<std::pair<UnitSquare, Vec3d>> numbers;
+    for (std::size_t k = 0; k < count; ++k) {
+      UnitSquare xi{number(), number()};
+      if (k % 5 == 1) xi = {0.5, 0.5};
+      if (k % 5 == 2) xi.xi2 = xi.xi1;
+      Vec3d n = normalized(Vec3d{number() - 0.5, number() - 0.5, number() - 0.5});
+      if (k % 3 == 1) n = {0, 0, k % 2 == 0 ? 1.0 : -1.0};
+      numbers.emplace_back(xi, n);
+      samples.add(xi, n);
+    }
+    sample_cosines(samples);
+    for (std::size_t k = 0; k < count; ++k)
+      EXPECT_EQ(samples.direction(k), sample_cosine(numbers[k].first, numbers[k].second));
+  }
+}
 
 // One over the density, averaged over samples, is the solid angle that they fill; with a factor,
 // the integral of that.

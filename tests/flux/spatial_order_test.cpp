@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "tests/flux/shapes.h"
+
 namespace scarp {
 namespace {
 
@@ -47,14 +49,40 @@ TEST(FlightKey, TellsDirectionsNearAnAxisApart) {
   EXPECT_LT(flight_key({1, 1, 1}, {-1, -1, -1}), 1U << 20);
 }
 
+template <class Key>
+std::vector<std::uint32_t> by_the_library(const std::vector<Key>& keys) {
+  std::vector<std::uint32_t> order(keys.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  return order;
+}
+
 TEST(SortedOrder, IsStable) {
   std::vector<std::uint32_t> keys;
-  for (std::uint32_t i = 0; i < 5000; ++i) keys.push_back((i * 2654435761U) >> 14 << 4);
-  std::vector<std::uint32_t> expected(keys.size());
-  std::iota(expected.begin(), expected.end(), 0U);
-  std::stable_sort(expected.begin(), expected.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  EXPECT_EQ(sorted_order(keys), expected);
+  std::vector<std::uint64_t> long_keys;
+  for (std::uint32_t i = 0; i < 5000; ++i) {
+    keys.push_back((i * 2654435761U) >> 14 << 4);
+    long_keys.push_back(std::uint64_t{keys.back()} << 20 | i % 7);
+  }
+  EXPECT_EQ(sorted_order(keys), by_the_library(keys));
+  EXPECT_EQ(sorted_order(long_keys), by_the_library(long_keys));
+  EXPECT_EQ(sorted_order(std::vector<std::uint32_t>(3)), (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_TRUE(sorted_order(std::vector<std::uint32_t>()).empty());
+}
+
+TEST(SceneCells, TellCellsAndDirectionsApart) {
+  const RayScene scene = scene_of(exact::trench(1));
+  const SceneCells cells(scene, 2);
+  const auto key = [&](Vec3d r) { return cells.key(r, 3); };
+  EXPECT_EQ(key({0.1, 0.1, -3.9}), key({1.9, 1.9, -2.1}));
+  EXPECT_LT(key({0.1, 0.1, -3.9}), key({0.1, 0.1, -1.9}));
+  EXPECT_LT(key({0.1, 0.1, -0.1}), key({0.1, 2.1, -3.9}));
+  EXPECT_LT(key({0.1, 7.9, -0.1}), key({2.1, 0.1, -3.9}));
+  EXPECT_LT(cells.key({0.1, 0.1, -3.9}, 0), cells.key({0.1, 0.1, -3.9}, 5));
+  EXPECT_EQ(SceneCells::direction(cells.key({0.1, 0.1, -3.9}, 5)), 5);
+  EXPECT_LT(cells.key({scene.upper().x, scene.upper().y, scene.source_height()}, 5), cells.count());
+  EXPECT_GE(cells.key({0, 0, scene.lowest()}, 0), 0U);
 }
 
 }  // namespace

@@ -1,0 +1,89 @@
+#include "flux/flux_draws.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/random.h"
+#include "core/running_statistics.h"
+#include "flux/view.h"
+#include "tests/flux/shape_problem.h"
+
+namespace scarp {
+namespace {
+
+/// A deep trench in which particles hardly stick, seen along 16 rays from each element. The errors
+/// of the equations are given, but for their draws.
+class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
+ protected:
+  FluxDrawsTest() : ShapeProblem(exact::trench(6), {.name = "gas", .sticking = {0.02F}}) {
+    RandomStream random({.seed = 3});
+    for (double& half : halves_) half = 0.01 * (random.uniform() - 0.5);
+  }
+
+  ErrorDraws of_equations(std::uint64_t seed) const {
+    seeded_.seed = seed;
+    return {seeded_, plan_, halves_, [](std::size_t) { return false; }};
+  }
+  double area(std::size_t rank) const { return elements.area(plan_.element_at(rank)); }
+  // Mean over the draws of the square of all errors, by area.
+  template <class OfRank>
+  double mean_square(std::size_t count, const OfRank& of_rank) const {
+    double sum = 0;
+    for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+      for (std::size_t k = 0; k < count; ++k)
+        sum += area(rank) * static_cast<double>(of_rank(rank)[k]) *
+               static_cast<double>(of_rank(rank)[k]) / static_cast<double>(count);
+    return sum;
+  }
+  double corrected(std::uint64_t seed, std::size_t count) const {
+    const std::vector<double> weights(plan_.size(), 1);
+    FluxDraws draws(plan_, view_.matrix, view_.rows, exchange_, reemitted_, of_equations(seed),
+                    weights);
+    draws.draw(count);
+    EXPECT_EQ(draws.count(), count);
+    return mean_square(count, [&](std::size_t rank) { return draws.of_rank(rank); });
+  }
+  double uncorrected(std::uint64_t seed) const {
+    const std::vector<float> solved =
+        exchange_.solve<float>(of_equations(seed).draws(0, draw_count), draw_count, 1e-3);
+    return mean_square(draw_count, [&](std::size_t rank) {
+      return std::span(solved).subspan(rank * draw_count, draw_count);
+    });
+  }
+
+  View seen() {
+    plan_.grow(16, 1'000'000);
+    return look({&problem, 1}, plan_, {});
+  }
+
+  RayPlan plan_{scene, elements};
+  View view_ = seen();
+  mutable FluxOptions seeded_ = options;
+  std::vector<double> halves_ = std::vector<double>(plan_.size());
+  std::vector<float> reemitted_ = std::vector<float>(plan_.size(), 0.98F);
+  ExchangeSolver exchange_{view_.rows, reemitted_};
+};
+
+// Eight independent draws of one error tell its square within a half.
+TEST_F(FluxDrawsTest, EightTellASmoothErrorAsWellAsAll) {
+  RunningStatistics by_eight;
+  RunningStatistics by_all;
+  RunningStatistics plainly;
+  for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+    by_eight.add(corrected(seed, FluxDraws::at_once));
+    by_all.add(corrected(seed, draw_count));
+    plainly.add(uncorrected(seed));
+  }
+  const auto spread = [](const RunningStatistics& of) {
+    return of.std_error() * std::sqrt(static_cast<double>(of.count())) / of.mean();
+  };
+  EXPECT_LT(spread(by_eight), 0.12);
+  EXPECT_LT(spread(by_all), 0.5 * spread(plainly));
+  EXPECT_NEAR(by_eight.mean(), by_all.mean(),
+              4 * std::hypot(by_eight.std_error(), by_all.std_error()));
+  EXPECT_NEAR(by_all.mean(), plainly.mean(), 4 * plainly.std_error());
+}
+
+}  // namespace
+}  // namespace scarp
