@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <ranges>
 #include <span>
 #include <vector>
 
@@ -53,8 +52,31 @@ class Elements {
 
   std::size_t count() const { return area_.size(); }
   double area(std::size_t element) const { return area_[element]; }
-  /// Numbers of pieces in a row.
-  using Pieces = std::ranges::iota_view<std::uint32_t, std::uint32_t>;
+  /// Numbers of pieces, one after the other.
+  class Pieces {
+   public:
+    struct Iterator {
+      std::uint32_t piece;
+      std::uint32_t operator*() const { return piece; }
+      Iterator& operator++() {
+        ++piece;
+        return *this;
+      }
+      bool operator==(const Iterator&) const = default;
+    };
+
+    Pieces(std::uint32_t first, std::uint32_t end) : first_(first), end_(end) {}
+
+    Iterator begin() const { return {first_}; }
+    Iterator end() const { return {end_}; }
+    std::uint32_t front() const { return first_; }
+    std::uint32_t operator[](std::size_t k) const { return first_ + static_cast<std::uint32_t>(k); }
+    std::size_t size() const { return end_ - first_; }
+
+   private:
+    std::uint32_t first_;
+    std::uint32_t end_;
+  };
   Pieces pieces_of(std::size_t element) const {
     return {first_of_element_[element], first_of_element_[element + 1]};
   }

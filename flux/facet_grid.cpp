@@ -191,20 +191,8 @@ FacetGrid::Corners FacetGrid::in_steps(const Facet& facet) const {
   return corners;
 }
 
-void FacetGrid::raise_ceilings() {
-  constexpr std::size_t grain = 4096;
-  ceilings_.resize(blocks_.size());
-  parallel_for(blocks_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      if (b > 0 && !blocks_[b - 1].is_last) continue;
-      std::size_t last = b;
-      while (!blocks_[last].is_last) ++last;
-      ceilings_[b] = ceiling_over(std::span(blocks_).subspan(b, last + 1 - b));
-    }
-  });
-}
-
-// Across the mean normal by area, at the highest corner.
+// Across the mean normal by area, at the highest corner. With wider vectors it takes half the time,
+// and gives the same. Clones have to stand before what calls them.
 [[gnu::target_clones("avx2", "default")]] FacetGrid::Ceiling FacetGrid::ceiling_over(
     std::span<const Block> blocks) const {
   using Floats [[gnu::vector_size(block_size * sizeof(float))]] = float;
@@ -250,6 +238,19 @@ void FacetGrid::raise_ceilings() {
   const double cells_per_step = 1 / (per_step_ * cell_size_);
   const double room = rounding + padding_in_steps_;
   return {n, static_cast<float>((static_cast<double>(height) + room) * cells_per_step)};
+}
+
+void FacetGrid::raise_ceilings() {
+  constexpr std::size_t grain = 4096;
+  ceilings_.resize(blocks_.size());
+  parallel_for(blocks_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      if (b > 0 && !blocks_[b - 1].is_last) continue;
+      std::size_t last = b;
+      while (!blocks_[last].is_last) ++last;
+      ceilings_[b] = ceiling_over(std::span(blocks_).subspan(b, last + 1 - b));
+    }
+  });
 }
 
 // Compilers make vectors of it, not of std::min, which takes references.
