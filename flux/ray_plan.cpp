@@ -72,43 +72,47 @@ void RayPlan::share_by_width() {
   }
 }
 
-void RayPlan::make_blocks(const RayScene& scene) {
-  struct Row {
-    std::uint32_t size = 0;
-    std::size_t first_block = 0;
-    std::size_t end_block = 0;
-  };
+// Ranks with the same main direction.
+std::vector<RayPlan::Row> RayPlan::rows(const RayScene& scene) const {
   std::vector<Row> rows;
-  block_of_.resize(size());
-  for (std::uint32_t begin = 0; begin < size();) {
+  for (std::uint32_t begin = 0; begin < size(); begin = rows.back().end) {
     const int direction = main_direction_of(scene, *elements_, element_at_[begin]);
     std::uint32_t end = begin + 1;
     while (end < size() && !is_parted(end) &&
            main_direction_of(scene, *elements_, element_at_[end]) == direction)
       ++end;
-    Row row{.size = end - begin, .first_block = blocks_.size()};
+    rows.push_back({.begin = begin, .end = end, .main_direction = direction});
+  }
+  return rows;
+}
+
+void RayPlan::make_blocks(const RayScene& scene) {
+  const std::vector<Row> rows = this->rows(scene);
+  std::vector<std::size_t> first_block;
+  block_of_.resize(size());
+  for (const Row& row : rows) {
+    first_block.push_back(blocks_.size());
     const std::uint32_t longest =
         elements_->are_of_section()
-            ? std::clamp(std::bit_floor(row.size / blocks_in_row), shortest_block, longest_block)
+            ? std::clamp(std::bit_floor(row.size() / blocks_in_row), shortest_block, longest_block)
             : longest_block;
-    for (; begin < end; begin = blocks_.back().end) {
-      blocks_.push_back(
-          {.begin = begin, .end = std::min(begin + longest, end), .main_direction = direction});
-      for (std::uint32_t rank = begin; rank < blocks_.back().end; ++rank)
-        block_of_[rank] = static_cast<std::uint32_t>(blocks_.size() - 1);
+    for (std::uint32_t begin = row.begin; begin < row.end; begin = blocks_.back().end) {
+      const std::uint32_t end = std::min(begin + longest, row.end);
+      std::fill(block_of_.begin() + begin, block_of_.begin() + end,
+                static_cast<std::uint32_t>(blocks_.size()));
+      blocks_.push_back({.begin = begin, .end = end, .main_direction = row.main_direction});
     }
-    row.end_block = blocks_.size();
-    rows.push_back(row);
   }
+  first_block.push_back(blocks_.size());
   // What is left of a row lengthens its windows: one block alone would tell its error by one
   // sample.
-  for (const Row& row : rows) {
-    const std::size_t blocks = row.end_block - row.first_block;
-    const std::size_t count = std::max(1U, row.size / elements_in_window);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::size_t blocks = first_block[r + 1] - first_block[r];
+    const std::size_t count = std::max(1U, rows[r].size() / elements_in_window);
     for (std::size_t n = 0; n < count; ++n) {
-      const std::size_t first = row.first_block + blocks * n / count;
-      const std::size_t end = row.first_block + blocks * (n + 1) / count;
-      windows_.push_back({&blocks_[first], end - first});
+      const std::size_t first = blocks * n / count;
+      const std::size_t end = blocks * (n + 1) / count;
+      windows_.push_back(std::span(blocks_).subspan(first_block[r] + first, end - first));
     }
   }
 }

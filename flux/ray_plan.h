@@ -84,6 +84,14 @@ class RayPlan {
   static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
 
   void share_by_width();
+  // Elements that blocks do not reach beyond.
+  struct Row {
+    std::uint32_t begin = 0;  // first rank
+    std::uint32_t end = 0;
+    int main_direction = 0;
+    std::uint32_t size() const { return end - begin; }
+  };
+  std::vector<Row> rows(const RayScene& scene) const;
   void make_blocks(const RayScene& scene);
   bool is_parted(std::uint32_t rank) const;
   std::uint32_t least(std::size_t rank) const;
