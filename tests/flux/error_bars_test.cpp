@@ -182,7 +182,7 @@ TEST_P(SlowZones, HaveTrueErrors) {
   // there. A value and its error rise together with their number n, which shifts the mean by
   // 1 / (2 sqrt(n)): a facet of the least flux has some 25 here.
   const bool is_gather = engine() == Engine::gather;
-  const int bits = (is_gather ? 17 : 16) + (sticking() < 1 ? 0 : is_gather ? 2 : 4);
+  const int bits = 17 + (sticking() < 1 ? 0 : is_gather ? 2 : 3);
   const std::uint64_t rays = std::uint64_t{1} << bits;
   // What hardly sticks is off everywhere together: the mean over 400 seeds varies by .05 then.
   const std::uint64_t enough = is_gather && sticking() < 1 ? 1600 : 400;
