@@ -24,10 +24,9 @@ class FluxDraws {
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
-  /// exchange: that of the rows and of reemitted.
-  /// Shape: per rank, reemitted and the weight of its error in the sum per area, zero where there
-  /// is
-  ///        no error. All but the weights have to outlive the draws.
+  /// exchange: that of the rows and of reemitted. All but the weights have to outlive the draws.
+  /// Shape: one reemitted part per rank, and one weight, of its error in the sum, per area; zero
+  ///        where there is no error.
   FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
             const ExchangeSolver& exchange, std::span<const float> reemitted,
             ErrorDraws of_equations, const std::vector<double>& weights);
@@ -46,11 +45,12 @@ class FluxDraws {
   const KnownSum& known_sum() const { return known_sum_; }
 
  private:
+  struct Thinned;
+
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
   std::vector<double> effects(std::span<const double> weights) const;
 
   const RayPlan& plan_;
-  struct Thinned;
   std::unique_ptr<const Thinned> thinned_;  // if the rows are long
   const ExchangeRows& rows_;
   const ExchangeSolver& exchange_;

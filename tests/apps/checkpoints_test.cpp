@@ -27,19 +27,7 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 // Time steps of 4 s between outputs at 30 s and 60 s.
-constexpr const char* slow_etch = R"(
-[domain]
-spacing = "10 nm"
-extent = ["200 nm"]
-mode = "2d"
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[step]]
-model = "isotropic"
-duration = "60 s"
-etch_rate = "1 nm/s"
-[output]
+const std::string slow_etch = std::string(etch_of_a_wafer) + R"([output]
 every = "30 s"
 )";
 

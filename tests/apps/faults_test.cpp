@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/peak_memory.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -27,19 +28,7 @@ using ::testing::Not;
 namespace fs = std::filesystem;
 
 // Two hundred time steps, with a checkpoint after each.
-constexpr const char* long_etch = R"(
-[domain]
-spacing = "10 nm"
-extent = ["200 nm"]
-mode = "2d"
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[step]]
-model = "isotropic"
-duration = "60 s"
-etch_rate = "1 nm/s"
-[advection]
+const std::string long_etch = std::string(etch_of_a_wafer) + R"([advection]
 cfl = 0.03
 [output]
 every = "10 s"

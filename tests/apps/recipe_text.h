@@ -8,6 +8,21 @@
 
 namespace scarp {
 
+/// The beginning of a recipe: a bare wafer is etched by 60 nm in a minute.
+inline constexpr const char* etch_of_a_wafer = R"(
+[domain]
+spacing = "10 nm"
+extent = ["200 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "60 s"
+etch_rate = "1 nm/s"
+)";
+
 /// A recipe that stands in a test.
 inline Recipe read_text(const std::string& text) {
   const TemporaryFolder folder;

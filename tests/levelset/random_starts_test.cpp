@@ -122,6 +122,7 @@ class RandomShapes {
   RandomShapes(std::uint64_t seed, bool on_nodes) : random_({.seed = seed}), on_nodes_(on_nodes) {}
 
   std::vector<Shape> stack() {
+    used_ = {0};
     std::vector<Shape> shapes{WaferShape{}};
     const int count = 3 + below(5);
     for (int k = 0; k < count; ++k) shapes.push_back(k == 0 ? layer() : any());
@@ -177,7 +178,7 @@ class RandomShapes {
 
   RandomStream random_;
   bool on_nodes_;
-  std::vector<MaterialId> used_{0};
+  std::vector<MaterialId> used_;
 };
 
 std::string shown(const std::vector<Shape>& shapes) {
@@ -239,12 +240,19 @@ class SlowRandomStarts : public ::testing::TestWithParam<std::uint64_t> {
   // Of what is thinner than a spacing, and of corners, the grid keeps less.
   static constexpr double room = 0.8;
 
-  std::vector<Shape> shapes_ = RandomShapes(GetParam(), GetParam() % 2 == 0).stack();
+  // The first that are a geometry: now and then a taper closes an opening.
+  static std::vector<Shape> acceptable() {
+    RandomShapes random(GetParam(), GetParam() % 2 == 0);
+    std::vector<Shape> shapes = random.stack();
+    while (!check_shapes(section(), shapes).empty()) shapes = random.stack();
+    return shapes;
+  }
+
+  std::vector<Shape> shapes_ = acceptable();
   PointModel model_{shapes_};
 };
 
 TEST_P(SlowRandomStarts, AreWhatTheirShapesSayAtEveryPoint) {
-  if (!check_shapes(section(), shapes_).empty()) GTEST_SKIP() << shown(shapes_);
   const Layers layers = build_layers(section(), shapes_);
   int wrong = 0;
   for_each_point(room, [&](Vec3d r, const Material& expected) {
@@ -257,7 +265,6 @@ TEST_P(SlowRandomStarts, AreWhatTheirShapesSayAtEveryPoint) {
 // A film is nowhere but on walls, and an etch opens nothing but what is next to them: a surface
 // amid gas or solid would tell.
 TEST_P(SlowRandomStarts, HaveNoSurfaceAmidGasOrSolid) {
-  if (!check_shapes(section(), shapes_).empty()) GTEST_SKIP() << shown(shapes_);
   constexpr double thickness = 0.5;
   Layers coated = build_layers(section(), shapes_);
   Layers etched = build_layers(section(), shapes_);
