@@ -88,17 +88,25 @@ class Overlap {
 }  // namespace
 
 FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, double padding)
-    : lower_(lower), padding_(padding) {
-  const Vec3d extent = upper - lower;
+    : padding_(padding) {
+  const Vec3d within = upper - lower;
+  const double most_cells =
+      most_cells_per_facet * static_cast<double>(facets.size()) + least_most_cells;
+  cell_size_ = std::max(cell_per_facet_edge * mean_edge(facets),
+                        std::cbrt(within.x * within.y * within.z / most_cells));
+  per_cell_ = 1 / cell_size_;
+  // What rounding makes of a place, a time, a direction and what follows from them: some steps of
+  // single precision at the far end.
+  constexpr double some = 5 * std::numeric_limits<float>::epsilon();
+  const double walk_error = some * length(within);
+  walk_error_ = static_cast<float>(walk_error * per_cell_);
+  room_ = padding + 3 * walk_error;
+  lower_ = lower - Vec3d{room_, room_, room_};
+  const Vec3d extent = upper - lower_ + Vec3d{room_, room_, room_};
   const double step =
       std::max({extent.x, extent.y, extent.z}) / std::numeric_limits<std::uint16_t>::max();
   per_step_ = 1 / step;
   padding_in_steps_ = padding / step;
-  const double most_cells =
-      most_cells_per_facet * static_cast<double>(facets.size()) + least_most_cells;
-  cell_size_ = std::max(cell_per_facet_edge * mean_edge(facets),
-                        std::cbrt(extent.x * extent.y * extent.z / most_cells));
-  per_cell_ = 1 / cell_size_;
   for (int axis = 0; axis < 3; ++axis)
     bricks_[static_cast<std::size_t>(axis)] =
         static_cast<int>(extent[axis] / cell_size_) / brick + 1;
@@ -119,12 +127,10 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
       const int most = size_[static_cast<std::size_t>(axis)] - 1;
       return std::clamp(static_cast<int>((r - lower_[axis]) / cell_size_), 0, most);
     };
-    first[static_cast<std::size_t>(axis)] =
-        cell_of(std::min({a[axis], b[axis], c[axis]}) - padding_);
-    last[static_cast<std::size_t>(axis)] =
-        cell_of(std::max({a[axis], b[axis], c[axis]}) + padding_);
+    first[static_cast<std::size_t>(axis)] = cell_of(std::min({a[axis], b[axis], c[axis]}) - room_);
+    last[static_cast<std::size_t>(axis)] = cell_of(std::max({a[axis], b[axis], c[axis]}) + room_);
   }
-  const Overlap overlap(facet.corners, 0.5 * cell_size_ + padding_);
+  const Overlap overlap(facet.corners, 0.5 * cell_size_ + room_);
   for (int z = first[2]; z <= last[2]; ++z) {
     for (int y = first[1]; y <= last[1]; ++y) {
       Vec3d middle = lower_ + cell_size_ * Vec3d{0, y + 0.5, z + 0.5};
@@ -236,7 +242,7 @@ FacetGrid::Corners FacetGrid::in_steps(const Facet& facet) const {
   // Corners are rounded to whole steps, and heights of 17 bits to 2^-6 of one.
   constexpr double rounding = 1;
   const double cells_per_step = 1 / (per_step_ * cell_size_);
-  const double room = rounding + padding_in_steps_;
+  const double room = rounding + room_ * per_step_;
   return {n, static_cast<float>((static_cast<double>(height) + room) * cells_per_step)};
 }
 

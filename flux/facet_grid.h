@@ -17,6 +17,7 @@ namespace scarp {
 
 /// Three components side by side, for operations on all at once.
 using Lanes [[gnu::vector_size(4 * sizeof(double))]] = double;
+using FloatLanes [[gnu::vector_size(4 * sizeof(float))]] = float;
 
 /// Facets by the cells of a uniform grid that they reach into, for flights through mostly empty
 /// space.
@@ -114,6 +115,8 @@ class FacetGrid {
   double padding_in_steps_ = 0;
   double cell_size_ = 0;
   double per_cell_ = 0;
+  float walk_error_ = 0;  // in cells
+  double room_ = 0;       // cells hold what comes so close
   Index3 size_{};
   Index3 bricks_{};
   // A cell without facets: half a byte per octant, the kind of its cube. Otherwise
@@ -148,7 +151,9 @@ class FacetGrid::Walks {
   }
 
   /// Nothing further away than t is of interest.
-  void shorten(std::size_t walk, double t) { t_end_[walk] = t; }
+  void shorten(const FacetGrid& grid, std::size_t walk, double t) {
+    t_end_[walk] = in_cells(grid, t);
+  }
 
   /// To the next cells. Fills ended with the walks whose end lies in the cell just left, and
   /// returns their number.
@@ -160,46 +165,48 @@ class FacetGrid::Walks {
   template <class T>
   using PerWalk = std::array<T, capacity>;
 
-  // In cells: a step ends so much behind the cell's side. Facets are padded by more.
-  static constexpr double overshoot = 1e-7;
+  static float in_cells(const FacetGrid& grid, double t) {
+    return static_cast<float>(t * grid.per_cell_) + grid.walk_error_;
+  }
 
-  std::array<PerWalk<double>, 3> start_;      // in cells
-  std::array<PerWalk<double>, 3> speed_;      // cells per length
-  std::array<PerWalk<double>, 3> inverse_;    // of speed
-  std::array<PerWalk<double>, 3> near_side_;  // t at the sides of cell 0 where flights come in
-  PerWalk<double> t_;
-  PerWalk<double> t_exit_;
-  PerWalk<double> t_end_;
+  // In cells. A walk is ahead of its flight, along each axis, by as much as single precision may
+  // leave it behind: so each step brings it to another cell.
+  std::array<PerWalk<float>, 3> start_;
+  std::array<PerWalk<float>, 3> u_;
+  std::array<PerWalk<float>, 3> inverse_;  // of u
+  std::array<PerWalk<float>, 3> behind_;   // by this flights leave a cell at the side of its number
+  PerWalk<float> t_;
+  PerWalk<float> t_exit_;
+  PerWalk<float> t_end_;
   PerWalk<std::uint32_t> shift_;  // of the octant's half byte
   PerWalk<std::uint32_t> cell_;
-  double beyond_ = 0;
 };
 
 // All axes at once, since divisions take long.
 inline void FacetGrid::Walks::start(const FacetGrid& grid, std::size_t walk, Vec3d r, Vec3d u,
                                     double t_end) {
-  constexpr double least_speed = 1e-12;
+  constexpr float least_speed = 1e-12F;
   const Vec3d from_lower = r - grid.lower_;
-  const Lanes start = grid.per_cell_ * Lanes{from_lower.x, from_lower.y, from_lower.z, 0};
-  const Lanes along = grid.per_cell_ * Lanes{u.x, u.y, u.z, 1};
+  const Lanes place = grid.per_cell_ * Lanes{from_lower.x, from_lower.y, from_lower.z, 0};
+  const FloatLanes from = __builtin_convertvector(place, FloatLanes);
+  const FloatLanes along = __builtin_convertvector(Lanes{u.x, u.y, u.z, 1}, FloatLanes);
   const auto is_up = along >= 0;
-  const Lanes at_least = along > least_speed ? along : Lanes{} + least_speed;
-  const Lanes at_most = along < -least_speed ? along : Lanes{} - least_speed;
-  const Lanes speed = is_up ? at_least : at_most;
-  const Lanes inverse = 1 / speed;
-  const Lanes side = is_up ? Lanes{} : Lanes{} + 1;
-  const Lanes near_side = (side - start) * inverse;
+  const FloatLanes at_least = along > least_speed ? along : FloatLanes{} + least_speed;
+  const FloatLanes at_most = along < -least_speed ? along : FloatLanes{} - least_speed;
+  const FloatLanes speed = is_up ? at_least : at_most;
+  const FloatLanes inverse = 1 / speed;
+  const FloatLanes start = is_up ? from + grid.walk_error_ : from - grid.walk_error_;
+  const FloatLanes behind = is_up ? from : from - 1;
   shift_[walk] = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     start_[axis][walk] = start[axis];
-    speed_[axis][walk] = speed[axis];
+    u_[axis][walk] = speed[axis];
     inverse_[axis][walk] = inverse[axis];
-    near_side_[axis][walk] = near_side[axis];
+    behind_[axis][walk] = behind[axis];
     shift_[walk] |= is_up[axis] != 0 ? 0U : 4U << axis;
   }
   t_[walk] = 0;
-  t_end_[walk] = t_end;
-  beyond_ = overshoot * grid.cell_size_;
+  t_end_[walk] = in_cells(grid, t_end);
 }
 
 // Two loops without branches, so that the first can read far ahead and the second is vectorised.
@@ -209,7 +216,7 @@ inline void FacetGrid::Walks::look(const FacetGrid& grid, std::size_t count) {
   PerWalk<std::int32_t> index;
   for (std::size_t w = 0; w < count; ++w) {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      at[axis][w] = static_cast<std::int32_t>(start_[axis][w] + t_[w] * speed_[axis][w]);
+      at[axis][w] = static_cast<std::int32_t>(start_[axis][w] + t_[w] * u_[axis][w]);
   }
   for (std::size_t w = 0; w < count; ++w) {
     index[w] = grid.index(at[0][w], at[1][w], at[2][w]);
@@ -219,11 +226,13 @@ inline void FacetGrid::Walks::look(const FacetGrid& grid, std::size_t count) {
   for (std::size_t w = 0; w < count; ++w) {
     // A cell with facets is left, whatever the other half bytes hold.
     const std::uint32_t is_empty = (cell_[w] & 15U) != 0 ? 15U : 0U;
-    const auto reach = static_cast<std::int32_t>(cube_length((cell_[w] >> shift_[w]) & is_empty));
-    t_exit_[w] = std::numeric_limits<double>::infinity();
+    const auto reach = static_cast<float>(
+        static_cast<std::int32_t>(cube_length((cell_[w] >> shift_[w]) & is_empty)));
+    t_exit_[w] = std::numeric_limits<float>::infinity();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double inverse = inverse_[axis][w];
-      const double t = at[axis][w] * inverse + (reach * std::abs(inverse) + near_side_[axis][w]);
+      const float inverse = inverse_[axis][w];
+      const float side = static_cast<float>(at[axis][w]) + std::copysign(reach, inverse);
+      const float t = (side - behind_[axis][w]) * inverse;
       t_exit_[w] = t < t_exit_[w] ? t : t_exit_[w];
     }
   }
@@ -231,21 +240,20 @@ inline void FacetGrid::Walks::look(const FacetGrid& grid, std::size_t count) {
 
 inline bool FacetGrid::Walks::may_meet(const FacetGrid& grid, std::size_t walk) const {
   const auto& [n, height] = grid.ceilings_[cell_[walk] >> 4];
-  const std::array<double, 3> normal{n.x, n.y, n.z};
-  double above_at_start = -height;
-  double climb = 0;
+  const std::array<float, 3> normal{n.x, n.y, n.z};
+  float above_at_start = -height;
+  float climb = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     above_at_start += normal[axis] * start_[axis][walk];
-    climb += normal[axis] * speed_[axis][walk];
+    climb += normal[axis] * u_[axis][walk];
   }
-  const double t_out = t_exit_[walk] < t_end_[walk] ? t_exit_[walk] : t_end_[walk];
+  const float t_out = t_exit_[walk] < t_end_[walk] ? t_exit_[walk] : t_end_[walk];
   return (above_at_start + climb * t_[walk] <= 0) | (above_at_start + climb * t_out <= 0);
 }
 
 inline std::size_t FacetGrid::Walks::go_on(std::size_t count,
                                            std::array<std::uint32_t, capacity>& ended) {
-  for (std::size_t w = 0; w < count; ++w)
-    t_[w] = (t_[w] < t_exit_[w] ? t_exit_[w] : t_[w]) + beyond_;
+  for (std::size_t w = 0; w < count; ++w) t_[w] = t_[w] < t_exit_[w] ? t_exit_[w] : t_[w];
   std::size_t ended_count = 0;
   for (std::size_t w = 0; w < count; ++w) {
     ended[ended_count] = static_cast<std::uint32_t>(w);
@@ -256,8 +264,7 @@ inline std::size_t FacetGrid::Walks::go_on(std::size_t count,
 
 inline void FacetGrid::Walks::move(std::size_t from, std::size_t to) {
   for (std::size_t axis = 0; axis < 3; ++axis)
-    for (PerWalk<double>* values :
-         {&start_[axis], &speed_[axis], &inverse_[axis], &near_side_[axis]})
+    for (PerWalk<float>* values : {&start_[axis], &u_[axis], &inverse_[axis], &behind_[axis]})
       (*values)[to] = (*values)[from];
   t_[to] = t_[from];
   t_exit_[to] = t_exit_[from];

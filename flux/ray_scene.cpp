@@ -189,7 +189,7 @@ class RayScene::Wave {
       NearestFacet& nearest = nearest_[walk];
       nearest.test(scene_.facets_[f].corners, scene_.facets_[f].normal, f);
       // What is as far away, but for rounding, counts as well.
-      walks_.shorten(walk, nearest.t_nearest() + scene_.grid_.padding());
+      walks_.shorten(scene_.grid_, walk, nearest.t_nearest() + scene_.grid_.padding());
     }
     candidate_count_ = 0;
   }
