@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace scarp {
@@ -29,11 +30,51 @@ class RandomStream {
 
   std::uint32_t bits();
 
+  /// The first block of four numbers of which none was drawn yet.
+  std::uint32_t next_block() const { return counter_[0]; }
+
  private:
+  friend class RandomStreams;
+  RandomStream(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key)
+      : counter_(counter), key_(key) {}
+
   std::array<std::uint32_t, 4> counter_;
   std::array<std::uint32_t, 2> key_;
   std::array<std::uint32_t, 4> block_{};
   int used_ = 4;
+};
+
+/// The streams of all rays of one seed, time step and species.
+class RandomStreams {
+ public:
+  /// Of key, all but the ray.
+  explicit RandomStreams(RandomStream::Key key);
+
+  /// From its numbers of a block of four on.
+  RandomStream of_ray(std::uint64_t ray, std::uint32_t block = 0) const;
+
+  /// A block of each of some rays, and its four numbers.
+  struct Blocks {
+    static constexpr std::size_t most = 64;
+    using Words = std::array<std::uint32_t, most>;
+
+    std::array<Words, 4> words;
+    std::size_t count = 0;
+
+    void add(std::uint64_t ray, std::uint32_t block) {
+      words[0][count] = block;
+      words[1][count] = static_cast<std::uint32_t>(ray);
+      words[2][count] = static_cast<std::uint32_t>(ray >> 32);
+      ++count;
+    }
+  };
+
+  /// Puts the numbers in place of the names.
+  void draw(Blocks& blocks) const;
+
+ private:
+  std::array<std::uint32_t, 2> key_{};
+  std::uint32_t time_step_;
 };
 
 /// One block of Philox 4x32-10.

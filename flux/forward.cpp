@@ -16,12 +16,13 @@ constexpr std::uint64_t first_round = std::uint64_t{1} << 16;
 // Where all particles come from: the plane above the wafer, and facets that emit.
 class Starts {
  public:
-  explicit Starts(const FluxProblem& problem) : problem_(problem), emitted_(problem.emitted()) {
-    const FluxOptions& options = problem.options;
+  explicit Starts(const FluxProblem& problem)
+      : problem_(problem),
+        random_({problem.options.seed, problem.options.time_step, problem.species_index, 0}),
+        emitted_(problem.emitted()) {
     for (std::uint32_t b = 0; b < batch_count; ++b) {
       // Ray numbers of the scramblings lie above those of all rays.
-      RandomStream random(
-          {options.seed, options.time_step, problem.species_index, (std::uint64_t{1} << 63) + b});
+      RandomStream random = random_.of_ray((std::uint64_t{1} << 63) + b);
       points_.emplace_back(std::array{random.bits(), random.bits(), random.bits(), random.bits()});
     }
     double sum = problem.has_source() ? problem.scene.source_area() : 0;
@@ -36,13 +37,8 @@ class Starts {
   double emitted() const { return emitted_; }
 
   Particle emit(std::uint64_t ray) const {
-    const FluxOptions& options = problem_.options;
-    const auto batch = static_cast<std::uint32_t>(ray % batch_count);
-    const auto xi = points_[batch].point(static_cast<std::uint32_t>(ray / batch_count));
-    Particle particle{
-        .ray = {},
-        .batch = batch,
-        .random = RandomStream({options.seed, options.time_step, problem_.species_index, ray})};
+    const auto xi = points_[ray % batch_count].point(static_cast<std::uint32_t>(ray / batch_count));
+    Particle particle{.ray = ray};
     // The first number says where from, and what it has left where there.
     if (xi[0] < from_plane_) {
       leave_plane({xi[0] / from_plane_, xi[1]}, {xi[2], xi[3]}, particle);
@@ -58,13 +54,15 @@ class Starts {
     const SourceLobe& source = problem_.species.source;
     const auto [x, y] =
         source.map.empty() ? std::array{place.xi1, place.xi2} : source.map.place(place);
-    particle.ray.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()};
-    const Vec3d u = sample_lobe(source, direction, particle.random);
+    particle.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()};
+    RandomStream random = random_.of_ray(particle.ray);
+    const Vec3d u = sample_lobe(source, direction, random);
     turn(particle, u, problem_.options.two_dimensional);
     if (problem_.species.ions) {
-      const double quantile = particle.random.uniform_double();
+      const double quantile = random.uniform_double();
       particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
     }
+    particle.block = random.next_block();
   }
 
   void leave_facet(double xi1, double xi2, UnitSquare direction, Particle& particle) const {
@@ -74,13 +72,13 @@ class Starts {
     const auto f = static_cast<std::uint32_t>(above - below_.begin() - 1);
     const Vec3d weights = sample_triangle({(xi1 - begin) / (end - begin), xi2});
     const auto& [a, b, c] = problem_.scene.corners(f);
-    particle.ray.r = weights.x * Vec3d(a) + weights.y * Vec3d(b) + weights.z * Vec3d(c);
-    particle.ray.from = f;
-    particle.is_emitted = true;
+    particle.r = weights.x * Vec3d(a) + weights.y * Vec3d(b) + weights.z * Vec3d(c);
+    particle.facet = f;
     turn(particle, sample_cosine(direction, problem_.normal(f)), problem_.options.two_dimensional);
   }
 
   const FluxProblem& problem_;
+  RandomStreams random_;
   double emitted_ = 0;
   double from_plane_ = 1;               // part of them
   std::vector<double> below_;           // part of them from the plane and the facets before

@@ -27,6 +27,7 @@ OnwardParticles::OnwardParticles(const FluxProblem& problem, const RayPlan& plan
     : problem_(problem),
       arrivals_(arrivals),
       shooter_(problem, plan, Shooter::Law::lobe),
+      random_({problem.options.seed, problem.options.time_step, problem.species_index, 0}),
       first_(first) {
   const auto flux_area = [&](const FirstArrivals::Lit& lit) {
     const std::size_t rank = lit.name.rank;
@@ -37,8 +38,7 @@ OnwardParticles::OnwardParticles(const FluxProblem& problem, const RayPlan& plan
   if (wanted == 0) return;
   const double step = total_ / static_cast<double>(wanted);
   // The stream lies above those of all particles.
-  RandomStream random({problem.options.seed, problem.options.time_step, problem.species_index,
-                       (std::uint64_t{1} << 63) + first});
+  RandomStream random = random_.of_ray((std::uint64_t{1} << 63) + first);
   std::array<double, batch_count> to_next{};
   for (double& rest : to_next) rest = step * random.uniform_double();
   const std::vector<std::uint8_t> batches = batches_of(random, arrivals.lit.size());
@@ -54,16 +54,15 @@ OnwardParticles::OnwardParticles(const FluxProblem& problem, const RayPlan& plan
 
 Particle OnwardParticles::start(std::uint64_t k) const {
   const auto [lit, batch] = starts_[k];
-  const FluxOptions& options = problem_.options;
   const Shot shot = shooter_.shot(arrivals_.lit[lit].name);
-  Particle particle{.ray = shot.ray,
-                    .batch = batch,
-                    .random = RandomStream(
-                        {options.seed, options.time_step, problem_.species_index, first_ + k})};
-  turn(particle, -shot.u, options.two_dimensional);
+  Particle particle{
+      .r = shot.ray.r, .facet = shot.ray.from, .ray = (first_ + k) * batch_count + batch};
+  turn(particle, -shot.u, problem_.options.two_dimensional);
   if (problem_.species.ions) {
-    const double quantile = particle.random.uniform_double();
+    RandomStream random = random_.of_ray(particle.ray);
+    const double quantile = random.uniform_double();
     particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
+    particle.block = random.next_block();
   }
   return particle;
 }

@@ -30,6 +30,7 @@ class OnwardParticles {
   const FluxProblem& problem_;
   const FirstArrivals& arrivals_;
   Shooter shooter_;
+  RandomStreams random_;
   std::uint64_t first_ = 0;
   double total_ = 0;
   std::vector<Start> starts_;

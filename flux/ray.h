@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -26,6 +27,7 @@ struct Flight {
     below,       ///< left below the lowest vertex: the mesh has a gap
     side_limit,  ///< crossed the sides a million times
   };
+  static constexpr std::size_t end_count = 5;
   End end = End::sky;
   std::uint32_t facet = Ray::no_facet;
   Vec3d r;

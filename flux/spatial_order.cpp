@@ -44,12 +44,12 @@ std::uint64_t curve_key(Vec3d r_unit, int direction) {
 
 // Large cells first, then 32 directions, then small cells: what flies from about the same place in
 // about the same direction arrives at about the same place.
-std::uint32_t flight_key(Vec3d r_unit, Vec3d u) {
+std::uint32_t flight_key(Vec3d r_unit, Vec3f u) {
   constexpr unsigned large_bits = 3;
   constexpr unsigned small_bits = 2;
   constexpr unsigned direction_bits = 5;
-  const Vec3d size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
-  const double half = 0.5 * (size.x + size.y + size.z);
+  const Vec3f size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
+  const float half = 0.5F * (size.x + size.y + size.z);
   const std::uint32_t direction = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U) |
                                   (size.x > half ? 8U : 0U) | (size.y > half ? 16U : 0U);
   const auto cell = static_cast<std::uint32_t>(z_order(r_unit, large_bits + small_bits));

@@ -21,7 +21,7 @@ std::uint64_t curve_key(Vec3d r_unit, int direction);
 /// other.
 ///
 /// r_unit: place in the unit cube.
-std::uint32_t flight_key(Vec3d r_unit, Vec3d u);
+std::uint32_t flight_key(Vec3d r_unit, Vec3f u);
 
 /// Cubic cells that fill the space below a scene's source, with places by main direction in each.
 class SceneCells {
@@ -49,20 +49,5 @@ class SceneCells {
 /// Cost: a pass over the keys for each 11 bits of the largest.
 template <class Key>
 std::vector<std::uint32_t> sorted_order(const std::vector<Key>& keys);
-
-/// The order in which count flights should be flown: consecutive ones meet the same cells of the
-/// scene, which are then in the cache. ray_at(i) is the i-th ray.
-template <class RayAt>
-std::vector<std::uint32_t> flight_order(const RayScene& scene, std::size_t count,
-                                        const RayAt& ray_at) {
-  const Vec3d size{scene.upper().x, scene.upper().y, scene.source_height() - scene.lowest()};
-  std::vector<std::uint32_t> keys(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Ray& ray = ray_at(i);
-    keys[i] = flight_key({ray.r.x / size.x, ray.r.y / size.y, (ray.r.z - scene.lowest()) / size.z},
-                         ray.u);
-  }
-  return sorted_order(keys);
-}
 
 }  // namespace scarp

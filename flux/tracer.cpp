@@ -19,7 +19,7 @@ constexpr std::size_t most_pool = std::size_t{1} << 16;
 constexpr std::size_t pools_per_thread = 2;
 
 // Of a pool, while their ends fit in the cache.
-constexpr std::size_t flights_at_once = 4096;
+constexpr std::size_t flights_at_once = 2048;
 
 // How many turns ahead the memory is asked for what will be needed.
 constexpr std::size_t ahead = 16;
@@ -30,20 +30,114 @@ constexpr std::uint32_t unit_weight = Particle::unit_weight;
 constexpr std::uint32_t roulette_below = unit_weight / 10;
 constexpr std::uint32_t roulette_weight = 3 * (unit_weight / 10);
 
+std::uint32_t batch_of(const Particle& particle) {
+  return static_cast<std::uint32_t>(particle.ray % batch_count);
+}
+
+Ray ray_of(const Particle& particle) {
+  return {.r = particle.r, .u = normalized(Vec3d(particle.u)), .from = particle.facet};
+}
+
+// What sticks of a weight, and what its rest becomes by roulette: that goes on with probability
+// rest / roulette_weight, so the weight is kept on average.
+struct Rest {
+  std::uint32_t absorbed;
+  std::uint32_t before;
+  std::uint32_t after;
+};
+
+inline Rest rest_of(std::uint32_t weight, std::uint32_t sticking, std::uint32_t random) {
+  const auto absorbed = static_cast<std::uint32_t>(
+      (std::uint64_t{weight} * sticking + unit_weight / 2) / unit_weight);
+  const std::uint32_t before = weight - absorbed;
+  const bool goes_on = std::uint64_t{random} * roulette_weight < std::uint64_t{before} << 32;
+  const std::uint32_t played = goes_on ? roulette_weight : 0;
+  return {absorbed, before, before < roulette_below ? played : before};
+}
+
 template <class Number>
 void add(Number& sum, Number term) {
   std::atomic_ref<Number>(sum).fetch_add(term, std::memory_order_relaxed);
 }
 
-// Goes on with probability weight / roulette_weight, so the weight is kept on average; returns the
-// weight that is added.
-std::int64_t play_roulette(Particle& particle) {
-  if (particle.weight == 0) return 0;
-  const std::uint32_t before = particle.weight;
-  const bool goes_on =
-      std::uint64_t{particle.random.bits()} * roulette_weight < (std::uint64_t{before} << 32);
-  particle.weight = goes_on ? roulette_weight : 0;
-  return std::int64_t{particle.weight} - std::int64_t{before};
+}  // namespace
+
+// Particles about to fly, each with the key of its place in the order of flights: those that start
+// close together in about the same direction follow each other.
+class Tracer::Pool {
+ public:
+  Pool(const RayScene& scene, std::size_t capacity)
+      : lowest_(scene.lowest()),
+        per_size_{1 / scene.upper().x, 1 / scene.upper().y,
+                  1 / (scene.source_height() - scene.lowest())} {
+    particles_.reserve(capacity);
+    keys_.reserve(capacity);
+  }
+
+  void add(const Particle& particle) {
+    const auto& [x, y, z] = particle.r;
+    particles_.push_back(particle);
+    keys_.push_back(
+        flight_key({x * per_size_.x, y * per_size_.y, (z - lowest_) * per_size_.z}, particle.u));
+  }
+
+  void clear() {
+    particles_.clear();
+    keys_.clear();
+  }
+
+  std::size_t size() const { return particles_.size(); }
+  const Particle& operator[](std::size_t i) const { return particles_[i]; }
+  std::vector<std::uint32_t> order() const { return sorted_order(keys_); }
+
+ private:
+  double lowest_;
+  Vec3d per_size_;
+  LargeVector<Particle> particles_;
+  std::vector<std::uint32_t> keys_;
+};
+
+// As many as are sent on at once.
+struct Tracer::Arrivals {
+  static constexpr std::size_t most = CosineSamples::most;
+  static_assert(most == RandomStreams::Blocks::most);
+
+  std::array<Particle, most> particles;
+  std::array<std::uint32_t, most> sticking;  // out of unit_weight
+  std::size_t count = 0;
+
+  void add(const Particle& particle, std::uint32_t part) {
+    particles[count] = particle;
+    sticking[count] = part;
+    ++count;
+  }
+};
+
+namespace {
+
+struct Weights {
+  std::array<std::uint32_t, CosineSamples::most> weight;
+  std::int64_t absorbed = 0;
+  std::int64_t roulette = 0;
+};
+
+// Takes two numbers of each block for the direction, one for roulette.
+[[gnu::target_clones("avx512f", "avx2", "default")]] void draw(
+    const RandomStreams::Blocks& random,
+    const std::array<std::uint32_t, CosineSamples::most>& sticking, CosineSamples& samples,
+    Weights& weights) {
+  std::int64_t absorbed = 0;
+  std::int64_t roulette = 0;
+  for (std::size_t k = 0; k < random.count; ++k) {
+    samples.xi1[k] = random.words[0][k] * 0x1.0p-32;
+    samples.xi2[k] = random.words[1][k] * 0x1.0p-32;
+    const Rest rest = rest_of(weights.weight[k], sticking[k], random.words[2][k]);
+    absorbed += rest.absorbed;
+    roulette += std::int64_t{rest.after} - std::int64_t{rest.before};
+    weights.weight[k] = rest.after;
+  }
+  weights.absorbed = absorbed;
+  weights.roulette = roulette;
 }
 
 }  // namespace
@@ -53,11 +147,12 @@ void turn(Particle& particle, Vec3d u, bool two_dimensional) {
     particle.along_slice = static_cast<float>(u.y);
     u = project_to_cross_section(u);
   }
-  particle.ray.u = u;
+  particle.u = Vec3f(u);
 }
 
 Tracer::Tracer(const FluxProblem& problem)
     : problem_(problem),
+      random_({problem.options.seed, problem.options.time_step, problem.species_index, 0}),
       absorbed_weight_(problem.scene.facet_count()),
       units_(1 + problem.species.yields.size(), 1),
       sums_(units_.size() * batch_count, absorbed_weight_.size()) {
@@ -69,108 +164,153 @@ Tracer::Tracer(const FluxProblem& problem)
     units_[k + 1] = problem.species.yields[k].largest(problem.species.ions->energy.largest());
 }
 
+void Tracer::trace(std::uint64_t count, const Start& start) {
+  trace_pools(count, [&](std::uint64_t first, std::uint64_t end, Pool& pool, Counts& counts) {
+    for (std::uint64_t k = first; k < end; ++k) {
+      const Particle particle = start(k);
+      counts.emitted += particle.weight;
+      pool.add(particle);
+    }
+  });
+}
+
+void Tracer::trace_on(std::uint64_t count, const Start& arrival) {
+  trace_pools(count, [&](std::uint64_t first, std::uint64_t end, Pool& pool, Counts& counts) {
+    Arrivals arrivals;
+    for (std::uint64_t k = first; k < end; ++k) {
+      const Particle particle = arrival(k);
+      counts.emitted += particle.weight;
+      arrivals.add(particle, 0);
+      if (arrivals.count == Arrivals::most) send_on(arrivals, pool, counts);
+    }
+    send_on(arrivals, pool, counts);
+  });
+}
+
 // Sums are whole numbers, which do not tell how large a pool was.
-void Tracer::trace(std::uint64_t count, const std::function<Particle(std::uint64_t)>& start) {
-  const std::size_t pool = std::clamp(
+template <class Fill>
+void Tracer::trace_pools(std::uint64_t count, const Fill& fill) {
+  const std::size_t pool_size = std::clamp(
       count / (pools_per_thread * static_cast<std::size_t>(thread_count())), least_pool, most_pool);
-  parallel_for(count, pool, [&](std::size_t first, std::size_t end) {
+  parallel_for(count, pool_size, [&](std::size_t first, std::size_t end) {
     Books books(sums_);
     Counts& counts = books.counts;
-    std::vector<Particle> particles;
-    particles.reserve(end - first);
-    for (std::uint64_t k = first; k < end; ++k) {
-      Particle particle = start(k);
-      counts.emitted += particle.weight;
-      const bool starts = particle.ray.from == Ray::no_facet || particle.is_emitted;
-      const bool flies = starts || leave(particle, impact_of(particle), counts);
-      if (flies) particles.push_back(particle);
-    }
-    trace_pool(std::move(particles), books);
+    Pool pool(problem_.scene, end - first);
+    fill(first, end, pool, counts);
+    trace_pool(pool, books);
     add(counts_.emitted, counts.emitted);
     add(counts_.absorbed, counts.absorbed);
-    add(counts_.escaped, counts.escaped);
-    add(counts_.lost_back_face, counts.lost_back_face);
-    add(counts_.lost_below, counts.lost_below);
-    add(counts_.lost_side_limit, counts.lost_side_limit);
+    for (std::size_t end = 0; end < Flight::end_count; ++end)
+      add(counts_.ended[end], counts.ended[end]);
     add(counts_.roulette, counts.roulette);
     add(counts_.segments, counts.segments);
   });
 }
 
 // All particles of a pool fly once, then all that go on fly again.
-void Tracer::trace_pool(std::vector<Particle> particles, Books& books) {
-  std::vector<Particle> sorted;
+void Tracer::trace_pool(Pool& pool, Books& books) const {
+  Pool next(problem_.scene, pool.size());
   std::vector<Ray> rays(flights_at_once);
   std::vector<Flight> flights(flights_at_once);
-  while (!particles.empty()) {
-    books.counts.segments += static_cast<std::int64_t>(particles.size());
-    const auto order = flight_order(problem_.scene, particles.size(),
-                                    [&](std::size_t i) -> const Ray& { return particles[i].ray; });
-    sorted.clear();
-    sorted.reserve(order.size());
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      if (k + ahead < order.size()) __builtin_prefetch(&particles[order[k + ahead]]);
-      sorted.push_back(particles[order[k]]);
-    }
-    particles.clear();
-    for (std::size_t first = 0; first < sorted.size(); first += flights_at_once) {
-      const std::size_t count = std::min(flights_at_once, sorted.size() - first);
-      for (std::size_t k = 0; k < count; ++k) rays[k] = sorted[first + k].ray;
-      problem_.scene.fly(std::span(rays).first(count), flights);
+  std::vector<std::uint32_t> arrived(flights_at_once);
+  Arrivals arrivals;
+  for (; pool.size() > 0; std::swap(pool, next), next.clear()) {
+    books.counts.segments += static_cast<std::int64_t>(pool.size());
+    const std::vector<std::uint32_t> order = pool.order();
+    for (std::size_t first = 0; first < order.size(); first += flights_at_once) {
+      const std::size_t count = std::min(flights_at_once, order.size() - first);
       for (std::size_t k = 0; k < count; ++k) {
-        if (k + ahead < count) prefetch(flights[k + ahead]);
-        Particle& particle = sorted[first + k];
-        if (arrive(particle, flights[k], books)) particles.push_back(particle);
+        if (first + k + ahead < order.size()) __builtin_prefetch(&pool[order[first + k + ahead]]);
+        rays[k] = ray_of(pool[order[first + k]]);
+      }
+      problem_.scene.fly(std::span(rays).first(count), flights);
+      // Whether a flight arrives cannot be foreseen: no branch asks.
+      std::size_t arrived_count = 0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Flight::End end = flights[k].end;
+        books.counts.ended[static_cast<std::size_t>(end)] += pool[order[first + k]].weight;
+        arrived[arrived_count] = static_cast<std::uint32_t>(k);
+        arrived_count += end == Flight::End::front ? 1 : 0;
+      }
+      for (std::size_t i = 0; i < arrived_count; ++i) {
+        if (i + ahead < arrived_count) prefetch(flights[arrived[i + ahead]].facet);
+        const std::size_t k = arrived[i];
+        arrive(pool[order[first + k]], flights[k], arrivals, books.arrivals);
+        if (arrivals.count == Arrivals::most) send_on(arrivals, next, books.counts);
       }
     }
+    send_on(arrivals, next, books.counts);
   }
 }
 
 // Asks for what arrive() will need from memory.
-void Tracer::prefetch(const Flight& flight) const {
-  if (flight.end != Flight::End::front) return;
-  __builtin_prefetch(&absorbed_weight_[flight.facet]);
-  problem_.scene.prefetch(flight.facet);
+void Tracer::prefetch(std::size_t facet) const {
+  __builtin_prefetch(&absorbed_weight_[facet]);
+  problem_.scene.prefetch(facet);
 }
 
-// Books the end of a flight and starts the next; false if there is none.
-bool Tracer::arrive(Particle& particle, const Flight& flight, Books& books) {
-  Counts& counts = books.counts;
-  switch (flight.end) {
-    case Flight::End::sky:
-      counts.escaped += particle.weight;
-      return false;
-    case Flight::End::back:
-      counts.lost_back_face += particle.weight;
-      return false;
-    case Flight::End::below:
-      counts.lost_below += particle.weight;
-      return false;
-    case Flight::End::side_limit:
-      counts.lost_side_limit += particle.weight;
-      return false;
-    case Flight::End::front:
-      break;
+void Tracer::arrive(const Particle& particle, const Flight& flight, Arrivals& arrivals,
+                    SharedSums::Buffer& sums) const {
+  Particle arrived = particle;
+  arrived.r = flight.r;
+  arrived.u = Vec3f(flight.u);
+  arrived.facet = flight.facet;
+  sums.add(row_of(0, batch_of(particle)), flight.facet, particle.weight);
+  if (units_.size() > 1) count_yields(arrived, sums);
+  arrivals.add(arrived, absorbed_weight_[flight.facet]);
+}
+
+void Tracer::count_yields(const Particle& particle, SharedSums::Buffer& sums) const {
+  const double half_sine = impact_of(particle).half_sine;
+  for (std::size_t k = 1; k < units_.size(); ++k) {
+    const double yield = problem_.species.yields[k - 1].at(particle.energy, half_sine);
+    if (!(yield > 0)) continue;
+    const double part = yield / units_[k];
+    sums.add(row_of(k, batch_of(particle)), particle.facet,
+             static_cast<std::uint32_t>(std::floor(particle.weight * part + 0.5)));
   }
-  const std::uint32_t f = flight.facet;
-  books.arrivals.add(row_of(0, particle.batch), f, particle.weight);
-  particle.ray = {.r = flight.r, .u = flight.u, .from = f};
-  const Impact impact = impact_of(particle);
-  count_yields(particle, impact, books);
-  const auto absorbed = static_cast<std::uint32_t>(
-      (std::uint64_t{particle.weight} * sticking_part(particle, impact) + unit_weight / 2) /
-      unit_weight);
-  counts.absorbed += absorbed;
-  particle.weight -= absorbed;
-  if (particle.weight < roulette_below) counts.roulette += play_roulette(particle);
-  return particle.weight > 0 && leave(particle, impact, counts);
 }
 
-Tracer::Impact Tracer::impact_of(const Particle& particle) const {
-  Impact impact{.n = problem_.normal(particle.ray.from), .d = particle.ray.u};
-  if (!problem_.species.ions) return impact;
+void Tracer::send_on(Arrivals& arrivals, Pool& pool, Counts& counts) const {
+  if (problem_.species.ions) {
+    for (std::size_t k = 0; k < arrivals.count; ++k)
+      if (send_on_ion(arrivals.particles[k], arrivals.sticking[k], counts))
+        pool.add(arrivals.particles[k]);
+  } else {
+    send_on_neutrals(arrivals, pool, counts);
+  }
+  arrivals.count = 0;
+}
+
+void Tracer::send_on_neutrals(Arrivals& arrivals, Pool& pool, Counts& counts) const {
+  RandomStreams::Blocks random;
+  CosineSamples samples;
+  Weights weights;
+  for (std::size_t k = 0; k < arrivals.count; ++k) {
+    const Particle& particle = arrivals.particles[k];
+    random.add(particle.ray, particle.block);
+    samples.add({}, problem_.normal(particle.facet));
+    weights.weight[k] = particle.weight;
+  }
+  random_.draw(random);
+  draw(random, arrivals.sticking, samples, weights);
+  sample_cosines(samples);
+  counts.absorbed += weights.absorbed;
+  counts.roulette += weights.roulette;
+  for (std::size_t k = 0; k < arrivals.count; ++k) {
+    if (weights.weight[k] == 0) continue;
+    Particle& particle = arrivals.particles[k];
+    particle.weight = weights.weight[k];
+    ++particle.block;
+    turn(particle, samples.direction(k), problem_.options.two_dimensional);
+    pool.add(particle);
+  }
+}
+
+Tracer::Impact Tracer::impact_of(const Particle& ion) const {
+  Impact impact{.n = problem_.normal(ion.facet), .d = Vec3d(ion.u)};
   if (problem_.options.two_dimensional) {
-    const double y = particle.along_slice;
+    const double y = ion.along_slice;
     impact.d = std::sqrt(1 - y * y) * impact.d;
     impact.d.y = y;
   }
@@ -178,42 +318,27 @@ Tracer::Impact Tracer::impact_of(const Particle& particle) const {
   return impact;
 }
 
-void Tracer::count_yields(const Particle& particle, const Impact& impact, Books& books) {
-  for (std::size_t k = 1; k < units_.size(); ++k) {
-    const double yield = problem_.species.yields[k - 1].at(particle.energy, impact.half_sine);
-    if (!(yield > 0)) continue;
-    const double part = yield / units_[k];
-    books.arrivals.add(row_of(k, particle.batch), particle.ray.from,
-                       static_cast<std::uint32_t>(std::floor(particle.weight * part + 0.5)));
-  }
-}
-
-// Out of unit_weight.
-std::uint32_t Tracer::sticking_part(const Particle& particle, const Impact& impact) const {
-  const std::uint32_t of_material = absorbed_weight_[particle.ray.from];
-  if (!problem_.species.ions) return of_material;
-  const double by_angle = problem_.species.ions->sticking.at(impact.half_sine);
-  return static_cast<std::uint32_t>(std::floor(by_angle * of_material + 0.5));
-}
-
-// Sends a particle on from a facet; false if its energy ends there.
-bool Tracer::leave(Particle& particle, const Impact& impact, Counts& counts) const {
-  const bool two_dimensional = problem_.options.two_dimensional;
-  if (!problem_.species.ions) {
-    const UnitSquare xi{particle.random.uniform_double(), particle.random.uniform_double()};
-    turn(particle, sample_cosine(xi, impact.n), two_dimensional);
-    return true;
-  }
+// False if it ends where it has arrived.
+bool Tracer::send_on_ion(Particle& ion, std::uint32_t sticking, Counts& counts) const {
   const Ions& ions = *problem_.species.ions;
+  const Impact impact = impact_of(ion);
+  RandomStream random = random_.of_ray(ion.ray, ion.block);
+  const double part = ions.sticking.at(impact.half_sine) * sticking;
+  const Rest rest =
+      rest_of(ion.weight, static_cast<std::uint32_t>(std::floor(part + 0.5)), random.bits());
+  counts.absorbed += rest.absorbed;
+  counts.roulette += std::int64_t{rest.after} - std::int64_t{rest.before};
+  ion.weight = rest.after;
+  if (ion.weight == 0) return false;
   const double kept = ions.energy_kept.at(impact.half_sine);
-  particle.energy *=
-      static_cast<float>(sample_kept_energy(kept, ions.energy_deviation, particle.random));
-  if (particle.energy < ions.least_energy) {
-    counts.absorbed += particle.weight;
+  ion.energy *= static_cast<float>(sample_kept_energy(kept, ions.energy_deviation, random));
+  if (ion.energy < ions.least_energy) {
+    counts.absorbed += ion.weight;
     return false;
   }
   const double cone = ions.cone.at(impact.half_sine);
-  turn(particle, sample_reflection(impact.d, impact.n, cone, particle.random), two_dimensional);
+  turn(ion, sample_reflection(impact.d, impact.n, cone, random), problem_.options.two_dimensional);
+  ion.block = random.next_block();
   return true;
 }
 
@@ -245,12 +370,15 @@ FluxAudit Tracer::audit() const {
   const auto particles = [](std::int64_t weight) {
     return static_cast<double>(weight) / unit_weight;
   };
+  const auto ended = [&](Flight::End end) {
+    return particles(counts_.ended[static_cast<std::size_t>(end)]);
+  };
   return {.emitted = particles(counts_.emitted),
           .absorbed = particles(counts_.absorbed),
-          .escaped = particles(counts_.escaped),
-          .lost_back_face = particles(counts_.lost_back_face),
-          .lost_below = particles(counts_.lost_below),
-          .lost_side_limit = particles(counts_.lost_side_limit),
+          .escaped = ended(Flight::End::sky),
+          .lost_back_face = ended(Flight::End::back),
+          .lost_below = ended(Flight::End::below),
+          .lost_side_limit = ended(Flight::End::side_limit),
           .roulette = particles(counts_.roulette)};
 }
 

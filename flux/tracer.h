@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "core/huge_pages.h"
 #include "core/random.h"
 #include "flux/patches.h"
 #include "flux/problem.h"
@@ -16,20 +18,20 @@ namespace scarp {
 /// Independent parts of all particles, whose spread gives the standard error.
 inline constexpr std::uint32_t batch_count = 32;
 
-/// A particle in flight. One that starts from a facet has just arrived there along its ray, unless
-/// it is emitted there; it is that part of an arriving particle that does not stick.
-struct Particle {
+/// A particle, at the start of a flight or where it has arrived. One line of memory.
+struct alignas(64) Particle {
   /// Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is
   /// the weight of a particle at its start, and 2^33 of them fit in a sum.
   static constexpr std::uint32_t unit_weight = 1U << 30;
 
-  Ray ray;
+  Vec3d r{};
+  Vec3f u{};  ///< to the length of 1 in single precision
+  std::uint32_t facet = Ray::no_facet;
   std::uint32_t weight = unit_weight;
-  std::uint32_t batch = 0;
-  bool is_emitted = false;  ///< by its facet, along its ray
   float energy = 0;         ///< of ions
   float along_slice = 0;    ///< y of the direction before it was projected on a cross-section
-  RandomStream random;
+  std::uint32_t block = 0;  ///< of random numbers that comes next
+  std::uint64_t ray = 0;    ///< of the random numbers; its remainder by batch_count is the batch
 };
 
 /// Sets the direction of a particle: of its flight, and, in two dimensions, its own.
@@ -43,9 +45,13 @@ class Tracer {
  public:
   explicit Tracer(const FluxProblem& problem);
 
-  /// Follows particles that start(0) to start(count - 1) give, on any thread; faster if those of a
-  /// batch follow each other. The sums are over all so far.
-  void trace(std::uint64_t count, const std::function<Particle(std::uint64_t k)>& start);
+  /// Gives the k-th particle, on any thread; it is faster if those of a batch follow each other.
+  using Start = std::function<Particle(std::uint64_t k)>;
+
+  /// Follows particles at the start of their first flight. The sums are over all so far.
+  void trace(std::uint64_t count, const Start& start);
+  /// Follows particles that have arrived: what does not stick of them.
+  void trace_on(std::uint64_t count, const Start& arrival);
 
   /// Arrivals (tally 0) or yields on the facets, if a particle stands for so much flux times area
   /// (squared spacings); deviations are those of batches. Valid while the tracer lives.
@@ -59,10 +65,7 @@ class Tracer {
   struct Counts {
     std::int64_t emitted = 0;
     std::int64_t absorbed = 0;
-    std::int64_t escaped = 0;
-    std::int64_t lost_back_face = 0;
-    std::int64_t lost_below = 0;
-    std::int64_t lost_side_limit = 0;
+    std::array<std::int64_t, Flight::end_count> ended{};  // of flights, by how
     std::int64_t roulette = 0;
     std::int64_t segments = 0;
   };
@@ -75,17 +78,24 @@ class Tracer {
 
   struct Impact {
     Vec3d n;
-    Vec3d d{};             // in space
-    double half_sine = 0;  // of half the angle between them; of ions
+    Vec3d d;               // in space
+    double half_sine = 0;  // of half the angle between them
   };
 
-  void trace_pool(std::vector<Particle> particles, Books& books);
-  void prefetch(const Flight& flight) const;
-  bool arrive(Particle& particle, const Flight& flight, Books& books);
-  Impact impact_of(const Particle& particle) const;
-  void count_yields(const Particle& particle, const Impact& impact, Books& books);
-  std::uint32_t sticking_part(const Particle& particle, const Impact& impact) const;
-  bool leave(Particle& particle, const Impact& impact, Counts& counts) const;
+  class Pool;
+  struct Arrivals;
+
+  template <class Fill>
+  void trace_pools(std::uint64_t count, const Fill& fill);
+  void trace_pool(Pool& pool, Books& books) const;
+  void prefetch(std::size_t facet) const;
+  void arrive(const Particle& particle, const Flight& flight, Arrivals& arrivals,
+              SharedSums::Buffer& sums) const;
+  void count_yields(const Particle& particle, SharedSums::Buffer& sums) const;
+  void send_on(Arrivals& arrivals, Pool& pool, Counts& counts) const;
+  void send_on_neutrals(Arrivals& arrivals, Pool& pool, Counts& counts) const;
+  bool send_on_ion(Particle& ion, std::uint32_t sticking, Counts& counts) const;
+  Impact impact_of(const Particle& ion) const;
 
   // A pool meets few batches, and all facets.
   static std::size_t row_of(std::size_t tally, std::size_t batch) {
@@ -93,6 +103,7 @@ class Tracer {
   }
 
   const FluxProblem& problem_;
+  RandomStreams random_;
   std::vector<std::uint32_t> absorbed_weight_;  // of a particle of unit weight, per facet
   std::vector<double> units_;  // of the weights of each tally: 1, the largest yield of a law
   SharedSums sums_;            // of weights, by tally, batch and facet
