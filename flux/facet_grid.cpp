@@ -113,7 +113,6 @@ FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, do
   for (std::size_t axis = 0; axis < 3; ++axis) size_[axis] = bricks_[axis] * brick;
   cells_.assign(static_cast<std::size_t>(index(0, 0, size_[2])), no_facets);
   sort_in(facets);
-  raise_ceilings();
   measure_empty_cubes();
 }
 
@@ -145,116 +144,170 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
   }
 }
 
+FacetGrid::Rounded FacetGrid::rounded(const Facet& facet) const {
+  Rounded result;
+  std::array<Vec3f, 3> r;
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const Vec3d steps = per_step_ * (Vec3d(facet.corners[corner]) - lower_);
+    for (int axis = 0; axis < 3; ++axis) {  // none is below zero
+      const auto step = static_cast<std::uint16_t>(steps[axis] + 0.5);
+      result.corners[corner][static_cast<std::size_t>(axis)] = step;
+      r[corner][axis] = step;
+    }
+  }
+  result.area = cross(r[1] - r[0], r[2] - r[0]);
+  return result;
+}
+
+// The blocks and ceilings of some cells, one cell after the other.
+class FacetGrid::BlocksOfCells {
+ public:
+  explicit BlocksOfCells(const FacetGrid& grid)
+      : cells_per_step_(1 / (grid.per_step_ * grid.cell_size_)),
+        // Corners are rounded by up to half a step along each axis, and heights to 2^-6 of one.
+        room_(1 + grid.room_ * grid.per_step_) {}
+
+  /// Returns the number of its first block. facets: of the cell, at least one.
+  std::size_t add(std::span<const std::uint32_t> facets, std::span<const Rounded> rounded) {
+    const std::size_t first = blocks_.size();
+    Vec3f area;
+    open_.clear();
+    for (const std::uint32_t f : facets) {
+      area += rounded[f].area;
+      const auto takes = [&](Open& open) { return open.put(f, rounded[f]); };
+      if (std::ranges::none_of(open_, takes)) takes(open_.emplace_back());
+    }
+    for (Open& open : open_) blocks_.push_back(open.closed());
+    blocks_.back().is_last = true;
+    ceilings_.resize(blocks_.size());
+    ceilings_[first] = ceiling_over(std::span(blocks_).subspan(first), normalized(area));
+    return first;
+  }
+
+  const std::vector<Block>& blocks() const { return blocks_; }
+  const std::vector<Ceiling>& ceilings() const { return ceilings_; }
+
+ private:
+  // A block of the present cell.
+  struct Open {
+    using Corner = std::array<std::uint16_t, 3>;
+
+    Block block{};
+    std::array<Corner, block_size + 3> vertices{};
+    std::size_t vertex_count = 0;
+    std::size_t facet_count = 0;
+
+    // False if there is no room for it.
+    bool put(std::uint32_t f, const Rounded& rounded) {
+      if (facet_count == block_size) return false;
+      std::size_t count = vertex_count;
+      std::uint32_t numbers = 0;
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        std::size_t number = 0;
+        while (number < count && vertices[number] != rounded.corners[corner]) ++number;
+        if (number == count) vertices[count++] = rounded.corners[corner];
+        numbers |= static_cast<std::uint32_t>(number) << (8 * corner);
+      }
+      if (count > block_size) return false;
+      vertex_count = count;
+      block.corners[facet_count] = numbers;
+      block.facets[facet_count++] = f;
+      return true;
+    }
+
+    const Block& closed() {
+      std::fill(block.facets.begin() + static_cast<std::ptrdiff_t>(facet_count),
+                block.facets.end(), Ray::no_facet);
+      for (std::size_t k = 0; k < block_size; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          block.vertices[axis][k] = vertices[std::min(k, vertex_count - 1)][axis];
+      return block;
+    }
+  };
+
+  // Across a unit vector, at the highest vertex.
+  Ceiling ceiling_over(std::span<const Block> blocks, Vec3f n) const {
+    float height = std::numeric_limits<float>::lowest();
+    for (const Block& block : blocks) {
+      for (std::size_t k = 0; k < block_size; ++k) {
+        const auto& [x, y, z] = block.vertices;
+        const float its = n.x * static_cast<float>(x[k]) + n.y * static_cast<float>(y[k]) +
+                          n.z * static_cast<float>(z[k]);
+        height = its > height ? its : height;
+      }
+    }
+    return {n, static_cast<float>((static_cast<double>(height) + room_) * cells_per_step_)};
+  }
+
+  double cells_per_step_;
+  double room_;
+  std::vector<Block> blocks_;
+  std::vector<Ceiling> ceilings_;  // at the first block of each cell
+  std::vector<Open> open_;
+};
+
 void FacetGrid::sort_in(std::span<const Facet> facets) {
   std::vector<std::uint32_t> count(cells_.size());
   std::vector<std::uint32_t> reached;  // cells, facet by facet
   std::vector<std::size_t> reached_by(facets.size() + 1);
+  std::vector<Rounded> rounded_facets(facets.size());
   reached.reserve(4 * facets.size());
   for (std::uint32_t f = 0; f < facets.size(); ++f) {
+    rounded_facets[f] = rounded(facets[f]);
     for_each_cell(facets[f], [&](std::uint32_t cell) {
       ++count[cell];
       reached.push_back(cell);
     });
     reached_by[f + 1] = reached.size();
   }
-  std::uint64_t first = 0;
-  for (std::size_t cell = 0; cell < count.size(); ++cell) {
+  // The same, cell by cell.
+  struct Filled {
+    std::uint32_t cell;
+    std::uint32_t end;  // of its facets
+  };
+  std::vector<Filled> filled;
+  std::uint32_t sum = 0;
+  for (std::uint32_t cell = 0; cell < count.size(); ++cell) {
     if (count[cell] == 0) continue;
-    cells_[cell] = static_cast<std::uint32_t>(first << 4);
-    first += (count[cell] + block_size - 1) / block_size;
+    sum += count[cell];
+    filled.push_back({cell, sum});
+    count[cell] = sum - count[cell];  // where the next goes
   }
-  if (first >= most_blocks) {
+  std::vector<std::uint32_t> of_cell(reached.size());
+  for (std::uint32_t f = 0; f < facets.size(); ++f)
+    for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k) of_cell[count[reached[k]]++] = f;
+
+  constexpr std::size_t cells_at_once = 4096;
+  const std::size_t part_count = (filled.size() + cells_at_once - 1) / cells_at_once;
+  std::vector<BlocksOfCells> parts(part_count, BlocksOfCells(*this));
+  parallel_for(part_count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      const std::size_t last = std::min((part + 1) * cells_at_once, filled.size());
+      for (std::size_t k = part * cells_at_once; k < last; ++k) {
+        const std::uint32_t first = k == 0 ? 0 : filled[k - 1].end;
+        const auto own = std::span(of_cell).subspan(first, filled[k].end - first);
+        cells_[filled[k].cell] = static_cast<std::uint32_t>(parts[part].add(own, rounded_facets));
+      }
+    }
+  });
+  std::vector<std::size_t> first_of(part_count + 1);
+  for (std::size_t part = 0; part < part_count; ++part)
+    first_of[part + 1] = first_of[part] + parts[part].blocks().size();
+  if (first_of.back() >= most_blocks) {
     throw InputError("flux: " + std::to_string(facets.size()) +
                      " facets are too many, or differ too much in size; simplify the mesh");
   }
-  Block none{};
-  none.facets.fill(Ray::no_facet);
-  blocks_.assign(first, none);
-  std::vector<std::uint32_t> filled(count.size());
-  for (std::uint32_t f = 0; f < facets.size(); ++f) {
-    const Corners corners = in_steps(facets[f]);
-    for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k) {
-      const std::uint32_t cell = reached[k];
-      Block& block = blocks_[(cells_[cell] >> 4) + filled[cell] / block_size];
-      const std::size_t lane = filled[cell] % block_size;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        for (std::size_t corner = 0; corner < 3; ++corner)
-          block.corners[axis][corner][lane] = corners[axis][corner];
-      block.facets[lane] = f;
-      block.is_last = ++filled[cell] > (count[cell] - 1) / block_size * block_size;
-    }
-  }
-}
-
-FacetGrid::Corners FacetGrid::in_steps(const Facet& facet) const {
-  Corners corners;
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    const Vec3d steps = per_step_ * (Vec3d(facet.corners[corner]) - lower_);
-    for (int axis = 0; axis < 3; ++axis)  // none is below zero
-      corners[static_cast<std::size_t>(axis)][corner] =
-          static_cast<std::uint16_t>(steps[axis] + 0.5);
-  }
-  return corners;
-}
-
-// Across the mean normal by area, at the highest corner. With wider vectors it takes half the time,
-// and gives the same. Clones have to stand before what calls them.
-[[gnu::target_clones("avx2", "default")]] FacetGrid::Ceiling FacetGrid::ceiling_over(
-    std::span<const Block> blocks) const {
-  using Floats [[gnu::vector_size(block_size * sizeof(float))]] = float;
-  using Steps [[gnu::vector_size(block_size * sizeof(std::uint16_t))]] = std::uint16_t;
-  using Facets [[gnu::vector_size(block_size * sizeof(std::uint32_t))]] = std::uint32_t;
-  using Axes = std::array<Floats, 3>;
-  const auto read = [](const Block& block, std::size_t corner, Axes& r) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      r[axis] = __builtin_convertvector(std::bit_cast<Steps>(block.corners[axis][corner]), Floats);
-  };
-  Axes a;
-  Axes b;
-  Axes c;
-  Axes areas{};
-  for (const Block& block : blocks) {
-    read(block, 0, a);
-    read(block, 1, b);
-    read(block, 2, c);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::size_t next = (axis + 1) % 3;
-      const std::size_t other = (axis + 2) % 3;
-      areas[axis] +=
-          (b[next] - a[next]) * (c[other] - a[other]) - (b[other] - a[other]) * (c[next] - a[next]);
-    }
-  }
-  Vec3f n;
-  for (std::size_t lane = 0; lane < block_size; ++lane)
-    n += Vec3f{areas[0][lane], areas[1][lane], areas[2][lane]};
-  n = normalized(n);
-  Floats highest = Floats{} - std::numeric_limits<float>::max();
-  for (const Block& block : blocks) {
-    const auto is_facet = __builtin_bit_cast(Facets, block.facets) != Ray::no_facet;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      read(block, corner, a);
-      const Floats height = n.x * a[0] + n.y * a[1] + n.z * a[2];
-      highest = (is_facet & (height > highest)) ? height : highest;
-    }
-  }
-  float height = highest[0];
-  for (std::size_t lane = 1; lane < block_size; ++lane) height = std::max(height, highest[lane]);
-  // Corners are rounded to whole steps, and heights of 17 bits to 2^-6 of one.
-  constexpr double rounding = 1;
-  const double cells_per_step = 1 / (per_step_ * cell_size_);
-  const double room = rounding + room_ * per_step_;
-  return {n, static_cast<float>((static_cast<double>(height) + room) * cells_per_step)};
-}
-
-void FacetGrid::raise_ceilings() {
-  constexpr std::size_t grain = 4096;
-  ceilings_.resize(blocks_.size());
-  parallel_for(blocks_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      if (b > 0 && !blocks_[b - 1].is_last) continue;
-      std::size_t last = b;
-      while (!blocks_[last].is_last) ++last;
-      ceilings_[b] = ceiling_over(std::span(blocks_).subspan(b, last + 1 - b));
+  blocks_.resize(first_of.back());
+  ceilings_.resize(first_of.back());
+  parallel_for(part_count, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      std::ranges::copy(parts[part].blocks(), &blocks_[first_of[part]]);
+      std::ranges::copy(parts[part].ceilings(), &ceilings_[first_of[part]]);
+      const std::size_t last = std::min((part + 1) * cells_at_once, filled.size());
+      for (std::size_t k = part * cells_at_once; k < last; ++k) {
+        std::uint32_t& cell = cells_[filled[k].cell];
+        cell = (cell + static_cast<std::uint32_t>(first_of[part])) << 4;
+      }
     }
   });
 }

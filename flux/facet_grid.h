@@ -28,17 +28,18 @@ using FloatLanes [[gnu::vector_size(4 * sizeof(float))]] = float;
 /// those where it starts and ends. A mesh whose facets differ by orders of magnitude is slow.
 /// Source: Cohen and Sheffer 1994, "Proximity clouds", here with a distance for each octant.
 ///
-/// Memory: about 250 bytes per facet.
+/// Memory: about 200 bytes per facet.
 class FacetGrid {
  public:
   static constexpr std::size_t block_size = 8;
 
-  /// Up to eight facets of a cell, in whole steps from the grid's lower corner.
+  /// Up to eight facets of a cell that have up to eight vertices together. Two lines of memory.
   struct alignas(64) Block {
-    using Coordinates = std::array<std::uint16_t, block_size>;
-    std::array<std::array<Coordinates, 3>, 3> corners;  ///< by axis and corner
-    std::array<std::uint32_t, block_size> facets;       ///< Ray::no_facet where there are fewer
-    bool is_last;                                       ///< of its cell
+    /// By axis, in whole steps from the grid's lower corner; those behind the last repeat it.
+    std::array<std::array<std::uint16_t, block_size>, 3> vertices;
+    std::array<std::uint32_t, block_size> corners;  ///< of each the number of its vertex, in bytes
+    std::array<std::uint32_t, block_size> facets;  ///< Ray::no_facet where there are fewer
+    bool is_last;                                  ///< of its cell
   };
 
   FacetGrid() = default;
@@ -99,14 +100,18 @@ class FacetGrid {
   };
 
   class EmptyCubes;
+  class BlocksOfCells;
+
+  // Corners in whole steps, and the area vector that they make.
+  struct Rounded {
+    std::array<std::array<std::uint16_t, 3>, 3> corners;  // by corner and axis
+    Vec3f area;
+  };
 
   template <class Use>
   void for_each_cell(const Facet& facet, const Use& use) const;
   void sort_in(std::span<const Facet> facets);
-  void raise_ceilings();
-  Ceiling ceiling_over(std::span<const Block> blocks) const;
-  using Corners = std::array<std::array<std::uint16_t, 3>, 3>;  // by axis and corner
-  Corners in_steps(const Facet& facet) const;
+  Rounded rounded(const Facet& facet) const;
   void measure_empty_cubes();
 
   Vec3d lower_;
@@ -209,7 +214,7 @@ inline void FacetGrid::Walks::start(const FacetGrid& grid, std::size_t walk, Vec
   t_end_[walk] = in_cells(grid, t_end);
 }
 
-// Two loops without branches, so that the first can read far ahead and the second is vectorised.
+// Loops without branches, so that some become vectors and the others read far ahead.
 inline void FacetGrid::Walks::look(const FacetGrid& grid, std::size_t count) {
   const std::uint32_t* const cells = grid.cells_.data();
   std::array<PerWalk<std::int32_t>, 3> at;

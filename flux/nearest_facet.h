@@ -142,22 +142,40 @@ inline void NearestFacet::test(const std::array<Vec3f, 3>& corners, Vec3d normal
   if (is_met & is_nearer) hit = {t, facet};
 }
 
-// The same flat picture in single precision, with room for rounding.
+// The same flat picture in single precision, with room for rounding: vertices are placed once, and
+// facets pick theirs.
 inline unsigned NearestFacet::candidates(const FacetGrid::Block& block) const {
-  using Floats [[gnu::vector_size(FacetGrid::block_size * sizeof(float))]] = float;
-  using Bits [[gnu::vector_size(FacetGrid::block_size * sizeof(std::uint32_t))]] = std::uint32_t;
-  using Steps [[gnu::vector_size(FacetGrid::block_size * sizeof(std::uint16_t))]] = std::uint16_t;
+  constexpr std::size_t lanes = FacetGrid::block_size;
+  using Floats [[gnu::vector_size(lanes * sizeof(float))]] = float;
+  using Bits [[gnu::vector_size(lanes * sizeof(std::uint32_t))]] = std::uint32_t;
+  using Steps [[gnu::vector_size(lanes * sizeof(std::uint16_t))]] = std::uint16_t;
+  // Of the number of a vertex the lowest three bits count.
+  const auto pick = [](const Floats& of_vertices, const Bits& vertices, Floats& picked) {
+#ifdef __clang__  // has no such function
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      picked[lane] = of_vertices[vertices[lane] % lanes];
+#else
+    picked = __builtin_shuffle(of_vertices, vertices);
+#endif
+  };
+  const auto along = [&](std::size_t axis) {
+    return __builtin_convertvector(std::bit_cast<Steps>(block.vertices[axis]), Floats);
+  };
+  const Floats depth = along(axis_z_) - foot_.z;
+  const Floats vertex_x = along(axis_x_) - foot_.x - slope_x_ * depth;
+  const Floats vertex_y = along(axis_y_) - foot_.y - slope_y_ * depth;
+  const Floats distance =
+      (vertex_x < 0 ? -vertex_x : vertex_x) + (vertex_y < 0 ? -vertex_y : vertex_y);
   std::array<Floats, 3> x;
   std::array<Floats, 3> y;
   Floats size{};
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    const auto steps_x = std::bit_cast<Steps>(block.corners[axis_x_][corner]);
-    const auto steps_y = std::bit_cast<Steps>(block.corners[axis_y_][corner]);
-    const auto steps_z = std::bit_cast<Steps>(block.corners[axis_z_][corner]);
-    const Floats z = __builtin_convertvector(steps_z, Floats) - foot_.z;
-    x[corner] = __builtin_convertvector(steps_x, Floats) - foot_.x - slope_x_ * z;
-    y[corner] = __builtin_convertvector(steps_y, Floats) - foot_.y - slope_y_ * z;
-    size += (x[corner] < 0 ? -x[corner] : x[corner]) + (y[corner] < 0 ? -y[corner] : y[corner]);
+  auto vertices = __builtin_bit_cast(Bits, block.corners);
+  for (std::size_t corner = 0; corner < 3; ++corner, vertices >>= 8) {
+    Floats of_corner;
+    pick(vertex_x, vertices, x[corner]);
+    pick(vertex_y, vertices, y[corner]);
+    pick(distance, vertices, of_corner);
+    size += of_corner;
   }
   const Floats a = x[1] * y[2] - y[1] * x[2];
   const Floats b = x[2] * y[0] - y[2] * x[0];
