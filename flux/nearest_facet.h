@@ -158,12 +158,12 @@ inline unsigned NearestFacet::candidates(const FacetGrid::Block& block) const {
     picked = __builtin_shuffle(of_vertices, vertices);
 #endif
   };
-  const auto along = [&](std::size_t axis) {
-    return __builtin_convertvector(std::bit_cast<Steps>(block.vertices[axis]), Floats);
-  };
-  const Floats depth = along(axis_z_) - foot_.z;
-  const Floats vertex_x = along(axis_x_) - foot_.x - slope_x_ * depth;
-  const Floats vertex_y = along(axis_y_) - foot_.y - slope_y_ * depth;
+  const auto steps_x = std::bit_cast<Steps>(block.vertices[axis_x_]);
+  const auto steps_y = std::bit_cast<Steps>(block.vertices[axis_y_]);
+  const auto steps_z = std::bit_cast<Steps>(block.vertices[axis_z_]);
+  const Floats depth = __builtin_convertvector(steps_z, Floats) - foot_.z;
+  const Floats vertex_x = __builtin_convertvector(steps_x, Floats) - foot_.x - slope_x_ * depth;
+  const Floats vertex_y = __builtin_convertvector(steps_y, Floats) - foot_.y - slope_y_ * depth;
   const Floats distance =
       (vertex_x < 0 ? -vertex_x : vertex_x) + (vertex_y < 0 ? -vertex_y : vertex_y);
   std::array<Floats, 3> x;

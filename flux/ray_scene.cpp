@@ -148,26 +148,29 @@ class RayScene::Wave {
       at_facets_[at_facets] = at_facets_[k];
       at_facets += walks_.may_meet(scene_.grid_, at_facets_[k]) ? 1 : 0;
     }
-    for (std::size_t k = 0; k < std::min(ahead, at_facets); ++k)
-      prefetch(walks_.blocks(scene_.grid_, at_facets_[k]));
-    for (std::size_t k = 0; k < at_facets; ++k) {
-      if (k + ahead < at_facets) prefetch(walks_.blocks(scene_.grid_, at_facets_[k + ahead]));
-      look_at_blocks(at_facets_[k]);
-    }
+    for (std::size_t k = 0; k < at_facets; ++k)
+      at_blocks_[k] = {walks_.blocks(scene_.grid_, at_facets_[k]), at_facets_[k]};
+    for (std::size_t count = at_facets; count > 0;) count = look_at_blocks(count);
     find_candidates();
     test_candidates();
   }
 
-  // Only notes the blocks, so that nothing waits for what they hold.
-  void look_at_blocks(std::uint32_t walk) {
-    const NearestFacet& nearest = nearest_[walk];
-    for (const FacetGrid::Block* block = walks_.blocks(scene_.grid_, walk);; ++block) {
-      const unsigned facets = nearest.candidates(*block);
+  // Only notes the facets that may be met, so that nothing waits for them. Returns how many cells
+  // have another block: as that cannot be foreseen, no branch asks.
+  std::size_t look_at_blocks(std::size_t count) {
+    for (std::size_t k = 0; k < std::min(ahead, count); ++k) prefetch(at_blocks_[k].block);
+    std::size_t next_count = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k + ahead < count) prefetch(at_blocks_[k + ahead].block);
+      const auto [block, walk] = at_blocks_[k];
+      const unsigned facets = nearest_[walk].candidates(*block);
       met_[met_count_] = {block, walk, facets};
       met_count_ += facets != 0 ? 1 : 0;
       if (met_count_ == met_.size()) find_candidates();
-      if (block->is_last) return;
+      at_blocks_[next_count] = {block + 1, walk};
+      next_count += block->is_last ? 0 : 1;
     }
+    return next_count;
   }
 
   void find_candidates() {
@@ -244,6 +247,12 @@ class RayScene::Wave {
   FacetGrid::Walks walks_;
   std::array<std::uint32_t, capacity> at_facets_;
   std::array<std::uint32_t, capacity> ended_;
+
+  struct AtBlock {
+    const FacetGrid::Block* block;
+    std::uint32_t walk;
+  };
+  std::array<AtBlock, capacity> at_blocks_;
 
   /// A block with facets that a flight may meet, one bit each.
   struct Met {
