@@ -23,7 +23,8 @@ void* allocate_huge_pages(std::size_t bytes) {
 
 void keep_freed_memory() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, static_cast<int>(HugePages<char>::least_bytes));
+  constexpr int largest_kept = 32 << 20;
+  mallopt(M_MMAP_THRESHOLD, largest_kept);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif
 }

@@ -13,7 +13,7 @@ void free_huge_pages(void* memory);
 
 /// For a program's beginning: the standard allocator keeps what is freed, as the next time step
 /// asks for as much again, instead of giving it back to the system, which would have to clear it.
-/// Arrays for huge pages are given back as ever. Without effect where the allocator is not the GNU
+/// Arrays above 32 MB are given back as ever. Without effect where the allocator is not the GNU
 /// one.
 void keep_freed_memory();
 
@@ -22,9 +22,8 @@ template <class T>
 struct HugePages {
   using value_type = T;
 
-  /// Smaller arrays stay with the standard allocator, which keeps what is freed for the next one.
-  /// Of larger ones it gives everything back to the system, which has to clear every new page.
-  static constexpr std::size_t least_bytes = std::size_t{32} << 20;
+  /// Smaller arrays would leave too much of their pages empty.
+  static constexpr std::size_t least_bytes = std::size_t{4} << 20;
 
   HugePages() = default;
   template <class U>
