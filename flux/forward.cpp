@@ -36,27 +36,45 @@ class Starts {
   /// Flux times area (squared spacings) of all particles together.
   double emitted() const { return emitted_; }
 
-  Particle emit(std::uint64_t ray) const {
-    const auto xi = points_[ray % batch_count].point(static_cast<std::uint32_t>(ray / batch_count));
-    Particle particle{.ray = ray};
-    // The first number says where from, and what it has left where there.
-    if (xi[0] < from_plane_) {
-      leave_plane({xi[0] / from_plane_, xi[1]}, {xi[2], xi[3]}, particle);
-    } else {
-      leave_facet(xi[0], xi[1], {xi[2], xi[3]}, particle);
-    }
-    return particle;
+  /// Puts particles where those of their ray numbers start.
+  void emit(std::span<Particle> particles) const {
+    for (std::size_t first = 0; first < particles.size(); first += CosineSamples::most)
+      emit_some(particles.subspan(first, std::min(CosineSamples::most, particles.size() - first)));
   }
 
  private:
-  void leave_plane(UnitSquare place, UnitSquare direction, Particle& particle) const {
+  void emit_some(std::span<Particle> particles) const {
+    std::array<Particle*, CosineSamples::most> from_plane;
+    CosineSamples directions;
+    for (Particle& particle : particles) {
+      const std::uint64_t ray = particle.ray;
+      const auto xi =
+          points_[ray % batch_count].point(static_cast<std::uint32_t>(ray / batch_count));
+      // The first number says where from, and what it has left where there.
+      if (xi[0] < from_plane_) {
+        put_on_plane({xi[0] / from_plane_, xi[1]}, particle);
+        from_plane[directions.count] = &particle;
+        directions.add({xi[2], xi[3]}, {});
+      } else {
+        leave_facet(xi[0], xi[1], {xi[2], xi[3]}, particle);
+      }
+    }
+    if (directions.count == 0) return;
+    sample_upright(problem_.species.source, directions);
+    for (std::size_t k = 0; k < directions.count; ++k)
+      leave_plane(directions.direction(k), *from_plane[k]);
+  }
+
+  void put_on_plane(UnitSquare place, Particle& particle) const {
     const RayScene& scene = problem_.scene;
-    const SourceLobe& source = problem_.species.source;
-    const auto [x, y] =
-        source.map.empty() ? std::array{place.xi1, place.xi2} : source.map.place(place);
+    const SourceMap& map = problem_.species.source.map;
+    const auto [x, y] = map.empty() ? std::array{place.xi1, place.xi2} : map.place(place);
     particle.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()};
+  }
+
+  void leave_plane(Vec3d upright, Particle& particle) const {
     RandomStream random = random_.of_ray(particle.ray);
-    const Vec3d u = sample_lobe(source, direction, random);
+    const Vec3d u = about_lobe_axis(problem_.species.source, upright, random);
     turn(particle, u, problem_.options.two_dimensional);
     if (problem_.species.ions) {
       const double quantile = random.uniform_double();
@@ -89,8 +107,12 @@ class Starts {
 // a facet.
 void trace(Tracer& tracer, const Starts& starts, std::uint64_t first, std::uint64_t end) {
   const std::uint64_t in_batch = (end - first) / batch_count;
-  tracer.trace(end - first, [&](std::uint64_t k) {
-    return starts.emit(first + k % in_batch * batch_count + k / in_batch);
+  tracer.trace(end - first, [&](std::uint64_t k, std::span<Particle> particles) {
+    for (Particle& particle : particles) {
+      particle.ray = first + k % in_batch * batch_count + k / in_batch;
+      ++k;
+    }
+    starts.emit(particles);
   });
 }
 

@@ -281,7 +281,9 @@ void Solver::send() {
   const std::uint64_t wanted = static_cast<std::uint64_t>(onward_.rays);
   const OnwardParticles particles(problem_, plan_, found_,
                                   wanted > particles_ ? wanted - particles_ : 0, particles_);
-  tracer_.trace_on(particles.count(), [&](std::uint64_t k) { return particles.start(k); });
+  tracer_.trace_on(particles.count(), [&](std::uint64_t first, std::span<Particle> some) {
+    for (Particle& particle : some) particle = particles.start(first++);
+  });
   particles_ += particles.count();
   worth_ = particles_ > 0 ? particles.total() / static_cast<double>(particles_) : 0;
   direct_.flights = static_cast<double>(found_.flights);

@@ -68,14 +68,49 @@ inline Vec3d cosine_about(UnitSquare xi, Vec3d n) {
 
 // The radius of the concentric map squared is a uniform number, so the map of a lobe keeps the
 // azimuth and takes the cosine beyond which a part 1 - radius^2 of the lobe lies.
-template <class Cosine>
-Vec3d at_cosine(const DiskPoint& point, const Cosine& cosine_beyond) {
+inline double part_beyond(double radius_squared) { return std::max(1 - radius_squared, 0.0); }
+
+inline Vec3d at_cosine(const DiskPoint& point, double beyond) {
   const auto [x, y, radius_squared] = point;
-  const double rest = std::max(1 - radius_squared, 0.0);
-  const double cosine = std::max(cosine_beyond(rest), smallest_cosine);
-  if (radius_squared == 0) return {0, 0, -1};
+  const double cosine = std::max(beyond, smallest_cosine);
   const double stretch = std::sqrt(std::max(1 - cosine * cosine, 0.0) / radius_squared);
-  return normalized(Vec3d{x * stretch, y * stretch, -cosine});
+  const Vec3d u{x * stretch, y * stretch, -cosine};
+  return chosen(radius_squared == 0, {0, 0, -1}, u / length(u));
+}
+
+double cosine_beyond(double part, double power) {
+  return power == 1 ? std::sqrt(part) : portable_power(part, 1 / (power + 1));
+}
+
+double cosine_beyond(double part, const PolarDensity& density) { return density.cosine(1 - part); }
+
+// By steps, of which those are vectors that can.
+[[gnu::target_clones("avx512f", "avx2", "default")]] void sample_disks(CosineSamples& samples) {
+  for (std::size_t k = 0; k < samples.count; ++k) {
+    const auto [x, y, radius_squared] = sample_disk({samples.xi1[k], samples.xi2[k]});
+    samples.u[0][k] = x;
+    samples.u[1][k] = y;
+    samples.u[2][k] = radius_squared;
+  }
+}
+
+[[gnu::target_clones("avx512f", "avx2", "default")]] void put_at_cosines(
+    CosineSamples& samples, const CosineSamples::Numbers& beyond) {
+  for (std::size_t k = 0; k < samples.count; ++k) {
+    const Vec3d u = at_cosine({samples.u[0][k], samples.u[1][k], samples.u[2][k]}, beyond[k]);
+    samples.u[0][k] = u.x;
+    samples.u[1][k] = u.y;
+    samples.u[2][k] = u.z;
+  }
+}
+
+template <class Lobe>
+void sample_lobes(CosineSamples& samples, const Lobe& lobe) {
+  sample_disks(samples);
+  CosineSamples::Numbers beyond;
+  for (std::size_t k = 0; k < samples.count; ++k)
+    beyond[k] = cosine_beyond(part_beyond(samples.u[2][k]), lobe);
+  put_at_cosines(samples, beyond);
 }
 
 // The square s of a skyward direction's slope has a density proportional to 1 / (s + narrow) up to
@@ -122,13 +157,19 @@ Vec3d sample_cosine(UnitSquare xi, Vec3d n) { return cosine_about(xi, n); }
 }
 
 Vec3d sample_source(UnitSquare xi, double power) {
-  return at_cosine(sample_disk(xi), [power](double rest) {
-    return power == 1 ? std::sqrt(rest) : portable_power(rest, 1 / (power + 1));
-  });
+  const DiskPoint point = sample_disk(xi);
+  return at_cosine(point, cosine_beyond(part_beyond(point.radius_squared), power));
 }
 
 Vec3d sample_source(UnitSquare xi, const PolarDensity& density) {
-  return at_cosine(sample_disk(xi), [&](double rest) { return density.cosine(1 - rest); });
+  const DiskPoint point = sample_disk(xi);
+  return at_cosine(point, cosine_beyond(part_beyond(point.radius_squared), density));
+}
+
+void sample_sources(CosineSamples& samples, double power) { sample_lobes(samples, power); }
+
+void sample_sources(CosineSamples& samples, const PolarDensity& density) {
+  sample_lobes(samples, density);
 }
 
 // Without branches, half of which would go the other way than foreseen.

@@ -48,6 +48,9 @@ void sample_cosines(CosineSamples& samples);
 Vec3d sample_source(UnitSquare xi, double power);
 /// A unit direction with a tabulated density about -z.
 Vec3d sample_source(UnitSquare xi, const PolarDensity& density);
+/// The same to the bit, several at once. Normals do not matter.
+void sample_sources(CosineSamples& samples, double power);
+void sample_sources(CosineSamples& samples, const PolarDensity& density);
 
 /// A unit direction about the vertical, the logarithm of whose slope is nearly uniform: from deep
 /// down, openings of all widths are met about as often. Slopes are below 1.

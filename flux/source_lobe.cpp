@@ -21,8 +21,16 @@ double radiance(const SourceLobe& lobe, double cosine) {
   return (power + 1) / (2 * std::numbers::pi) * portable_power(cosine, power - 1);
 }
 
-Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
-  Vec3d u = sample_upright(lobe, xi);
+void sample_upright(const SourceLobe& lobe, CosineSamples& samples) {
+  if (lobe.table.empty()) {
+    sample_sources(samples, lobe.cosine_power);
+  } else {
+    sample_sources(samples, lobe.table);
+  }
+}
+
+Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& random) {
+  Vec3d u = upright;
   Vec3d axis = lobe.direction;
   if (lobe.rotating) {
     const double tilt = std::sqrt(axis.x * axis.x + axis.y * axis.y);
@@ -36,6 +44,10 @@ Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
     u = sample_upright(lobe, {xi1, random.uniform_double()});
   }
   return normalized(u);
+}
+
+Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
+  return about_lobe_axis(lobe, sample_upright(lobe, xi), random);
 }
 
 }  // namespace scarp

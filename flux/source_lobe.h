@@ -35,5 +35,8 @@ double radiance(const SourceLobe& lobe, double cosine);
 ///
 /// Random numbers turn the wafer and draw again what a lobe that leans sends away from it.
 Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random);
+/// The same in two steps, the first for several at once: about the vertical, then about the axis.
+void sample_upright(const SourceLobe& lobe, CosineSamples& samples);
+Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& random);
 
 }  // namespace scarp

@@ -14,21 +14,26 @@ constexpr unsigned pass_bits = 11;
 constexpr std::uint32_t bucket_count = 1U << pass_bits;
 
 // Bit k of sixteen goes to bit 3k.
-std::uint64_t spread(std::uint64_t x) {
+constexpr std::uint64_t spread(std::uint64_t x) {
   x = (x | (x << 16)) & 0x0000FF0000FFU;
   x = (x | (x << 8)) & 0x00F00F00F00FU;
   x = (x | (x << 4)) & 0x0C30C30C30C3U;
   return (x | (x << 2)) & 0x249249249249U;
 }
 
-// The cells of the unit cube along a Z-shaped curve.
-std::uint64_t z_order(Vec3d r_unit, unsigned bits) {
-  const auto cell = [&](double unit) {
-    const double cells = 1U << bits;
-    return spread(static_cast<std::uint64_t>(std::clamp(unit * cells, 0.0, cells - 1)));
-  };
-  return cell(r_unit.x) | (cell(r_unit.y) << 1) | (cell(r_unit.z) << 2);
+// The cell of the unit interval that a number is in.
+std::uint32_t cell_of(double unit, unsigned bits) {
+  const double cells = 1U << bits;
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(unit * cells, 0.0, cells - 1)));
 }
+
+// Of five bits.
+constexpr std::uint32_t short_bits = 5;
+constexpr std::array<std::uint16_t, 1U << short_bits> spread_bits = [] {
+  std::array<std::uint16_t, 1U << short_bits> table{};
+  for (std::uint32_t x = 0; x < table.size(); ++x) table[x] = static_cast<std::uint16_t>(spread(x));
+  return table;
+}();
 
 }  // namespace
 
@@ -39,20 +44,22 @@ int main_direction(Vec3d n) {
 }
 
 std::uint64_t curve_key(Vec3d r_unit, int direction) {
-  return (static_cast<std::uint64_t>(direction) << 48) | z_order(r_unit, 16);
+  constexpr unsigned bits = 16;
+  return (static_cast<std::uint64_t>(direction) << (3 * bits)) | spread(cell_of(r_unit.x, bits)) |
+         (spread(cell_of(r_unit.y, bits)) << 1) | (spread(cell_of(r_unit.z, bits)) << 2);
 }
 
 // Large cells first, then 32 directions, then small cells: what flies from about the same place in
 // about the same direction arrives at about the same place.
 std::uint32_t flight_key(Vec3d r_unit, Vec3f u) {
-  constexpr unsigned large_bits = 3;
-  constexpr unsigned small_bits = 2;
+  constexpr unsigned small_bits = 2;  // of a place; the three others are of the large cell
   constexpr unsigned direction_bits = 5;
   const Vec3f size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
   const float half = 0.5F * (size.x + size.y + size.z);
   const std::uint32_t direction = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U) |
                                   (size.x > half ? 8U : 0U) | (size.y > half ? 16U : 0U);
-  const auto cell = static_cast<std::uint32_t>(z_order(r_unit, large_bits + small_bits));
+  const auto along = [](double unit) { return std::uint32_t{spread_bits[cell_of(unit, short_bits)]}; };
+  const std::uint32_t cell = along(r_unit.x) | (along(r_unit.y) << 1) | (along(r_unit.z) << 2);
   const std::uint32_t large = cell >> (3 * small_bits);
   const std::uint32_t small = cell & ((1U << (3 * small_bits)) - 1);
   return (((large << direction_bits) | direction) << (3 * small_bits)) | small;

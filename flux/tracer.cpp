@@ -165,38 +165,36 @@ Tracer::Tracer(const FluxProblem& problem)
 }
 
 void Tracer::trace(std::uint64_t count, const Start& start) {
-  trace_pools(count, [&](std::uint64_t first, std::uint64_t end, Pool& pool, Counts& counts) {
-    for (std::uint64_t k = first; k < end; ++k) {
-      const Particle particle = start(k);
-      counts.emitted += particle.weight;
-      pool.add(particle);
-    }
+  trace_pools(count, start, [](std::span<const Particle> particles, Pool& pool, Counts&) {
+    for (const Particle& particle : particles) pool.add(particle);
   });
 }
 
 void Tracer::trace_on(std::uint64_t count, const Start& arrival) {
-  trace_pools(count, [&](std::uint64_t first, std::uint64_t end, Pool& pool, Counts& counts) {
+  trace_pools(count, arrival, [&](std::span<const Particle> particles, Pool& pool, Counts& counts) {
     Arrivals arrivals;
-    for (std::uint64_t k = first; k < end; ++k) {
-      const Particle particle = arrival(k);
-      counts.emitted += particle.weight;
-      arrivals.add(particle, 0);
-      if (arrivals.count == Arrivals::most) send_on(arrivals, pool, counts);
-    }
+    for (const Particle& particle : particles) arrivals.add(particle, 0);
     send_on(arrivals, pool, counts);
   });
 }
 
 // Sums are whole numbers, which do not tell how large a pool was.
-template <class Fill>
-void Tracer::trace_pools(std::uint64_t count, const Fill& fill) {
+template <class Send>
+void Tracer::trace_pools(std::uint64_t count, const Start& start, const Send& send) {
   const std::size_t pool_size = std::clamp(
       count / (pools_per_thread * static_cast<std::size_t>(thread_count())), least_pool, most_pool);
   parallel_for(count, pool_size, [&](std::size_t first, std::size_t end) {
     Books books(sums_);
     Counts& counts = books.counts;
     Pool pool(problem_.scene, end - first);
-    fill(first, end, pool, counts);
+    std::array<Particle, Arrivals::most> particles;
+    for (std::uint64_t k = first; k < end; k += particles.size()) {
+      const auto some = std::span(particles).first(std::min(particles.size(), end - k));
+      std::ranges::fill(some, Particle{});
+      start(k, some);
+      for (const Particle& particle : some) counts.emitted += particle.weight;
+      send(some, pool, counts);
+    }
     trace_pool(pool, books);
     add(counts_.emitted, counts.emitted);
     add(counts_.absorbed, counts.absorbed);

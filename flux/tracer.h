@@ -45,8 +45,9 @@ class Tracer {
  public:
   explicit Tracer(const FluxProblem& problem);
 
-  /// Gives the k-th particle, on any thread; it is faster if those of a batch follow each other.
-  using Start = std::function<Particle(std::uint64_t k)>;
+  /// Puts particles number first, first + 1, ... where they start, on any thread; it is faster if
+  /// those of a batch follow each other.
+  using Start = std::function<void(std::uint64_t first, std::span<Particle> particles)>;
 
   /// Follows particles at the start of their first flight. The sums are over all so far.
   void trace(std::uint64_t count, const Start& start);
@@ -85,8 +86,8 @@ class Tracer {
   class Pool;
   struct Arrivals;
 
-  template <class Fill>
-  void trace_pools(std::uint64_t count, const Fill& fill);
+  template <class Send>
+  void trace_pools(std::uint64_t count, const Start& start, const Send& send);
   void trace_pool(Pool& pool, Books& books) const;
   void prefetch(std::size_t facet) const;
   void arrive(const Particle& particle, const Flight& flight, Arrivals& arrivals,
