@@ -216,8 +216,8 @@ class FacetGrid::BlocksOfCells {
     }
 
     const Block& closed() {
-      std::fill(block.facets.begin() + static_cast<std::ptrdiff_t>(facet_count),
-                block.facets.end(), Ray::no_facet);
+      std::fill(block.facets.begin() + static_cast<std::ptrdiff_t>(facet_count), block.facets.end(),
+                Ray::no_facet);
       for (std::size_t k = 0; k < block_size; ++k)
         for (std::size_t axis = 0; axis < 3; ++axis)
           block.vertices[axis][k] = vertices[std::min(k, vertex_count - 1)][axis];
@@ -275,7 +275,8 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
   }
   std::vector<std::uint32_t> of_cell(reached.size());
   for (std::uint32_t f = 0; f < facets.size(); ++f)
-    for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k) of_cell[count[reached[k]]++] = f;
+    for (std::size_t k = reached_by[f]; k < reached_by[f + 1]; ++k)
+      of_cell[count[reached[k]]++] = f;
 
   constexpr std::size_t cells_at_once = 4096;
   const std::size_t part_count = (filled.size() + cells_at_once - 1) / cells_at_once;

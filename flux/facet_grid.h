@@ -38,8 +38,8 @@ class FacetGrid {
     /// By axis, in whole steps from the grid's lower corner; those behind the last repeat it.
     std::array<std::array<std::uint16_t, block_size>, 3> vertices;
     std::array<std::uint32_t, block_size> corners;  ///< of each the number of its vertex, in bytes
-    std::array<std::uint32_t, block_size> facets;  ///< Ray::no_facet where there are fewer
-    bool is_last;                                  ///< of its cell
+    std::array<std::uint32_t, block_size> facets;   ///< Ray::no_facet where there are fewer
+    bool is_last;                                   ///< of its cell
   };
 
   FacetGrid() = default;

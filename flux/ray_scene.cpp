@@ -45,18 +45,71 @@ RayScene::Instructions newest_instructions() {
 
 }  // namespace
 
+// Where flights come from and go to: has_next(), take(), ray(number) again, land(number, flight).
+class RayScene::ListPort {
+ public:
+  ListPort(std::span<const Ray> rays, std::span<Flight> flights) : rays_(rays), flights_(flights) {}
+
+  bool has_next() const { return next_ < rays_.size(); }
+  const Ray& take() { return rays_[next_++]; }
+  const Ray& ray(std::uint32_t number) const { return rays_[number]; }
+  void land(std::uint32_t number, const Flight& flight) { flights_[number] = flight; }
+
+ private:
+  std::span<const Ray> rays_;
+  std::span<Flight> flights_;
+  std::size_t next_ = 0;
+};
+
+class RayScene::TrafficPort {
+ public:
+  TrafficPort(std::uint32_t count, Traffic& traffic) : count_(count), traffic_(traffic) {}
+  ~TrafficPort() { traffic_.land(std::span(landings_).first(landed_)); }
+  TrafficPort(const TrafficPort&) = delete;
+  TrafficPort& operator=(const TrafficPort&) = delete;
+
+  bool has_next() const { return next_ < count_; }
+  const Ray& take() {
+    const std::uint32_t place = next_ % Traffic::block_size;
+    if (place == 0)
+      traffic_.depart(next_,
+                      std::span(rays_).first(std::min<std::size_t>(rays_.size(), count_ - next_)));
+    ++next_;
+    return rays_[place];
+  }
+  Ray ray(std::uint32_t number) const {
+    Ray ray;
+    traffic_.depart(number, {&ray, 1});
+    return ray;
+  }
+  void land(std::uint32_t number, const Flight& flight) {
+    landings_[landed_++] = {number, flight};
+    if (landed_ < landings_.size()) return;
+    traffic_.land(landings_);
+    landed_ = 0;
+  }
+
+ private:
+  std::uint32_t count_;
+  Traffic& traffic_;
+  std::uint32_t next_ = 0;
+  std::array<Ray, Traffic::block_size> rays_;
+  std::array<Traffic::Landing, Traffic::block_size> landings_;
+  std::size_t landed_ = 0;
+};
+
 // Flights under way: their straight parts, between sides.
+template <class Port>
 class RayScene::Wave {
  public:
-  Wave(const RayScene& scene, std::span<const Ray> rays, std::span<Flight> flights)
+  Wave(const RayScene& scene, Port& port)
       : scene_(scene),
-        rays_(rays),
-        flights_(flights),
+        port_(port),
         lower_end_{0, 0, scene.lowest_ - 1, 0},
         upper_end_{scene.upper_.x, scene.upper_.y, scene.source_height_, 0} {}
 
   void fly() {
-    for (; count_ < std::min(capacity, rays_.size()); ++count_) launch(count_);
+    for (; count_ < capacity && port_.has_next(); ++count_) launch(count_);
     while (count_ > 0) {
       walks_.look(scene_.grid_, count_);
       test_facets();
@@ -72,7 +125,7 @@ class RayScene::Wave {
 
   struct Part {
     Ray ray;
-    std::size_t flight;
+    std::uint32_t number;  // of the flight
     int crossings;
     bool begins_inside;
     int axis;  // of the side it ends at
@@ -87,8 +140,8 @@ class RayScene::Wave {
   }
 
   void launch(std::size_t walk) {
-    parts_[walk].ray = rays_[next_];
-    parts_[walk].flight = next_++;
+    parts_[walk].ray = port_.take();
+    parts_[walk].number = next_++;
     parts_[walk].crossings = 0;
     parts_[walk].begins_inside = false;
     start_part(walk);
@@ -100,8 +153,9 @@ class RayScene::Wave {
   bool begin_inside(std::size_t walk) {
     constexpr double towards_middle = 0.5;
     Part& part = parts_[walk];
-    const Ray& whole = rays_[part.flight];
-    if (part.begins_inside || whole.from == Ray::no_facet) return false;
+    if (part.begins_inside) return false;
+    const Ray whole = port_.ray(part.number);
+    if (whole.from == Ray::no_facet) return false;
     const auto& [a, b, c] = scene_.facets_[whole.from].corners;
     const Vec3d middle = (Vec3d(a) + Vec3d(b) + Vec3d(c)) / 3;
     part.ray = whole;
@@ -224,8 +278,8 @@ class RayScene::Wave {
 
   void land(std::size_t walk, Flight::End end, const NearestFacet::Hit& hit) {
     const Ray& ray = parts_[walk].ray;
-    flights_[parts_[walk].flight] = {end, hit.facet, ray.r + hit.t * ray.u, ray.u};
-    if (next_ < rays_.size()) {
+    port_.land(parts_[walk].number, {end, hit.facet, ray.r + hit.t * ray.u, ray.u});
+    if (port_.has_next()) {
       launch(walk);
       return;
     }
@@ -236,11 +290,10 @@ class RayScene::Wave {
   }
 
   const RayScene& scene_;
-  std::span<const Ray> rays_;
-  std::span<Flight> flights_;
+  Port& port_;
   Lanes lower_end_;  // of the domain
   Lanes upper_end_;
-  std::size_t next_ = 0;
+  std::uint32_t next_ = 0;
   std::size_t count_ = 0;  // under way
   std::array<Part, capacity> parts_;
   std::array<NearestFacet, capacity> nearest_;
@@ -340,32 +393,44 @@ Flight RayScene::fly(const Ray& ray) const {
 
 // All that flights call becomes part of each of the three functions: compiled for AVX2 they take
 // half the time, for AVX-512 (vectors stay at 256 bits) a tenth less. No result depends on it.
-[[gnu::flatten]] void RayScene::fly_with_sse2(std::span<const Ray> rays,
-                                              std::span<Flight> flights) const {
-  Wave(*this, rays, flights).fly();
+template <class Port>
+[[gnu::flatten]] void RayScene::fly_with_sse2(Port& port) const {
+  Wave<Port>(*this, port).fly();
 }
 
-[[gnu::target("avx2"), gnu::flatten]] void RayScene::fly_with_avx2(
-    std::span<const Ray> rays, std::span<Flight> flights) const {
-  Wave(*this, rays, flights).fly();
+template <class Port>
+[[gnu::target("avx2"), gnu::flatten]] void RayScene::fly_with_avx2(Port& port) const {
+  Wave<Port>(*this, port).fly();
 }
 
+template <class Port>
 [[gnu::target("avx512f,avx512vl,avx512dq,avx512bw"), gnu::flatten]] void RayScene::fly_with_avx512(
-    std::span<const Ray> rays, std::span<Flight> flights) const {
-  Wave(*this, rays, flights).fly();
+    Port& port) const {
+  Wave<Port>(*this, port).fly();
+}
+
+template <class Port>
+void RayScene::fly(Port& port, Instructions newest) const {
+  static const Instructions machine = newest_instructions();
+  switch (std::min(newest, machine)) {
+    case Instructions::sse2:
+      return fly_with_sse2(port);
+    case Instructions::avx2:
+      return fly_with_avx2(port);
+    case Instructions::avx512:
+      return fly_with_avx512(port);
+  }
 }
 
 void RayScene::fly(std::span<const Ray> rays, std::span<Flight> flights,
                    Instructions newest) const {
-  static const Instructions machine = newest_instructions();
-  switch (std::min(newest, machine)) {
-    case Instructions::sse2:
-      return fly_with_sse2(rays, flights);
-    case Instructions::avx2:
-      return fly_with_avx2(rays, flights);
-    case Instructions::avx512:
-      return fly_with_avx512(rays, flights);
-  }
+  ListPort port(rays, flights);
+  fly(port, newest);
+}
+
+void RayScene::fly(std::uint32_t count, Traffic& traffic) const {
+  TrafficPort port(count, traffic);
+  fly(port, Instructions::avx512);
 }
 
 }  // namespace scarp

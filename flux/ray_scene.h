@@ -44,6 +44,25 @@ class RayScene {
   void fly(std::span<const Ray> rays, std::span<Flight> flights,
            Instructions newest = Instructions::avx512) const;
 
+  /// Flights that are given and taken in blocks, so that none waits for the last of its block.
+  class Traffic {
+   public:
+    static constexpr std::size_t block_size = 64;
+    struct Landing {
+      std::uint32_t number = 0;
+      Flight flight{};
+    };
+
+    /// Fills in the rays number first, first + 1, ... Some are asked for again.
+    virtual void depart(std::uint32_t first, std::span<Ray> rays) = 0;
+    /// In any order.
+    virtual void land(std::span<const Landing> landings) = 0;
+
+   protected:
+    ~Traffic() = default;
+  };
+  void fly(std::uint32_t count, Traffic& traffic) const;
+
   /// Asks the memory for what is known of a facet.
   void prefetch(std::size_t facet) const { __builtin_prefetch(&facets_[facet]); }
 
@@ -60,12 +79,20 @@ class RayScene {
   double source_area() const { return upper_.x * upper_.y; }
 
  private:
+  template <class Port>
   class Wave;
+  class ListPort;
+  class TrafficPort;
 
   void place(const TriMesh& mesh, const Sides& sides, double spacing);
-  void fly_with_sse2(std::span<const Ray> rays, std::span<Flight> flights) const;
-  void fly_with_avx2(std::span<const Ray> rays, std::span<Flight> flights) const;
-  void fly_with_avx512(std::span<const Ray> rays, std::span<Flight> flights) const;
+  template <class Port>
+  void fly_with_sse2(Port& port) const;
+  template <class Port>
+  void fly_with_avx2(Port& port) const;
+  template <class Port>
+  void fly_with_avx512(Port& port) const;
+  template <class Port>
+  void fly(Port& port, Instructions newest) const;
   void cross_side(int axis, Ray& ray) const;
 
   LargeVector<FacetGrid::Facet> facets_;

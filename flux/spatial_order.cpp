@@ -21,10 +21,11 @@ constexpr std::uint64_t spread(std::uint64_t x) {
   return (x | (x << 2)) & 0x249249249249U;
 }
 
-// The cell of the unit interval that a number is in.
+// The cell of the unit interval that a number is in, of 2^bits.
 std::uint32_t cell_of(double unit, unsigned bits) {
-  const double cells = 1U << bits;
-  return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::clamp(unit * cells, 0.0, cells - 1)));
+  const std::int32_t cells = std::int32_t{1} << bits;
+  const auto cell = static_cast<std::int32_t>(unit * cells);
+  return static_cast<std::uint32_t>(std::clamp(cell, 0, cells - 1));
 }
 
 // Of five bits.
@@ -56,9 +57,13 @@ std::uint32_t flight_key(Vec3d r_unit, Vec3f u) {
   constexpr unsigned direction_bits = 5;
   const Vec3f size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
   const float half = 0.5F * (size.x + size.y + size.z);
-  const std::uint32_t direction = (u.x < 0 ? 1U : 0U) | (u.y < 0 ? 2U : 0U) | (u.z < 0 ? 4U : 0U) |
-                                  (size.x > half ? 8U : 0U) | (size.y > half ? 16U : 0U);
-  const auto along = [](double unit) { return std::uint32_t{spread_bits[cell_of(unit, short_bits)]}; };
+  const auto bit = [](bool is_set, unsigned place) { return std::uint32_t{is_set} << place; };
+  const std::uint32_t direction = bit(std::signbit(u.x), 0) | bit(std::signbit(u.y), 1) |
+                                  bit(std::signbit(u.z), 2) | bit(size.x > half, 3) |
+                                  bit(size.y > half, 4);
+  const auto along = [](double unit) {
+    return std::uint32_t{spread_bits[cell_of(unit, short_bits)]};
+  };
   const std::uint32_t cell = along(r_unit.x) | (along(r_unit.y) << 1) | (along(r_unit.z) << 2);
   const std::uint32_t large = cell >> (3 * small_bits);
   const std::uint32_t small = cell & ((1U << (3 * small_bits)) - 1);

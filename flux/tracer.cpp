@@ -18,9 +18,6 @@ constexpr std::size_t least_pool = std::size_t{1} << 12;
 constexpr std::size_t most_pool = std::size_t{1} << 16;
 constexpr std::size_t pools_per_thread = 2;
 
-// Of a pool, while their ends fit in the cache.
-constexpr std::size_t flights_at_once = 2048;
-
 // How many turns ahead the memory is asked for what will be needed.
 constexpr std::size_t ahead = 16;
 
@@ -205,39 +202,53 @@ void Tracer::trace_pools(std::uint64_t count, const Start& start, const Send& se
   });
 }
 
+// The flights of a pool; what arrives goes to the next.
+class Tracer::PoolTraffic final : public RayScene::Traffic {
+ public:
+  PoolTraffic(const Tracer& tracer, const Pool& pool, Pool& next, Books& books)
+      : tracer_(tracer), pool_(pool), order_(pool.order()), next_(next), books_(books) {}
+
+  void depart(std::uint32_t first, std::span<Ray> rays) override {
+    for (Ray& ray : rays) {
+      if (first + ahead < order_.size()) __builtin_prefetch(&pool_[order_[first + ahead]]);
+      ray = ray_of(pool_[order_[first++]]);
+    }
+  }
+
+  void land(std::span<const Landing> landings) override {
+    // Whether a flight arrives cannot be foreseen: no branch asks.
+    std::array<const Landing*, block_size> arrived;
+    std::size_t arrived_count = 0;
+    for (const Landing& landing : landings) {
+      const Flight::End end = landing.flight.end;
+      books_.counts.ended[static_cast<std::size_t>(end)] += particle(landing).weight;
+      arrived[arrived_count] = &landing;
+      arrived_count += end == Flight::End::front ? 1 : 0;
+    }
+    for (std::size_t k = 0; k < arrived_count; ++k) tracer_.prefetch(arrived[k]->flight.facet);
+    for (std::size_t k = 0; k < arrived_count; ++k)
+      tracer_.arrive(particle(*arrived[k]), arrived[k]->flight, arrivals_, books_.arrivals);
+    tracer_.send_on(arrivals_, next_, books_.counts);
+  }
+
+ private:
+  const Particle& particle(const Landing& landing) const { return pool_[order_[landing.number]]; }
+
+  const Tracer& tracer_;
+  const Pool& pool_;
+  std::vector<std::uint32_t> order_;
+  Pool& next_;
+  Books& books_;
+  Arrivals arrivals_;
+};
+
 // All particles of a pool fly once, then all that go on fly again.
 void Tracer::trace_pool(Pool& pool, Books& books) const {
   Pool next(problem_.scene, pool.size());
-  std::vector<Ray> rays(flights_at_once);
-  std::vector<Flight> flights(flights_at_once);
-  std::vector<std::uint32_t> arrived(flights_at_once);
-  Arrivals arrivals;
   for (; pool.size() > 0; std::swap(pool, next), next.clear()) {
     books.counts.segments += static_cast<std::int64_t>(pool.size());
-    const std::vector<std::uint32_t> order = pool.order();
-    for (std::size_t first = 0; first < order.size(); first += flights_at_once) {
-      const std::size_t count = std::min(flights_at_once, order.size() - first);
-      for (std::size_t k = 0; k < count; ++k) {
-        if (first + k + ahead < order.size()) __builtin_prefetch(&pool[order[first + k + ahead]]);
-        rays[k] = ray_of(pool[order[first + k]]);
-      }
-      problem_.scene.fly(std::span(rays).first(count), flights);
-      // Whether a flight arrives cannot be foreseen: no branch asks.
-      std::size_t arrived_count = 0;
-      for (std::size_t k = 0; k < count; ++k) {
-        const Flight::End end = flights[k].end;
-        books.counts.ended[static_cast<std::size_t>(end)] += pool[order[first + k]].weight;
-        arrived[arrived_count] = static_cast<std::uint32_t>(k);
-        arrived_count += end == Flight::End::front ? 1 : 0;
-      }
-      for (std::size_t i = 0; i < arrived_count; ++i) {
-        if (i + ahead < arrived_count) prefetch(flights[arrived[i + ahead]].facet);
-        const std::size_t k = arrived[i];
-        arrive(pool[order[first + k]], flights[k], arrivals, books.arrivals);
-        if (arrivals.count == Arrivals::most) send_on(arrivals, next, books.counts);
-      }
-    }
-    send_on(arrivals, next, books.counts);
+    PoolTraffic traffic(*this, pool, next, books);
+    problem_.scene.fly(static_cast<std::uint32_t>(pool.size()), traffic);
   }
 }
 

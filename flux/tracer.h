@@ -84,6 +84,7 @@ class Tracer {
   };
 
   class Pool;
+  class PoolTraffic;
   struct Arrivals;
 
   template <class Send>
