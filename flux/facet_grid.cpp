@@ -103,10 +103,8 @@ FacetGrid::FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, do
   room_ = padding + 3 * walk_error;
   lower_ = lower - Vec3d{room_, room_, room_};
   const Vec3d extent = upper - lower_ + Vec3d{room_, room_, room_};
-  const double step =
-      std::max({extent.x, extent.y, extent.z}) / std::numeric_limits<std::uint16_t>::max();
-  per_step_ = 1 / step;
-  padding_in_steps_ = padding / step;
+  constexpr double steps = std::numeric_limits<std::uint16_t>::max();
+  per_step_ = {steps / extent.x, steps / extent.y, steps / extent.z};
   for (int axis = 0; axis < 3; ++axis)
     bricks_[static_cast<std::size_t>(axis)] =
         static_cast<int>(extent[axis] / cell_size_) / brick + 1;
@@ -147,12 +145,13 @@ void FacetGrid::for_each_cell(const Facet& facet, const Use& use) const {
 FacetGrid::Rounded FacetGrid::rounded(const Facet& facet) const {
   Rounded result;
   std::array<Vec3f, 3> r;
+  const Vec3f cells = Vec3f(cells_per_step());
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const Vec3d steps = per_step_ * (Vec3d(facet.corners[corner]) - lower_);
+    const Vec3d from_lower = Vec3d(facet.corners[corner]) - lower_;
     for (int axis = 0; axis < 3; ++axis) {  // none is below zero
-      const auto step = static_cast<std::uint16_t>(steps[axis] + 0.5);
+      const auto step = static_cast<std::uint16_t>(per_step_[axis] * from_lower[axis] + 0.5);
       result.corners[corner][static_cast<std::size_t>(axis)] = step;
-      r[corner][axis] = step;
+      r[corner][axis] = cells[axis] * step;
     }
   }
   result.area = cross(r[1] - r[0], r[2] - r[0]);
@@ -163,9 +162,11 @@ FacetGrid::Rounded FacetGrid::rounded(const Facet& facet) const {
 class FacetGrid::BlocksOfCells {
  public:
   explicit BlocksOfCells(const FacetGrid& grid)
-      : cells_per_step_(1 / (grid.per_step_ * grid.cell_size_)),
-        // Corners are rounded by up to half a step along each axis, and heights to 2^-6 of one.
-        room_(1 + grid.room_ * grid.per_step_) {}
+      : step_(grid.cells_per_step()),
+        // Vertices are rounded by up to half a step along each axis, and heights a hundred times
+        // less.
+        room_(static_cast<float>(std::max({step_.x, step_.y, step_.z}) +
+                                 grid.room_ * grid.per_cell_)) {}
 
   /// Returns the number of its first block. facets: of the cell, at least one.
   std::size_t add(std::span<const std::uint32_t> facets, std::span<const Rounded> rounded) {
@@ -227,20 +228,21 @@ class FacetGrid::BlocksOfCells {
 
   // Across a unit vector, at the highest vertex.
   Ceiling ceiling_over(std::span<const Block> blocks, Vec3f n) const {
+    const Vec3f across{n.x * step_.x, n.y * step_.y, n.z * step_.z};
     float height = std::numeric_limits<float>::lowest();
     for (const Block& block : blocks) {
       for (std::size_t k = 0; k < block_size; ++k) {
         const auto& [x, y, z] = block.vertices;
-        const float its = n.x * static_cast<float>(x[k]) + n.y * static_cast<float>(y[k]) +
-                          n.z * static_cast<float>(z[k]);
+        const float its = across.x * static_cast<float>(x[k]) +
+                          across.y * static_cast<float>(y[k]) + across.z * static_cast<float>(z[k]);
         height = its > height ? its : height;
       }
     }
-    return {n, static_cast<float>((static_cast<double>(height) + room_) * cells_per_step_)};
+    return {n, height + room_};
   }
 
-  double cells_per_step_;
-  double room_;
+  Vec3f step_;  // in cells
+  float room_;  // in cells, over the highest vertex
   std::vector<Block> blocks_;
   std::vector<Ceiling> ceilings_;  // at the first block of each cell
   std::vector<Open> open_;

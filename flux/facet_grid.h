@@ -57,10 +57,9 @@ class FacetGrid {
 
   double padding() const { return padding_; }
   Vec3d lower() const { return lower_; }
-  /// One over the length in which the corners of blocks are counted: they are rounded to whole
-  /// steps.
-  double per_step() const { return per_step_; }
-  double padding_in_steps() const { return padding_in_steps_; }
+  /// One over the lengths, along each axis, in which the vertices of blocks are counted: they are
+  /// rounded to whole steps.
+  Vec3d per_step() const { return per_step_; }
 
   class Walks;
 
@@ -102,11 +101,15 @@ class FacetGrid {
   class EmptyCubes;
   class BlocksOfCells;
 
-  // Corners in whole steps, and the area vector that they make.
+  // Corners in whole steps, and the area vector that they make, in cells.
   struct Rounded {
     std::array<std::array<std::uint16_t, 3>, 3> corners;  // by corner and axis
     Vec3f area;
   };
+  // Of steps.
+  Vec3d cells_per_step() const {
+    return {per_cell_ / per_step_.x, per_cell_ / per_step_.y, per_cell_ / per_step_.z};
+  }
 
   template <class Use>
   void for_each_cell(const Facet& facet, const Use& use) const;
@@ -116,8 +119,7 @@ class FacetGrid {
 
   Vec3d lower_;
   double padding_ = 0;
-  double per_step_ = 0;
-  double padding_in_steps_ = 0;
+  Vec3d per_step_;
   double cell_size_ = 0;
   double per_cell_ = 0;
   float walk_error_ = 0;  // in cells

@@ -88,7 +88,8 @@ class NearestFacet {
   Vec3f foot_;  // along the three axes of the view
   float slope_x_ = 0;
   float slope_y_ = 0;
-  float tolerance_ = 0;
+  float tolerance_x_ = 0;
+  float tolerance_y_ = 0;
 };
 
 inline void NearestFacet::start(const FacetGrid& grid, const Ray& ray, double t_end) {
@@ -108,14 +109,20 @@ inline void NearestFacet::start(const FacetGrid& grid, const Ray& ray, double t_
   const Pair shear = Pair{of_u[axis_x_], of_u[axis_y_]} / of_u[axis_z_];
   shear_x_ = shear[0];
   shear_y_ = shear[1];
-  const Components steps = components(grid.per_step() * (r_ - grid.lower()));
-  foot_ = Vec3f(Vec3d{steps[axis_x_], steps[axis_y_], steps[axis_z_]});
+  const Components from_lower = components(r_ - grid.lower());
+  const Components per_step = components(grid.per_step());
+  foot_ =
+      Vec3f(Vec3d{per_step[axis_x_] * from_lower[axis_x_], per_step[axis_y_] * from_lower[axis_y_],
+                  per_step[axis_z_] * from_lower[axis_z_]});
   goes_down_ = of_u[axis_z_] < 0;
-  slope_x_ = static_cast<float>(shear_x_);
-  slope_y_ = static_cast<float>(shear_y_);
-  // A corner is off by half a step, and by half a step of its depth times a slope up to 1; sums of
-  // 16 bits lose little in single precision.
-  tolerance_ = static_cast<float>(1.05 + grid.padding_in_steps());
+  const double depth = 1 / per_step[axis_z_];
+  slope_x_ = static_cast<float>(shear_x_ * per_step[axis_x_] * depth);
+  slope_y_ = static_cast<float>(shear_y_ * per_step[axis_y_] * depth);
+  // A corner is off by half a step, and by half a step of its depth times the slope; sums of 16
+  // bits lose less than 2^-5 of it in single precision.
+  constexpr float half = 0.53F;
+  tolerance_x_ = half * (1 + std::abs(slope_x_));
+  tolerance_y_ = half * (1 + std::abs(slope_y_));
 }
 
 inline void NearestFacet::test(const std::array<Vec3f, 3>& corners, Vec3d normal,
@@ -164,25 +171,27 @@ inline unsigned NearestFacet::candidates(const FacetGrid::Block& block) const {
   const Floats depth = __builtin_convertvector(steps_z, Floats) - foot_.z;
   const Floats vertex_x = __builtin_convertvector(steps_x, Floats) - foot_.x - slope_x_ * depth;
   const Floats vertex_y = __builtin_convertvector(steps_y, Floats) - foot_.y - slope_y_ * depth;
-  const Floats distance =
-      (vertex_x < 0 ? -vertex_x : vertex_x) + (vertex_y < 0 ? -vertex_y : vertex_y);
+  // What the tolerances make of a product with any other corner.
+  const Floats unsure = tolerance_y_ * (vertex_x < 0 ? -vertex_x : vertex_x) +
+                        tolerance_x_ * (vertex_y < 0 ? -vertex_y : vertex_y) +
+                        tolerance_x_ * tolerance_y_;
   std::array<Floats, 3> x;
   std::array<Floats, 3> y;
-  Floats size{};
+  std::array<Floats, 3> slack;
   auto vertices = __builtin_bit_cast(Bits, block.corners);
   for (std::size_t corner = 0; corner < 3; ++corner, vertices >>= 8) {
-    Floats of_corner;
     pick(vertex_x, vertices, x[corner]);
     pick(vertex_y, vertices, y[corner]);
-    pick(distance, vertices, of_corner);
-    size += of_corner;
+    pick(unsure, vertices, slack[corner]);
   }
   const Floats a = x[1] * y[2] - y[1] * x[2];
   const Floats b = x[2] * y[0] - y[2] * x[0];
   const Floats c = x[0] * y[1] - y[0] * x[1];
-  const Floats slack = tolerance_ * (size + 2 * tolerance_);
-  const auto is_left = (a >= -slack) & (b >= -slack) & (c >= -slack);
-  const auto is_right = (a <= slack) & (b <= slack) & (c <= slack);
+  const Floats slack_a = slack[1] + slack[2];
+  const Floats slack_b = slack[2] + slack[0];
+  const Floats slack_c = slack[0] + slack[1];
+  const auto is_left = (a >= -slack_a) & (b >= -slack_b) & (c >= -slack_c);
+  const auto is_right = (a <= slack_a) & (b <= slack_b) & (c <= slack_c);
   const auto facets = __builtin_bit_cast(Bits, block.facets);
   const auto is_other = (facets != from_) & (facets != Ray::no_facet);
   constexpr Bits each{1, 2, 4, 8, 16, 32, 64, 128};
