@@ -14,27 +14,28 @@ constexpr unsigned pass_bits = 11;
 constexpr std::uint32_t bucket_count = 1U << pass_bits;
 
 // Bit k of sixteen goes to bit 3k.
-constexpr std::uint64_t spread(std::uint64_t x) {
+std::uint64_t spread(std::uint64_t x) {
   x = (x | (x << 16)) & 0x0000FF0000FFU;
   x = (x | (x << 8)) & 0x00F00F00F00FU;
   x = (x | (x << 4)) & 0x0C30C30C30C3U;
   return (x | (x << 2)) & 0x249249249249U;
 }
 
-// The cell of the unit interval that a number is in, of 2^bits.
-std::uint32_t cell_of(double unit, unsigned bits) {
-  const std::int32_t cells = std::int32_t{1} << bits;
-  const auto cell = static_cast<std::int32_t>(unit * cells);
-  return static_cast<std::uint32_t>(std::clamp(cell, 0, cells - 1));
+// The same of five.
+inline std::uint32_t spread_few(std::uint32_t x) {
+  x = (x | (x << 8)) & 0x100FU;
+  x = (x | (x << 4)) & 0x10C3U;
+  return (x | (x << 2)) & 0x1249U;
 }
 
-// Of five bits.
-constexpr std::uint32_t short_bits = 5;
-constexpr std::array<std::uint16_t, 1U << short_bits> spread_bits = [] {
-  std::array<std::uint16_t, 1U << short_bits> table{};
-  for (std::uint32_t x = 0; x < table.size(); ++x) table[x] = static_cast<std::uint16_t>(spread(x));
-  return table;
-}();
+// The cell of the unit interval that a number is in, of 2^bits.
+template <class Number>
+inline std::int32_t cell_of(Number unit, unsigned bits) {
+  const std::int32_t cells = std::int32_t{1} << bits;
+  const auto cell = static_cast<std::int32_t>(unit * static_cast<Number>(cells));
+  const std::int32_t at_least = cell < 0 ? 0 : cell;
+  return at_least < cells ? at_least : cells - 1;
+}
 
 }  // namespace
 
@@ -46,28 +47,35 @@ int main_direction(Vec3d n) {
 
 std::uint64_t curve_key(Vec3d r_unit, int direction) {
   constexpr unsigned bits = 16;
-  return (static_cast<std::uint64_t>(direction) << (3 * bits)) | spread(cell_of(r_unit.x, bits)) |
-         (spread(cell_of(r_unit.y, bits)) << 1) | (spread(cell_of(r_unit.z, bits)) << 2);
+  const auto along = [](double unit) {
+    return spread(static_cast<std::uint64_t>(cell_of(unit, bits)));
+  };
+  return (static_cast<std::uint64_t>(direction) << (3 * bits)) | along(r_unit.x) |
+         (along(r_unit.y) << 1) | (along(r_unit.z) << 2);
 }
 
 // Large cells first, then 32 directions, then small cells: what flies from about the same place in
 // about the same direction arrives at about the same place.
-std::uint32_t flight_key(Vec3d r_unit, Vec3f u) {
-  constexpr unsigned small_bits = 2;  // of a place; the three others are of the large cell
+[[gnu::target_clones("avx512f", "avx2", "default")]] void find_keys(FlightStarts& starts) {
+  constexpr unsigned bits = 5;        // of a place
+  constexpr unsigned small_bits = 2;  // of them, within a large cell
   constexpr unsigned direction_bits = 5;
-  const Vec3f size{std::abs(u.x), std::abs(u.y), std::abs(u.z)};
-  const float half = 0.5F * (size.x + size.y + size.z);
-  const auto bit = [](bool is_set, unsigned place) { return std::uint32_t{is_set} << place; };
-  const std::uint32_t direction = bit(std::signbit(u.x), 0) | bit(std::signbit(u.y), 1) |
-                                  bit(std::signbit(u.z), 2) | bit(size.x > half, 3) |
-                                  bit(size.y > half, 4);
-  const auto along = [](double unit) {
-    return std::uint32_t{spread_bits[cell_of(unit, short_bits)]};
-  };
-  const std::uint32_t cell = along(r_unit.x) | (along(r_unit.y) << 1) | (along(r_unit.z) << 2);
-  const std::uint32_t large = cell >> (3 * small_bits);
-  const std::uint32_t small = cell & ((1U << (3 * small_bits)) - 1);
-  return (((large << direction_bits) | direction) << (3 * small_bits)) | small;
+  for (std::size_t k = 0; k < starts.count; ++k) {
+    std::uint32_t cell = 0;
+    std::uint32_t direction = 0;
+    float size = 0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const float along = starts.u[axis][k];
+      size += std::abs(along);
+      direction |= (along < 0 ? 1U : 0U) << axis;
+      cell |= spread_few(static_cast<std::uint32_t>(cell_of(starts.r[axis][k], bits))) << axis;
+    }
+    for (unsigned axis = 0; axis < 2; ++axis)
+      direction |= (2 * std::abs(starts.u[axis][k]) > size ? 1U : 0U) << (3 + axis);
+    const std::uint32_t large = cell >> (3 * small_bits);
+    const std::uint32_t small = cell & ((1U << (3 * small_bits)) - 1);
+    starts.key[k] = (((large << direction_bits) | direction) << (3 * small_bits)) | small;
+  }
 }
 
 SceneCells::SceneCells(const RayScene& scene, double width) : width_(width) {

@@ -17,11 +17,27 @@ int main_direction(Vec3d n);
 /// of the unit cube fine.
 std::uint64_t curve_key(Vec3d r_unit, int direction);
 
-/// A number below 2^20 by which flights that start close together in similar directions follow each
-/// other.
-///
-/// r_unit: place in the unit cube.
-std::uint32_t flight_key(Vec3d r_unit, Vec3f u);
+/// Starts of some flights, each component by itself, and numbers below 2^20 by which those that
+/// start close together in similar directions follow each other.
+struct FlightStarts {
+  static constexpr std::size_t most = 64;
+
+  std::array<std::array<float, most>, 3> r;  ///< in the unit cube
+  std::array<std::array<float, most>, 3> u;
+  std::array<std::uint32_t, most> key;
+  std::size_t count = 0;
+
+  void add(Vec3f place, Vec3f direction) {
+    for (int axis = 0; axis < 3; ++axis) {
+      r[static_cast<std::size_t>(axis)][count] = place[axis];
+      u[static_cast<std::size_t>(axis)][count] = direction[axis];
+    }
+    ++count;
+  }
+};
+
+/// Fills in the keys.
+void find_keys(FlightStarts& starts);
 
 /// Cubic cells that fill the space below a scene's source, with places by main direction in each.
 class SceneCells {

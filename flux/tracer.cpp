@@ -72,10 +72,12 @@ class Tracer::Pool {
   }
 
   void add(const Particle& particle) {
-    const auto& [x, y, z] = particle.r;
     particles_.push_back(particle);
-    keys_.push_back(
-        flight_key({x * per_size_.x, y * per_size_.y, (z - lowest_) * per_size_.z}, particle.u));
+    const Vec3d from_lowest = particle.r - Vec3d{0, 0, lowest_};
+    last_.add(Vec3f(Vec3d{from_lowest.x * per_size_.x, from_lowest.y * per_size_.y,
+                          from_lowest.z * per_size_.z}),
+              particle.u);
+    if (last_.count == FlightStarts::most) find_last_keys();
   }
 
   void clear() {
@@ -85,13 +87,24 @@ class Tracer::Pool {
 
   std::size_t size() const { return particles_.size(); }
   const Particle& operator[](std::size_t i) const { return particles_[i]; }
-  std::vector<std::uint32_t> order() const { return sorted_order(keys_); }
+  std::vector<std::uint32_t> order() {
+    find_last_keys();
+    return sorted_order(keys_);
+  }
 
  private:
+  void find_last_keys() {
+    find_keys(last_);
+    keys_.insert(keys_.end(), last_.key.begin(),
+                 last_.key.begin() + static_cast<std::ptrdiff_t>(last_.count));
+    last_.count = 0;
+  }
+
   double lowest_;
   Vec3d per_size_;
   LargeVector<Particle> particles_;
   std::vector<std::uint32_t> keys_;
+  FlightStarts last_;  // whose keys are yet to be found
 };
 
 // As many as are sent on at once.
@@ -103,10 +116,9 @@ struct Tracer::Arrivals {
   std::array<std::uint32_t, most> sticking;  // out of unit_weight
   std::size_t count = 0;
 
-  void add(const Particle& particle, std::uint32_t part) {
-    particles[count] = particle;
+  Particle& add(const Particle& particle, std::uint32_t part) {
     sticking[count] = part;
-    ++count;
+    return particles[count++] = particle;
   }
 };
 
@@ -205,7 +217,7 @@ void Tracer::trace_pools(std::uint64_t count, const Start& start, const Send& se
 // The flights of a pool; what arrives goes to the next.
 class Tracer::PoolTraffic final : public RayScene::Traffic {
  public:
-  PoolTraffic(const Tracer& tracer, const Pool& pool, Pool& next, Books& books)
+  PoolTraffic(const Tracer& tracer, Pool& pool, Pool& next, Books& books)
       : tracer_(tracer), pool_(pool), order_(pool.order()), next_(next), books_(books) {}
 
   void depart(std::uint32_t first, std::span<Ray> rays) override {
@@ -260,13 +272,12 @@ void Tracer::prefetch(std::size_t facet) const {
 
 void Tracer::arrive(const Particle& particle, const Flight& flight, Arrivals& arrivals,
                     SharedSums::Buffer& sums) const {
-  Particle arrived = particle;
+  Particle& arrived = arrivals.add(particle, absorbed_weight_[flight.facet]);
   arrived.r = flight.r;
   arrived.u = Vec3f(flight.u);
   arrived.facet = flight.facet;
   sums.add(row_of(0, batch_of(particle)), flight.facet, particle.weight);
   if (units_.size() > 1) count_yields(arrived, sums);
-  arrivals.add(arrived, absorbed_weight_[flight.facet]);
 }
 
 void Tracer::count_yields(const Particle& particle, SharedSums::Buffer& sums) const {

@@ -28,12 +28,20 @@ TEST(CurveKey, FollowsNestedHalves) {
   EXPECT_EQ(curve_key({1, 1, 1}, 0), (std::uint64_t{1} << 48) - 1);
 }
 
+std::uint32_t flight_key(Vec3f r, Vec3f u) {
+  FlightStarts starts;
+  starts.add({}, {1, 0, 0});
+  starts.add(r, u);
+  find_keys(starts);
+  return starts.key[1];
+}
+
 // A place within an eighth of the domain along each axis counts less than the direction, and which
 // eighth it is counts more.
 TEST(FlightKey, PutsLargeCellsBeforeDirectionsBeforeSmallCells) {
-  const Vec3d r{0.30, 0.70, 0.20};
-  const Vec3d same_cell{0.36, 0.74, 0.24};
-  const Vec3d next_cell{0.30, 0.70, 0.26};
+  const Vec3f r{0.30F, 0.70F, 0.20F};
+  const Vec3f same_cell{0.36F, 0.74F, 0.24F};
+  const Vec3f next_cell{0.30F, 0.70F, 0.26F};
   EXPECT_LT(flight_key(r, {1, 1, 1}), flight_key(same_cell, {1, 1, 1}));
   EXPECT_LT(flight_key(same_cell, {1, 1, 1}), flight_key(r, {-1, 1, 1}));
   EXPECT_LT(flight_key(same_cell, {1, 1, 1}), flight_key(r, {3, 1, 1}));
@@ -42,7 +50,7 @@ TEST(FlightKey, PutsLargeCellsBeforeDirectionsBeforeSmallCells) {
 
 // In each octant x or y may be longer than the other two components together, or neither.
 TEST(FlightKey, TellsDirectionsNearAnAxisApart) {
-  const Vec3d r{0.3, 0.7, 0.2};
+  const Vec3f r{0.3F, 0.7F, 0.2F};
   EXPECT_EQ(flight_key(r, {3, 1, 1}), flight_key(r, {9, 1, 1}));
   EXPECT_NE(flight_key(r, {3, 1, 1}), flight_key(r, {1, 3, 1}));
   EXPECT_NE(flight_key(r, {1, 3, 1}), flight_key(r, {1, 1, 1}));
