@@ -64,9 +64,6 @@ class RayScene::ListPort {
 class RayScene::TrafficPort {
  public:
   TrafficPort(std::uint32_t count, Traffic& traffic) : count_(count), traffic_(traffic) {}
-  ~TrafficPort() { traffic_.land(std::span(landings_).first(landed_)); }
-  TrafficPort(const TrafficPort&) = delete;
-  TrafficPort& operator=(const TrafficPort&) = delete;
 
   bool has_next() const { return next_ < count_; }
   const Ray& take() {
@@ -84,8 +81,10 @@ class RayScene::TrafficPort {
   }
   void land(std::uint32_t number, const Flight& flight) {
     landings_[landed_++] = {number, flight};
-    if (landed_ < landings_.size()) return;
-    traffic_.land(landings_);
+    if (landed_ == landings_.size()) hand_over();
+  }
+  void hand_over() {
+    traffic_.land(std::span(landings_).first(landed_));
     landed_ = 0;
   }
 
@@ -431,6 +430,7 @@ void RayScene::fly(std::span<const Ray> rays, std::span<Flight> flights,
 void RayScene::fly(std::uint32_t count, Traffic& traffic) const {
   TrafficPort port(count, traffic);
   fly(port, Instructions::avx512);
+  port.hand_over();
 }
 
 }  // namespace scarp

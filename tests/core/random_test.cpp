@@ -28,6 +28,30 @@ TEST(RandomStream, IsAPureFunctionOfItsKey) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(first.bits(), second.bits());
 }
 
+// A stream may be left and taken up again at a block, and blocks of many rays drawn together.
+TEST(RandomStreams, GiveTheNumbersOfEachRayFromAnyBlockOn) {
+  const RandomStream::Key key{.seed = 1ULL << 40, .time_step = 2, .species = 3};
+  const RandomStreams streams(key);
+  for (const std::size_t count : {std::size_t{1}, std::size_t{5}, RandomStreams::Blocks::most}) {
+    RandomStreams::Blocks blocks;
+    for (std::uint64_t k = 0; k < count; ++k)
+      blocks.add(k << 30, static_cast<std::uint32_t>(k % 3));
+    streams.draw(blocks);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      const auto block = static_cast<std::uint32_t>(k % 3);
+      RandomStream whole({.seed = key.seed, .time_step = 2, .species = 3, .ray = k << 30});
+      for (std::uint32_t skipped = 0; skipped < 4 * block; ++skipped) whole.bits();
+      EXPECT_EQ(whole.next_block(), block);
+      RandomStream rest = streams.of_ray(k << 30, block);
+      for (const auto& words : blocks.words) {
+        const std::uint32_t number = whole.bits();
+        EXPECT_EQ(rest.bits(), number);
+        EXPECT_EQ(words[k], number);
+      }
+    }
+  }
+}
+
 TEST(RandomStream, DiffersWithEveryPartOfTheKey) {
   std::set<std::uint32_t> firsts;
   std::size_t streams = 0;

@@ -115,6 +115,45 @@ TEST(FacetGrid, WalksPassEveryFacetThatIsMet) {
   EXPECT_LT(candidates, 2U * static_cast<unsigned>(met));
 }
 
+// So many cells in a row that single precision hardly tells where in its cell a walk is: a strip
+// with ridges, along which flights graze it.
+TEST(FacetGrid, WalksPassEveryFacetThatIsMetFarAway) {
+  constexpr int length = 12'000;
+  std::vector<Facet> facets;
+  for (int i = 0; i < length; ++i) {
+    const auto at = [&](int x, int y) {
+      return Vec3f{static_cast<float>(x), static_cast<float>(y), x % 500 == 0 ? 0.1F : 0};
+    };
+    const auto add = [&](Vec3f a, Vec3f b, Vec3f c) {
+      facets.push_back({{a, b, c}, normalized(cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a)))});
+    };
+    add(at(i, 0), at(i + 1, 0), at(i, 1));
+    add(at(i + 1, 1), at(i, 1), at(i + 1, 0));
+  }
+  const FacetGrid grid(facets, {-1, -1, -1}, {length + 1.0, 2, 3}, padding);
+  RandomStream random({.seed = 4});
+  int met = 0;
+  for (int i = 0; i < 80; ++i) {
+    const double x = length * random.uniform_double();
+    const double to = length * random.uniform_double();
+    const Vec3d r{x, 0.1 + 0.8 * random.uniform_double(), 2.5 * random.uniform_double()};
+    const Vec3d away{to - x, i % 3 == 0 ? 0 : 0.1 - 0.2 * random.uniform_double(),
+                     (i % 2 == 0 ? 0.05 : -0.5) - r.z};
+    const Vec3d u = normalized(away);
+    const Passed passed = facets_along(grid, r, u, scarp::length(away));
+    EXPECT_LT(passed.steps, 4 * length);
+    for (std::uint32_t f = 0; f < facets.size(); ++f) {
+      NearestFacet nearest;
+      nearest.start(grid, {.r = r, .u = u}, scarp::length(away));
+      nearest.test(facets[f].corners, facets[f].normal, f);
+      if (nearest.front().facet != f && nearest.back().facet != f) continue;
+      ++met;
+      EXPECT_TRUE(passed.candidates.contains(f)) << f << " on flight " << i;
+    }
+  }
+  EXPECT_GT(met, 40);
+}
+
 // A flight through corners and along edges of cells does not lose its way: at its end is a facet.
 TEST(FacetGrid, WalksAlongDiagonalsArrive) {
   constexpr double far = 63.99;

@@ -65,6 +65,28 @@ TEST(CosineSamples, AreThoseOfOneAtATime) {
   }
 }
 
+TEST(SourceDirections, AreTheSameManyAtOnce) {
+  const PolarDensity density(std::array{0.0, 0.3, 1.2}, std::array{1.0, 2.0, 0.5});
+  for (const std::size_t count : {std::size_t{1}, std::size_t{7}, CosineSamples::most}) {
+    RandomStream random({.seed = 3});
+    CosineSamples samples;
+    std::vector<UnitSquare> numbers{{0.5, 0.5}};  // straight down
+    samples.add(numbers[0], {});
+    while (samples.count < count) {
+      const double xi1 = random.uniform_double();
+      samples.add(numbers.emplace_back(UnitSquare{xi1, random.uniform_double()}), {});
+    }
+    for (const double power : {1.0, 7.5}) {
+      sample_sources(samples, power);
+      for (std::size_t k = 0; k < count; ++k)
+        EXPECT_EQ(samples.direction(k), sample_source(numbers[k], power));
+    }
+    sample_sources(samples, density);
+    for (std::size_t k = 0; k < count; ++k)
+      EXPECT_EQ(samples.direction(k), sample_source(numbers[k], density));
+  }
+}
+
 // One over the density, averaged over samples, is the solid angle that they fill; with a factor,
 // the integral of that.
 TEST(SkywardDirections, HaveTheirDensity) {

@@ -17,7 +17,7 @@ namespace {
 
 using Engine = FluxOptions::Engine;
 
-constexpr float bare = 0.9F;   // sticking of a bare surface
+constexpr float bare = 0.9F;  // sticking of a bare surface
 constexpr int most_updates = 200;
 constexpr float strength = 3;  // arrivals over what leaves a covered site, on an open wafer
 
