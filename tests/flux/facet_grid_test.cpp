@@ -130,7 +130,7 @@ TEST(FacetGrid, WalksPassEveryFacetThatIsMetFarAway) {
     add(at(i, 0), at(i + 1, 0), at(i, 1));
     add(at(i + 1, 1), at(i, 1), at(i + 1, 0));
   }
-  const FacetGrid grid(facets, {-1, -1, -1}, {length + 1.0, 2, 3}, padding);
+  const FacetGrid grid(facets, {-1, -1, -1}, {length + 1.0, 2, 3}, 1e-7);
   RandomStream random({.seed = 4});
   int met = 0;
   for (int i = 0; i < 80; ++i) {
