@@ -50,7 +50,8 @@ class FacetGrid {
     Vec3d normal;  ///< of length 1
   };
 
-  /// Facets are in every cell that comes within padding of them.
+  /// Facets are in every cell that comes within padding of them, and a little more for what walks
+  /// are off by.
   ///
   /// lower, upper: hold all facets and flights.
   FacetGrid(std::span<const Facet> facets, Vec3d lower, Vec3d upper, double padding);
@@ -181,7 +182,8 @@ class FacetGrid::Walks {
   std::array<PerWalk<float>, 3> start_;
   std::array<PerWalk<float>, 3> u_;
   std::array<PerWalk<float>, 3> inverse_;  // of u
-  std::array<PerWalk<float>, 3> behind_;   // by this flights leave a cell at the side of its number
+  // From where to the side of its cell or cube is the way on which a flight itself leaves it.
+  std::array<PerWalk<float>, 3> behind_;
   PerWalk<float> t_;
   PerWalk<float> t_exit_;
   PerWalk<float> t_end_;

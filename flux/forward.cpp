@@ -144,7 +144,9 @@ FluxField trace_forward(const FluxProblem& problem, std::uint64_t least_rays) {
     return estimate(problem.scene, problem.patches, spread(tally, rays));
   };
   FluxField field;
-  for (std::uint64_t rays = fixed ? cap : std::min(cap, std::max(first_round, least_rays));;) {
+  for (std::uint64_t rays = fixed ? cap
+                                  : std::min(cap, whole_batches(std::max(first_round, least_rays)));
+       ;) {
     trace(tracer, starts, field.rays, rays);
     field.rays = rays;
     FluxEstimate flux = estimated(0, rays);

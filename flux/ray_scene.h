@@ -53,7 +53,7 @@ class RayScene {
       Flight flight{};
     };
 
-    /// Fills in the rays number first, first + 1, ... Some are asked for again.
+    /// Fills in the rays number first, first + 1, ... One may be asked for again until it lands.
     virtual void depart(std::uint32_t first, std::span<Ray> rays) = 0;
     /// In any order.
     virtual void land(std::span<const Landing> landings) = 0;

@@ -21,7 +21,7 @@ struct UnitSquare {
 /// Source: concentric map of the disk, Shirley and Chiu 1997.
 Vec3d sample_cosine(UnitSquare xi, Vec3d n);
 
-/// Numbers for some directions by Lambert's law, and the directions, each component by itself.
+/// Numbers for some directions, and the directions, each component by itself.
 struct CosineSamples {
   static constexpr std::size_t most = 64;
   using Numbers = std::array<double, most>;

@@ -111,6 +111,7 @@ class Tracer::Pool {
 struct Tracer::Arrivals {
   static constexpr std::size_t most = CosineSamples::most;
   static_assert(most == RandomStreams::Blocks::most);
+  static_assert(most >= RayScene::Traffic::block_size);
 
   std::array<Particle, most> particles;
   std::array<std::uint32_t, most> sticking;  // out of unit_weight

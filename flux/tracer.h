@@ -30,7 +30,7 @@ struct alignas(64) Particle {
   std::uint32_t weight = unit_weight;
   float energy = 0;         ///< of ions
   float along_slice = 0;    ///< y of the direction before it was projected on a cross-section
-  std::uint32_t block = 0;  ///< of random numbers that comes next
+  std::uint32_t block = 0;  ///< of random numbers, for where it arrives next
   std::uint64_t ray = 0;    ///< of the random numbers; its remainder by batch_count is the batch
 };
 
