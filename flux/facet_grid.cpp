@@ -17,6 +17,11 @@ constexpr std::uint64_t most_blocks = std::uint64_t{1} << 28;
 // In cells. Longer cubes are not told apart.
 constexpr std::uint8_t longest_cube = 192;
 
+InputError too_many(std::size_t facets) {
+  return InputError("flux: " + std::to_string(facets) +
+                    " facets are too many, or differ too much in size; simplify the mesh");
+}
+
 // The edge of a cell over the mean edge of squares of the facets' areas. Smaller cells hold fewer
 // facets, but a flight passes more of them: 1 to 2 are equally fast.
 constexpr double cell_per_facet_edge = 1.5;
@@ -262,6 +267,8 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
     });
     reached_by[f + 1] = reached.size();
   }
+  // Before memory is asked for that no machine has.
+  if (reached.size() / block_size >= most_blocks) throw too_many(facets.size());
   // The same, cell by cell.
   struct Filled {
     std::uint32_t cell;
@@ -296,10 +303,7 @@ void FacetGrid::sort_in(std::span<const Facet> facets) {
   std::vector<std::size_t> first_of(part_count + 1);
   for (std::size_t part = 0; part < part_count; ++part)
     first_of[part + 1] = first_of[part] + parts[part].blocks().size();
-  if (first_of.back() >= most_blocks) {
-    throw InputError("flux: " + std::to_string(facets.size()) +
-                     " facets are too many, or differ too much in size; simplify the mesh");
-  }
+  if (first_of.back() >= most_blocks) throw too_many(facets.size());
   blocks_.resize(first_of.back());
   ceilings_.resize(first_of.back());
   parallel_for(part_count, 1, [&](std::size_t begin, std::size_t end) {

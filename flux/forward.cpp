@@ -36,14 +36,8 @@ class Starts {
   /// Flux times area (squared spacings) of all particles together.
   double emitted() const { return emitted_; }
 
-  /// Puts particles where those of their ray numbers start.
+  /// Puts particles, at most CosineSamples::most, where those of their ray numbers start.
   void emit(std::span<Particle> particles) const {
-    for (std::size_t first = 0; first < particles.size(); first += CosineSamples::most)
-      emit_some(particles.subspan(first, std::min(CosineSamples::most, particles.size() - first)));
-  }
-
- private:
-  void emit_some(std::span<Particle> particles) const {
     std::array<Particle*, CosineSamples::most> from_plane;
     CosineSamples directions;
     for (Particle& particle : particles) {
@@ -65,6 +59,7 @@ class Starts {
       leave_plane(directions.direction(k), *from_plane[k]);
   }
 
+ private:
   void put_on_plane(UnitSquare place, Particle& particle) const {
     const RayScene& scene = problem_.scene;
     const SourceMap& map = problem_.species.source.map;

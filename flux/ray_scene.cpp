@@ -45,25 +45,31 @@ RayScene::Instructions newest_instructions() {
 
 }  // namespace
 
-// Where flights come from and go to: has_next(), take(), ray(number) again, land(number, flight).
-class RayScene::ListPort {
- public:
-  ListPort(std::span<const Ray> rays, std::span<Flight> flights) : rays_(rays), flights_(flights) {}
+namespace {
 
-  bool has_next() const { return next_ < rays_.size(); }
-  const Ray& take() { return rays_[next_++]; }
-  const Ray& ray(std::uint32_t number) const { return rays_[number]; }
-  void land(std::uint32_t number, const Flight& flight) { flights_[number] = flight; }
+class ListTraffic final : public RayScene::Traffic {
+ public:
+  ListTraffic(std::span<const Ray> rays, std::span<Flight> flights)
+      : rays_(rays), flights_(flights) {}
+
+  void depart(std::uint32_t first, std::span<Ray> rays) override {
+    std::ranges::copy(rays_.subspan(first, rays.size()), rays.begin());
+  }
+  void land(std::span<const Landing> landings) override {
+    for (const auto& [number, flight] : landings) flights_[number] = flight;
+  }
 
  private:
   std::span<const Ray> rays_;
   std::span<Flight> flights_;
-  std::size_t next_ = 0;
 };
 
-class RayScene::TrafficPort {
+}  // namespace
+
+// Where flights take their rays from and land, one at a time.
+class RayScene::Port {
  public:
-  TrafficPort(std::uint32_t count, Traffic& traffic) : count_(count), traffic_(traffic) {}
+  Port(std::uint32_t count, Traffic& traffic) : count_(count), traffic_(traffic) {}
 
   bool has_next() const { return next_ < count_; }
   const Ray& take() {
@@ -98,7 +104,6 @@ class RayScene::TrafficPort {
 };
 
 // Flights under way: their straight parts, between sides.
-template <class Port>
 class RayScene::Wave {
  public:
   Wave(const RayScene& scene, Port& port)
@@ -392,45 +397,38 @@ Flight RayScene::fly(const Ray& ray) const {
 
 // All that flights call becomes part of each of the three functions: compiled for AVX2 they take
 // half the time, for AVX-512 (vectors stay at 256 bits) a tenth less. No result depends on it.
-template <class Port>
-[[gnu::flatten]] void RayScene::fly_with_sse2(Port& port) const {
-  Wave<Port>(*this, port).fly();
-}
+[[gnu::flatten]] void RayScene::fly_with_sse2(Port& port) const { Wave(*this, port).fly(); }
 
-template <class Port>
 [[gnu::target("avx2"), gnu::flatten]] void RayScene::fly_with_avx2(Port& port) const {
-  Wave<Port>(*this, port).fly();
+  Wave(*this, port).fly();
 }
 
-template <class Port>
 [[gnu::target("avx512f,avx512vl,avx512dq,avx512bw"), gnu::flatten]] void RayScene::fly_with_avx512(
     Port& port) const {
-  Wave<Port>(*this, port).fly();
+  Wave(*this, port).fly();
 }
 
-template <class Port>
-void RayScene::fly(Port& port, Instructions newest) const {
+void RayScene::fly(std::uint32_t count, Traffic& traffic, Instructions newest) const {
   static const Instructions machine = newest_instructions();
+  Port port(count, traffic);
   switch (std::min(newest, machine)) {
     case Instructions::sse2:
-      return fly_with_sse2(port);
+      fly_with_sse2(port);
+      break;
     case Instructions::avx2:
-      return fly_with_avx2(port);
+      fly_with_avx2(port);
+      break;
     case Instructions::avx512:
-      return fly_with_avx512(port);
+      fly_with_avx512(port);
+      break;
   }
+  port.hand_over();
 }
 
 void RayScene::fly(std::span<const Ray> rays, std::span<Flight> flights,
                    Instructions newest) const {
-  ListPort port(rays, flights);
-  fly(port, newest);
-}
-
-void RayScene::fly(std::uint32_t count, Traffic& traffic) const {
-  TrafficPort port(count, traffic);
-  fly(port, Instructions::avx512);
-  port.hand_over();
+  ListTraffic traffic(rays, flights);
+  fly(static_cast<std::uint32_t>(rays.size()), traffic, newest);
 }
 
 }  // namespace scarp

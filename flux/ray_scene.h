@@ -61,7 +61,7 @@ class RayScene {
    protected:
     ~Traffic() = default;
   };
-  void fly(std::uint32_t count, Traffic& traffic) const;
+  void fly(std::uint32_t count, Traffic& traffic, Instructions newest = Instructions::avx512) const;
 
   /// Asks the memory for what is known of a facet.
   void prefetch(std::size_t facet) const { __builtin_prefetch(&facets_[facet]); }
@@ -79,20 +79,13 @@ class RayScene {
   double source_area() const { return upper_.x * upper_.y; }
 
  private:
-  template <class Port>
+  class Port;
   class Wave;
-  class ListPort;
-  class TrafficPort;
 
   void place(const TriMesh& mesh, const Sides& sides, double spacing);
-  template <class Port>
   void fly_with_sse2(Port& port) const;
-  template <class Port>
   void fly_with_avx2(Port& port) const;
-  template <class Port>
   void fly_with_avx512(Port& port) const;
-  template <class Port>
-  void fly(Port& port, Instructions newest) const;
   void cross_side(int axis, Ray& ray) const;
 
   LargeVector<FacetGrid::Facet> facets_;

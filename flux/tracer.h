@@ -45,8 +45,8 @@ class Tracer {
  public:
   explicit Tracer(const FluxProblem& problem);
 
-  /// Puts particles number first, first + 1, ... where they start, on any thread; it is faster if
-  /// those of a batch follow each other.
+  /// Puts particles number first, first + 1, ..., at most CosineSamples::most of them, where they
+  /// start, on any thread; it is faster if those of a batch follow each other.
   using Start = std::function<void(std::uint64_t first, std::span<Particle> particles)>;
 
   /// Follows particles at the start of their first flight. The sums are over all so far.

@@ -88,24 +88,6 @@ TEST(RayScene, FindsTheNearestOfAllFacets) {
 }
 
 // More rays than are under way at once, in any number of groups, some of them over many sides.
-class ListTraffic final : public RayScene::Traffic {
- public:
-  explicit ListTraffic(std::span<const Ray> rays) : flights(rays.size()), rays_(rays) {}
-  void depart(std::uint32_t first, std::span<Ray> rays) override {
-    std::ranges::copy(rays_.subspan(first, rays.size()), rays.begin());
-  }
-  void land(std::span<const Landing> landings) override {
-    for (const Landing& landing : landings) flights[landing.number] = landing.flight;
-    landed += landings.size();
-  }
-
-  std::vector<Flight> flights;
-  std::size_t landed = 0;
-
- private:
-  std::span<const Ray> rays_;
-};
-
 TEST(RayScene, FliesManyTogetherAsEachAlone) {
   const RayScene scene = scene_of(rough_surface(3, 64));
   RandomStream random({.seed = 4});
@@ -120,9 +102,6 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   scene.fly(rays, by_avx2, RayScene::Instructions::avx2);
   std::vector<Flight> by_sse2(rays.size());
   scene.fly(rays, by_sse2, RayScene::Instructions::sse2);
-  ListTraffic traffic(rays);
-  scene.fly(static_cast<std::uint32_t>(rays.size()), traffic);
-  EXPECT_EQ(traffic.landed, rays.size());
   std::vector<Flight> in_groups(rays.size());
   for (std::size_t first = 0, count = 1; first < rays.size(); first += count, ++count) {
     count = std::min(count, rays.size() - first);
@@ -130,8 +109,7 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   }
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Flight alone = scene.fly(rays[i]);
-    for (const Flight* flight :
-         {&together[i], &by_avx2[i], &by_sse2[i], &in_groups[i], &traffic.flights[i]}) {
+    for (const Flight* flight : {&together[i], &by_avx2[i], &by_sse2[i], &in_groups[i]}) {
       ASSERT_EQ(flight->end, alone.end);
       ASSERT_EQ(flight->facet, alone.facet);
       ASSERT_EQ(flight->r, alone.r);
