@@ -28,7 +28,7 @@ using FloatLanes [[gnu::vector_size(4 * sizeof(float))]] = float;
 /// those where it starts and ends. A mesh whose facets differ by orders of magnitude is slow.
 /// Source: Cohen and Sheffer 1994, "Proximity clouds", here with a distance for each octant.
 ///
-/// Memory: about 200 bytes per facet.
+/// Memory: 150 to 230 bytes per facet of simplified surfaces, and as much again while it is built.
 class FacetGrid {
  public:
   static constexpr std::size_t block_size = 8;

@@ -14,8 +14,8 @@ namespace scarp {
 ///
 /// A target is first tried with least_rays, where these are more than the first round has.
 ///
-/// Cost: 256 bytes per facet and tally, up to 60 MB per thread, and 1/4 to 1 us per flight on one
-/// core.
+/// Cost: 256 bytes per facet and tally, up to 10 MB per thread, and 1/4 to 1/2 us per flight on one
+/// core (./dev bench flux).
 FluxField trace_forward(const FluxProblem& problem, std::uint64_t least_rays = 0);
 
 }  // namespace scarp

@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 // Time steps of 4 s between outputs at 30 s and 60 s.
-const std::string slow_etch = std::string(etch_of_a_wafer) + R"([output]
+const std::string slow_etch = etch_of_a_wafer + R"([output]
 every = "30 s"
 )";
 

@@ -28,7 +28,7 @@ using ::testing::Not;
 namespace fs = std::filesystem;
 
 // Two hundred time steps, with a checkpoint after each.
-const std::string long_etch = std::string(etch_of_a_wafer) + R"([advection]
+const std::string long_etch = etch_of_a_wafer + R"([advection]
 cfl = 0.03
 [output]
 every = "10 s"

@@ -8,8 +8,8 @@
 
 namespace scarp {
 
-/// The beginning of a recipe: a bare wafer is etched by 60 nm in a minute.
-inline constexpr const char* etch_of_a_wafer = R"(
+/// The beginning of a recipe: a wafer of silicon in two dimensions, 20 cells of 10 nm wide.
+inline const std::string silicon_wafer = R"(
 [domain]
 spacing = "10 nm"
 extent = ["200 nm"]
@@ -17,7 +17,10 @@ mode = "2d"
 [[geometry]]
 shape = "wafer"
 material = "Si"
-[[step]]
+)";
+
+/// The same, etched by 60 nm in a minute.
+inline const std::string etch_of_a_wafer = silicon_wafer + R"([[step]]
 model = "isotropic"
 duration = "60 s"
 etch_rate = "1 nm/s"

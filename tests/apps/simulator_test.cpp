@@ -17,19 +17,14 @@
 #include "core/running_statistics.h"
 #include "core/temporary_folder.h"
 #include "flux/solve.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
 
-Recipe recipe_of(const std::string& text) {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "r.toml") << text;
-  return read_recipe(folder / "r.toml", {});
-}
-
 /// The layers at the end of a recipe.
 Layers final_layers(const std::string& text) {
-  const Recipe recipe = recipe_of(text);
+  const Recipe recipe = read_text(text);
   State state = start_state(recipe);
   begin_step(state, recipe);
   while (!finished(state, recipe)) {
@@ -64,7 +59,7 @@ TEST(Simplification, BindsItsErrorToTheThinnestFilm) {
   for (const auto& [thickness, bound] : {std::pair{"5 nm", 0.25}, {"8 nm", 0.4}, {"40 nm", 0.5}}) {
     std::string text = coated_hole;
     text.replace(text.find("THICK"), 5, thickness);
-    const Recipe recipe = recipe_of(text);
+    const Recipe recipe = read_text(text);
     const Survey now = survey(prepared_state(recipe), recipe);
     EXPECT_LE(now.simplify_max_distance, 1.1 * bound) << thickness;
     EXPECT_GT(now.simplify_max_distance, 0.4 * bound) << thickness;
@@ -206,7 +201,7 @@ etch_rate = "1 nm/s"
 )";
 
 TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
-  const Recipe recipe = recipe_of(necked_cavity);
+  const Recipe recipe = read_text(necked_cavity);
   State state = start_state(recipe);
   std::vector<Region> seen;
   double closed_at = 0;
@@ -296,7 +291,7 @@ TEST(LayerSteps, PolishDownToAHeightByAnAmountOrToAMaterial) {
 }
 
 TEST(LayerSteps, TakeOneTimeStepAndTheirDurationAndOthersGoOn) {
-  const Recipe recipe = recipe_of(isolation + std::string("height = \"6 nm\"\n") + strip_nitride);
+  const Recipe recipe = read_text(isolation + std::string("height = \"6 nm\"\n") + strip_nitride);
   EXPECT_EQ(recipe.steps[0].duration, 0);
   State state = start_state(recipe);
   std::vector<double> times;
@@ -319,7 +314,7 @@ TEST(LayerSteps, TakeOneTimeStepAndTheirDurationAndOthersGoOn) {
 }
 
 TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
-  const Recipe recipe = recipe_of(isolation + std::string("removal = \"3 nm\"\n") + strip_nitride);
+  const Recipe recipe = read_text(isolation + std::string("removal = \"3 nm\"\n") + strip_nitride);
   const State prepared = prepared_state(recipe);
   EXPECT_EQ(prepared.step, 2U);
   EXPECT_EQ(start_state(recipe).layers.stack.size(), 2U);
@@ -328,7 +323,7 @@ TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
 }
 
 TEST(LayerSteps, AStopMaterialThatIsGoneEndsTheRun) {
-  const Recipe recipe = recipe_of(isolation + std::string("height = \"-2 nm\"\n") +
+  const Recipe recipe = read_text(isolation + std::string("height = \"-2 nm\"\n") +
                                   "[[step]]\nmodel = \"planarise\"\nstop_material = \"Si3N4\"\n");
   EXPECT_THROW(prepared_state(recipe), NumericalError);
 }
@@ -361,7 +356,7 @@ TEST(Mask, OfRateZeroLosesNotOneBitInAnHour) {
       "model = \"directional\"\ndirectional_etch_rate = { Si = \"0.1 nm/s\", resist = \"0 nm/s\" "
       "}\n";
   for (const std::string& step : {isotropic, directional}) {
-    const Layers start = start_state(recipe_of(masked_wafer + step)).layers;
+    const Layers start = start_state(read_text(masked_wafer + step)).layers;
     const Layers end = final_layers(masked_wafer + step);
     int compared = 0;
     for (int i = 0; i <= 80; ++i) {
@@ -452,15 +447,7 @@ TEST(MultiParticle, EtchesAnOpenWaferAtTheKnownRate) {
   }
 }
 
-constexpr const char* film_on_silicon = R"(
-[domain]
-spacing = "10 nm"
-extent = ["200 nm"]
-mode = "2d"
-[[geometry]]
-shape = "wafer"
-material = "Si"
-[[geometry]]
+const std::string film_on_silicon = silicon_wafer + R"([[geometry]]
 shape = "layer"
 material = "SiO2"
 thickness = "100 nm"
@@ -474,7 +461,7 @@ name = "F"
 )";
 
 std::string failure_of(const std::string& rates) {
-  const Recipe recipe = recipe_of(film_on_silicon + ("[step.rate]\n" + rates));
+  const Recipe recipe = read_text(film_on_silicon + "[step.rate]\n" + rates);
   try {
     survey(start_state(recipe), recipe);
   } catch (const NumericalError& error) {
@@ -523,7 +510,7 @@ sticking = 0.3
 
 /// The first time step of a recipe with these settings in front.
 Survey first_survey(const std::string& settings) {
-  const Recipe recipe = recipe_of(settings + coated_trench);
+  const Recipe recipe = read_text(settings + coated_trench);
   State state = start_state(recipe);
   begin_step(state, recipe);
   return survey(state, recipe);
@@ -538,7 +525,7 @@ TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
   EXPECT_LE(*position_error(now, now.planned_dt), 0.001);
   // A growth of 1 nm/s: it is the error of the flux, in parts of the source's, times dt.
   const std::vector<float> moved(now.facets.triangles.size(), static_cast<float>(now.planned_dt));
-  const Recipe recipe = recipe_of(coated_trench);
+  const Recipe recipe = read_text(coated_trench);
   FluxOptions options = recipe.flux;
   options.target_error = 0.001;
   options.responses = {{moved}};
@@ -562,7 +549,7 @@ TEST(PositionError, TakesFewerRaysWhereTheSurfaceMovesLittle) {
 
 TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
   const Recipe recipe =
-      recipe_of(std::string("[flux]\nposition_error = \"0.002 nm\"\n") + coated_trench);
+      read_text(std::string("[flux]\nposition_error = \"0.002 nm\"\n") + coated_trench);
   State state = start_state(recipe);
   begin_step(state, recipe);
   for (int n = 0; n < 4; ++n) {
@@ -575,7 +562,7 @@ TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
 
 // On a flat wafer F is 1, and a thousandth below the rate is 1 / 0.
 TEST(PositionError, IsFoundBesideAPoleOfARate) {
-  const Recipe recipe = recipe_of(R"toml(
+  const Recipe recipe = read_text(R"toml(
 [domain]
 spacing = "1 nm"
 extent = ["20 nm"]
@@ -603,7 +590,7 @@ name = "F"
 TEST(PositionError, IsATargetInPlaceOfTheOthers) {
   const auto message = [](const std::string& settings) {
     try {
-      recipe_of("[flux]\n" + settings + coated_trench);
+      read_text("[flux]\n" + settings + coated_trench);
     } catch (const InputError& error) {
       return std::string(error.what());
     }

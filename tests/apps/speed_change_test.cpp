@@ -152,7 +152,7 @@ Filled run_of(const std::string& duration, const std::string& settings, int seed
   const std::string text = std::string("[flux]\ntarget_error = 0.004\nseed = ") +
                            std::to_string(seed) + "\n" + settings + filling_trench +
                            "duration = \"" + duration + "\"\n";
-  const Recipe recipe = recipe_of(text);
+  const Recipe recipe = read_text(text);
   State state = start_state(recipe);
   begin_step(state, recipe);
   Survey now = survey(state, recipe);
@@ -211,7 +211,7 @@ TEST(CarriedFlux, EndsATimeStepWhereAVoidCloses) {
 
 // 12 nm of film at 1 nm/s: moves are 1 nm, and time steps begin at 0, 1, 3, 7 and 11 s.
 TEST(CarriedFlux, EndsATimeStepWhereAnotherMaterialComesToLight) {
-  const Recipe recipe = recipe_of(R"toml(
+  const Recipe recipe = read_text(R"toml(
 [domain]
 spacing = "2.5 nm"
 extent = ["50 nm"]
