@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "flux/solve.h"
+#include "flux/tracer.h"
 #include "tests/flux/direct_flux.h"
+#include "tests/flux/shape_problem.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {
@@ -76,6 +78,16 @@ INSTANTIATE_TEST_SUITE_P(Powers, DirectFlux,
                          ::testing::Combine(::testing::Values(FluxOptions::Engine::forward,
                                                               FluxOptions::Engine::gather),
                                             ::testing::Values(0.5, 1.0, 2.0, 10.0, 100.0)));
+
+// Of any number that another engine used: each batch has as many rays, or some would come twice.
+TEST(Forward, BeginsWithWholeBatches) {
+  exact::ShapeProblem wafer(exact::flat_wafer(8, 4), {.name = "gas"});
+  wafer.options.target_error = 0.5;
+  const FluxField flux = trace_forward(wafer.problem, 70'001);
+  EXPECT_GE(flux.rays, 70'001U);
+  EXPECT_EQ(flux.rays % batch_count, 0U);
+  EXPECT_EQ(flux.audit.emitted, static_cast<double>(flux.rays));
+}
 
 }  // namespace
 }  // namespace scarp
