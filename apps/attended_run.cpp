@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <string_view>
 
 #include "apps/command_line.h"
 #include "apps/restart.h"
@@ -30,6 +31,9 @@ void on_interrupt(int signal) {
   if (signal == SIGINT && !is_under_way) _exit(interrupted);
   interrupt_requested = true;
   std::signal(signal, SIG_DFL);
+  // The flux that is being solved may take a while.
+  constexpr std::string_view text = "\nends with a checkpoint; a second signal ends it at once\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
 }
 
 // The terminal is gone, or the time that a batch system gives is over, of which it tells more than

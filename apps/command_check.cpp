@@ -57,6 +57,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const MirrorPlanes planes = mirror_planes(recipe);
   const CostEstimate cost = estimate_cost(on_part(recipe, planes));
   std::vector<std::string> warnings = recipe.warnings;
+  if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
   if (cost.memory.total() > memory_limit) {
     warnings.push_back(fmt::format("scarp run would refuse it: it takes {} of memory, {}",

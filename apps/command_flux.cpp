@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
+#include "apps/flux_target.h"
 #include "apps/tell.h"
 #include "apps/watchdog.h"
 #include "core/atomic_file.h"
@@ -191,11 +192,14 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   book_missed(bare, species, options, flux.audit);
   require_balance(arguments.mesh, flux.audit);
   if (!arguments.output.empty()) write_output(arguments.output, mesh, flux);
-  if (!flux.target_reached) {
-    tell(
-        fmt::format("warning: the error {:.3g} is above the target {:.3g}: the cap of {} rays came "
-                    "first; raise --max-rays or the target\n",
-                    flux.error, options.target_error, options.max_rays));
+  if (!flux.target_reached()) {
+    tell(fmt::format("warning: the error {:.3g} is above the target {:.3g}: {}\n", flux.error,
+                     options.target_error,
+                     missed_target_text(flux, options,
+                                        {.max_rays = "--max-rays",
+                                         .memory_limit = "the memory for hits",
+                                         .engine = "--engine",
+                                         .target = "--target-error"})));
   }
 
   warn_of_fault(mesh, options.sides);
@@ -217,7 +221,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
       {"max_facet_error", flux.max_facet_error},
       {"target_reached", nullptr}};
   // Without a target there is none to be reached.
-  if (options.rays == 0) result["target_reached"] = flux.target_reached;
+  if (options.rays == 0) result["target_reached"] = flux.target_reached();
   if (common.json) {
     std::cout << result.dump(2) << '\n';
   } else {

@@ -216,7 +216,7 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
                       "Number of rays; no target then. forward: of particles from the source, in "
                       "whole batches of 32; gather: of rays from all facets together, at "
                       "most this many, but 4 or more from each piece of a facet (facets "
-                      "are cut until no edge is longer than 3 spacings)")
+                      "are cut until no edge is longer than 3 spacings, into 1024 at most)")
           ->transform(count());
   command
       .add_option("--target-error", options.target_error,

@@ -117,7 +117,8 @@ struct TrialStep {
 
 // What the time steps of a step of the recipe take, and how the surface grows in it.
 struct StepCost {
-  double rays = 0;  ///< of one time step
+  double rays = 0;     ///< of one time step
+  double lacking = 1;  ///< how many times as many the target would take
   double kept_rays = 0;
   double seconds = 0;
   double flux_seconds = 0;  ///< of them
@@ -190,6 +191,17 @@ std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe&
   }
 }
 
+// How many times the rays of a trial the caps allow.
+double most_factor(const TrialStep& trial, const FluxOptions& options) {
+  constexpr double bytes_per_ray = 16;
+  const auto species = static_cast<double>(trial.missed.size());
+  const double by_number =
+      static_cast<double>(options.max_rays) * species / std::max(trial.rays, 1.0);
+  const double by_memory = static_cast<double>(options.memory_limit) / bytes_per_ray * species /
+                           std::max(trial.kept_rays, 1.0);
+  return std::max(1.0, std::min(by_number, by_memory));
+}
+
 // The first one finds caches and coverages empty, and edges sharper than they stay: it counts only
 // where it is the only one.
 StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
@@ -199,11 +211,10 @@ StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
   const bool is_fixed = recipe.flux.rays > 0 && last.rays > 0;
   const auto wanted =
       static_cast<double>(recipe.flux.rays) * static_cast<double>(last.missed.size());
-  const double most = static_cast<double>(recipe.flux.max_rays) *
-                      static_cast<double>(last.missed.size()) / std::max(last.rays, 1.0);
-  const double factor = is_fixed ? std::max(1.0, wanted / last.rays)
-                                 : std::min(ray_factor(trials), std::max(1.0, most));
+  const double aimed = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
+  const double factor = is_fixed ? aimed : std::min(aimed, most_factor(last, recipe.flux));
   StepCost cost{.rays = factor * last.rays,
+                .lacking = aimed / factor,
                 .kept_rays = factor * last.kept_rays,
                 .seconds = factor * last.flux_seconds,
                 .flux_seconds = factor * last.flux_seconds,
@@ -229,6 +240,7 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
     return std::lerp(before.*value, after.*value, part);
   };
   return {.rays = at(&StepCost::rays),
+          .lacking = at(&StepCost::lacking),
           .kept_rays = at(&StepCost::kept_rays),
           .seconds = at(&StepCost::seconds),
           .flux_seconds = at(&StepCost::flux_seconds),
@@ -366,6 +378,7 @@ class Estimator {
     area_ = end_area;
     rays_ += count * of_area * of_step.rays;
     cost_.time_steps += count;
+    cost_.lacking_rays = std::max(cost_.lacking_rays, of_step.lacking);
     outputs_ += of_step.duration > 0 ? std::ceil(rounding * of_step.duration /
                                                  time_between_outputs(of_step.duration, recipe_))
                                      : 1;
@@ -423,6 +436,18 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
       duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
   const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
+}
+
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe) {
+  constexpr double certain = 2;  // estimates are good to that
+  if (cost.lacking_rays < certain) return std::nullopt;
+  const bool in_position = recipe.position_error > 0;
+  const double target = in_position ? recipe.position_error : recipe.flux.target_error;
+  return fmt::format(
+      "flux.{}: {:.3g}{} is out of reach: it takes about {:.2g} times the rays that flux.max_rays "
+      "({}) and flux.memory_limit allow; raise them, or the target to {:.2g}",
+      in_position ? "position_error" : "target_error", target, in_position ? " nm" : "",
+      cost.lacking_rays, recipe.flux.max_rays, target * std::sqrt(cost.lacking_rays));
 }
 
 std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {

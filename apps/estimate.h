@@ -32,7 +32,9 @@ struct CostEstimate {
   std::size_t facets = 0;
   double time_steps = 0;
   double rays_per_time_step = 0;  ///< mean over all of them
-  MemoryEstimate memory{};        ///< when it is most
+  /// How many times as many the target would take as the caps allow, in the step where it is most.
+  double lacking_rays = 1;
+  MemoryEstimate memory{};  ///< when it is most
   double seconds = 0;
   double flux_seconds = 0;  ///< of them those that fluxes take
   /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
@@ -53,6 +55,9 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
 /// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
 /// wants, and which target would not; nothing where they do not, or have no target.
 std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
+
+/// Says that the caps on rays will come before the recipe's target, and which target they reach.
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe);
 
 /// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
 CostEstimate estimate_cost(const Recipe& recipe);

@@ -62,6 +62,22 @@ std::string number_text(double value) { return fmt::format("{:.5g}", value); }
 
 // --- head ----------------------------------------------------------------------------------------
 
+/// What the numbers of the page are worth; runs of earlier versions do not say.
+std::string flux_error_of(const RunFiles& run) {
+  const ordered_json flux = run.summary.value("flux", ordered_json::object());
+  const double largest = flux.value("largest_error", 0.0);
+  if (largest == 0) return "";
+  const auto target = flux.value("target", ordered_json());
+  std::string text = fmt::format("Standard error of the flux: at most {:.3g}", largest);
+  if (target.is_number()) text += fmt::format(", the target {:.3g}", target.get<double>());
+  const double missed = flux.value("time_steps_missed", 0.0);
+  if (missed == 0) return "<p>" + text + ".</p>\n";
+  return fmt::format(
+      "<p class=\"unsure\">{}, missed in {:.0f} of {:.0f} time steps: noise may have made a part "
+      "of what this page shows.</p>\n",
+      text, missed, run.summary.value("time_steps", 0.0));
+}
+
 std::string head_of(const RunFiles& run) {
   std::string html = "<h1>" + escaped(run.title()) + "</h1>\n";
   if (!run.is_complete()) {
@@ -70,12 +86,12 @@ std::string head_of(const RunFiles& run) {
            "--resume goes on with it.</p>\n";
   }
   const auto number = [&](const char* key) { return run.summary.value(key, 0.0); };
-  return html + fmt::format(
-                    "<p>{:.6g} s of process in {:.0f} time steps, {:.0f} outputs; {:.3g} s on {} "
-                    "{}, {:.0f} MB.</p>\n",
-                    number("process_time_s"), number("time_steps"), number("outputs"),
-                    number("wall_s"), number("threads"),
-                    number("threads") == 1 ? "thread" : "threads", number("peak_memory_mb"));
+  html += fmt::format(
+      "<p>{:.6g} s of process in {:.0f} time steps, {:.0f} outputs; {:.3g} s on {} {}, {:.0f} MB."
+      "</p>\n",
+      number("process_time_s"), number("time_steps"), number("outputs"), number("wall_s"),
+      number("threads"), number("threads") == 1 ? "thread" : "threads", number("peak_memory_mb"));
+  return html + flux_error_of(run);
 }
 
 // --- the surface in space ------------------------------------------------------------------------

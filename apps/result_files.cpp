@@ -325,6 +325,10 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["repeats"] = repeat_list(state, recipe);
   summary["state_hash"] = state_hash(state, recipe.materials);
   summary["rows_hash"] = totals.rows_hash;
+  const FluxTarget& flux = totals.flux;
+  summary["flux"] = {{"target", flux.target > 0 ? nlohmann::ordered_json(flux.target) : nullptr},
+                     {"largest_error", flux.largest},
+                     {"time_steps_missed", flux.missed}};
   summary["metrology"] =
       metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});
   summary["void_count"] = count_of(survey.gas.voids);

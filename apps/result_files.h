@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "apps/flux_target.h"
 #include "apps/picture.h"
 #include "apps/section.h"
 #include "apps/simulator.h"
@@ -60,6 +61,7 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
 struct RunTotals {
   std::vector<double> output_times;
   std::string rows_hash;  ///< see write_restart()
+  FluxTarget flux;
   StageTimer stages;
   double wall_seconds = 0;
 };

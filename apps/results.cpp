@@ -217,11 +217,14 @@ void ResultFolder::require_same(const Recipe& recipe) const {
                           error.what()));
     return;
   }
+  const std::vector<fs::path> states = states_of(path_);
   throw InputError(fmt::format(
       "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
-      "start anew, choose another folder with -o, or begin a recipe with start = \"{}\"",
+      "start anew, choose another folder with -o{}",
       file("recipe.toml").string(), difference,
-      fs::absolute(file("state_NNNN.vdb")).lexically_normal().string()));
+      states.empty() ? ""
+                     : fmt::format(", or begin a recipe with start = \"{}\"",
+                                   fs::absolute(states.back()).lexically_normal().string())));
 }
 
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
@@ -445,17 +448,21 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
   });
 }
 
-void ResultFolder::write_summary(const State& state, const Survey& survey, const Recipe& recipe,
-                                 const StageTimer& total, double wall_seconds) {
+FluxTarget ResultFolder::write_summary(const State& state, const Survey& survey,
+                                       const Recipe& recipe, const StageTimer& total,
+                                       double wall_seconds) {
+  const FluxTarget flux = flux_target(file("metrics.csv"), recipe);
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
     write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe,
                                                   {.output_times = written_.output_times,
                                                    .rows_hash = rows_hash_.hex(),
+                                                   .flux = flux,
                                                    .stages = total,
                                                    .wall_seconds = wall_seconds}));
   });
+  return flux;
 }
 
 }  // namespace scarp

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "apps/estimate.h"
+#include "apps/flux_target.h"
 #include "apps/memory_estimate.h"
 #include "apps/region_text.h"
 #include "apps/results.h"
@@ -39,6 +40,15 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
     folder.write_checkpoint(state, recipe);
     throw NumericalError(
         fmt::format("{}; last good state: {}", error.what(), folder.last_checkpoint().string()));
+  } catch (const InputError& error) {
+    // What the recipe asks for was possible before, on a smaller surface.
+    folder.write_checkpoint(state, recipe);
+    const std::string file = folder.last_checkpoint().string();
+    throw NumericalError(fmt::format(
+        "time step {} of step \"{}\", t = {:g} s: {}; last good state: {}, for a recipe with "
+        "start = \"{}\"",
+        state.time_step, current_step(state, recipe).name, state.time, error.what(), file,
+        std::filesystem::absolute(file).lexically_normal().string()));
   }
 }
 
@@ -108,6 +118,21 @@ void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log
   const auto cost = estimate_if_possible(recipe);
   const auto warning = cost ? dear_flux_warning(*cost, recipe) : std::nullopt;
   if (warning) log.warn(*warning);
+}
+
+// What the results are worth is said last.
+void tell_flux_error(const FluxTarget& flux, const Log& log) {
+  if (flux.missed > 0) {
+    log.warn(
+        fmt::format("the target of the flux, {:.3g}, was missed in {} of {}: the error is "
+                    "{:.3g} at worst",
+                    flux.target, flux.missed, counted(flux.time_steps, "time step"), flux.largest));
+  } else if (flux.target > 0 && flux.largest > 0) {
+    log.info(fmt::format("the error of the flux is at most {:.3g}, the target {:.3g}", flux.largest,
+                         flux.target));
+  } else if (flux.largest > 0) {
+    log.info(fmt::format("the error of the flux is at most {:.3g}", flux.largest));
+  }
 }
 
 // When checkpoints between outputs are due.
@@ -229,7 +254,7 @@ class Observer {
   void tell_missed_targets(const State& state, const Survey& now) {
     if (warned_ == step_number(state)) return;
     for (const FluxField& flux : now.flux) {
-      if (flux.target_reached) continue;
+      if (flux.target_reached()) continue;
       warned_ = step_number(state);
       const bool in_position = recipe_.position_error > 0;
       const std::string what =
@@ -238,11 +263,10 @@ class Observer {
                             position_error(now, now.longest_dt).value_or(0), recipe_.position_error)
               : fmt::format("the error of the flux is {:.2g}, the target {:g}", flux.error,
                             recipe_.flux.target_error);
-      log_.warn(fmt::format(
-          "step \"{}\", t = {:.4g} s: {}: the cap of {} rays came first; raise flux.max_rays or "
-          "flux.{}",
-          current_step(state, recipe_).name, state.time, what, recipe_.flux.max_rays,
-          in_position ? "position_error" : "target_error"));
+      TargetKeys keys;
+      if (in_position) keys.target = "flux.position_error";
+      log_.warn(fmt::format("step \"{}\", t = {:.4g} s: {}: {}", current_step(state, recipe_).name,
+                            state.time, what, missed_target_text(flux, recipe_.flux, keys)));
     }
   }
 
@@ -341,7 +365,9 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (!resumed) folder.write_output(state, now, recipe);
   checkpoints.note_checkpoint(state);
 
-  while (!finished(state, recipe)) {
+  const auto is_asked_to_stop = [&] { return options.stop != nullptr && *options.stop; };
+  bool stop = is_asked_to_stop();
+  while (!finished(state, recipe) && !stop) {
     const std::size_t step = state.step;
     const double output_time = next_output(state, recipe);
     const Move move = advance_or_tell(state, recipe, now, output_time, folder);
@@ -351,24 +377,28 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     total.add(move.timer);
     if (options.progress) options.progress(state, now);
 
+    const bool is_output = state.time >= output_time || state.step != step;
     if (!finished(state, recipe)) begin_step(state, recipe);
+    // The next survey may take long; an output cannot do without.
+    if (is_asked_to_stop() && !is_output) {
+      folder.write_checkpoint(state, recipe);
+      break;
+    }
     now = survey_or_save(state, recipe, folder, watchdog);
     total.add(now.timer);
     observer.look_at(state, now, note_voids(state, now.gas));
     require_memory_or_save(state, recipe, options.memory_limit_mb, folder);
-    const bool stop = options.stop != nullptr && *options.stop && !finished(state, recipe);
+    stop = is_asked_to_stop();
     const bool asked = options.checkpoint != nullptr && options.checkpoint->exchange(false);
-    const bool is_output = state.time >= output_time || state.step != step;
     if (is_output || stop || asked || checkpoints.is_due(state)) {
       is_output ? folder.write_output(state, now, recipe) : folder.write_checkpoint(state, recipe);
       checkpoints.note_checkpoint(state);
     }
-    if (stop) break;
   }
   watchdog.sum_up();
   if (!finished(state, recipe)) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  folder.write_summary(state, now, recipe, total, wall.count());
+  tell_flux_error(folder.write_summary(state, now, recipe, total, wall.count()), options.log);
   return RunEnd::complete;
 }
 

@@ -13,7 +13,9 @@ namespace scarp {
 
 struct RunOptions {
   bool resume = false;
-  const std::atomic<bool>* stop = nullptr;  ///< when set, the run ends after the time step
+  /// When set, the run ends as soon as it has a state that can be gone on from: after a time step,
+  /// or before the first one, but not within the solution of a flux.
+  const std::atomic<bool>* stop = nullptr;
   /// When set, a checkpoint is written after the time step, and it is cleared.
   std::atomic<bool>* checkpoint = nullptr;
   double memory_limit_mb = available_memory_mb();  ///< see expected_memory()

@@ -51,6 +51,13 @@ enum class FluxEngine {
   beam
 };
 
+/// What ends the search for a target.
+enum class RayCap {
+  rays,     ///< FluxOptions::max_rays
+  memory,   ///< FluxOptions::memory_limit
+  elements  ///< no element sends more: what comes along the wafer has no end of rare bright rays
+};
+
 /// What arrives on a mesh, of one species.
 struct FluxField {
   FluxEngine engine = FluxEngine::forward;
@@ -62,8 +69,9 @@ struct FluxField {
   double error = 0;            ///< root mean square patch error, see FluxOptions::target_error
   std::optional<double> response_error{};  ///< see FluxOptions::responses
   double max_facet_error = 0;  ///< largest standard error of a facet divided by max(flux, 0.05)
-  bool target_reached = true;
+  std::optional<RayCap> missed_by{};  ///< the target, because of it
 
+  bool target_reached() const { return !missed_by; }
   const Tally& arrivals() const { return tallies.front(); }
   /// What is compared with the target.
   double target_measure() const { return response_error.value_or(error); }

@@ -150,8 +150,11 @@ FluxField trace_forward(const FluxProblem& problem, std::uint64_t least_rays) {
     field.max_facet_error = flux.max_facet_error;
     field.response_error =
         response_error(problem, [&](std::size_t tally) { return spread(tally, rays); });
-    field.target_reached = fixed || field.target_measure() <= options.target_error;
-    if (field.target_reached || rays == cap) break;
+    if (fixed || field.target_measure() <= options.target_error) break;
+    if (rays == cap) {
+      field.missed_by = RayCap::rays;
+      break;
+    }
     rays = std::min(
         cap, whole_batches(predicted_rays(rays, field.target_measure(), options.target_error)));
   }

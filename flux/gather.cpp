@@ -397,7 +397,7 @@ struct Round {
 };
 
 Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
-                  const FacetValues& values, const View& view, bool is_last) {
+                  const FacetValues& values, const View& view, RayCap cap, bool is_last) {
   const FluxOptions& options = problems.front().options;
   Round round;
   for (std::size_t p = 0; p < problems.size(); ++p) {
@@ -413,7 +413,8 @@ Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
     round.fields.push_back(gathered.field(values));
     const double measure = round.fields.back().target_measure();
     round.error = std::max(round.error, measure);
-    round.fields.back().target_reached = options.rays > 0 || measure <= options.target_error;
+    if (options.rays == 0 && measure > options.target_error)
+      round.fields.back().missed_by = plan.is_full() ? RayCap::elements : cap;
   }
   return round;
 }
@@ -439,8 +440,9 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   const FacetValues values(problems.front().mesh, elements);
   RayPlan plan(scene, elements);
   const std::uint64_t scouts = is_diffuse ? aim_at_sky(problems.front(), plan) : 0;
-  const std::uint64_t cap = ray_limit(options, plan.least_total(),
-                                      sizeof(ExchangeMatrix::Ray) + sizeof(ExchangeRows::Seen));
+  const RayLimit limit = ray_limit(options, plan.least_total(),
+                                   sizeof(ExchangeMatrix::Ray) + sizeof(ExchangeRows::Seen));
+  const std::uint64_t cap = limit.rays;
   auto view = std::make_shared<const View>(View{.flights = scouts});
   double rays = static_cast<double>(cap);
   if (options.rays == 0) {
@@ -457,10 +459,10 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
                         : std::make_shared<const View>(look(problems, plan, *view));
     const bool settles_at_once = settle.update && (is_first || is_last);
     if (settles_at_once) settle_sticking(problems, plan, values, *view, settle);
-    Round round = solve_round(problems, plan, values, *view, is_last);
+    Round round = solve_round(problems, plan, values, *view, limit.cap, is_last);
     if (settle.update && !settles_at_once && round.error <= options.target_error) {
       settle_sticking(problems, plan, values, *view, settle);
-      round = solve_round(problems, plan, values, *view, is_last);
+      round = solve_round(problems, plan, values, *view, limit.cap, is_last);
     }
     if (is_last || round.error <= options.target_error) return std::move(round.fields);
     const double growth = growth_for(round.error, options.target_error);

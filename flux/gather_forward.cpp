@@ -193,6 +193,7 @@ class Solver {
   const FluxOptions& options_;
   Elements elements_;
   RayPlan plan_;
+  RayCap cap_ = RayCap::rays;
   FirstArrivals found_;
   Tracer tracer_;
   std::uint64_t particles_ = 0;
@@ -207,8 +208,9 @@ Solver::Solver(const FluxProblem& problem)
       elements_(elements_of(problem, false)),
       plan_(problem.scene, elements_, least_set),
       tracer_(problem) {
-  const auto all =
-      static_cast<double>(ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit)));
+  const RayLimit limit = ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit));
+  cap_ = limit.cap;
+  const auto all = static_cast<double>(limit.rays);
   // Half of the rays for each part, if there are two.
   direct_.most = sticks_at_once(problem) ? all : all / 2;
   onward_.most = std::max(all - direct_.most, 1.0);
@@ -277,6 +279,7 @@ FluxAudit Solver::audit() const {
 // but for their errors.
 void Solver::send() {
   plan_.grow(direct_.rays / plan_.surface(), static_cast<std::uint64_t>(direct_.most));
+  if (plan_.is_full()) direct_.most = direct_.rays;
   found_ = look_for_source(problem_, plan_, std::move(found_));
   const std::uint64_t wanted = static_cast<std::uint64_t>(onward_.rays);
   const OnwardParticles particles(problem_, plan_, found_,
@@ -315,23 +318,27 @@ FluxField Solver::field() {
     field.tallies.push_back(std::move(estimated.tally));
   }
   find_response_errors(spreads, field);
-  field.target_reached = options_.rays > 0 || field.target_measure() <= options_.target_error;
+  if (options_.rays == 0 && field.target_measure() > options_.target_error)
+    field.missed_by = plan_.is_full() ? RayCap::elements : cap_;
   return field;
 }
 
-// A few more make another round unlikely. False at the caps.
+// A few more make another round unlikely. False at the caps. A part without flights tells nothing
+// of how many it takes: particles go on from few rays or none where nearly all sticks.
 bool Solver::ask_for_more(double error) {
   if (options_.rays > 0 || error <= options_.target_error) return false;
-  const auto grow = [](Part& part, double growth) {
+  const auto grow = [](Part& part, double flights) {
     constexpr double most_growth = 16;
-    const double wanted = std::min(part.most, part.rays * std::min(growth, most_growth));
+    if (part.flights == 0) return false;
+    const double growth = std::min(flights / part.flights, most_growth);
+    const double wanted = std::min(part.most, part.rays * growth);
     const bool grows = wanted > part.rays;
     part.rays = std::max(part.rays, wanted);
     return grows;
   };
   const Flights wanted = fewest(direct_, onward_, 0.9 * options_.target_error);
-  const bool direct_grows = grow(direct_, wanted.direct / direct_.flights);
-  return grow(onward_, wanted.onward / onward_.flights) || direct_grows;
+  const bool direct_grows = grow(direct_, wanted.direct);
+  return grow(onward_, wanted.onward) || direct_grows;
 }
 
 FluxField Solver::solve() {

@@ -14,7 +14,7 @@ namespace scarp {
 
 namespace {
 
-constexpr std::uint32_t most_in_set = 1U << 16;
+constexpr std::uint32_t most_in_set = 1U << 15;
 
 // One element for each share. Blocks of 8 and of 32 have larger errors.
 constexpr std::uint32_t longest_block = share_count;
@@ -144,6 +144,10 @@ std::uint64_t RayPlan::least_total() const {
   return sum;
 }
 
+bool RayPlan::is_full() const {
+  return std::ranges::all_of(rays_, [](std::uint32_t rays) { return rays >= most_in_set; });
+}
+
 // So that as many of every element's rays are aimed at the sky, in every round.
 std::uint32_t RayPlan::step(std::size_t rank, double of_set) const {
   constexpr std::uint32_t many = 8;
@@ -160,7 +164,7 @@ std::vector<std::uint32_t> RayPlan::wanted(double rays_per_share) const {
   for (std::uint32_t rank = 0; rank < wanted.size(); ++rank) {
     const double of_set = rays_per_share * share_of(element_at_[rank]) / set_count;
     const std::uint32_t of_step = step(rank, of_set);
-    const double steps = std::min(of_set, 0.5 * most_in_set) / of_step;
+    const double steps = std::min(of_set, double{most_in_set}) / of_step;
     const double threshold = reverse_bits(block_of_[rank]) * 0x1.0p-32;
     const double whole = std::floor(steps + threshold);
     wanted[rank] =
@@ -189,8 +193,7 @@ RayPlan::Place RayPlan::place(std::size_t rank, std::uint32_t index) const {
   return {share, is_skyward ? skyward : index - skyward, is_skyward};
 }
 
-std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,
-                        std::size_t bytes_per_ray) {
+RayLimit ray_limit(const FluxOptions& options, std::uint64_t least, std::size_t bytes_per_ray) {
   const std::uint64_t fit = options.memory_limit / bytes_per_ray;
   if (fit < least) {
     throw InputError("flux.memory_limit: " + std::to_string(options.memory_limit) +
@@ -198,7 +201,9 @@ std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least,
                      " rays that all pieces of the surface send at least; allow at least " +
                      std::to_string(least * bytes_per_ray) + " bytes");
   }
-  return std::min(fit, std::max(least_rays, options.rays > 0 ? options.rays : options.max_rays));
+  const std::uint64_t asked =
+      std::max(least_rays, options.rays > 0 ? options.rays : options.max_rays);
+  return fit < asked ? RayLimit{fit, RayCap::memory} : RayLimit{asked, RayCap::rays};
 }
 
 }  // namespace scarp

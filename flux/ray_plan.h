@@ -78,6 +78,8 @@ class RayPlan {
   std::uint64_t first(std::size_t rank) const { return first_[rank]; }
   /// The rays of the least sets of all elements.
   std::uint64_t least_total() const;
+  /// Whether no element sends more, however many are asked for.
+  bool is_full() const;
   std::uint64_t total() const { return first_.back() * set_count; }
 
  private:
@@ -116,8 +118,13 @@ class RayPlan {
 /// which is no sign of a small error.
 inline constexpr std::uint64_t least_rays = 4096;
 
+struct RayLimit {
+  std::uint64_t rays = 0;
+  RayCap cap = RayCap::rays;  ///< whose it is
+};
+
 /// The most rays that a memory limit and the options allow. Throws: InputError if they are fewer
 /// than the least sets take.
-std::uint64_t ray_limit(const FluxOptions& options, std::uint64_t least, std::size_t bytes_per_ray);
+RayLimit ray_limit(const FluxOptions& options, std::uint64_t least, std::size_t bytes_per_ray);
 
 }  // namespace scarp

@@ -203,6 +203,15 @@ bool particles_are_fewer(const FluxProblem& problem) {
   return sticking_area / problem.scene.source_area() * std::sqrt(options.target_error) > 0.9;
 }
 
+// A ray from a facet that meets the source stands for as many particles as it is flat: where many
+// come along the wafer, few such rays bring most of what walls receive, and errors fall slowly. In
+// a trench as deep as wide, tilted cosine powers of 20 and 100 took 2.5 and 4 times as many flights
+// as particles from the source where 0.3 % come so flat, 50 to 80 times as many at 1 %.
+bool comes_along_wafer(const FluxProblem& problem) {
+  constexpr double flat = 0.03;
+  return problem.options.rays == 0 && part_below(problem.species.source, flat) > 0.003;
+}
+
 // Of what nothing emits: no flux, and no error.
 FluxField nothing_arrives(const FluxProblem& problem) {
   FluxField field{.tallies = {estimate(problem.scene, problem.patches,
@@ -216,9 +225,11 @@ FluxField nothing_arrives(const FluxProblem& problem) {
 
 bool is_traced_forward(const FluxProblem& problem) {
   if (problem.options.engine == FluxOptions::Engine::forward) return true;
+  const bool is_free = problem.options.engine == FluxOptions::Engine::automatic;
   // What goes on from first arrivals starts where these were found, not on facets that emit.
-  if (needs_particles(problem.species)) return !problem.species.emission.empty();
-  return problem.options.engine == FluxOptions::Engine::automatic && particles_are_fewer(problem);
+  if (needs_particles(problem.species))
+    return !problem.species.emission.empty() || (is_free && comes_along_wafer(problem));
+  return is_free && particles_are_fewer(problem);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ bool can_keep_hits(const Species& species);
 struct FluxOptions {
   enum class Engine {
     automatic,  ///< gather, or forward where it takes fewer flights to the target: in features that
-                ///< are deep for how much sticks
+                ///< are deep for how much sticks, and for lobes that reach down to the wafer
     forward,    ///< particles from the source, one by one
     gather,     ///< rays from the facets, and for what is re-emitted an exchange between them
   };

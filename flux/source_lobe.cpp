@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "flux/portable_math.h"
+#include "flux/sobol.h"
 
 namespace scarp {
 
@@ -48,6 +49,18 @@ Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& rando
 
 Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
   return about_lobe_axis(lobe, sample_upright(lobe, xi), random);
+}
+
+double part_below(const SourceLobe& lobe, double slope) {
+  constexpr std::uint32_t count = 1 << 12;
+  const ScrambledSobol points({1, 2, 3, 4});
+  RandomStream random({});
+  std::uint32_t below = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const auto xi = points.point(k);
+    below += -sample_lobe(lobe, {xi[0], xi[1]}, random).z < slope ? 1 : 0;
+  }
+  return static_cast<double>(below) / count;
 }
 
 }  // namespace scarp

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -229,6 +230,60 @@ TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
                     HasSubstr("of memory, more than the 10 MB"), HasSubstr("coarser spacing")));
   EXPECT_EQ(read_file(folder_ / "r" / "summary.json"), before);
   EXPECT_EQ(scarp(run_into("r") + shorter + " --memory-limit 4GB").exit_code, 0);
+}
+
+// No flux is solved only to be thrown away.
+TEST_F(Faults, ARunThatIsToStopSolvesNoFurtherFlux) {
+  const Recipe recipe = read_recipe(folder_ / "r.toml", {});
+  std::atomic<bool> stop = false;
+  RunOptions options;
+  options.stop = &stop;
+  std::vector<std::uint32_t> ended;
+  options.progress = [&](const State& state, const Survey&) {
+    ended.push_back(state.time_step);
+    stop = state.time_step == 5;
+  };
+  EXPECT_EQ(run(recipe, folder_ / "r", options), RunEnd::interrupted);
+  EXPECT_EQ(ended.size(), 5U);
+  expect_resumes_to_the_same_state();
+  // Nor is a time step begun where the first flux took longer than there was time.
+  stop = true;
+  ended.clear();
+  EXPECT_EQ(run(recipe, folder_ / "at_once", options), RunEnd::interrupted);
+  EXPECT_TRUE(ended.empty());
+}
+
+// The memory for hits is just enough for the surface that the run begins with.
+TEST_F(Faults, ARunWhoseFluxNoLongerFitsEndsWithACheckpoint) {
+  Recipe recipe = read_text(silicon_wafer + R"([[geometry]]
+shape = "trench"
+width = "100 nm"
+depth = "20 nm"
+[[step]]
+name = "etch"
+model = "single_particle"
+duration = "60 s"
+sticking = 1
+source_power = 100
+etch_rate = "1 nm/s"
+[flux]
+engine = "gather"
+)");
+  recipe.flux.memory_limit = 0;
+  try {
+    run(recipe, folder_ / "d", {});
+    FAIL();
+  } catch (const InputError& error) {
+    const std::string_view message = error.what();
+    const std::string_view least = "allow at least ";
+    recipe.flux.memory_limit =
+        std::stoull(std::string(message.substr(message.find(least) + least.size())));
+  }
+  EXPECT_THAT([&] { run(recipe, folder_ / "d", {}); },
+              testing::ThrowsMessage<NumericalError>(
+                  AllOf(HasSubstr("of step \"etch\""), HasSubstr("flux.memory_limit"),
+                        HasSubstr("start = \"" + path("d/state_interrupted.vdb")))));
+  EXPECT_TRUE(fs::exists(folder_ / "d" / "state_interrupted.vdb"));
 }
 
 TEST_F(Faults, ARunThatComesToTakeMoreMemoryEndsWithACheckpoint) {

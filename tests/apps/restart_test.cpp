@@ -243,7 +243,7 @@ TEST_F(Restart, AStateToStartFromIsNamedByItsWholePath) {
   ASSERT_NE(from_here.front(), '/');
   EXPECT_THAT(
       scarp("run " + small_trench("--set flux.seed=2 --resume -o " + from_here)).messages,
-      HasSubstr("start = \"" + (fs::canonical(folder_ / "r") / "state_NNNN.vdb").string() + '"'));
+      HasSubstr("start = \"" + (fs::canonical(folder_ / "r") / "state_0003.vdb").string() + '"'));
 }
 
 TEST_F(Restart, AnInterruptedRunLeavesACheckpointAndGoesOn) {

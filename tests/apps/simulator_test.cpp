@@ -520,7 +520,7 @@ std::uint64_t rays_of(const Survey& survey) { return survey.flux.front().rays; }
 
 TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
   const Survey now = first_survey("[flux]\nposition_error = 0.001\n");
-  EXPECT_TRUE(now.flux.front().target_reached);
+  EXPECT_TRUE(now.flux.front().target_reached());
   ASSERT_TRUE(position_error(now, now.planned_dt).has_value());
   EXPECT_LE(*position_error(now, now.planned_dt), 0.001);
   // A growth of 1 nm/s: it is the error of the flux, in parts of the source's, times dt.
@@ -542,7 +542,7 @@ TEST(PositionError, TakesFewerRaysWhereTheSurfaceMovesLittle) {
   const Survey cut = first_survey(target + "[output]\nevery = \"0.02 s\"\n");
   EXPECT_NEAR(cut.planned_dt, 0.02, 1e-12);
   EXPECT_GT(whole.planned_dt, 0.2);
-  EXPECT_TRUE(cut.flux.front().target_reached);
+  EXPECT_TRUE(cut.flux.front().target_reached());
   EXPECT_LT(2 * rays_of(cut), rays_of(whole));
   EXPECT_LT(2 * rays_of(cut), rays_of(first_survey("[flux]\ntarget_error = 0.003\n")));
 }

@@ -83,7 +83,7 @@ inline CostToError gathered(const TriMesh& mesh, const Feature& feature, double 
                               .front();
                 }) /
                 seeds;
-    if (!field.target_reached)
+    if (!field.target_reached())
       throw InputError("the gathered flux of " + feature.name() + " does not reach its target");
     cost.segments += static_cast<double>(field.segments) / seeds;
     cost.error += field.error * field.error / seeds;

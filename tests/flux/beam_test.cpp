@@ -30,7 +30,7 @@ TEST(Beam, GivesTheCosineOnAFlatWafer) {
     }
     EXPECT_NEAR(flux.audit.balance_error(), 0, 1e-6);
     EXPECT_EQ(flux.error, 0);
-    EXPECT_TRUE(flux.target_reached);
+    EXPECT_TRUE(flux.target_reached());
   }
 }
 

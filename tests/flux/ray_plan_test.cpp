@@ -40,6 +40,21 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   EXPECT_EQ(plan.total(), full);
 }
 
+TEST(RayPlan, IsFullWhereNoElementSendsMore) {
+  const exact::Shape shape = exact::trench(1, 4, 4, 4);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  const Elements elements(scene, longest_element_edge);
+  RayPlan plan(scene, elements);
+  const auto grow = [&](double rays) { plan.grow(rays / plan.surface(), std::uint64_t{1} << 40); };
+  grow(1e5);
+  EXPECT_FALSE(plan.is_full());
+  grow(1e12);
+  EXPECT_TRUE(plan.is_full());
+  const std::uint64_t total = plan.total();
+  grow(1e13);
+  EXPECT_EQ(plan.total(), total);
+}
+
 // Each element of a block takes the first points of its share, those that it took before as well.
 TEST(RayPlan, BlocksShareOutOneSequence) {
   const exact::Shape shape = exact::trench(2);
@@ -111,10 +126,13 @@ TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {
 }
 
 TEST(RayPlan, IsLimitedByOptionsAndMemory) {
-  EXPECT_EQ(ray_limit({.max_rays = 5000, .memory_limit = 80'000}, 400, 16), 5000U);
-  EXPECT_EQ(ray_limit({.rays = 4500, .max_rays = 100, .memory_limit = 80'000}, 400, 16), 4500U);
-  EXPECT_EQ(ray_limit({.rays = 10, .memory_limit = 80'000}, 400, 16), 4096U);
-  EXPECT_EQ(ray_limit({.memory_limit = 8000}, 400, 16), 500U);
+  const auto limit = [](const FluxOptions& options) { return ray_limit(options, 400, 16); };
+  EXPECT_EQ(limit({.max_rays = 5000, .memory_limit = 80'000}).rays, 5000U);
+  EXPECT_EQ(limit({.rays = 4500, .max_rays = 100, .memory_limit = 80'000}).rays, 4500U);
+  EXPECT_EQ(limit({.rays = 10, .memory_limit = 80'000}).rays, 4096U);
+  EXPECT_EQ(limit({.rays = 10, .memory_limit = 80'000}).cap, RayCap::rays);
+  EXPECT_EQ(limit({.memory_limit = 8000}).rays, 500U);
+  EXPECT_EQ(limit({.memory_limit = 8000}).cap, RayCap::memory);
   EXPECT_THAT([] { ray_limit({.memory_limit = 6399}, 400, 16); },
               ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least 6400 bytes")));
 }

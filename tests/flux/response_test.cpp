@@ -56,7 +56,7 @@ TEST_P(Response, HasAnErrorThatIsTrueAndBelowTheTarget) {
                                          .target_error = target,
                                          .responses = {of_tallies},
                                          .seed = static_cast<std::uint64_t>(k + 1)});
-    EXPECT_TRUE(flux.target_reached);
+    EXPECT_TRUE(flux.target_reached());
     ASSERT_TRUE(flux.response_error.has_value());
     EXPECT_LE(*flux.response_error, target);
     EXPECT_GT(*flux.response_error, target / 30);
@@ -101,8 +101,8 @@ TEST_P(Response, TakesFewerRaysTheLessFollows) {
   };
   const FluxField much = trace(0.3F);
   const FluxField little = trace(0.03F);
-  EXPECT_TRUE(much.target_reached);
-  EXPECT_TRUE(little.target_reached);
+  EXPECT_TRUE(much.target_reached());
+  EXPECT_TRUE(little.target_reached());
   EXPECT_LT(3 * little.rays, much.rays);
   EXPECT_EQ(trace(0).response_error, 0);
   EXPECT_LE(trace(0).rays, little.rays);

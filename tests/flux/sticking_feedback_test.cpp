@@ -142,7 +142,7 @@ TEST(StickingFeedbackTest, BothEnginesFindTheSame) {
   const Solved traced = solve_covered(trench, options, {&species, 1});
   EXPECT_EQ(gathered.flux.front().engine, FluxEngine::gather);
   ASSERT_EQ(traced.flux.front().engine, FluxEngine::forward);
-  EXPECT_TRUE(traced.flux.front().target_reached);
+  EXPECT_TRUE(traced.flux.front().target_reached());
   const Tally& one = gathered.flux.front().arrivals();
   const Tally& other = traced.flux.front().arrivals();
   ASSERT_EQ(one.patch_mean.size(), other.patch_mean.size());
@@ -173,7 +173,7 @@ TEST(StickingFeedbackTest, FitsTheRaysThatReachTheTarget) {
   const Species species = gas();
   const Solved solved = solve_covered(trench, options, {&species, 1});
   EXPECT_EQ(solved.flux.front().engine, FluxEngine::gather);
-  EXPECT_TRUE(solved.flux.front().target_reached);
+  EXPECT_TRUE(solved.flux.front().target_reached());
   const std::vector<float>& arrivals = solved.flux.front().arrivals().mean;
   for (std::size_t f = 0; f < arrivals.size(); ++f)
     EXPECT_NEAR(solved.sticking[f], langmuir(arrivals[f]), 2e-5) << f;

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/recipe.h"
+#include "flux/flux_field.h"
+
+namespace scarp {
+
+/// How the fluxes of a run kept to the error that the recipe asks for.
+///
+/// Units: of flux.target_error none, of flux.position_error nm.
+struct FluxTarget {
+  double target = 0;   ///< 0 where flux.rays takes its place
+  double largest = 0;  ///< error of all time steps
+  std::size_t missed = 0;
+  std::size_t time_steps = 0;
+};
+
+/// Throws: InputError if metrics.csv cannot be read.
+FluxTarget flux_target(const std::filesystem::path& metrics, const Recipe& recipe);
+
+/// What users call what may end the search for a target.
+struct TargetKeys {
+  std::string max_rays = "flux.max_rays";
+  std::string memory_limit = "flux.memory_limit";
+  std::string engine = "flux.engine";
+  std::string target = "flux.target_error";
+};
+
+/// Which cap came before the target, and what to do about it.
+std::string missed_target_text(const FluxField& flux, const FluxOptions& options,
+                               const TargetKeys& keys = {});
+
+}  // namespace scarp
