@@ -31,6 +31,19 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     const std::string leaning = leaning_tables(table);
     const bool is_crystal = model.species().empty() && leaning.empty();
     if (is_crystal && axis == 1 && frame.two_dimensional) continue;
+    const std::string what = model.species().empty() ? "rates of the planes"
+                             : leaning.empty()       ? "particles"
+                                                     : leaning + 's';
+    if (axis == 1 && frame.two_dimensional) {
+      table.error(leaning,
+                  fmt::format("the {} lean out of the cross-section, which is the same all "
+                              "along y; tilt them within it (azimuth of 0 or 180 deg), {}",
+                              what,
+                              leaning == "beam" ? "or add the mirror image of each"
+                                                : "or let the wafer turn (rotating = "
+                                                  "true)"));
+      continue;
+    }
     const std::string remedy =
         leaning == "beam"
             ? fmt::format("add the mirror image of each beam tilted along {}, with the same share",
@@ -40,10 +53,7 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
     table.error(leaning,
                 fmt::format("the {} are not symmetric along {}, where the sides of the domain are "
                             "reflective and mirror them; make the sides periodic, or {}",
-                            model.species().empty() ? "rates of the planes"
-                            : leaning.empty()       ? "particles"
-                                                    : leaning + 's',
-                            name, remedy));
+                            what, name, remedy));
   }
 }
 

@@ -57,10 +57,11 @@ TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
   std::string unquoted(text);
   std::erase(unquoted, '"');
   const std::string shown = text.empty() ? "nothing" : std::string(text);
-  throw InputError(place.source + ": " + shown + " is not a value of TOML" +
-                   (lacks_quotes(text) ? "; a text keeps its quotes: --set " + std::string(path) +
-                                             "='\"" + unquoted + "\"'"
-                                       : ": " + fault));
+  const std::string remedy = lacks_quotes(text) ? "; a text keeps its quotes: --set " +
+                                                      std::string(path) + "='\"" + unquoted + "\"'"
+                             : text.starts_with('.') ? "; write 0" + shown
+                                                     : ": " + fault;
+  throw InputError(place.source + ": " + shown + " is not a value of TOML" + remedy);
 }
 
 /// The value at a path, made if it is a key that is not there yet.

@@ -109,6 +109,8 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
   EXPECT_EQ(override_message("domain.spacing=0.4 um"),
             "--set domain.spacing=0.4 um: 0.4 um is not a value of TOML; a text keeps its quotes: "
             "--set domain.spacing='\"0.4 um\"'");
+  EXPECT_EQ(override_message("flux.target_error=.01"),
+            "--set flux.target_error=.01: .01 is not a value of TOML; write 0.01");
   EXPECT_EQ(override_message("domain.spacing=\"1 um"),
             "--set domain.spacing=\"1 um: \"1 um is not a value of TOML; a text keeps its quotes: "
             "--set domain.spacing='\"1 um\"'");
