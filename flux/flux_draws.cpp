@@ -24,13 +24,30 @@ double seen_of_elements(const ExchangeMatrix& matrix, std::size_t row) {
   return sum;
 }
 
-ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
+// In a slit most rays of a row meet one element, or the row's own beside a mirror: the few that
+// leave it decide how far an error is passed to and fro, and all of them are needed.
+bool meets_mostly_one(const ExchangeRows& rows, std::size_t row) {
+  constexpr double much = 0.25;
+  bool found = false;
+  rows.for_each_part(row, [&](std::size_t, double part) { found = found || part > much; });
+  return found;
+}
+
+// The part of what an element sees that is itself, in a mirror.
+double sees_of_itself(const ExchangeRows& rows, std::size_t row) {
+  double sum = 0;
+  rows.for_each_part(row, [&](std::size_t hit, double part) { sum += hit == row ? part : 0; });
+  return std::min(sum, 1.0);
+}
+
+ExchangeMatrix thinned(const ExchangeMatrix& matrix, const ExchangeRows& rows) {
   static_assert(rays_for_draws % set_count == 0);
   ExchangeMatrix few;
   few.first.push_back(0);
   for (std::size_t i = 0; i < matrix.size(); ++i) {
     const auto rays = matrix.row(i);
-    const auto part = rays.first(std::min(rays.size(), rays_for_draws));
+    const auto part =
+        meets_mostly_one(rows, i) ? rays : rays.first(std::min(rays.size(), rays_for_draws));
     few.rays.insert(few.rays.end(), part.begin(), part.end());
     few.first.push_back(few.rays.size());
     few.scale.push_back(matrix.scale[i]);
@@ -48,8 +65,8 @@ bool are_few(const ExchangeRows& rows) { return rows.seen.size() <= rays_for_dra
 }  // namespace
 
 struct FluxDraws::Thinned {
-  Thinned(const ExchangeMatrix& matrix, std::span<const float> reemitted)
-      : rows(thinned(matrix)), exchange(rows, reemitted) {}
+  Thinned(const ExchangeMatrix& matrix, const ExchangeRows& all, std::span<const float> reemitted)
+      : rows(thinned(matrix, all)), exchange(rows, reemitted) {}
 
   ExchangeRows rows;
   ExchangeSolver exchange;
@@ -57,9 +74,9 @@ struct FluxDraws::Thinned {
 
 FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
                      const ExchangeSolver& exchange, std::span<const float> reemitted,
-                     ErrorDraws of_equations, const std::vector<double>& weights)
+                     ErrorDraws of_equations, const std::vector<double>& weights, double largest)
     : plan_(plan),
-      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, reemitted)),
+      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, rows, reemitted)),
       rows_(thinned_ ? thinned_->rows : rows),
       exchange_(thinned_ ? thinned_->exchange : exchange),
       reemitted_(reemitted),
@@ -68,6 +85,7 @@ FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const Ex
       drawn_(plan.size() * draw_count),
       corrected_(drawn_.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+    most_.push_back(static_cast<float>(largest * (1 - sees_of_itself(rows, rank))));
     counts_.push_back(area(rank) * weights[rank]);
     effects_[rank] *= area(rank);
   }
@@ -94,9 +112,19 @@ std::vector<double> FluxDraws::effects(std::span<const double> weights) const {
   return effects;
 }
 
+// An element that sees mostly itself passes an error of its equation to and fro many times. But
+// what it has is what it sees besides, and that makes up no more of the equation than its part.
+void FluxDraws::limit(std::span<float> errors) const {
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const float most = most_[k / at_once];
+    errors[k] = std::clamp(errors[k], -most, most);
+  }
+}
+
 void FluxDraws::draw(std::size_t count) {
   for (std::size_t first = sums_.size(); first < count; first += at_once) {
-    const std::vector<float> errors = of_equations_.draws(first, at_once);
+    std::vector<float> errors = of_equations_.draws(first, at_once);
+    limit(errors);
     for (const double variance : of_equations_.variances_of_sum(errors, effects_))
       variances_ += variance;
     const std::vector<float> solved = exchange_.solve<float>(errors, at_once, tolerance);

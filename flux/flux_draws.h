@@ -25,11 +25,12 @@ class FluxDraws {
   static constexpr std::size_t at_once = 8;
 
   /// exchange: that of the rows and of reemitted. All but the weights have to outlive the draws.
+  /// largest: what any element sees at most, in units of the flux.
   /// Shape: one reemitted part per rank, and one weight, of its error in the sum, per area; zero
   ///        where there is no error.
   FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
             const ExchangeSolver& exchange, std::span<const float> reemitted,
-            ErrorDraws of_equations, const std::vector<double>& weights);
+            ErrorDraws of_equations, const std::vector<double>& weights, double largest);
   ~FluxDraws();
 
   /// More draws, up to a number of them, a multiple of at_once.
@@ -49,6 +50,7 @@ class FluxDraws {
 
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
   std::vector<double> effects(std::span<const double> weights) const;
+  void limit(std::span<float> errors) const;
 
   const RayPlan& plan_;
   std::unique_ptr<const Thinned> thinned_;  // if the rows are long
@@ -56,6 +58,7 @@ class FluxDraws {
   const ExchangeSolver& exchange_;
   std::span<const float> reemitted_;
   ErrorDraws of_equations_;
+  std::vector<float> most_;      // per rank: of an error of its equation
   std::vector<double> counts_;   // per rank: of its error in the sum
   std::vector<double> effects_;  // per rank: of an error of its equation on the sum
   std::vector<float> drawn_;     // at rank * draw_count + draw

@@ -281,9 +281,13 @@ std::vector<double> Gathered::weights() const {
 }
 
 void Gathered::draw(std::size_t count) {
-  if (!draws_)
+  if (!draws_) {
+    double largest = 0;
+    for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+      largest = std::max({largest, solution_.flux[rank], leaves(rank)});
     draws_.emplace(plan_, view_.matrix, view_.rows, exchange_, reemitted_,
-                   error_draws(solution_.halves.flux), weights());
+                   error_draws(solution_.halves.flux), weights(), largest);
+  }
   draws_->draw(count);
 }
 

@@ -44,7 +44,7 @@ class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
   double corrected(std::uint64_t seed, std::size_t count) const {
     const std::vector<double> weights(plan_.size(), 1);
     FluxDraws draws(plan_, view_.matrix, view_.rows, exchange_, reemitted_, of_equations(seed),
-                    weights);
+                    weights, 1);
     draws.draw(count);
     EXPECT_EQ(draws.count(), count);
     return mean_square(count, [&](std::size_t rank) { return draws.of_rank(rank); });
@@ -88,6 +88,38 @@ TEST_F(FluxDrawsTest, EightTellASmoothErrorBetterThanAllWouldPlainly) {
   EXPECT_NEAR(by_eight.mean(), by_all.mean(),
               4 * std::hypot(by_eight.std_error(), by_all.std_error()));
   EXPECT_NEAR(by_all.mean(), plainly.mean(), 4 * plainly.std_error());
+}
+
+// As in a slit between a wall and its image in a mirror: hardly a ray leaves, and nearly nothing
+// sticks. The flux there is what those few see, not a thousand times as uncertain as all around.
+TEST_F(FluxDrawsTest, LeaveWhatSeesMostlyItselfWithinWhatThereIs) {
+  constexpr std::size_t slit = 100;
+  constexpr float leaving = 1e-3F;
+  ExchangeMatrix matrix = view_.matrix;
+  const std::uint64_t first = matrix.first[slit];
+  const std::uint64_t end = matrix.first[slit + 1];
+  for (std::uint64_t k = first + set_count; k < end; ++k) matrix.rays[k] = {.hit = slit};
+  for (std::size_t set = 0; set < set_count; ++set) {
+    matrix.rays[first + set] = {.hit = static_cast<std::uint32_t>(slit + 1 + set),
+                                .weight = leaving};
+    matrix.scale[slit][set] = 1.0 / (static_cast<double>(end - first - set_count) + 2 * leaving);
+  }
+  reemitted_[slit] = 1 - 1e-6F;
+  // Much less is known of its neighbours, by whose errors its own is told.
+  const RayPlan::Block& block = plan_.block_of(slit);
+  std::fill(halves_.begin() + block.begin, halves_.begin() + block.end, 0.1);
+  const ExchangeRows rows(matrix);
+  const ExchangeSolver exchange(rows, reemitted_);
+  FluxDraws draws(plan_, matrix, rows, exchange, reemitted_, of_equations(1),
+                  std::vector<double>(plan_.size(), 1), 1);
+  draws.draw(draw_count);
+  const auto largest = [&](std::size_t rank) {
+    float most = 0;
+    for (const float each : draws.of_rank(rank)) most = std::max(most, std::abs(each));
+    return most;
+  };
+  EXPECT_LT(largest(slit), 1);
+  EXPECT_GT(largest(slit + 1), 0.1);
 }
 
 }  // namespace
