@@ -374,6 +374,7 @@ class StepReader {
     }
     step.deposits = made.deposits;
     step.model = std::move(made.model);
+    if (step.model) step.factors = step.model->angular_factors();
     step.operation = made.operation;
     if (table.has("until")) step.until = read_until(table, step);
     if (step.deposits &&

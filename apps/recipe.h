@@ -53,6 +53,7 @@ struct ProcessStep {
   std::optional<RoundEnd> round_end;          ///< of the last step of a round
   std::optional<MaterialId> deposits;
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
+  std::vector<AngularFactor> factors;         ///< of the model; to find their bounds takes a while
   std::optional<LayerOperation> operation;
 };
 

@@ -67,7 +67,7 @@ void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
   for (const Species& each : model.species()) {
     const SourceLobe& source = each.source;
     if (source.kind == SourceLobe::Kind::none) continue;
-    const bool leans = source.direction.x != 0 || source.direction.y != 0;
+    const bool leans = !source.is_upright();
     if (leans && !source.rotating)
       return table.error(leaning_tables(table),
                          "what is tilted is not the same all around an axis; " + remedy +

@@ -170,7 +170,7 @@ std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField>
 void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   const ProcessStep& step = current_step(state, recipe);
   if (!step.model) return;
-  result.factors = step.model->angular_factors();
+  result.factors = step.factors;
   result.speeds_of_layers = speeds_at_corners(
       state.layers.stack,
       {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages}, *step.model,

@@ -10,15 +10,17 @@
 
 namespace scarp {
 
-// ln(m) = 2 atanh((m - 1) / (m + 1)); |s| <= 0.172 for m in [sqrt(1/2), sqrt(2)], so nine terms
-// leave 1e-16.
-double portable_log(double x) {
-  int exponent = 0;
-  double m = std::frexp(x, &exponent);  // exact
-  if (m < std::numbers::sqrt2 / 2) {
-    m *= 2;
-    --exponent;
-  }
+namespace {
+
+constexpr int mantissa_bits = 52;
+constexpr int bias = 1023;
+
+// Of m 2^exponent, with m in [1/2, 1): ln(m) = 2 atanh((m - 1) / (m + 1)); |s| <= 0.172 for m in
+// [sqrt(1/2), sqrt(2)], so nine terms leave 1e-16.
+inline double log_of(double m, double exponent) {
+  const bool is_small = m < std::numbers::sqrt2 / 2;
+  m = is_small ? 2 * m : m;
+  exponent = is_small ? exponent - 1 : exponent;
   const double s = (m - 1) / (m + 1);
   const double s2 = s * s;
   double sum = 0;
@@ -26,12 +28,23 @@ double portable_log(double x) {
   return exponent * std::numbers::ln2 + 2 * s * sum;
 }
 
-namespace {
+// Added to a whole number below 2^51 it leaves it in the last bits, two's complement.
+constexpr double whole_in_last_bits = 0x1.8p52;
 
-double power_of_two(int exponent) {
-  constexpr int bias = 1023;
-  constexpr int mantissa_bits = 52;
-  return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + bias) << mantissa_bits);
+inline double log_of_normal(double x) {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  constexpr std::uint64_t mantissa = (std::uint64_t{1} << mantissa_bits) - 1;
+  const double m =
+      std::bit_cast<double>((bits & mantissa) | std::uint64_t{bias - 1} << mantissa_bits);
+  const auto biased = std::bit_cast<double>(bits >> mantissa_bits |
+                                            std::bit_cast<std::uint64_t>(whole_in_last_bits)) -
+                      whole_in_last_bits;
+  return log_of(m, biased - (bias - 1));
+}
+
+inline double power_of_two(double whole) {
+  const auto bits = std::bit_cast<std::uint64_t>(whole + whole_in_last_bits);
+  return std::bit_cast<double>((bits + bias) << mantissa_bits);
 }
 
 constexpr std::array<double, 16> inverse_factorials = [] {
@@ -44,13 +57,8 @@ constexpr std::array<double, 16> inverse_factorials = [] {
   return inverse;
 }();
 
-}  // namespace
-
-// Even and odd terms side by side: neither waits for the other.
-double portable_exp(double x) {
-  if (std::isnan(x)) return x;
-  // Beyond 800 it is zero or infinite.
-  x = std::clamp(x, -800.0, 800.0);
+// Even and odd terms side by side: neither waits for the other. For |x| <= 800.
+inline double exp_of(double x) {
   const double exponent = std::floor(x / std::numbers::ln2 + 0.5);
   const double rest = x - exponent * std::numbers::ln2;  // |rest| <= ln(2) / 2
   const double square = rest * rest;
@@ -61,14 +69,38 @@ double portable_exp(double x) {
     even = inverse_factorials[k - 2] + even * square;
   }
   // In two parts, of which only the last may leave the range of numbers.
-  const int half = static_cast<int>(exponent) / 2;
-  return (even + rest * odd) * power_of_two(half) * power_of_two(static_cast<int>(exponent) - half);
+  const double half = std::floor(exponent / 2);
+  return (even + rest * odd) * power_of_two(half) * power_of_two(exponent - half);
 }
 
-double portable_power(double x, double y) {
-  if (x <= 0) return 0;
-  const double exponent = y * portable_log(x);
-  return exponent < -700 ? 0 : portable_exp(exponent);
+inline double power_of(double logarithm, double y) {
+  const double exponent = y * logarithm;
+  const double power = exp_of(std::clamp(exponent, -800.0, 800.0));
+  return exponent < -700 ? 0 : power;
+}
+
+}  // namespace
+
+double portable_log(double x) {
+  int exponent = 0;
+  const double m = std::frexp(x, &exponent);  // exact
+  return log_of(m, exponent);
+}
+
+double portable_exp(double x) {
+  if (std::isnan(x)) return x;
+  // Beyond 800 it is zero or infinite.
+  return exp_of(std::clamp(x, -800.0, 800.0));
+}
+
+double portable_power(double x, double y) { return x <= 0 ? 0 : power_of(portable_log(x), y); }
+
+[[gnu::target_clones("avx512f", "avx2", "default")]] void portable_powers(std::span<double> x,
+                                                                          double y) {
+  for (double& each : x) {
+    const double power = power_of(log_of_normal(each), y);
+    each = each <= 0 ? 0 : power;
+  }
 }
 
 SineCosine portable_sine_cosine(double angle, double quarters) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 namespace scarp {
 
 /// Elementary functions whose bits do not depend on the machine.
@@ -10,6 +12,9 @@ namespace scarp {
 /// x to the power y for x > 0, and zero for other x; relative error below 1e-13 for |y| <= 10 and x
 /// within a factor of 1e4 of 1.
 double portable_power(double x, double y);
+
+/// portable_power() of each of some numbers in place, to the bit; none of them may be subnormal.
+void portable_powers(std::span<double> x, double y);
 
 /// The natural logarithm of x > 0; absolute error below 2e-15 (1 + |ln x|).
 double portable_log(double x);

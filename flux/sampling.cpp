@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "flux/portable_math.h"
 
@@ -104,12 +105,22 @@ double cosine_beyond(double part, const PolarDensity& density) { return density.
   }
 }
 
+// Puts cosines in place of the parts beyond them.
+void find_cosines(std::span<double> parts, double power) {
+  if (power != 1) return portable_powers(parts, 1 / (power + 1));
+  for (double& part : parts) part = std::sqrt(part);
+}
+
+void find_cosines(std::span<double> parts, const PolarDensity& density) {
+  for (double& part : parts) part = cosine_beyond(part, density);
+}
+
 template <class Lobe>
 void sample_lobes(CosineSamples& samples, const Lobe& lobe) {
   sample_disks(samples);
   CosineSamples::Numbers beyond;
-  for (std::size_t k = 0; k < samples.count; ++k)
-    beyond[k] = cosine_beyond(part_beyond(samples.u[2][k]), lobe);
+  for (std::size_t k = 0; k < samples.count; ++k) beyond[k] = part_beyond(samples.u[2][k]);
+  find_cosines(std::span(beyond).first(samples.count), lobe);
   put_at_cosines(samples, beyond);
 }
 

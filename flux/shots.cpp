@@ -132,14 +132,21 @@ Shooter::Aim Shooter::start(Shot& shot, const std::array<double, 4>& xi) const {
   return {.xi = {xi[0], xi[1]}, .n = problem_.in_section(piece.normal)};
 }
 
-// Those by Lambert's law together.
+// Those of the law several at once.
 void Shooter::aim(std::span<Shot> shots, std::span<const Aim> aims) const {
   CosineSamples samples;
   std::array<std::size_t, CosineSamples::most> of_samples;
   const auto sample = [&] {
-    sample_cosines(samples);
-    for (std::size_t k = 0; k < samples.count; ++k)
-      aim_at(shots[of_samples[k]], aims[of_samples[k]].n, samples.direction(k));
+    if (law_ == Law::lobe) {
+      sample_upright(problem_.species.source, samples);
+    } else {
+      sample_cosines(samples);
+    }
+    for (std::size_t k = 0; k < samples.count; ++k) {
+      Shot& shot = shots[of_samples[k]];
+      const Vec3d u = samples.direction(k);
+      aim_at(shot, aims[of_samples[k]].n, law_ == Law::lobe ? along_lobe(shot.name, u) : u);
+    }
     samples.count = 0;
   };
   for (std::size_t k = 0; k < shots.size(); ++k) {
@@ -147,8 +154,6 @@ void Shooter::aim(std::span<Shot> shots, std::span<const Aim> aims) const {
     const auto& [xi, n] = aims[k];
     if (is_skyward(shot.name)) {
       aim_at(shot, n, sample_skyward(xi));
-    } else if (law_ == Law::lobe) {
-      aim_at(shot, n, along_lobe(shot.name, xi));
     } else {
       of_samples[samples.count] = k;
       samples.add(xi, n);
@@ -177,12 +182,14 @@ std::pair<const Elements::Piece&, double> Shooter::start_of(std::uint32_t elemen
   return {elements.piece(pieces[k]), std::min((place - below[k]) / (end - below[k]), 1.0)};
 }
 
-Vec3d Shooter::along_lobe(const ShotName& name, UnitSquare xi) const {
+// upright: about the vertical.
+Vec3d Shooter::along_lobe(const ShotName& name, Vec3d upright) const {
+  if (problem_.species.source.is_upright()) return -upright;
   // Numbers stay below 2^24, so no stream is that of a block's sets.
   const std::uint64_t number = std::uint64_t{name.index} * set_count + name.set + 1;
   RandomStream random({problem_.options.seed, problem_.options.time_step, user_,
                        number << 32 | plan_.element_at(name.rank)});
-  const Vec3d u = -sample_lobe(problem_.species.source, xi, random);
+  const Vec3d u = -about_lobe_axis(problem_.species.source, upright, random);
   return {(name.image & 1U) != 0 ? -u.x : u.x, (name.image & 2U) != 0 ? -u.y : u.y, u.z};
 }
 

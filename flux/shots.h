@@ -79,7 +79,7 @@ class Shooter {
   void aim(std::span<Shot> shots, std::span<const Aim> aims) const;
   void aim_at(Shot& shot, Vec3d n, Vec3d u) const;
   std::pair<const Elements::Piece&, double> start_of(std::uint32_t element, double xi) const;
-  Vec3d along_lobe(const ShotName& name, UnitSquare xi) const;
+  Vec3d along_lobe(const ShotName& name, Vec3d upright) const;
 
   const FluxProblem& problem_;
   const RayPlan& plan_;

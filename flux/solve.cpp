@@ -59,8 +59,7 @@ void check_beam(const Species& species, const FluxOptions& options) {
 
 // The exchange knows diffuse re-emission under a source that is the same all around.
 bool needs_particles(const Species& species) {
-  const Vec3d axis = species.source.direction;
-  const bool leans = axis.x != 0 || axis.y != 0;
+  const bool leans = !species.source.is_upright();
   return species.ions || (leans && species.source.kind != SourceLobe::Kind::none);
 }
 

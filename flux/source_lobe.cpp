@@ -31,6 +31,7 @@ void sample_upright(const SourceLobe& lobe, CosineSamples& samples) {
 }
 
 Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& random) {
+  if (lobe.is_upright()) return upright;
   Vec3d u = upright;
   Vec3d axis = lobe.direction;
   if (lobe.rotating) {
@@ -38,7 +39,6 @@ Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& rando
     const auto [sine, cosine] = sample_azimuth(random.uniform_double());
     axis = {tilt * cosine, tilt * sine, axis.z};
   }
-  if (axis.x == 0 && axis.y == 0) return u;
   constexpr double horizon = -1e-6;
   while ((u = about_axis(u.x, u.y, -u.z, axis)).z > horizon) {
     const double xi1 = random.uniform_double();

@@ -22,6 +22,7 @@ struct SourceLobe {
   Vec3d direction{0, 0, -1};  ///< axis of the lobe or beam, towards the wafer; unit vector
   bool rotating = false;      ///< the wafer turns: the azimuth of the direction is uniform
 
+  bool is_upright() const { return direction.x == 0 && direction.y == 0; }
   /// All directions from above are equally bright, as those of a gas in equilibrium.
   bool is_lambert() const { return kind == Kind::cosine && table.empty() && cosine_power == 1; }
 };

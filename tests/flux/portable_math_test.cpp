@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace scarp {
 namespace {
@@ -24,6 +25,18 @@ TEST(PortablePower, AgreesWithTheLibrary) {
   EXPECT_EQ(portable_power(0, 0.5), 0);
   EXPECT_EQ(portable_power(-1, 0.5), 0);
   EXPECT_EQ(portable_power(1e-6, 1000), 0);
+}
+
+TEST(PortablePower, OfManyIsThatOfEachToTheBit) {
+  for (const double y : {-3.0, -0.5, 1e-3, 0.5, 1 / 1001.0, 1.0, 7.5, 1000.0}) {
+    std::vector<double> many{0, -1, 1, 0.5, std::numbers::sqrt2 / 2, 2, 1e-300, 1e300};
+    for (double x = 1e-17; x < 1e4; x *= 1.0137) many.push_back(x);
+    for (std::size_t k = 1; k < 2000; ++k) many.push_back(1 - 0x1p-53 * static_cast<double>(k * k));
+    const std::vector<double> given = many;
+    portable_powers(many, y);
+    for (std::size_t k = 0; k < many.size(); ++k)
+      EXPECT_EQ(many[k], portable_power(given[k], y)) << given[k] << "^" << y;
+  }
 }
 
 TEST(PortableLog, AgreesWithTheLibrary) {
