@@ -13,9 +13,12 @@ namespace scarp {
 
 namespace {
 
-// What the first round sends.
+// What the first round sends. Where most sticks few particles do, but whether it does they have to
+// tell.
 constexpr double first_rays_per_element = 8;
-constexpr double first_particles = 1 << 13;
+constexpr double first_particles_per_element = 4;
+constexpr double least_particles = 1 << 10;
+constexpr double most_first_particles = 1 << 13;
 
 // Of so few rays in a set half differences tell the error of narrow light; two say too little.
 constexpr std::uint32_t least_set = 4;
@@ -217,7 +220,10 @@ Solver::Solver(const FluxProblem& problem)
   const bool fixed = options_.rays > 0;
   const double first = first_rays_per_element * static_cast<double>(elements_.count());
   direct_.rays = fixed ? direct_.most : std::min(direct_.most, std::max(first, double{least_rays}));
-  onward_.rays = fixed ? onward_.most : std::min(first_particles, onward_.most);
+  const double particles =
+      std::clamp(first_particles_per_element * static_cast<double>(elements_.count()),
+                 least_particles, most_first_particles);
+  onward_.rays = fixed ? onward_.most : std::min(particles, onward_.most);
 }
 
 // What follows from first arrivals, ray by ray: tallies are off together.
