@@ -11,7 +11,7 @@
 // plain loop that is further off runs again with half the moves' length, up to three times, until
 // it is not. With --knees every number that trades error for work takes values around
 // its default: error against work, means of four seeds, as a table and as a plot. With --scaling
-// the spacing is halved three times, to half of that of the case. Seconds are those of all stages
+// the spacing of one case is halved three times, to half of its own. Seconds are those of all stages
 // of time steps: nothing else should run.
 
 #include <fmt/format.h>
@@ -26,6 +26,7 @@
 #include "apps/restart.h"
 #include "apps/run.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "core/parallel.h"
 #include "core/peak_memory.h"
 #include "core/temporary_folder.h"
@@ -272,6 +273,8 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
 }
 
 void run(const Settings& settings) {
+  if (settings.scaling && settings.cases.size() != 1)
+    throw InputError("--scaling takes one case: the peak of memory is that of the process");
   const ThreadLimit limit(settings.threads);
   nlohmann::ordered_json ratios;
   std::vector<Plot> plots;
