@@ -40,12 +40,10 @@ std::vector<Lobe> lobes_of(const SurfaceModel& model) {
   return lobes;
 }
 
-// What the speed of each point owes to a lobe: by how much it changes with the logarithm of all
-// that the lobe brings.
-std::vector<float> owed_to(const Lobe& lobe, const SurfaceModel& model, const SurfacePoints& points,
-                           std::span<const std::span<const float>> flux,
-                           std::span<const float> speeds) {
-  constexpr float less = 0.01F;
+// The speeds if a lobe brought a part less.
+std::vector<float> speeds_with_less(float less, const Lobe& lobe, const SurfaceModel& model,
+                                    const SurfacePoints& points,
+                                    std::span<const std::span<const float>> flux) {
   std::vector<std::vector<float>> weaker;
   std::vector<std::span<const float>> views(flux.begin(), flux.end());
   weaker.reserve(lobe.tallies.size());
@@ -54,8 +52,24 @@ std::vector<float> owed_to(const Lobe& lobe, const SurfaceModel& model, const Su
     for (float& value : tally) value *= 1 - less;
     views[t] = tally;
   }
-  std::vector<float> owed = model.speeds(points, views);
-  for (std::size_t p = 0; p < owed.size(); ++p) owed[p] = (speeds[p] - owed[p]) / less;
+  return model.speeds(points, views);
+}
+
+// What the speeds of points owe to a lobe.
+struct Owed {
+  std::vector<float> rise;  ///< by how much each changes with the logarithm of all that it brings
+  std::vector<float> all;   ///< what there would not be without it
+};
+
+Owed owed_to(const Lobe& lobe, const SurfaceModel& model, const SurfacePoints& points,
+             std::span<const std::span<const float>> flux, std::span<const float> speeds) {
+  constexpr float less = 0.01F;
+  Owed owed{.rise = speeds_with_less(less, lobe, model, points, flux),
+            .all = speeds_with_less(1, lobe, model, points, flux)};
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    owed.rise[p] = (speeds[p] - owed.rise[p]) / less;
+    owed.all[p] = speeds[p] - owed.all[p];
+  }
   return owed;
 }
 
@@ -69,10 +83,15 @@ struct Turning {
   float higher = 0;
 };
 
-// Of a speed, what turns with the normal, as it changes with the logarithm of what the lobe brings.
-Turning turning_part(float speed, float owed) {
-  if (owed * speed <= 0 || std::abs(owed) <= std::abs(speed)) return {.linear = owed};
-  const float part = std::min((owed / speed - 1) / (higher_power - 1), 1.0F);
+// Of a speed, what turns with the normal: what changes at once with what the lobe brings, or more.
+// A surface along the lobe gets none of it: that a floor goes on nearly as fast with fewer ions
+// says nothing of the walls that it leaves behind, which ions alone may etch.
+Turning turning_part(float speed, float rise, float all) {
+  const bool saturates =
+      all * speed > 0 && std::abs(all) <= std::abs(speed) && std::abs(rise) < std::abs(all);
+  if (saturates) return {.linear = all};
+  if (rise * speed <= 0 || std::abs(rise) <= std::abs(speed)) return {.linear = rise};
+  const float part = std::min((rise / speed - 1) / (higher_power - 1), 1.0F);
   return {.linear = (1 - part) * speed, .higher = part * speed};
 }
 
@@ -96,17 +115,17 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   std::vector<std::vector<float>> parts{speeds(points, flux)};
   const std::vector<float> whole = parts.front();
   for (const Lobe& lobe : lobes_of(*this)) {
-    const std::vector<float> owed = owed_to(lobe, *this, points, flux, whole);
-    std::vector<Turning> turning(owed.size());
+    const Owed owed = owed_to(lobe, *this, points, flux, whole);
+    std::vector<Turning> turning(whole.size());
     float most = 0;
-    for (std::size_t p = 0; p < owed.size(); ++p) {
-      turning[p] = turning_part(whole[p], owed[p]);
+    for (std::size_t p = 0; p < whole.size(); ++p) {
+      turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
       most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
     }
     const Vec3f direction(lobe.direction);
-    std::vector<float> linear(owed.size());
-    std::vector<float> high(owed.size());
-    for (std::size_t p = 0; p < owed.size(); ++p) {
+    std::vector<float> linear(whole.size());
+    std::vector<float> high(whole.size());
+    for (std::size_t p = 0; p < whole.size(); ++p) {
       const float cosine = -dot(direction, points.normal[p]);
       if (!(cosine > grazing)) continue;
       linear[p] = turning[p].linear / cosine;
@@ -118,7 +137,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
       float& rest = parts.front()[p];
       rest -= part * (turning[p].linear + turning[p].higher);
       // By rounding.
-      if (rest * whole[p] < 0 && owed[p] * whole[p] > 0) rest = 0;
+      if (rest * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest = 0;
     }
     parts.push_back(std::move(linear));
     parts.push_back(std::move(high));

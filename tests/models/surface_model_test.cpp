@@ -97,6 +97,19 @@ TEST(TurningSpeeds, ChangeWithTheNormalAsThoseOfTheModelDo) {
   }
 }
 
+// The floor of a hole goes on nearly as fast with fewer ions, the wall that it leaves behind gets
+// none of them.
+TEST(TurningSpeeds, LeaveToAWallWhatThereIsWithoutIons) {
+  for (const float of_gas : {0.0F, -0.2F}) {
+    for (const double power : {0.1, 0.5, 1.0}) {
+      const PowerOfIons model(power, of_gas);
+      const Slopes slopes(model);
+      EXPECT_NEAR(slopes.at(0, {0, 0, 1}), of_gas - 1, 1e-5) << power;
+      EXPECT_NEAR(slopes.at(0, {1, 0, 0}), of_gas, 2e-4) << power;
+    }
+  }
+}
+
 // What etches must not grow anywhere, whatever the normal of the grid.
 TEST(TurningSpeeds, HaveOneSign) {
   for (const double power : {0.5, 1.0, 2.0, 3.0, 7.0}) {
