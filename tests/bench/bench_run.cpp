@@ -11,8 +11,8 @@
 // plain loop that is further off runs again with half the moves' length, up to three times, until
 // it is not. With --knees every number that trades error for work takes values around
 // its default: error against work, means of four seeds, as a table and as a plot. With --scaling
-// the spacing of one case is halved three times, to half of its own. Seconds are those of all stages
-// of time steps: nothing else should run.
+// the spacing of one case is halved three times, to half of its own. Seconds are those of all
+// stages of time steps: nothing else should run.
 
 #include <fmt/format.h>
 
