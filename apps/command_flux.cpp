@@ -197,7 +197,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
                      options.target_error,
                      missed_target_text(flux, options,
                                         {.max_rays = "--max-rays",
-                                         .memory_limit = "the memory for hits",
+                                         .memory_limit = "",
                                          .engine = "--engine",
                                          .target = "--target-error"})));
   }

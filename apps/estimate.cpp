@@ -12,6 +12,7 @@
 
 #include "apps/coarse_run.h"
 #include "apps/expected_end.h"
+#include "apps/flux_target.h"
 #include "apps/results.h"
 #include "core/quantity.h"
 #include "core/temporary_folder.h"
@@ -193,11 +194,10 @@ std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe&
 
 // How many times the rays of a trial the caps allow.
 double most_factor(const TrialStep& trial, const FluxOptions& options) {
-  constexpr double bytes_per_ray = 16;
   const auto species = static_cast<double>(trial.missed.size());
   const double by_number =
       static_cast<double>(options.max_rays) * species / std::max(trial.rays, 1.0);
-  const double by_memory = static_cast<double>(options.memory_limit) / bytes_per_ray * species /
+  const double by_memory = static_cast<double>(options.memory_limit) / bytes_per_hit * species /
                            std::max(trial.kept_rays, 1.0);
   return std::max(1.0, std::min(by_number, by_memory));
 }
@@ -441,28 +441,25 @@ double time_steps(const ProcessStep& step, double duration, const Recipe& recipe
 std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe) {
   constexpr double certain = 2;  // estimates are good to that
   if (cost.lacking_rays < certain) return std::nullopt;
-  const bool in_position = recipe.position_error > 0;
-  const double target = in_position ? recipe.position_error : recipe.flux.target_error;
+  const WantedError wanted = wanted_error(recipe);
   return fmt::format(
-      "flux.{}: {:.3g}{} is out of reach: it takes about {:.2g} times the rays that flux.max_rays "
-      "({}) and flux.memory_limit allow; raise them, or the target to {:.2g}",
-      in_position ? "position_error" : "target_error", target, in_position ? " nm" : "",
-      cost.lacking_rays, recipe.flux.max_rays, target * std::sqrt(cost.lacking_rays));
+      "{}: {} is out of reach: it takes about {:.2g} times the rays that flux.max_rays ({}) and "
+      "flux.memory_limit allow; raise them, or the target to {:.2g}",
+      wanted.key(), wanted.text(wanted.value), cost.lacking_rays, recipe.flux.max_rays,
+      wanted.value * std::sqrt(cost.lacking_rays));
 }
 
 std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {
-  if (recipe.flux.rays > 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
-  const bool in_position = recipe.position_error > 0;
-  const double target = in_position ? recipe.position_error : recipe.flux.target_error;
+  const WantedError wanted = wanted_error(recipe);
+  if (wanted.value == 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
   // The time goes with the inverse square of the target.
-  const double affordable = target * std::sqrt(cost.flux_seconds / recipe.dear_flux);
-  const char* const unit = in_position ? " nm" : "";
+  const double affordable = wanted.value * std::sqrt(cost.flux_seconds / recipe.dear_flux);
   return fmt::format(
-      "flux.{}: {:.3g}{} takes about {:.2g} rays per time step and {:.3g} h on this machine, more "
-      "than flux.warn_above ({}); {:.2g}{} would not",
-      in_position ? "position_error" : "target_error", target, unit, cost.rays_per_time_step,
-      cost.flux_seconds / 3600, format_quantity(recipe.dear_flux, Dimension::time),
-      1.1 * affordable, unit);
+      "{}: {} takes about {:.2g} rays per time step and {:.3g} h on this machine, more than "
+      "flux.warn_above ({}); {:.2g}{} would not",
+      wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step, cost.flux_seconds / 3600,
+      format_quantity(recipe.dear_flux, Dimension::time), 1.1 * affordable,
+      wanted.in_position ? " nm" : "");
 }
 
 CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }

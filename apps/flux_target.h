@@ -8,11 +8,20 @@
 
 namespace scarp {
 
-/// How the fluxes of a run kept to the error that the recipe asks for.
-///
-/// Units: of flux.target_error none, of flux.position_error nm.
+/// The error that a recipe asks for; 0 where flux.rays takes its place.
+struct WantedError {
+  bool in_position = false;
+  double value = 0;
+
+  std::string key() const { return in_position ? "flux.position_error" : "flux.target_error"; }
+  /// With its unit.
+  std::string text(double error) const;
+};
+WantedError wanted_error(const Recipe& recipe);
+
+/// How the fluxes of a run kept to it.
 struct FluxTarget {
-  double target = 0;   ///< 0 where flux.rays takes its place
+  WantedError wanted;
   double largest = 0;  ///< error of all time steps
   std::size_t missed = 0;
   std::size_t time_steps = 0;
@@ -24,7 +33,7 @@ FluxTarget flux_target(const std::filesystem::path& metrics, const Recipe& recip
 /// What users call what may end the search for a target.
 struct TargetKeys {
   std::string max_rays = "flux.max_rays";
-  std::string memory_limit = "flux.memory_limit";
+  std::string memory_limit = "flux.memory_limit";  ///< empty where they cannot raise it
   std::string engine = "flux.engine";
   std::string target = "flux.target_error";
 };

@@ -35,8 +35,9 @@ double bath_nodes(const Layers& layers) {
 }
 
 MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size) {
-  const double hits = std::min(per_kept_ray * size.kept_rays,
-                               per_kept_ray / 16 * static_cast<double>(recipe.flux.memory_limit));
+  const double hits =
+      std::min(per_kept_ray * size.kept_rays,
+               per_kept_ray / bytes_per_hit * static_cast<double>(recipe.flux.memory_limit));
   return {.program = program / megabyte,
           .grid = grid / megabyte,
           .mesh = per_full_facet * size.facets_full / megabyte,

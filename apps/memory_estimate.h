@@ -8,6 +8,9 @@
 
 namespace scarp {
 
+/// What flux.memory_limit counts for a gathered ray.
+inline constexpr double bytes_per_hit = 16;
+
 /// What a run holds at once, by what it is for. Units: MB of 1024 * 1024 bytes.
 struct MemoryEstimate {
   double program = 0;

@@ -9,6 +9,7 @@
 
 #include "apps/comparison_case.h"
 #include "apps/csv_table.h"
+#include "apps/flux_target.h"
 #include "apps/markup.h"
 #include "apps/recipe.h"
 #include "apps/render.h"
@@ -67,9 +68,11 @@ std::string flux_error_of(const RunFiles& run) {
   const ordered_json flux = run.summary.value("flux", ordered_json::object());
   const double largest = flux.value("largest_error", 0.0);
   if (largest == 0) return "";
+  const WantedError wanted{.in_position = flux.value("in_position", false)};
   const auto target = flux.value("target", ordered_json());
-  std::string text = fmt::format("Standard error of the flux: at most {:.3g}", largest);
-  if (target.is_number()) text += fmt::format(", the target {:.3g}", target.get<double>());
+  std::string text = fmt::format("Standard error of the {}: at most {}",
+                                 wanted.in_position ? "position" : "flux", wanted.text(largest));
+  if (target.is_number()) text += ", the target " + wanted.text(target.get<double>());
   const double missed = flux.value("time_steps_missed", 0.0);
   if (missed == 0) return "<p>" + text + ".</p>\n";
   return fmt::format(

@@ -326,7 +326,9 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["state_hash"] = state_hash(state, recipe.materials);
   summary["rows_hash"] = totals.rows_hash;
   const FluxTarget& flux = totals.flux;
-  summary["flux"] = {{"target", flux.target > 0 ? nlohmann::ordered_json(flux.target) : nullptr},
+  const double target = flux.wanted.value;
+  summary["flux"] = {{"in_position", flux.wanted.in_position},
+                     {"target", target > 0 ? nlohmann::ordered_json(target) : nullptr},
                      {"largest_error", flux.largest},
                      {"time_steps_missed", flux.missed}};
   summary["metrology"] =

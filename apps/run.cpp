@@ -122,16 +122,16 @@ void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log
 
 // What the results are worth is said last.
 void tell_flux_error(const FluxTarget& flux, const Log& log) {
+  const WantedError& wanted = flux.wanted;
+  const char* const of = wanted.in_position ? "position" : "flux";
   if (flux.missed > 0) {
-    log.warn(
-        fmt::format("the target of the flux, {:.3g}, was missed in {} of {}: the error is "
-                    "{:.3g} at worst",
-                    flux.target, flux.missed, counted(flux.time_steps, "time step"), flux.largest));
-  } else if (flux.target > 0 && flux.largest > 0) {
-    log.info(fmt::format("the error of the flux is at most {:.3g}, the target {:.3g}", flux.largest,
-                         flux.target));
+    log.warn(fmt::format("{}, {}, was missed in {} of {}: the error of the {} is {} at worst",
+                         wanted.key(), wanted.text(wanted.value), flux.missed,
+                         counted(flux.time_steps, "time step"), of, wanted.text(flux.largest)));
   } else if (flux.largest > 0) {
-    log.info(fmt::format("the error of the flux is at most {:.3g}", flux.largest));
+    log.info(fmt::format(
+        "the error of the {} is at most {}{}", of, wanted.text(flux.largest),
+        wanted.value > 0 ? fmt::format(" ({} {})", wanted.key(), wanted.text(wanted.value)) : ""));
   }
 }
 
@@ -256,15 +256,13 @@ class Observer {
     for (const FluxField& flux : now.flux) {
       if (flux.target_reached()) continue;
       warned_ = step_number(state);
-      const bool in_position = recipe_.position_error > 0;
-      const std::string what =
-          in_position
-              ? fmt::format("the error of the position is {:.2g} nm, the target {:g} nm",
-                            position_error(now, now.longest_dt).value_or(0), recipe_.position_error)
-              : fmt::format("the error of the flux is {:.2g}, the target {:g}", flux.error,
-                            recipe_.flux.target_error);
-      TargetKeys keys;
-      if (in_position) keys.target = "flux.position_error";
+      const WantedError wanted = wanted_error(recipe_);
+      const double error =
+          wanted.in_position ? position_error(now, now.longest_dt).value_or(0) : flux.error;
+      const std::string what = fmt::format("the error of the {} is {}, the target {}",
+                                           wanted.in_position ? "position" : "flux",
+                                           wanted.text(error), wanted.text(wanted.value));
+      const TargetKeys keys{.target = wanted.key()};
       log_.warn(fmt::format("step \"{}\", t = {:.4g} s: {}: {}", current_step(state, recipe_).name,
                             state.time, what, missed_target_text(flux, recipe_.flux, keys)));
     }

@@ -204,8 +204,8 @@ bool particles_are_fewer(const FluxProblem& problem) {
 
 // A ray from a facet that meets the source stands for as many particles as it is flat: where many
 // come along the wafer, few such rays bring most of what walls receive, and errors fall slowly. In
-// a trench as deep as wide, tilted cosine powers of 20 and 100 took 2.5 and 4 times as many flights
-// as particles from the source where 0.3 % come so flat, 50 to 80 times as many at 1 %.
+// a trench deeper than wide, tilted cosine powers of 20 and 100 took 2.5 to 4 times as many flights
+// as particles from the source close to the part that is the limit here, 50 to 80 times beyond it.
 bool comes_along_wafer(const FluxProblem& problem) {
   constexpr double flat = 0.03;
   return problem.options.rays == 0 && part_below(problem.species.source, flat) > 0.003;

@@ -1,5 +1,6 @@
 #include "flux/source_lobe.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -51,16 +52,24 @@ Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random) {
   return about_lobe_axis(lobe, sample_upright(lobe, xi), random);
 }
 
+std::vector<Vec3d> lobe_directions(const SourceLobe& lobe, std::uint32_t count) {
+  const ScrambledSobol points({1, 2, 3, 4});
+  // Asked for what a lobe that leans sends away from the wafer, and how the wafer has turned.
+  RandomStream random({});
+  std::vector<Vec3d> directions;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const auto point = points.point(k);
+    directions.push_back(sample_lobe(lobe, {point[0], point[1]}, random));
+  }
+  return directions;
+}
+
 double part_below(const SourceLobe& lobe, double slope) {
   constexpr std::uint32_t count = 1 << 12;
-  const ScrambledSobol points({1, 2, 3, 4});
-  RandomStream random({});
-  std::uint32_t below = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const auto xi = points.point(k);
-    below += -sample_lobe(lobe, {xi[0], xi[1]}, random).z < slope ? 1 : 0;
-  }
-  return static_cast<double>(below) / count;
+  const std::vector<Vec3d> directions = lobe_directions(lobe, count);
+  return static_cast<double>(
+             std::ranges::count_if(directions, [&](Vec3d u) { return -u.z < slope; })) /
+         count;
 }
 
 }  // namespace scarp

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/random.h"
 #include "core/vec3.h"
 #include "flux/sampling.h"
@@ -39,6 +42,9 @@ Vec3d sample_lobe(const SourceLobe& lobe, UnitSquare xi, RandomStream& random);
 /// The same in two steps, the first for several at once: about the vertical, then about the axis.
 void sample_upright(const SourceLobe& lobe, CosineSamples& samples);
 Vec3d about_lobe_axis(const SourceLobe& lobe, Vec3d upright, RandomStream& random);
+
+/// Well spread directions of particles; a power of two of them is best.
+std::vector<Vec3d> lobe_directions(const SourceLobe& lobe, std::uint32_t count);
 
 /// The part of the particles of a cosine source whose directions are less than slope above the
 /// wafer, sine by sine; to about a part in a thousand of all.

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "flux/sobol.h"
-
 namespace scarp {
 
 namespace {
@@ -15,29 +13,17 @@ namespace {
 constexpr std::uint32_t direction_count = 1 << 13;
 constexpr int azimuth_count = 16;
 
-void add_directions(const SourceLobe& lobe, std::uint32_t count, std::vector<Vec3d>& directions) {
-  const ScrambledSobol points({1, 2, 3, 4});
-  // Asked for what a lobe that leans sends away from the wafer alone.
-  RandomStream random({});
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const auto point = points.point(k);
-    directions.push_back(sample_lobe(lobe, {point[0], point[1]}, random));
-  }
-}
-
 std::vector<Vec3d> directions_of(const SourceLobe& source) {
+  if (!source.rotating) return lobe_directions(source, direction_count);
   std::vector<Vec3d> directions;
-  if (!source.rotating) {
-    add_directions(source, direction_count, directions);
-    return directions;
-  }
   SourceLobe still = source;
   still.rotating = false;
   const double sine = std::hypot(source.direction.x, source.direction.y);
   for (int k = 0; k < azimuth_count; ++k) {
     const double azimuth = 2 * std::numbers::pi * (k + 0.5) / azimuth_count;
     still.direction = {sine * std::cos(azimuth), sine * std::sin(azimuth), source.direction.z};
-    add_directions(still, direction_count / azimuth_count, directions);
+    const std::vector<Vec3d> some = lobe_directions(still, direction_count / azimuth_count);
+    directions.insert(directions.end(), some.begin(), some.end());
   }
   return directions;
 }

@@ -3,11 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
-
 #include "apps/estimate.h"
-#include "apps/run.h"
-#include "core/error.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
@@ -46,45 +42,60 @@ TEST(FluxTarget, NamesTheCapThatCameFirst) {
   flux.missed_by = RayCap::memory;
   EXPECT_THAT(missed_target_text(flux, options),
               AllOf(HasSubstr("flux.memory_limit (3 MB)"), Not(HasSubstr("max_rays"))));
+  EXPECT_EQ(missed_target_text(flux, options, {.memory_limit = "", .target = "--target-error"}),
+            "the memory for hits holds no more than these 5000 rays; raise --target-error");
   flux.missed_by = RayCap::elements;
   EXPECT_THAT(missed_target_text(flux, options, {.engine = "--engine"}),
               HasSubstr("set --engine to \"forward\""));
 }
 
-using FluxTargetOfARun = Program;
+class FluxTargetOfARun : public Program {
+ protected:
+  void run(const std::string& flux) {
+    write("r.toml", film_in_trench(flux));
+    const Outcome outcome = scarp("run " + path("r.toml") + " -o " + path("r"));
+    ASSERT_EQ(outcome.exit_code, 0);
+    messages_ = outcome.messages;
+    flux_ = summary("r")["flux"];
+    page_ = read_file(path("r/report.html"));
+  }
+
+  std::string messages_;
+  nlohmann::json flux_;
+  std::string page_;
+};
 
 TEST_F(FluxTargetOfARun, IsToldWhereItIsMissed) {
-  write("r.toml", film_in_trench("max_rays = 4096\ntarget_error = 0.001\n"));
-  const Outcome outcome = scarp("run " + path("r.toml") + " -o " + path("r"));
-  ASSERT_EQ(outcome.exit_code, 0);
-  const auto flux = nlohmann::json::parse(read_file(path("r/summary.json")))["flux"];
-  EXPECT_EQ(flux["target"], 0.001);
-  EXPECT_GT(flux["largest_error"], 0.001);
-  EXPECT_GT(flux["time_steps_missed"], 0);
-  EXPECT_THAT(outcome.messages, AllOf(HasSubstr("the cap of 4096 rays came first"),
-                                      HasSubstr("the target of the flux, 0.001, was missed in ")));
-  EXPECT_THAT(read_file(path("r/report.html")),
-              HasSubstr("<p class=\"unsure\">Standard error of the flux: at most "));
+  run("max_rays = 4096\ntarget_error = 0.001\n");
+  EXPECT_EQ(flux_["target"], 0.001);
+  EXPECT_GT(flux_["largest_error"], 0.001);
+  EXPECT_GT(flux_["time_steps_missed"], 0);
+  EXPECT_THAT(messages_, AllOf(HasSubstr("the cap of 4096 rays came first"),
+                               HasSubstr("flux.target_error, 0.001, was missed in ")));
+  EXPECT_THAT(page_, HasSubstr("<p class=\"unsure\">Standard error of the flux: at most "));
 }
 
 TEST_F(FluxTargetOfARun, IsToldWhereItIsKept) {
-  write("r.toml", film_in_trench("target_error = 0.03\n"));
-  const Outcome outcome = scarp("run " + path("r.toml") + " -o " + path("r"));
-  ASSERT_EQ(outcome.exit_code, 0);
-  const auto flux = nlohmann::json::parse(read_file(path("r/summary.json")))["flux"];
-  EXPECT_EQ(flux["time_steps_missed"], 0);
-  EXPECT_LE(flux["largest_error"], 0.03);
-  EXPECT_THAT(outcome.messages, HasSubstr("the error of the flux is at most 0.0"));
-  EXPECT_THAT(read_file(path("r/report.html")),
-              HasSubstr("<p>Standard error of the flux: at most"));
+  run("target_error = 0.03\n");
+  EXPECT_EQ(flux_["time_steps_missed"], 0);
+  EXPECT_LE(flux_["largest_error"], 0.03);
+  EXPECT_THAT(messages_, HasSubstr("the error of the flux is at most 0.0"));
+  EXPECT_THAT(page_, HasSubstr("<p>Standard error of the flux: at most"));
+}
+
+TEST_F(FluxTargetOfARun, IsToldInNanometresOfThePosition) {
+  run("position_error = 0.01\n");
+  EXPECT_EQ(flux_["in_position"], true);
+  EXPECT_NEAR(flux_["target"].get<double>(), 0.1, 1e-12);
+  EXPECT_EQ(flux_["time_steps_missed"], 0);
+  EXPECT_THAT(messages_, HasSubstr(" nm (flux.position_error 0.1 nm)"));
+  EXPECT_THAT(page_, HasSubstr("Standard error of the position: at most "));
 }
 
 TEST_F(FluxTargetOfARun, IsNoneOfAFixedNumberOfRays) {
-  write("r.toml", film_in_trench("rays = 4096\n"));
-  ASSERT_EQ(scarp("run " + path("r.toml") + " -o " + path("r")).exit_code, 0);
-  const auto flux = nlohmann::json::parse(read_file(path("r/summary.json")))["flux"];
-  EXPECT_TRUE(flux["target"].is_null());
-  EXPECT_GT(flux["largest_error"], 0);
+  run("rays = 4096\n");
+  EXPECT_TRUE(flux_["target"].is_null());
+  EXPECT_GT(flux_["largest_error"], 0);
 }
 
 TEST(FluxTarget, OutOfReachIsSaidBeforeARun) {
