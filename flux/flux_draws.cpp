@@ -24,15 +24,6 @@ double seen_of_elements(const ExchangeMatrix& matrix, std::size_t row) {
   return sum;
 }
 
-// In a slit most rays of a row meet one element, or the row's own beside a mirror: the few that
-// leave it decide how far an error is passed to and fro, and all of them are needed.
-bool meets_mostly_one(const ExchangeRows& rows, std::size_t row) {
-  constexpr double much = 0.25;
-  bool found = false;
-  rows.for_each_part(row, [&](std::size_t, double part) { found = found || part > much; });
-  return found;
-}
-
 // The part of what an element sees that is itself, in a mirror.
 double sees_of_itself(const ExchangeRows& rows, std::size_t row) {
   double sum = 0;
@@ -40,14 +31,13 @@ double sees_of_itself(const ExchangeRows& rows, std::size_t row) {
   return std::min(sum, 1.0);
 }
 
-ExchangeMatrix thinned(const ExchangeMatrix& matrix, const ExchangeRows& rows) {
+ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
   static_assert(rays_for_draws % set_count == 0);
   ExchangeMatrix few;
   few.first.push_back(0);
   for (std::size_t i = 0; i < matrix.size(); ++i) {
     const auto rays = matrix.row(i);
-    const auto part =
-        meets_mostly_one(rows, i) ? rays : rays.first(std::min(rays.size(), rays_for_draws));
+    const auto part = rays.first(std::min(rays.size(), rays_for_draws));
     few.rays.insert(few.rays.end(), part.begin(), part.end());
     few.first.push_back(few.rays.size());
     few.scale.push_back(matrix.scale[i]);
@@ -65,8 +55,8 @@ bool are_few(const ExchangeRows& rows) { return rows.seen.size() <= rays_for_dra
 }  // namespace
 
 struct FluxDraws::Thinned {
-  Thinned(const ExchangeMatrix& matrix, const ExchangeRows& all, std::span<const float> reemitted)
-      : rows(thinned(matrix, all)), exchange(rows, reemitted) {}
+  Thinned(const ExchangeMatrix& matrix, std::span<const float> reemitted)
+      : rows(thinned(matrix)), exchange(rows, reemitted) {}
 
   ExchangeRows rows;
   ExchangeSolver exchange;
@@ -76,7 +66,7 @@ FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const Ex
                      const ExchangeSolver& exchange, std::span<const float> reemitted,
                      ErrorDraws of_equations, const std::vector<double>& weights, double largest)
     : plan_(plan),
-      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, rows, reemitted)),
+      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, reemitted)),
       rows_(thinned_ ? thinned_->rows : rows),
       exchange_(thinned_ ? thinned_->exchange : exchange),
       reemitted_(reemitted),
