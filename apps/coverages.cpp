@@ -186,19 +186,18 @@ double flux_tolerance(const CoverageOptions& options) { return 0.1 * options.tol
 
 StickingFeedback CoverageIteration::feedback() {
   StickingFeedback feedback;
-  feedback.species =
-      species_by_coverage(model_, {.material = facets_.materials, .normal = normals_});
+  feedback.species = species_by_coverage(model_, points());
   feedback.update = [this](auto flux, auto& sticking) { return update(flux, sticking); };
+  feedback.sticking_at = [this](auto flux) { return sticking_at(flux); };
   feedback.tolerance = flux_tolerance(options_);
   return feedback;
 }
 
 bool CoverageIteration::update(std::span<const std::span<const float>> flux,
                                std::vector<std::vector<float>>& sticking) {
-  const SurfacePoints points{.material = facets_.materials, .normal = normals_};
   const bool keeps_start = !has_begun_ && !coverages_.empty();
   if (!keeps_start) {
-    std::vector<std::vector<float>> next = model_.steady_coverages(points, flux);
+    std::vector<std::vector<float>> next = model_.steady_coverages(points(), flux);
     if (has_begun_) {
       ++fit_.iterations;
       ++iterations_of_round_;
@@ -216,8 +215,13 @@ bool CoverageIteration::update(std::span<const std::span<const float>> flux,
     }
   }
   has_begun_ = true;
-  set_covered_sticking(model_, points, coverages_, sticking);
+  set_covered_sticking(model_, points(), coverages_, sticking);
   return true;
+}
+
+std::vector<std::vector<float>> CoverageIteration::sticking_at(
+    std::span<const std::span<const float>> flux) const {
+  return model_.covered_sticking(points(), model_.steady_coverages(points(), flux));
 }
 
 }  // namespace scarp

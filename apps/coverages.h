@@ -98,6 +98,8 @@ class CoverageIteration {
  private:
   bool update(std::span<const std::span<const float>> flux,
               std::vector<std::vector<float>>& sticking);
+  std::vector<std::vector<float>> sticking_at(std::span<const std::span<const float>> flux) const;
+  SurfacePoints points() const { return {.material = facets_.materials, .normal = normals_}; }
 
   const SurfaceModel& model_;
   const TriMesh& facets_;

@@ -12,6 +12,9 @@ struct Settle {
   /// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
   /// (one array per problem); false, and no change, when they fit. Of nothing when empty.
   std::function<bool(std::span<const std::vector<float>> arrivals)> update{};
+  /// The parts of errors of the arrivals that facets pass on (one array per problem): 1 - sticking
+  /// where the sticking does not change with them, as everywhere when empty.
+  std::function<std::vector<std::vector<float>>()> passed_on{};
   double tolerance = 1e-7;  ///< of the arrivals, relative, root mean square
 };
 
@@ -37,7 +40,8 @@ struct Settle {
 ///
 /// With settle the exchange is solved on the rays that are there, without errors, until the
 /// sticking fits: on those of the first round, which the error of the next rounds is judged with,
-/// and on those that reach the target so, or are the last.
+/// and on those that reach the target so, or are the last. An error of what arrives changes the
+/// sticking, too: to first order it goes on as what it changes of what is re-emitted.
 ///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,

@@ -217,11 +217,12 @@ std::vector<float> Revolution::on_section(std::span<const float> of_rings) const
 
 namespace {
 
-// What is given on facets of a section, revolved, and back.
+// What is given on facets of a section, revolved, and back. What is not given of some is not.
 std::vector<std::vector<float>> revolved(const Revolution& revolution,
                                          std::span<const std::vector<float>> of_section) {
   std::vector<std::vector<float>> values;
-  for (const std::vector<float>& each : of_section) values.push_back(revolution.revolved(each));
+  for (const std::vector<float>& each : of_section)
+    values.push_back(each.empty() ? each : revolution.revolved(each));
   return values;
 }
 
@@ -258,6 +259,10 @@ StickingFeedback revolved(const Revolution& revolution, const StickingFeedback& 
     for (std::size_t k = 0; k < sticking.size(); ++k)
       std::ranges::copy(revolution.revolved(of_section[k]), sticking[k].begin());
     return true;
+  };
+  if (!feedback.sticking_at) return result;
+  result.sticking_at = [&](std::span<const std::span<const float>> flux) {
+    return revolved(revolution, feedback.sticking_at(views(on_section(revolution, flux))));
   };
   return result;
 }

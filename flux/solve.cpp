@@ -273,6 +273,8 @@ class Solver {
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
   std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
+  std::vector<float> sticking_of(std::size_t index, float flux_factor);
+  std::vector<float> passed_on(std::size_t index);
   bool is_solved_last(std::size_t index) const {
     return emission_.tells(index) && !feedback_.changes(index);
   }
@@ -367,6 +369,35 @@ bool Solver::fit_sticking() {
   return changed;
 }
 
+// The sticking of a species if all fluxes that it follows from were so many times as large.
+std::vector<float> Solver::sticking_of(std::size_t index, float flux_factor) {
+  std::vector<std::vector<float>> changed;
+  std::vector<std::span<const float>> flux;
+  changed.reserve(fields_.size());
+  for (std::size_t k = 0; k < fields_.size(); ++k) {
+    for (const Tally& tally : fields_[k].tallies) flux.emplace_back(tally.mean);
+    if (!feedback_.changes(k)) continue;
+    // Of what follows the sticking there is one tally.
+    for (float& value : changed.emplace_back(fields_[k].arrivals().mean)) value *= flux_factor;
+    flux.back() = changed.back();
+  }
+  return std::move(feedback_.sticking_at(flux)[index]);
+}
+
+// What is re-emitted is a part 1 - s of F that changes with F itself: so much changes with it. The
+// fluxes of several species err together, since the same rays tell of them.
+std::vector<float> Solver::passed_on(std::size_t index) {
+  constexpr float little = 0.01F;
+  std::vector<float> parts;
+  for (const float sticking : sticking_[index]) parts.push_back(1 - sticking);
+  if (!feedback_.changes(index)) return parts;
+  const std::vector<float> less = sticking_of(index, 1 - little);
+  const std::vector<float> more = sticking_of(index, 1 + little);
+  for (std::size_t f = 0; f < parts.size(); ++f)
+    parts[f] = std::clamp(parts[f] - (more[f] - less[f]) / (2 * little), 0.0F, 1.0F);
+  return parts;
+}
+
 std::vector<std::span<const float>> Solver::flux() const {
   std::vector<std::span<const float>> flux;
   for (const FluxField& field : fields_)
@@ -437,6 +468,13 @@ void Solver::solve_sources() {
         fields_[gathered[k]].tallies.front().mean = arrivals[k];
       return fit_sticking();
     };
+    if (feedback_.sticking_at) {
+      settle.passed_on = [&] {
+        std::vector<std::vector<float>> parts;
+        for (const std::size_t index : gathered) parts.push_back(passed_on(index));
+        return parts;
+      };
+    }
   }
   gather_together(gathered, settle);
 }

@@ -85,6 +85,11 @@ struct StickingFeedback {
   std::function<bool(std::span<const std::span<const float>> flux,
                      std::vector<std::vector<float>>& sticking)>
       update{};
+  /// The sticking that a flux leads to (of other species it may be empty), for the errors: where
+  /// more particles cover the surface fewer of them stick, and an error grows on its way down.
+  /// Without it errors are those at the sticking that is found, as they are forward.
+  std::function<std::vector<std::vector<float>>(std::span<const std::span<const float>> flux)>
+      sticking_at{};
   double tolerance = 1e-7;  ///< of the flux that it is asked with, relative, root mean square
 
   bool changes(std::size_t index) const { return index < species.size() && species[index]; }
@@ -109,7 +114,7 @@ struct SurfaceEmission {
 /// and their exchange is solved until the sticking fits, on the first rays and on those that reach
 /// the target. What particles found cannot be used again with other sticking: forward they are
 /// traced anew, with the same random numbers, for every sticking on the way.
-/// Errors are those at the sticking that is found in the end.
+/// Errors are told by StickingFeedback::sticking_at.
 ///
 /// With an emission the species that it tells of are solved last, once the flux of all others is
 /// known, with the emission that follows from it: what leaves is what arrives and what escapes of

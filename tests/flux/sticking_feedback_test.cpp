@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "flux/solve.h"
+#include "tests/flux/calibration.h"
 #include "tests/flux/ion_traces.h"
 #include "tests/flux/shapes.h"
 
@@ -19,10 +20,20 @@ using Engine = FluxOptions::Engine;
 
 constexpr float bare = 0.9F;  // sticking of a bare surface
 constexpr int most_updates = 200;
-constexpr float strength = 3;  // arrivals over what leaves a covered site, on an open wafer
 
-// Langmuir's balance: the part that is bare.
-float langmuir(float flux) { return bare / (1 + strength * flux); }
+// Langmuir's balance.
+struct Langmuir {
+  float strength = 3;  // arrivals over what leaves a covered site, on an open wafer
+
+  // The part that is bare.
+  float at(float flux) const { return bare / (1 + strength * flux); }
+  std::vector<std::vector<float>> operator()(std::span<const std::span<const float>> flux) const {
+    std::vector<float> sticking;
+    for (const float arrivals : flux[0]) sticking.push_back(at(arrivals));
+    return {sticking};
+  }
+};
+constexpr Langmuir langmuir;
 
 struct Solved {
   std::vector<FluxField> flux;
@@ -35,18 +46,16 @@ FluxOptions options_of(const exact::Shape& shape, Engine engine) {
 }
 
 Solved solve_covered(const exact::Shape& shape, const FluxOptions& options,
-                     std::span<const Species> species) {
+                     std::span<const Species> species, const Langmuir& balance = langmuir) {
   Solved solved;
-  StickingFeedback feedback{.species = {true}};
+  StickingFeedback feedback{.species = {true}, .sticking_at = balance};
   feedback.update = [&](std::span<const std::span<const float>> flux,
                         std::vector<std::vector<float>>& sticking) {
     ++solved.updates;
     float change = 0;
-    std::vector<float> next;
-    for (std::size_t f = 0; f < flux[0].size(); ++f) {
-      next.push_back(langmuir(flux[0][f]));
+    const std::vector<float> next = balance(flux).front();
+    for (std::size_t f = 0; f < next.size(); ++f)
       change = std::max(change, std::abs(next[f] - sticking[0][f]));
-    }
     if (change < 1e-5F || solved.updates == most_updates) return false;
     solved.sticking = sticking[0] = next;
     return true;
@@ -65,7 +74,7 @@ TEST(StickingFeedbackTest, AnOpenWaferFitsAtOnce) {
   for (std::size_t f = 0; f < error.size(); ++f) {
     const float flux = solved.flux.front().arrivals().mean[f];
     EXPECT_NEAR(flux, 1, 5 * error[f] + 1e-6);
-    EXPECT_NEAR(solved.sticking[f], langmuir(flux), 1e-5);
+    EXPECT_NEAR(solved.sticking[f], langmuir.at(flux), 1e-5);
   }
 }
 
@@ -76,7 +85,7 @@ TEST(StickingFeedbackTest, ASphericalPitHasTheOneSolutionOfItsEquation) {
   constexpr double open = (1 - cut) / 2;
   double flux = 1;
   for (int n = 0; n < 200; ++n)
-    flux = open / (1 - (1 - open) * (1 - langmuir(static_cast<float>(flux))));
+    flux = open / (1 - (1 - open) * (1 - langmuir.at(static_cast<float>(flux))));
   EXPECT_LT(flux, 0.7);  // far from that of an open wafer
 
   const exact::Shape pit = exact::spherical_pit(cut);
@@ -96,19 +105,39 @@ TEST(StickingFeedbackTest, ASphericalPitHasTheOneSolutionOfItsEquation) {
   EXPECT_NEAR(sum / area, flux, 0.01 * flux);
 }
 
+// Where a few particles more let many more pass, an error at the top is a larger one below. At
+// sticking that is held it would be stated as two thirds of what it is.
+TEST(StickingFeedbackTest, ErrorBarsAreTrue) {
+  const exact::Shape trench = exact::trench(6, 4, 8, 10);
+  const Species species = gas();
+  std::vector<exact::Stated> on_patches;
+  for (std::uint64_t seed = 1; seed <= 96; ++seed) {
+    FluxOptions options = options_of(trench, Engine::gather);
+    options.rays = 1 << 15;
+    options.seed = seed;
+    const Solved solved = solve_covered(trench, options, {&species, 1}, {.strength = 30});
+    on_patches.push_back(exact::on_patches(solved.flux.front().arrivals()));
+  }
+  exact::expect_true(exact::calibration_of(on_patches), "patches");
+}
+
 TEST(StickingFeedbackTest, TheSameStickingGivesTheSameFluxToTheBit) {
   const exact::Shape trench = exact::trench(2);
   const FluxOptions options = options_of(trench, Engine::automatic);
   const Species species = gas();
   const Solved solved = solve_covered(trench, options, {&species, 1});
-  StickingFeedback fixed{.species = {true}};
+  StickingFeedback fixed{.species = {true}, .sticking_at = langmuir};
   fixed.update = [&, first = true](auto, std::vector<std::vector<float>>& sticking) mutable {
     sticking[0] = solved.sticking;
     return std::exchange(first, false);
   };
   const FluxField again = solve_flux(trench.mesh, {&species, 1}, options, fixed).front();
   EXPECT_EQ(solved.flux.front().arrivals().mean, again.arrivals().mean);
-  EXPECT_EQ(solved.flux.front().arrivals().std_error, again.arrivals().std_error);
+  // Only as good as the flux that told how the sticking follows it.
+  for (std::size_t f = 0; f < trench.mesh.triangles.size(); ++f) {
+    const float error = solved.flux.front().arrivals().std_error[f];
+    EXPECT_NEAR(again.arrivals().std_error[f], error, 1e-3 * error);
+  }
   EXPECT_EQ(solved.flux.front().rays, again.rays);
 }
 
@@ -151,7 +180,7 @@ TEST(StickingFeedbackTest, BothEnginesFindTheSame) {
                 4 * std::hypot(one.patch_std_error[p], other.patch_std_error[p]) + 0.005)
         << p;
   for (std::size_t f = 0; f < other.mean.size(); ++f)
-    EXPECT_NEAR(traced.sticking[f], langmuir(other.mean[f]), 2e-5) << f;
+    EXPECT_NEAR(traced.sticking[f], langmuir.at(other.mean[f]), 2e-5) << f;
   EXPECT_GE(traced.flux.front().rays, static_cast<std::uint64_t>(traced.updates - 1) << 16);
 }
 
@@ -176,7 +205,7 @@ TEST(StickingFeedbackTest, FitsTheRaysThatReachTheTarget) {
   EXPECT_TRUE(solved.flux.front().target_reached());
   const std::vector<float>& arrivals = solved.flux.front().arrivals().mean;
   for (std::size_t f = 0; f < arrivals.size(); ++f)
-    EXPECT_NEAR(solved.sticking[f], langmuir(arrivals[f]), 2e-5) << f;
+    EXPECT_NEAR(solved.sticking[f], langmuir.at(arrivals[f]), 2e-5) << f;
 }
 
 // What covers the sphere desorbs and sticks again: F_d = (1 - f) ((1 - s) F_d + e). Sticking and
