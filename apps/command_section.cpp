@@ -62,8 +62,7 @@ ExitCode execute(const SectionArguments& arguments, const CommonOptions& common)
                          .layers = cut(wafer.layers, layer_surfaces(wafer.layers), line),
                          .left = line.left,
                          .right = line.right,
-                         .earlier = some_of(earlier_surfaces(arguments.where, line)),
-                         .time = wafer.time};
+                         .earlier = some_of(earlier_surfaces(arguments.where, line))};
   write_section_csv(points, view.layers, line, wafer.materials);
   write_svg(picture, view, wafer.materials);
   if (common.json) {

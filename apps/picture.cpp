@@ -207,10 +207,11 @@ Legend legend(const ProfileView& view, const Materials& materials, const Window&
   return result;
 }
 
-// From blue to red over the times of a picture.
+// From blue to red over the times of the lines.
 std::string colour_at(double time, const ProfileView& view) {
   const double first = view.earlier.front().time;
-  const double part = view.time > first ? (time - first) / (view.time - first) : 0;
+  const double last = view.earlier.back().time;
+  const double part = last > first ? (time - first) / (last - first) : 0;
   return fmt::format("hsl({:.0f}, 85%, 38%)", 240 * (1 - part));
 }
 
@@ -233,7 +234,9 @@ std::string stroke_of(std::span<const Polyline> lines, const std::string& colour
 std::string times(const ProfileView& view, double y) {
   std::string svg;
   double x = margin;
-  for (const double time : {view.earlier.front().time, view.time}) {
+  const double first = view.earlier.front().time;
+  const double last = view.earlier.back().time;
+  for (const double time : last > first ? std::vector{first, last} : std::vector{first}) {
     const std::string label = fmt::format("t = {:.4g} s", time);
     svg += fmt::format(
         "<path d=\"M{:.1f} {:.1f}h14\" stroke=\"{}\" stroke-width=\"2\"/>"

@@ -28,7 +28,6 @@ struct ProfileView {
   double left = 0;
   double right = 0;
   std::vector<EarlierSurface> earlier{};  ///< drawn as lines over it, in the order of time
-  double time = 0;                        ///< of the cross-section, where there are earlier ones
 };
 
 /// At most 40 of a series of surfaces, evenly spaced in their order, the first among them: more

@@ -247,8 +247,7 @@ void Sections::write(const fs::path& folder, int number, const State& state, con
                                           moment_of(state, recipe), state.time),
                      .layers = cut(layers, surfaces, lines_[n]),
                      .left = lines_[n].left,
-                     .right = lines_[n].right,
-                     .time = state.time};
+                     .right = lines_[n].right};
     write_section_csv(file, view.layers, lines_[n], recipe.materials);
     write_svg(fs::path(file).replace_extension(".svg"), view, recipe.materials);
     view.earlier = some_of(earlier_[n]);

@@ -60,14 +60,16 @@ TEST(Picture, EarlierSurfacesAreNestedContoursFromBlueToRed) {
                          .layers = {flat(m, "Si", -40)},
                          .left = -500,
                          .right = 500,
-                         .earlier = {{.time = 5, .lines = at(90)}, {.time = 10, .lines = at(20)}},
-                         .time = 15};
+                         .earlier = {{.time = 5, .lines = at(90)},
+                                     {.time = 10, .lines = at(20)},
+                                     {.time = 15, .lines = at(0)}}};
   write_svg(file, view, m);
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   const std::string svg = text.str();
   EXPECT_THAT(svg, HasSubstr("stroke=\"hsl(240, 85%, 38%)\""));
   EXPECT_THAT(svg, HasSubstr("stroke=\"hsl(120, 85%, 38%)\""));
+  EXPECT_THAT(svg, HasSubstr("stroke=\"hsl(0, 85%, 38%)\""));
   EXPECT_THAT(svg, HasSubstr(">t = 5 s</text>"));
   EXPECT_THAT(svg, HasSubstr(">t = 15 s</text>"));
   // The window holds all of them: one pixel is 1000 / 672 nm, with 60 nm of room at both ends.
