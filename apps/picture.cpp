@@ -266,7 +266,8 @@ std::vector<EarlierSurface> some_of(std::span<const EarlierSurface> surfaces) {
   constexpr std::size_t most = 40;
   const std::size_t count = std::min(surfaces.size(), most);
   std::vector<EarlierSurface> some;
-  for (std::size_t n = 0; n < count; ++n) some.push_back(surfaces[n * surfaces.size() / count]);
+  for (std::size_t n = 0; n < count; ++n)
+    some.push_back(surfaces[count > 1 ? n * (surfaces.size() - 1) / (count - 1) : 0]);
   return some;
 }
 

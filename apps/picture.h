@@ -30,8 +30,8 @@ struct ProfileView {
   std::vector<EarlierSurface> earlier{};  ///< drawn as lines over it, in the order of time
 };
 
-/// At most 40 of a series of surfaces, evenly spaced in their order, the first among them: more
-/// contours would hide each other.
+/// At most 40 of a series of surfaces, evenly spaced in their order, with the first and the last:
+/// more contours would hide each other.
 std::vector<EarlierSurface> some_of(std::span<const EarlierSurface> surfaces);
 
 /// Writes the cross-section as an SVG picture: materials filled, a scale in nm or um, a legend,

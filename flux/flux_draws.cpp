@@ -31,7 +31,7 @@ double sees_of_itself(const ExchangeRows& rows, std::size_t row) {
   return std::min(sum, 1.0);
 }
 
-ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
+ExchangeRows thinned(const ExchangeMatrix& matrix) {
   static_assert(rays_for_draws % set_count == 0);
   ExchangeMatrix few;
   few.first.push_back(0);
@@ -47,28 +47,23 @@ ExchangeMatrix thinned(const ExchangeMatrix& matrix) {
     const double more = seen > 0 ? seen_of_elements(matrix, i) / seen : 0;
     for (double& scale : few.scale[i]) scale *= more;
   }
-  return few;
+  return ExchangeRows(few);
 }
 
 bool are_few(const ExchangeRows& rows) { return rows.seen.size() <= rays_for_draws * rows.size(); }
 
 }  // namespace
 
-struct FluxDraws::Thinned {
-  Thinned(const ExchangeMatrix& matrix, std::span<const float> reemitted)
-      : rows(thinned(matrix)), exchange(rows, reemitted) {}
-
-  ExchangeRows rows;
-  ExchangeSolver exchange;
-};
-
 FluxDraws::FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-                     const ExchangeSolver& exchange, std::span<const float> reemitted,
+                     const ExchangeSolver* exchange, std::span<const float> reemitted,
                      ErrorDraws of_equations, const std::vector<double>& weights, double largest)
     : plan_(plan),
-      thinned_(are_few(rows) ? nullptr : std::make_unique<const Thinned>(matrix, reemitted)),
-      rows_(thinned_ ? thinned_->rows : rows),
-      exchange_(thinned_ ? thinned_->exchange : exchange),
+      thinned_(are_few(rows) ? nullptr : std::make_unique<const ExchangeRows>(thinned(matrix))),
+      rows_(thinned_ ? *thinned_ : rows),
+      own_(exchange != nullptr && !thinned_
+               ? nullptr
+               : std::make_unique<const ExchangeSolver>(rows_, reemitted)),
+      exchange_(own_ ? *own_ : *exchange),
       reemitted_(reemitted),
       of_equations_(std::move(of_equations)),
       effects_(effects(weights)),

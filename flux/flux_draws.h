@@ -24,12 +24,13 @@ class FluxDraws {
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
-  /// exchange: that of the rows and of reemitted. All but the weights have to outlive the draws.
+  /// exchange: that of the rows and of reemitted, if there is one. All but the weights have to
+  /// outlive the draws.
   /// largest: what any element sees at most, in units of the flux.
   /// Shape: one reemitted part per rank, and one weight, of its error in the sum, per area; zero
   ///        where there is no error.
   FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-            const ExchangeSolver& exchange, std::span<const float> reemitted,
+            const ExchangeSolver* exchange, std::span<const float> reemitted,
             ErrorDraws of_equations, const std::vector<double>& weights, double largest);
   ~FluxDraws();
 
@@ -46,15 +47,14 @@ class FluxDraws {
   const KnownSum& known_sum() const { return known_sum_; }
 
  private:
-  struct Thinned;
-
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
   std::vector<double> effects(std::span<const double> weights) const;
   void limit(std::span<float> errors) const;
 
   const RayPlan& plan_;
-  std::unique_ptr<const Thinned> thinned_;  // if the rows are long
+  std::unique_ptr<const ExchangeRows> thinned_;  // if the rows are long
   const ExchangeRows& rows_;
+  std::unique_ptr<const ExchangeSolver> own_;  // unless the given one will do
   const ExchangeSolver& exchange_;
   std::span<const float> reemitted_;
   ErrorDraws of_equations_;

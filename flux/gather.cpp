@@ -142,9 +142,10 @@ std::array<Number, Columns> OnFacets::of(std::size_t facet,
 // What the rays found for one problem, and its solution.
 class Gathered {
  public:
-  /// Shape: passed_on as Settle::passed_on, of this problem; empty without.
+  /// Shape: passed_by_facets as of Settle::passed_on.
   Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-           const std::vector<float>& direct, std::span<const float> passed_on, double tolerance);
+           const std::vector<float>& direct, std::span<const float> passed_by_facets,
+           double tolerance);
 
   void solve(double tolerance);
   /// More draws of the error, up to a number of them.
@@ -159,7 +160,11 @@ class Gathered {
   double leaves(std::size_t rank) const {
     return static_cast<double>(reemitted_[rank]) * solution_.flux[rank] + emission_[rank];
   }
-  std::span<const float> passed_on() const { return passed_on_.empty() ? reemitted_ : passed_on_; }
+  bool errors_stick_alike() const { return passed_on_.empty(); }
+  // Of which elements pass on errors.
+  std::span<const float> error_parts() const {
+    return errors_stick_alike() ? reemitted_ : passed_on_;
+  }
   // What re-emits and yet has no flux has no error; without sticking, one there would have no end.
   bool is_in_void(std::size_t rank) const {
     return reemitted_[rank] > 0 && solution_.flux[rank] == 0;
@@ -172,12 +177,11 @@ class Gathered {
   const View& view_;
   const std::vector<float>& direct_;
   std::vector<float> reemitted_;
-  std::vector<float> passed_on_;  // of errors
+  std::vector<float> passed_on_;  // of errors; empty where as much as of the flux
   std::vector<double> emission_;
   ExchangeSolver exchange_;
   Solution solution_;
   double unseen_ = 0;
-  std::optional<ExchangeSolver> of_errors_;  // where they go on by another part than the flux
   std::optional<FluxDraws> draws_;
 };
 
@@ -245,14 +249,15 @@ std::vector<float> flux_on(const OnFacets& facets, std::size_t count,
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                   const std::vector<float>& direct, std::span<const float> passed_on,
+                   const std::vector<float>& direct, std::span<const float> passed_by_facets,
                    double tolerance)
     : problem_(problem),
       plan_(plan),
       view_(view),
       direct_(direct),
       reemitted_(reemitted_parts(problem, plan)),
-      passed_on_(passed_on.empty() ? std::vector<float>{} : on_elements(plan, passed_on)),
+      passed_on_(passed_by_facets.empty() ? std::vector<float>{}
+                                          : on_elements(plan, passed_by_facets)),
       emission_(emission_of(problem, plan)),
       exchange_(view.rows, reemitted_) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
@@ -296,9 +301,8 @@ void Gathered::draw(std::size_t count) {
     double largest = 0;
     for (std::size_t rank = 0; rank < plan_.size(); ++rank)
       largest = std::max({largest, solution_.flux[rank], leaves(rank)});
-    if (!passed_on_.empty()) of_errors_.emplace(view_.rows, passed_on_);
-    draws_.emplace(plan_, view_.matrix, view_.rows, of_errors_ ? *of_errors_ : exchange_,
-                   passed_on(), error_draws(solution_.halves.flux), weights(), largest);
+    draws_.emplace(plan_, view_.matrix, view_.rows, errors_stick_alike() ? &exchange_ : nullptr,
+                   error_parts(), error_draws(solution_.halves.flux), weights(), largest);
   }
   draws_->draw(count);
 }
@@ -339,7 +343,7 @@ FluxAudit Gathered::audit() const {
     const auto of_out = std::span(out_errors).subspan(i * draw_count, draw_count);
     draws_->known_sum().correct(of_out);
     const auto of_flux = draws_->of_rank(i);
-    const double on = passed_on()[i];
+    const double on = error_parts()[i];
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       totals[draw] += area * static_cast<double>(of_flux[draw]) * (1 - on + on * out) +
@@ -392,10 +396,8 @@ FluxField Gathered::field(const FacetValues& values) const {
           .max_facet_error = estimated.max_facet_error};
 }
 
-// The parts of errors that facets pass on in the end.
-std::vector<std::vector<float>> settle_sticking(std::span<const FluxProblem> problems,
-                                                const RayPlan& plan, const FacetValues& values,
-                                                const View& view, const Settle& settle) {
+void settle_sticking(std::span<const FluxProblem> problems, const RayPlan& plan,
+                     const FacetValues& values, const View& view, const Settle& settle) {
   std::vector<std::vector<double>> flux(problems.size());
   std::vector<std::vector<float>> arrivals(problems.size());
   do {
@@ -407,8 +409,6 @@ std::vector<std::vector<float>> settle_sticking(std::span<const FluxProblem> pro
       arrivals[p] = flux_on(OnFacets(plan, values, flux[p]), values.facet_count(), flux[p]);
     }
   } while (settle.update(arrivals));
-  if (settle.passed_on) return settle.passed_on();
-  return std::vector<std::vector<float>>(problems.size());
 }
 
 // The fluxes that the rays of a round tell, unless a few draws say that the target is missed.
@@ -419,11 +419,11 @@ struct Round {
 
 Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
                   const FacetValues& values, const View& view,
-                  std::span<const std::vector<float>> passed_on, RayCap cap, bool is_last) {
+                  std::span<const std::vector<float>> passed_by_facets, RayCap cap, bool is_last) {
   const FluxOptions& options = problems.front().options;
   Round round;
   for (std::size_t p = 0; p < problems.size(); ++p) {
-    Gathered gathered(problems[p], plan, view, view.direct[p], passed_on[p],
+    Gathered gathered(problems[p], plan, view, view.direct[p], passed_by_facets[p],
                       is_last ? mean_tolerance : rough_tolerance);
     if (!is_last) {
       gathered.draw(FluxDraws::at_once);
@@ -476,16 +476,17 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   }
   plan.grow(rays / plan.surface(), cap);
   bool is_last = options.rays > 0;
-  std::vector<std::vector<float>> passed_on(problems.size());
+  std::vector<std::vector<float>> passed_by_facets(problems.size());
   for (bool is_first = true;; is_first = false) {
     view = options.hits ? options.hits->look(problems, plan, view)
                         : std::make_shared<const View>(look(problems, plan, *view));
     const bool settles_at_once = settle.update && (is_first || is_last);
     const auto settle_now = [&] {
-      passed_on = settle_sticking(problems, plan, values, *view, settle);
+      settle_sticking(problems, plan, values, *view, settle);
+      if (settle.passed_on) passed_by_facets = settle.passed_on();
     };
     const auto solve_now = [&] {
-      return solve_round(problems, plan, values, *view, passed_on, limit.cap, is_last);
+      return solve_round(problems, plan, values, *view, passed_by_facets, limit.cap, is_last);
     };
     if (settles_at_once) settle_now();
     Round round = solve_now();

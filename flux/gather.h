@@ -12,8 +12,9 @@ struct Settle {
   /// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
   /// (one array per problem); false, and no change, when they fit. Of nothing when empty.
   std::function<bool(std::span<const std::vector<float>> arrivals)> update{};
-  /// The parts of errors of the arrivals that facets pass on (one array per problem): 1 - sticking
-  /// where the sticking does not change with them, as everywhere when empty.
+  /// The part of an error of what arrives that every facet passes on (one array per problem), with
+  /// the sticking that it leads to; an empty array where that is 1 - sticking. Asked after the last
+  /// update; when empty, all are.
   std::function<std::vector<std::vector<float>>()> passed_on{};
   double tolerance = 1e-7;  ///< of the arrivals, relative, root mean square
 };
@@ -41,7 +42,7 @@ struct Settle {
 /// With settle the exchange is solved on the rays that are there, without errors, until the
 /// sticking fits: on those of the first round, which the error of the next rounds is judged with,
 /// and on those that reach the target so, or are the last. An error of what arrives changes the
-/// sticking, too: to first order it goes on as what it changes of what is re-emitted.
+/// sticking, too, and goes on by what settle says; what is emitted is taken as held.
 ///
 /// Shape:  all problems share scene, patches and options; one field per problem.
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,

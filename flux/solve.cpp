@@ -273,8 +273,8 @@ class Solver {
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
   std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
-  std::vector<float> sticking_of(std::size_t index, float flux_factor);
-  std::vector<float> passed_on(std::size_t index);
+  std::vector<std::vector<float>> sticking_with(std::span<const std::size_t> indices, float factor);
+  std::vector<std::vector<float>> passed_on(std::span<const std::size_t> indices);
   bool is_solved_last(std::size_t index) const {
     return emission_.tells(index) && !feedback_.changes(index);
   }
@@ -369,32 +369,38 @@ bool Solver::fit_sticking() {
   return changed;
 }
 
-// The sticking of a species if all fluxes that it follows from were so many times as large.
-std::vector<float> Solver::sticking_of(std::size_t index, float flux_factor) {
-  std::vector<std::vector<float>> changed;
-  std::vector<std::span<const float>> flux;
-  changed.reserve(fields_.size());
-  for (std::size_t k = 0; k < fields_.size(); ++k) {
-    for (const Tally& tally : fields_[k].tallies) flux.emplace_back(tally.mean);
-    if (!feedback_.changes(k)) continue;
-    // Of what follows the sticking there is one tally.
-    for (float& value : changed.emplace_back(fields_[k].arrivals().mean)) value *= flux_factor;
-    flux.back() = changed.back();
+// What the flux would lead to if that of some species were so many times as large.
+std::vector<std::vector<float>> Solver::sticking_with(std::span<const std::size_t> indices,
+                                                      float factor) {
+  std::vector<FluxField> kept(fields_.size());
+  for (const std::size_t index : indices) {
+    kept[index].tallies = fields_[index].tallies;
+    for (float& value : fields_[index].tallies.front().mean) value *= factor;
   }
-  return std::move(feedback_.sticking_at(flux)[index]);
+  std::vector<std::vector<float>> sticking = feedback_.sticking_at(flux());
+  for (const std::size_t index : indices) fields_[index].tallies = std::move(kept[index].tallies);
+  return sticking;
 }
 
-// What is re-emitted is a part 1 - s of F that changes with F itself: so much changes with it. The
-// fluxes of several species err together, since the same rays tell of them.
-std::vector<float> Solver::passed_on(std::size_t index) {
+// What is re-emitted is a part 1 - s of F that changes with F itself. The species that the same
+// rays tell of are taken to err by the same part; errors of ions, which are those of single facets,
+// are left out. Solvers want parts from 0 to 1, and below the differences' own errors none that is
+// exactly 1; where more is taken up than what comes more, by reactions of higher order, nothing is
+// passed on.
+std::vector<std::vector<float>> Solver::passed_on(std::span<const std::size_t> indices) {
   constexpr float little = 0.01F;
-  std::vector<float> parts;
-  for (const float sticking : sticking_[index]) parts.push_back(1 - sticking);
-  if (!feedback_.changes(index)) return parts;
-  const std::vector<float> less = sticking_of(index, 1 - little);
-  const std::vector<float> more = sticking_of(index, 1 + little);
-  for (std::size_t f = 0; f < parts.size(); ++f)
-    parts[f] = std::clamp(parts[f] - (more[f] - less[f]) / (2 * little), 0.0F, 1.0F);
+  const std::vector<std::vector<float>> less = sticking_with(indices, 1 - little);
+  const std::vector<std::vector<float>> more = sticking_with(indices, 1 + little);
+  std::vector<std::vector<float>> parts;
+  for (const std::size_t index : indices) {
+    std::vector<float>& part = parts.emplace_back();
+    if (!feedback_.changes(index)) continue;
+    for (std::size_t f = 0; f < scene_.facet_count(); ++f) {
+      const float sticks = sticking_[index][f];
+      const float rise = (more[index][f] - less[index][f]) / (2 * little);
+      part.push_back(std::clamp(1 - sticks - rise, 0.0F, 1 - little * sticks));
+    }
+  }
   return parts;
 }
 
@@ -468,13 +474,7 @@ void Solver::solve_sources() {
         fields_[gathered[k]].tallies.front().mean = arrivals[k];
       return fit_sticking();
     };
-    if (feedback_.sticking_at) {
-      settle.passed_on = [&] {
-        std::vector<std::vector<float>> parts;
-        for (const std::size_t index : gathered) parts.push_back(passed_on(index));
-        return parts;
-      };
-    }
+    if (feedback_.sticking_at) settle.passed_on = [&] { return passed_on(gathered); };
   }
   gather_together(gathered, settle);
 }

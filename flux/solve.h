@@ -85,9 +85,9 @@ struct StickingFeedback {
   std::function<bool(std::span<const std::span<const float>> flux,
                      std::vector<std::vector<float>>& sticking)>
       update{};
-  /// The sticking that a flux leads to (of other species it may be empty), for the errors: where
-  /// more particles cover the surface fewer of them stick, and an error grows on its way down.
-  /// Without it errors are those at the sticking that is found, as they are forward.
+  /// The sticking that a flux leads to, of other species empty or anything. Where it is told,
+  /// errors of gathered fluxes take in that the sticking follows the flux: where more particles
+  /// cover the surface fewer of them stick, and an error grows on its way down.
   std::function<std::vector<std::vector<float>>(std::span<const std::span<const float>> flux)>
       sticking_at{};
   double tolerance = 1e-7;  ///< of the flux that it is asked with, relative, root mean square
@@ -114,7 +114,8 @@ struct SurfaceEmission {
 /// and their exchange is solved until the sticking fits, on the first rays and on those that reach
 /// the target. What particles found cannot be used again with other sticking: forward they are
 /// traced anew, with the same random numbers, for every sticking on the way.
-/// Errors are told by StickingFeedback::sticking_at.
+/// Gathered errors are those with the sticking that they lead to if sticking_at tells it; forward,
+/// and without it, those at the sticking that is found.
 ///
 /// With an emission the species that it tells of are solved last, once the flux of all others is
 /// known, with the emission that follows from it: what leaves is what arrives and what escapes of

@@ -82,9 +82,11 @@ TEST(Picture, ManyEarlierSurfacesAreThinnedOutEvenly) {
   const std::vector<EarlierSurface> some = some_of(surfaces);
   ASSERT_EQ(some.size(), 40U);
   EXPECT_EQ(some.front().time, 0);
+  EXPECT_EQ(some.back().time, 99);
   for (std::size_t n = 1; n < some.size(); ++n)
     EXPECT_NEAR(some[n].time - some[n - 1].time, 2.5, 0.51);
   EXPECT_EQ(some_of(std::span(surfaces).first(7)).size(), 7U);
+  EXPECT_EQ(some_of(std::span(surfaces).first(1)).size(), 1U);
 }
 
 /// Whether a path of straight lines fills a point, by the even-odd rule.

@@ -292,6 +292,32 @@ TEST(RevolutionTest, EmissionAndFeedbackAreTakenThereAndBack) {
               0.01 * flux[1].audit.emitted);
 }
 
+// By a sticking that falls as much as the flux rises all of an error is passed on, of one species;
+// of the other nothing is told.
+TEST(RevolutionTest, ErrorsGoOnByTheStickingThatTheyLeadTo) {
+  const exact::Shape hole = hole_section(2);
+  const std::vector<Species> species{{.name = "gas", .sticking = {0.5F}},
+                                     {.name = "other", .sticking = {0.5F}}};
+  const auto errors = [&](bool is_told) {
+    StickingFeedback feedback{.species = {true, false}};
+    feedback.update = [](auto, auto&) { return false; };
+    if (is_told) {
+      feedback.sticking_at = [&](std::span<const std::span<const float>> flux) {
+        EXPECT_EQ(flux[0].size(), hole.mesh.triangles.size());
+        std::vector<float> sticking;
+        for (const float arrives : flux[0]) sticking.push_back(0.5F / arrives);
+        return std::vector<std::vector<float>>{sticking, {}};
+      };
+    }
+    const auto flux = solve_flux(hole.mesh, species, options_of(hole, Engine::gather), feedback);
+    return std::pair{flux[0].max_facet_error, flux[1].max_facet_error};
+  };
+  const auto held = errors(false);
+  const auto followed = errors(true);
+  EXPECT_GT(followed.first, 1.5 * held.first);
+  EXPECT_EQ(followed.second, held.second);
+}
+
 TEST(RevolutionTest, RefusesWhatIsNotTheSameAllAround) {
   const exact::Shape hole = hole_section(1);
   Species gas{.name = "gas", .sticking = {1}};
