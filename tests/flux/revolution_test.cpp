@@ -298,6 +298,8 @@ TEST(RevolutionTest, ErrorsGoOnByTheStickingThatTheyLeadTo) {
   const exact::Shape hole = hole_section(2);
   const std::vector<Species> species{{.name = "gas", .sticking = {0.5F}},
                                      {.name = "other", .sticking = {0.5F}}};
+  FluxOptions options = options_of(hole, Engine::gather);
+  options.rays = 1 << 16;
   const auto errors = [&](bool is_told) {
     StickingFeedback feedback{.species = {true, false}};
     feedback.update = [](auto, auto&) { return false; };
@@ -309,7 +311,7 @@ TEST(RevolutionTest, ErrorsGoOnByTheStickingThatTheyLeadTo) {
         return std::vector<std::vector<float>>{sticking, {}};
       };
     }
-    const auto flux = solve_flux(hole.mesh, species, options_of(hole, Engine::gather), feedback);
+    const auto flux = solve_flux(hole.mesh, species, options, feedback);
     return std::pair{flux[0].max_facet_error, flux[1].max_facet_error};
   };
   const auto held = errors(false);
