@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
+#include <memory>
 #include <optional>
 
 #include "core/parallel.h"
@@ -142,12 +144,13 @@ std::array<Number, Columns> OnFacets::of(std::size_t facet,
 // What the rays found for one problem, and its solution.
 class Gathered {
  public:
-  /// Shape: passed_by_facets as of Settle::passed_on.
   Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-           const std::vector<float>& direct, std::span<const float> passed_by_facets,
-           double tolerance);
+           const std::vector<float>& direct, double tolerance);
 
   void solve(double tolerance);
+  std::vector<float> arrivals(const FacetValues& values) const;
+  /// Before the first draw. Shape: the part that every facet passes on, as of Settle::passed_on.
+  void pass_on_errors_by(std::span<const float> of_facets);
   /// More draws of the error, up to a number of them.
   void draw(std::size_t count);
   /// What is compared with the target.
@@ -249,15 +252,12 @@ std::vector<float> flux_on(const OnFacets& facets, std::size_t count,
 }
 
 Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& view,
-                   const std::vector<float>& direct, std::span<const float> passed_by_facets,
-                   double tolerance)
+                   const std::vector<float>& direct, double tolerance)
     : problem_(problem),
       plan_(plan),
       view_(view),
       direct_(direct),
       reemitted_(reemitted_parts(problem, plan)),
-      passed_on_(passed_by_facets.empty() ? std::vector<float>{}
-                                          : on_elements(plan, passed_by_facets)),
       emission_(emission_of(problem, plan)),
       exchange_(view.rows, reemitted_) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
@@ -275,6 +275,14 @@ Gathered::Gathered(const FluxProblem& problem, const RayPlan& plan, const View& 
 // Always anew: where nothing arrives the flux is zero to the bit only from a start that is.
 void Gathered::solve(double tolerance) {
   solution_.flux = solved_flux(view_, exchange_, direct_, emission_, tolerance);
+}
+
+std::vector<float> Gathered::arrivals(const FacetValues& values) const {
+  return flux_on(OnFacets(plan_, values, solution_.flux), values.facet_count(), solution_.flux);
+}
+
+void Gathered::pass_on_errors_by(std::span<const float> of_facets) {
+  if (!of_facets.empty()) passed_on_ = on_elements(plan_, of_facets);
 }
 
 ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
@@ -418,13 +426,28 @@ struct Round {
 };
 
 Round solve_round(std::span<const FluxProblem> problems, const RayPlan& plan,
-                  const FacetValues& values, const View& view,
-                  std::span<const std::vector<float>> passed_by_facets, RayCap cap, bool is_last) {
+                  const FacetValues& values, const View& view, const Settle& settle, RayCap cap,
+                  bool is_last) {
   const FluxOptions& options = problems.front().options;
+  std::deque<Gathered> all;
+  const auto begin_next = [&] {
+    const std::size_t p = all.size();
+    all.emplace_back(problems[p], plan, view, view.direct[p],
+                     is_last ? mean_tolerance : rough_tolerance);
+  };
+  if (settle.passed_on) {
+    std::vector<std::vector<float>> arrivals;
+    while (all.size() < problems.size()) {
+      begin_next();
+      arrivals.push_back(all.back().arrivals(values));
+    }
+    const std::vector<std::vector<float>> passed_on = settle.passed_on(arrivals);
+    for (std::size_t p = 0; p < all.size(); ++p) all[p].pass_on_errors_by(passed_on[p]);
+  }
   Round round;
   for (std::size_t p = 0; p < problems.size(); ++p) {
-    Gathered gathered(problems[p], plan, view, view.direct[p], passed_by_facets[p],
-                      is_last ? mean_tolerance : rough_tolerance);
+    if (p == all.size()) begin_next();
+    Gathered& gathered = all[p];
     if (!is_last) {
       gathered.draw(FluxDraws::at_once);
       const double rough = gathered.target_measure();
@@ -476,22 +499,17 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   }
   plan.grow(rays / plan.surface(), cap);
   bool is_last = options.rays > 0;
-  std::vector<std::vector<float>> passed_by_facets(problems.size());
   for (bool is_first = true;; is_first = false) {
     view = options.hits ? options.hits->look(problems, plan, view)
                         : std::make_shared<const View>(look(problems, plan, *view));
     const bool settles_at_once = settle.update && (is_first || is_last);
-    const auto settle_now = [&] {
-      settle_sticking(problems, plan, values, *view, settle);
-      if (settle.passed_on) passed_by_facets = settle.passed_on();
-    };
     const auto solve_now = [&] {
-      return solve_round(problems, plan, values, *view, passed_by_facets, limit.cap, is_last);
+      return solve_round(problems, plan, values, *view, settle, limit.cap, is_last);
     };
-    if (settles_at_once) settle_now();
+    if (settles_at_once) settle_sticking(problems, plan, values, *view, settle);
     Round round = solve_now();
     if (settle.update && !settles_at_once && round.error <= options.target_error) {
-      settle_now();
+      settle_sticking(problems, plan, values, *view, settle);
       round = solve_now();
     }
     if (is_last || round.error <= options.target_error) return std::move(round.fields);

@@ -12,10 +12,11 @@ struct Settle {
   /// Changes sticking and emission that problems refer to, to what the arrivals on facets lead to
   /// (one array per problem); false, and no change, when they fit. Of nothing when empty.
   std::function<bool(std::span<const std::vector<float>> arrivals)> update{};
-  /// The part of an error of what arrives that every facet passes on (one array per problem), with
-  /// the sticking that it leads to; an empty array where that is 1 - sticking. Asked after the last
-  /// update; when empty, all are.
-  std::function<std::vector<std::vector<float>>()> passed_on{};
+  /// The part of an error of the arrivals that every facet passes on (one array per problem), with
+  /// the sticking that it leads to; an empty array where that is 1 - sticking, as all are when this
+  /// is empty.
+  std::function<std::vector<std::vector<float>>(std::span<const std::vector<float>> arrivals)>
+      passed_on{};
   double tolerance = 1e-7;  ///< of the arrivals, relative, root mean square
 };
 

@@ -273,8 +273,8 @@ class Solver {
   void gather_together(std::span<const std::size_t> indices, const Settle& settle);
   std::vector<std::span<const float>> flux() const;
   bool fit_sticking();
-  std::vector<std::vector<float>> sticking_with(std::span<const std::size_t> indices, float factor);
-  std::vector<std::vector<float>> passed_on(std::span<const std::size_t> indices);
+  std::vector<std::vector<float>> passed_on(std::span<const std::size_t> indices,
+                                            std::span<const std::vector<float>> arrivals);
   bool is_solved_last(std::size_t index) const {
     return emission_.tells(index) && !feedback_.changes(index);
   }
@@ -369,28 +369,23 @@ bool Solver::fit_sticking() {
   return changed;
 }
 
-// What the flux would lead to if that of some species were so many times as large.
-std::vector<std::vector<float>> Solver::sticking_with(std::span<const std::size_t> indices,
-                                                      float factor) {
-  std::vector<FluxField> kept(fields_.size());
-  for (const std::size_t index : indices) {
-    kept[index].tallies = fields_[index].tallies;
-    for (float& value : fields_[index].tallies.front().mean) value *= factor;
-  }
-  std::vector<std::vector<float>> sticking = feedback_.sticking_at(flux());
-  for (const std::size_t index : indices) fields_[index].tallies = std::move(kept[index].tallies);
-  return sticking;
-}
-
 // What is re-emitted is a part 1 - s of F that changes with F itself. The species that the same
 // rays tell of are taken to err by the same part; errors of ions, which are those of single facets,
 // are left out. Solvers want parts from 0 to 1, and below the differences' own errors none that is
 // exactly 1; where more is taken up than what comes more, by reactions of higher order, nothing is
 // passed on.
-std::vector<std::vector<float>> Solver::passed_on(std::span<const std::size_t> indices) {
+std::vector<std::vector<float>> Solver::passed_on(std::span<const std::size_t> indices,
+                                                  std::span<const std::vector<float>> arrivals) {
   constexpr float little = 0.01F;
-  const std::vector<std::vector<float>> less = sticking_with(indices, 1 - little);
-  const std::vector<std::vector<float>> more = sticking_with(indices, 1 + little);
+  // Fluxes of these species stand in the fields only to be asked about, until they are known.
+  const auto sticking_with = [&](float factor) {
+    for (std::size_t k = 0; k < indices.size(); ++k)
+      std::ranges::transform(arrivals[k], fields_[indices[k]].tallies.front().mean.begin(),
+                             [&](float flux) { return factor * flux; });
+    return feedback_.sticking_at(flux());
+  };
+  const std::vector<std::vector<float>> less = sticking_with(1 - little);
+  const std::vector<std::vector<float>> more = sticking_with(1 + little);
   std::vector<std::vector<float>> parts;
   for (const std::size_t index : indices) {
     std::vector<float>& part = parts.emplace_back();
@@ -474,7 +469,8 @@ void Solver::solve_sources() {
         fields_[gathered[k]].tallies.front().mean = arrivals[k];
       return fit_sticking();
     };
-    if (feedback_.sticking_at) settle.passed_on = [&] { return passed_on(gathered); };
+    if (feedback_.sticking_at)
+      settle.passed_on = [&](auto arrivals) { return passed_on(gathered, arrivals); };
   }
   gather_together(gathered, settle);
 }
