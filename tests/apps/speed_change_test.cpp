@@ -199,6 +199,29 @@ TEST(CarriedFlux, IsCloserToTheEndInFewerTimeSteps) {
   EXPECT_LT(2.5 * run_of("25 s", "", 1).time_steps, run_of("25 s", plain, 1).time_steps);
 }
 
+// How far a flat wafer goes by the flux of its fourth time step. Units: moves of cfl spacings.
+double moves_of_a_flux(const std::string& source_power) {
+  const Recipe recipe = read_text(
+      silicon_wafer +
+      "[[step]]\nmodel = \"multi_particle\"\nduration = \"100 s\"\nrate = \"-1 nm/s * Ar\"\n"
+      "[[step.ion]]\nname = \"Ar\"\nsticks_to = \"90 deg\"\nsource_power = " +
+      source_power + "\n");
+  State state = start_state(recipe);
+  double begin = 0;
+  while (state.time_step < 4) {
+    begin = state.time;
+    advance(state, recipe, survey(state, recipe), next_output(state, recipe));
+  }
+  constexpr double speed = 1;  // nm/s
+  return (state.time - begin) * speed / (recipe.cfl * recipe.frame.spacing);
+}
+
+// A floor below a narrow lobe leaves walls behind that know only of its edge; others do not.
+TEST(CarriedFlux, ServesForFewerMovesWhereSpeedsTurnWithTheNormal) {
+  EXPECT_NEAR(moves_of_a_flux("1"), 4, 0.4);
+  EXPECT_NEAR(moves_of_a_flux("1000"), 2, 0.2);
+}
+
 // A void is found in the move that closes it, not some moves later.
 TEST(CarriedFlux, EndsATimeStepWhereAVoidCloses) {
   const Filled carried_run = run_of("80 s", "", 1);
