@@ -233,6 +233,25 @@ TEST(CoverageIteration, WaitsForTheWorstFacet) {
   EXPECT_EQ(iteration.fit().iterations, 2);
 }
 
+// As errors need it: asked about any flux, and nothing of the iteration changes by it.
+TEST(CoverageIteration, TellsTheStickingOfOtherFluxes) {
+  const Langmuir model;
+  TriMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  mesh.materials = {0};
+  CoverageIteration iteration(model, mesh, {}, {.tolerance = 1e-3, .most_iterations = 10});
+  const StickingFeedback feedback = iteration.feedback();
+  const std::vector<float> flux{1};
+  std::vector<std::vector<float>> sticking(1);
+  feedback.update(std::vector<std::span<const float>>{flux}, sticking);
+  const std::vector<std::vector<float>> before = iteration.coverages();
+  const std::vector<float> other{3};
+  EXPECT_EQ(feedback.sticking_at(std::vector<std::span<const float>>{other}),
+            (std::vector<std::vector<float>>{{0.25F}}));
+  EXPECT_EQ(iteration.coverages(), before);
+}
+
 TEST(Coverages, AreCarriedFromTheClosestPoint) {
   const std::vector<std::vector<float>> known{{0.25F, 0.75F}};
   TriMesh mesh;

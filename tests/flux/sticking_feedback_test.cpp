@@ -106,19 +106,24 @@ TEST(StickingFeedbackTest, ASphericalPitHasTheOneSolutionOfItsEquation) {
 }
 
 // Where a few particles more let many more pass, an error at the top is a larger one below. At
-// sticking that is held it would be stated as two thirds of what it is.
+// sticking that is held it would be stated as two thirds of what it is, and that of the balance as
+// five quarters.
 TEST(StickingFeedbackTest, ErrorBarsAreTrue) {
   const exact::Shape trench = exact::trench(6, 4, 8, 10);
   const Species species = gas();
   std::vector<exact::Stated> on_patches;
-  for (std::uint64_t seed = 1; seed <= 96; ++seed) {
+  std::vector<exact::Stated> of_balance;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     FluxOptions options = options_of(trench, Engine::gather);
     options.rays = 1 << 15;
     options.seed = seed;
     const Solved solved = solve_covered(trench, options, {&species, 1}, {.strength = 30});
     on_patches.push_back(exact::on_patches(solved.flux.front().arrivals()));
+    const FluxAudit& audit = solved.flux.front().audit;
+    of_balance.push_back({{audit.balance_error()}, {audit.balance_std_error}});
   }
   exact::expect_true(exact::calibration_of(on_patches), "patches");
+  exact::expect_true(exact::calibration_of(of_balance, {0}), "balance");
 }
 
 TEST(StickingFeedbackTest, TheSameStickingGivesTheSameFluxToTheBit) {
