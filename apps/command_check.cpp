@@ -45,6 +45,7 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
   nlohmann::ordered_json names = nlohmann::ordered_json::array();
   if (planes.across[0]) names.push_back("x = 0");
   if (planes.across[1]) names.push_back("y = 0");
+  if (planes.diagonal) names.push_back("x = y");
   return names;
 }
 
@@ -54,8 +55,8 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
   const double memory_limit = arguments.memory_limit_mb();
   require_least_memory(recipe, memory_limit);  // before it is taken here
-  const MirrorPlanes planes = mirror_planes(recipe);
-  const CostEstimate cost = estimate_cost(on_part(recipe, planes));
+  const FoundPlanes found = mirror_planes(recipe);
+  const CostEstimate cost = estimate_cost(on_part(recipe, found));
   std::vector<std::string> warnings = recipe.warnings;
   if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
@@ -85,13 +86,13 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"seconds", cost.seconds},
                                         {"threads", thread_count()},
                                         {"at_most", cost.at_most},
-                                        {"mirror_planes", names_of(planes)},
+                                        {"mirror_planes", names_of(found.planes)},
                                         {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
   }
   fmt::print("{}\n", recipe.resolved);
-  if (const std::string text = symmetry_text(recipe, planes); !text.empty())
+  if (const std::string text = symmetry_text(recipe, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_ends(cost, recipe);
   fmt::print(

@@ -70,11 +70,12 @@ MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const
 // cross-section.
 RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
   const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
-  return size_of(layers.frame.two_dimensional ? nodes / 2 : nodes, recipe);
+  const bool is_half = layers.frame.two_dimensional || layers.frame.diagonal;
+  return size_of(is_half ? nodes / 2 : nodes, recipe);
 }
 
 // One layer whose band is one leaf of 8 x 8 x 8 nodes high, and two facets on each place of four
-// nodes.
+// nodes; of a square that may be its own image across the diagonal one.
 MemoryEstimate least_memory(const Recipe& recipe) {
   const Frame& frame = recipe.frame;
   double places = 1;
@@ -85,7 +86,10 @@ MemoryEstimate least_memory(const Recipe& recipe) {
     places *= cells;
     nodes *= 8 * std::ceil(cells / 8);
   }
-  return memory_of((band_copies + 1) * sizeof(float) * nodes, recipe, size_of(2 * places, recipe));
+  const bool may_be_eighth =
+      recipe.uses_symmetry && !frame.two_dimensional && frame.cells[0] == frame.cells[1];
+  const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe);
+  return memory_of((band_copies + 1) * sizeof(float) * nodes, recipe, size);
 }
 
 std::string memory_limit_text(double limit) {

@@ -123,7 +123,7 @@ std::vector<std::string> coverage_names(const Recipe& recipe) {
 // The area of the surface, the volume below it and its growth, and for every name what that
 // coverage takes up and what it took over.
 std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
-  const double images = recipe.frame.images();
+  const double images = recipe.frame.facet_images();
   const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
   std::string cells = ',' +
                       format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +

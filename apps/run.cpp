@@ -331,8 +331,8 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     return RunEnd::was_complete;
   }
   require_least_memory(given, options.memory_limit_mb);
-  const MirrorPlanes planes = given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{};
-  const Recipe recipe = on_part(given, planes);
+  const FoundPlanes found = given.uses_symmetry ? mirror_planes(given) : FoundPlanes{};
+  const Recipe recipe = on_part(given, found);
   ResultFolder folder(path);
   for (const std::string& warning : recipe.warnings) options.log.warn(warning);
   const auto start = std::chrono::steady_clock::now();
@@ -356,7 +356,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
     folder.start(recipe, options.log);
     warn_of_loose_shapes(state, recipe, options.log);
     warn_of_dear_flux(recipe, now, options.log);
-    if (given.uses_symmetry) options.log.info("this recipe " + symmetry_text(given, planes));
+    if (given.uses_symmetry) options.log.info("this recipe " + symmetry_text(given, found));
   }
   total.add(now.timer);
   observer.look_at(state, now, note_voids(state, now.gas));

@@ -150,7 +150,7 @@ Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe)
   const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
   Growth growth;
   for (std::size_t f = 0; f < speeds.size(); ++f) {
-    const double area = recipe.frame.images() * areas[f];
+    const double area = recipe.frame.facet_images() * areas[f];
     growth.net += area * speeds[f];
     growth.area += area;
     growth.gross += area * std::abs(speeds[f]);

@@ -13,6 +13,7 @@
 #include "levelset/diffusion.h"
 #include "levelset/exposure.h"
 #include "levelset/extract_surface.h"
+#include "mesh/diagonal_cut.h"
 #include "mesh/simplify.h"
 
 namespace scarp {
@@ -37,7 +38,7 @@ double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& fra
     const double around = frame.around((a.x + b.x + c.x) / 3);
     volume += around * (a.z + b.z + c.z) / 3 * area_vector(surface, f).z;
   }
-  return frame.images() * volume - volume_of(gas.voids);
+  return frame.facet_images() * volume - volume_of(gas.voids);
 }
 
 // Gas that no path joins to the source sees no particle and does not move: its surface is left out.
@@ -47,6 +48,8 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   for (const VoidClosure& each : state.voids) known.push_back(each.region);
   result.gas = open_gas(state.layers, known);
   TriMesh surface = extract_surface(state.layers, result.gas);
+  const Sides sides = recipe.frame.sides();
+  if (sides.diagonal) surface = below_diagonal(surface, sides, recipe.frame.spacing);
   if (surface.triangles.empty()) {
     throw NumericalError(
         fmt::format("time step {} of step \"{}\", t = {:g} s: no surface is left that the source "

@@ -9,7 +9,6 @@
 
 #include "apps/simulator.h"
 #include "core/error.h"
-#include "levelset/symmetry.h"
 
 namespace scarp {
 
@@ -33,15 +32,29 @@ void move_to_part(std::optional<EndCondition>& condition, const Frame& frame) {
   if (condition) move_to_part(*condition, frame);
 }
 
+// Whether what a model does is its own mirror image across every upright plane.
+bool is_upright(const SurfaceModel& model) {
+  return model.is_isotropic() && !model.solute() &&
+         std::ranges::all_of(model.species(), [](const Species& species) {
+           return species.source.kind == SourceLobe::Kind::none || species.source.is_upright();
+         });
+}
+
+bool is_upright(const Recipe& recipe) {
+  return std::ranges::all_of(
+      recipe.steps, [](const ProcessStep& step) { return !step.model || is_upright(*step.model); });
+}
+
 }  // namespace
 
-MirrorPlanes mirror_planes(const Recipe& recipe) {
+FoundPlanes mirror_planes(const Recipe& recipe) {
   const Frame& frame = recipe.frame;
   const bool has_map = has_source_map(recipe);
   const Layers layers = start_state(recipe).layers;
-  MirrorPlanes planes;
+  FoundPlanes found;
+  auto& [across, diagonal] = found.planes;
   for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
-    std::string& hindrance = planes.hindrance[axis];
+    std::string& hindrance = found.hindrance[axis];
     if (frame.boundary[axis] != Boundary::reflective) {
       hindrance = "the sides are not reflective";
     } else if (frame.cells[axis] % 2 != 0) {
@@ -51,35 +64,41 @@ MirrorPlanes mirror_planes(const Recipe& recipe) {
     } else if (!is_mirror_symmetric(layers, axis)) {
       hindrance = "the start is not its own mirror image";
     }
-    planes.across[axis] = hindrance.empty();
+    across[axis] = hindrance.empty();
   }
-  if (frame.axisymmetric && !planes.across[0])
-    throw InputError("domain.mode = \"axisymmetric\": " + planes.hindrance[0]);
-  return planes;
+  diagonal = across[0] && across[1] && frame.cells[0] == frame.cells[1] && is_upright(recipe) &&
+             is_diagonally_symmetric(layers);
+  if (frame.axisymmetric && !across[0])
+    throw InputError("domain.mode = \"axisymmetric\": " + found.hindrance[0]);
+  return found;
 }
 
-std::string symmetry_text(const Recipe& recipe, const MirrorPlanes& planes) {
-  const auto& [x, y] = planes.across;
+std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
+  const auto& [x, y] = found.planes.across;
   if (recipe.frame.axisymmetric) return "runs on a section from the axis on";
   if (x || y) {
+    const bool diagonal = found.planes.diagonal;
     const std::string which = fmt::format("on the {} of the domain beyond the mirror plane{}",
-                                          x && y ? "quarter" : "half",
-                                          x && y ? "s x = 0 and y = 0"
-                                          : x    ? " x = 0"
-                                                 : " y = 0");
+                                          diagonal ? "eighth"
+                                          : x && y ? "quarter"
+                                                   : "half",
+                                          diagonal ? "s x = 0, y = 0 and x = y"
+                                          : x && y ? "s x = 0 and y = 0"
+                                          : x      ? " x = 0"
+                                                   : " y = 0");
     return recipe.uses_symmetry ? "runs " + which : "domain.symmetry = \"auto\" would run " + which;
   }
   if (!recipe.uses_symmetry) return "";
-  const bool is_same = planes.hindrance[0] == planes.hindrance[1];
+  const bool is_same = found.hindrance[0] == found.hindrance[1];
   std::string text = "runs on the whole domain, there is no mirror plane: ";
-  if (recipe.frame.two_dimensional || is_same) return text + planes.hindrance[0];
-  return text + "along x " + planes.hindrance[0] + ", along y " + planes.hindrance[1];
+  if (recipe.frame.two_dimensional || is_same) return text + found.hindrance[0];
+  return text + "along x " + found.hindrance[0] + ", along y " + found.hindrance[1];
 }
 
-Recipe on_part(const Recipe& recipe, const MirrorPlanes& planes) {
+Recipe on_part(const Recipe& recipe, const FoundPlanes& found) {
   Recipe part = recipe;
   if (!recipe.uses_symmetry) return part;
-  part.frame = half_of(recipe.frame, planes.across);
+  part.frame = half_of(recipe.frame, found.planes);
   part.flux.sides = part.frame.sides();
   if (part.simplify) part.simplify->sides = part.frame.sides();
   for (ProcessStep& step : part.steps) {
@@ -90,7 +109,7 @@ Recipe on_part(const Recipe& recipe, const MirrorPlanes& planes) {
   return part;
 }
 
-State half_of(const State& whole, std::array<bool, 2> planes) {
+State half_of(const State& whole, const MirrorPlanes& planes) {
   State part = copy_of(whole);
   part.layers = half_of(whole.layers, planes);
   part.voids.clear();

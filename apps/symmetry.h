@@ -5,32 +5,35 @@
 
 #include "apps/recipe.h"
 #include "apps/state.h"
+#include "levelset/symmetry.h"
 
 namespace scarp {
 
-/// The planes across x and y in the middle of the domain that mirror a recipe's start onto itself
-/// and all that its steps do.
+/// The planes in the middle of the domain that mirror a recipe's start onto itself and all that its
+/// steps do.
 ///
 /// Only between reflective sides: a process on them is its own mirror image, or the recipe would
 /// have been refused. What is left is the start geometry, which has to be the same to the last bit,
-/// and maps of sources.
-struct MirrorPlanes {
-  std::array<bool, 2> across{};
-  std::array<std::string, 2> hindrance{};  ///< why there is none, where there is none
+/// and maps of sources. Across the diagonal, too, crystals, baths and sources that lean are left
+/// out.
+struct FoundPlanes {
+  MirrorPlanes planes;
+  std::array<std::string, 2>
+      hindrance{};  ///< why there is none across an axis, where there is none
 };
-MirrorPlanes mirror_planes(const Recipe& recipe);
+FoundPlanes mirror_planes(const Recipe& recipe);
 
 /// What a recipe makes of its mirror planes, or could; empty in two dimensions without one.
-std::string symmetry_text(const Recipe& recipe, const MirrorPlanes& planes);
+std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found);
 
-/// The recipe on the half or quarter of its domain beyond the planes of symmetry, where it asks for
-/// them; as it is otherwise.
-Recipe on_part(const Recipe& recipe, const MirrorPlanes& planes);
+/// The recipe on the part of its domain beyond the planes of symmetry, where it asks for them; as
+/// it is otherwise.
+Recipe on_part(const Recipe& recipe, const FoundPlanes& found);
 
 /// The part of a state beyond planes of symmetry, without what is known on facets.
-State half_of(const State& whole, std::array<bool, 2> planes);
+State half_of(const State& whole, const MirrorPlanes& planes);
 
-/// All of the wafer of which a state may hold the half. Its voids have to be looked for anew.
+/// All of the wafer of which a state may hold a part. Its voids have to be looked for anew.
 State whole_of(State state);
 
 }  // namespace scarp

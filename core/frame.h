@@ -18,9 +18,12 @@ struct Sides {
   std::array<double, 2> lower{};
   std::array<double, 2> upper{};
   std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::reflective};
+  /// Between sides of a square with lower corner at 0 the plane x = y is a reflective side, too:
+  /// what it bounds is y <= x.
+  bool diagonal = false;
 
   double width(int axis) const { return upper[axis] - lower[axis]; }
-  double area() const { return width(0) * width(1); }
+  double area() const { return (diagonal ? 0.5 : 1) * width(0) * width(1); }
 };
 
 /// The lattice on which a level set lives, centred on the origin.
@@ -30,7 +33,9 @@ struct Sides {
 /// two dimensions y is one cell wide and nothing varies along it.
 ///
 /// Of a wafer that is its own mirror image only the half beyond the plane may be here: node 0 then
-/// lies on the plane, at 0, which is a reflective side as any other.
+/// lies on the plane, at 0, which is a reflective side as any other. Of a quarter that is square
+/// and its own mirror image across x = y only the facets with y <= x may be known; the nodes are
+/// those of the quarter, and those with y > x have what their mirror images have.
 ///
 /// A wafer may be the same all around the axis x = y = 0. The grid is then that of two dimensions,
 /// a section through the axis, and runs go on half of it, from the axis on.
@@ -43,6 +48,7 @@ struct Frame {
   bool two_dimensional = false;
   bool axisymmetric = false;   ///< in two dimensions
   std::array<bool, 2> half{};  ///< the other half is the mirror image
+  bool diagonal = false;       ///< of the quarter, too, for facets
 
   /// The index of the node, or of the place between two of them, that lies at 0.
   double middle(int axis) const { return axis == 2 || half[axis] ? 0 : 0.5 * cells[axis]; }
@@ -57,8 +63,10 @@ struct Frame {
 
   friend bool operator==(const Frame&, const Frame&) = default;
 
-  /// How many mirror images, with itself, make up the whole wafer.
+  /// How many mirror images of the grid, with itself, make up the whole wafer.
   int images() const { return (half[0] ? 2 : 1) * (half[1] ? 2 : 1); }
+  /// The same of the facets.
+  int facet_images() const { return images() * (diagonal ? 2 : 1); }
 
   /// How many times as large what lies at x is as it is here: what goes around the axis is as long
   /// as a half circle, and another one belongs to its mirror image.
@@ -73,6 +81,7 @@ struct Frame {
       sides.upper[axis] = node_position(axis, cells[axis]);
       sides.boundary[axis] = boundary[axis];
     }
+    sides.diagonal = diagonal;
     return sides;
   }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "core/random.h"
 #include "flux/sobol.h"
@@ -65,6 +66,7 @@ class Starts {
     const SourceMap& map = problem_.species.source.map;
     const auto [x, y] = map.empty() ? std::array{place.xi1, place.xi2} : map.place(place);
     particle.r = {x * scene.upper().x, y * scene.upper().y, scene.source_height()};
+    if (scene.has_diagonal() && particle.r.y > particle.r.x) std::swap(particle.r.x, particle.r.y);
   }
 
   void leave_plane(Vec3d upright, Particle& particle) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 #include "flux/nearest_facet.h"
@@ -109,8 +110,10 @@ class RayScene::Wave {
   Wave(const RayScene& scene, Port& port)
       : scene_(scene),
         port_(port),
+        across_{scene.has_diagonal_ ? 1.0 : 0.0},
         lower_end_{0, 0, scene.lowest_ - 1, 0},
-        upper_end_{scene.upper_.x, scene.upper_.y, scene.source_height_, 0} {}
+        upper_end_{scene.upper_.x, scene.upper_.y, scene.source_height_,
+                   std::numeric_limits<double>::infinity()} {}
 
   void fly() {
     for (; count_ < capacity && port_.has_next(); ++count_) launch(count_);
@@ -132,7 +135,7 @@ class RayScene::Wave {
     std::uint32_t number;  // of the flight
     int crossings;
     bool begins_inside;
-    int axis;  // of the side it ends at
+    int side;  // that it ends at: an axis, or the diagonal
     double t_side;
     double t_end;  // of the domain
   };
@@ -173,10 +176,10 @@ class RayScene::Wave {
   void start_part(std::size_t walk) {
     Part& part = parts_[walk];
     const Ray& ray = part.ray;
-    // To the lower or the upper end along each axis. Without branches: directions cannot be
-    // foreseen.
-    const Lanes r{ray.r.x, ray.r.y, ray.r.z, 0};
-    const Lanes u{ray.u.x, ray.u.y, ray.u.z, 1};
+    // To the lower or the upper end along each axis and across the diagonal. Without branches:
+    // directions cannot be foreseen.
+    const Lanes r{ray.r.x, ray.r.y, ray.r.z, across_ * (ray.r.x - ray.r.y)};
+    const Lanes u{ray.u.x, ray.u.y, ray.u.z, across_ * (ray.u.x - ray.u.y)};
     const Lanes end = u > 0 ? upper_end_ : lower_end_;
     const Lanes t = (end - r) / u;
     const Lanes at_least_0 = t > 0 ? t : Lanes{};
@@ -184,8 +187,10 @@ class RayScene::Wave {
     part.t_end = to_end[2];
     const double t_x = to_end[0];
     const double t_y = to_end[1];
-    part.axis = t_y < t_x ? 1 : 0;
-    part.t_side = t_y < t_x ? t_y : t_x;
+    const int axis = t_y < t_x ? 1 : 0;
+    const double t_axis = t_y < t_x ? t_y : t_x;
+    part.side = to_end[3] < t_axis ? diagonal : axis;
+    part.t_side = to_end[3] < t_axis ? to_end[3] : t_axis;
     // A little is searched on both sides of a crossing: rounding there may put the place behind
     // the surface.
     const double longest = std::min(part.t_side, part.t_end) + NearestFacet::tiny_distance;
@@ -271,7 +276,7 @@ class RayScene::Wave {
       }
     } else {
       part.ray.r += part.t_side * ray.u;
-      scene_.cross_side(part.axis, part.ray);
+      scene_.cross_side(part.side, part.ray);
       if (++part.crossings == max_side_crossings) {
         land(walk, Flight::End::side_limit, {});
       } else {
@@ -295,6 +300,7 @@ class RayScene::Wave {
 
   const RayScene& scene_;
   Port& port_;
+  double across_;    // what counts of the distance to the diagonal
   Lanes lower_end_;  // of the domain
   Lanes upper_end_;
   std::uint32_t next_ = 0;
@@ -349,17 +355,21 @@ void RayScene::place(const TriMesh& mesh, const Sides& sides, double spacing) {
       placed({static_cast<float>(sides.upper[0]), static_cast<float>(sides.upper[1]), 0});
   upper_ = Vec3d(upper);
   boundary_ = sides.boundary;
+  has_diagonal_ = sides.diagonal;
 
   facets_.resize(mesh.triangles.size());
   areas_.resize(facets_.size());
   Box extent;
+  bool is_beyond_diagonal = false;
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       Vec3f r = placed(mesh.vertices[mesh.triangles[f][corner]]);
       r.x = snapped(r.x, upper.x);
       r.y = snapped(r.y, upper.y);
+      if (has_diagonal_ && std::abs(r.x - r.y) < side_tolerance) r.y = r.x;
       facets_[f].corners[corner] = r;
       extent.add(Vec3d(r));
+      is_beyond_diagonal = is_beyond_diagonal || (has_diagonal_ && r.y > r.x);
     }
     const Vec3d exact = area_vector(mesh, f) / (spacing * spacing);
     areas_[f] = length(exact);
@@ -372,21 +382,26 @@ void RayScene::place(const TriMesh& mesh, const Sides& sides, double spacing) {
     facets_[f].normal = placed_normal(facets_[f].corners, exact);
   }
   if (extent.lower.x < 0 || extent.lower.y < 0 || extent.upper.x > upper.x ||
-      extent.upper.y > upper.y)
+      extent.upper.y > upper.y || is_beyond_diagonal)
     throw InputError("flux: the mesh reaches over the lateral sides of the domain");
   source_height_ = extent.upper.z + 1;
   lowest_ = extent.lower.z;
 }
 
-void RayScene::cross_side(int axis, Ray& ray) const {
-  const bool up = ray.u[axis] > 0;
-  if (boundary_[static_cast<std::size_t>(axis)] == Boundary::periodic) {
-    ray.r[axis] = up ? 0 : upper_[axis];
-  } else {
-    ray.r[axis] = up ? upper_[axis] : 0;
-    ray.u[axis] = -ray.u[axis];
-  }
+void RayScene::cross_side(int side, Ray& ray) const {
   ray.from = Ray::no_facet;
+  if (side == diagonal) {
+    ray.r.x = ray.r.y = 0.5 * (ray.r.x + ray.r.y);
+    std::swap(ray.u.x, ray.u.y);
+    return;
+  }
+  const bool up = ray.u[side] > 0;
+  if (boundary_[static_cast<std::size_t>(side)] == Boundary::periodic) {
+    ray.r[side] = up ? 0 : upper_[side];
+  } else {
+    ray.r[side] = up ? upper_[side] : 0;
+    ray.u[side] = -ray.u[side];
+  }
 }
 
 Flight RayScene::fly(const Ray& ray) const {

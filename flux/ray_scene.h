@@ -76,7 +76,9 @@ class RayScene {
   /// The source plane: one spacing above the highest vertex.
   double source_height() const { return source_height_; }
   double lowest() const { return lowest_; }
-  double source_area() const { return upper_.x * upper_.y; }
+  double source_area() const { return (has_diagonal_ ? 0.5 : 1) * upper_.x * upper_.y; }
+  /// Whether the domain ends at x = y, too; see Sides.
+  bool has_diagonal() const { return has_diagonal_; }
 
  private:
   class Port;
@@ -86,11 +88,14 @@ class RayScene {
   void fly_with_sse2(Port& port) const;
   void fly_with_avx2(Port& port) const;
   void fly_with_avx512(Port& port) const;
-  void cross_side(int axis, Ray& ray) const;
+  // Of an axis, or the diagonal.
+  static constexpr int diagonal = 2;
+  void cross_side(int side, Ray& ray) const;
 
   LargeVector<FacetGrid::Facet> facets_;
   std::vector<double> areas_;
   std::array<Boundary, 2> boundary_{};
+  bool has_diagonal_ = false;
   Vec3d upper_;
   double source_height_ = 0;
   double lowest_ = 0;

@@ -65,6 +65,7 @@ VdbMetadata file_metadata(const Layers& layers, const CheckpointNotes& notes) {
     if (frame.half[axis]) values["half_" + name] = true;
   }
   if (frame.axisymmetric) values["axisymmetric"] = true;
+  if (frame.diagonal) values["diagonal"] = true;
   for (const auto& [key, value] : notes) {
     values[std::string(note_prefix) + key] = value;
   }
@@ -89,6 +90,7 @@ Frame read_frame(const VdbMetadata& values) {
   }
   frame.two_dimensional = value_of<bool>(values, "two_dimensional");
   frame.axisymmetric = values.contains("axisymmetric");
+  frame.diagonal = values.contains("diagonal");
   if (!(frame.spacing > 0) || frame.cells[0] < 1 || frame.cells[1] < 1) {
     throw InputError("its domain is empty");
   }

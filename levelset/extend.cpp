@@ -17,6 +17,7 @@
 #include "levelset/overgrowth.h"
 #include "levelset/standstill.h"
 #include "levelset/stencil.h"
+#include "levelset/symmetry.h"
 
 namespace scarp {
 
@@ -166,6 +167,8 @@ void Extension::query_leaf(std::size_t n, Block& block,
                       .node = node,
                       .index = {leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k},
                       .phi = block.row(i, j) + k};
+    // Of what lies beyond the diagonal there are no facets.
+    if (frame_.diagonal && at.index[1] > at.index[0]) return;
     // In two dimensions both rows have the same, however ties fall.
     if (frame_.two_dimensional && j == 1) {
       const std::size_t to = n * leaf_size + static_cast<std::size_t>(node);
@@ -305,6 +308,8 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
       query_leaf(n, block, fields);
     }
   });
+  if (frame_.diagonal)
+    for (std::vector<float>& field : fields) mirror_across_diagonal(band_, field);
   const SolidNodes solid(layers_, stands_still);
   for (std::vector<float>& field : fields) {
     if (solid.any_standing()) {

@@ -58,34 +58,55 @@ Layers on_frame(const Layers& layers, const Frame& frame, const Rebuild& rebuild
   return result;
 }
 
-bool is_mirror_symmetric(const LevelSet& level_set, int axis) {
+// image(i, j, k): of a node.
+template <class Image>
+bool is_its_own_image(const LevelSet& level_set, const Image& image) {
   const Band& band = level_set.band();
-  const int cells = level_set.frame().cells[axis];
   return std::ranges::all_of(band.leaves(), [&](const Leaf& leaf) {
     const int i_end = std::min(leaf.origin[0] + leaf_edge, band.node_count(0));
     const int j_end = std::min(leaf.origin[1] + leaf_edge, band.node_count(1));
     for (int i = leaf.origin[0]; i < i_end; ++i) {
       for (int j = leaf.origin[1]; j < j_end; ++j) {
-        for (int k = leaf.origin[2]; k < leaf.origin[2] + leaf_edge; ++k) {
-          const float image = axis == 0 ? band.node(cells - i, j, k) : band.node(i, cells - j, k);
-          if (leaf.phi[leaf_offset(i, j, k)] != image) return false;
-        }
+        for (int k = leaf.origin[2]; k < leaf.origin[2] + leaf_edge; ++k)
+          if (leaf.phi[leaf_offset(i, j, k)] != image(i, j, k)) return false;
       }
     }
     return true;
   });
 }
 
+// Vertices of the image of a mesh, behind those that it has: on the plane they are the same.
+template <class Image>
+void add_image(TriMesh& mesh, const Image& image) {
+  const auto vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
+  const std::size_t facet_count = mesh.triangles.size();
+  std::vector<std::uint32_t> image_of(vertex_count);
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    const Vec3f r = image(mesh.vertices[v]);
+    image_of[v] = v;
+    if (r == mesh.vertices[v]) continue;
+    image_of[v] = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(r);
+  }
+  for (std::size_t f = 0; f < facet_count; ++f) {
+    const auto [a, b, c] = mesh.triangles[f];
+    mesh.triangles.push_back({image_of[a], image_of[c], image_of[b]});
+  }
+  const std::vector<MaterialId> materials = mesh.materials;
+  mesh.materials.insert(mesh.materials.end(), materials.begin(), materials.end());
+}
+
 }  // namespace
 
-Frame half_of(const Frame& whole, std::array<bool, 2> planes) {
+Frame half_of(const Frame& whole, const MirrorPlanes& planes) {
   Frame part = whole;
   for (int axis = 0; axis < 2; ++axis) {
-    if (!planes[axis]) continue;
+    if (!planes.across[axis]) continue;
     SCARP_ASSERT(whole.cells[axis] % 2, ==, 0);
     part.half[axis] = true;
     part.cells[axis] /= 2;
   }
+  part.diagonal = planes.diagonal;
   return part;
 }
 
@@ -94,24 +115,38 @@ Frame whole_of(const Frame& part) {
   for (int axis = 0; axis < 2; ++axis)
     if (part.half[axis]) whole.cells[axis] *= 2;
   whole.half = {};
+  whole.diagonal = false;
   return whole;
 }
 
 bool is_mirror_symmetric(const Layers& layers, int axis) {
   SCARP_ASSERT(layers.frame.cells[axis] % 2, ==, 0);
-  return std::ranges::all_of(
-      layers.stack, [&](const Layer& layer) { return is_mirror_symmetric(layer.phi, axis); });
+  const int cells = layers.frame.cells[axis];
+  return std::ranges::all_of(layers.stack, [&](const Layer& layer) {
+    const Band& band = layer.phi.band();
+    return is_its_own_image(layer.phi, [&](int i, int j, int k) {
+      return axis == 0 ? band.node(cells - i, j, k) : band.node(i, cells - j, k);
+    });
+  });
 }
 
-Layers half_of(const Layers& whole, std::array<bool, 2> planes) {
+bool is_diagonally_symmetric(const Layers& layers) {
+  SCARP_ASSERT(layers.frame.cells[0], ==, layers.frame.cells[1]);
+  return std::ranges::all_of(layers.stack, [](const Layer& layer) {
+    return is_its_own_image(layer.phi,
+                            [&](int i, int j, int k) { return layer.phi.band().node(j, i, k); });
+  });
+}
+
+Layers half_of(const Layers& whole, const MirrorPlanes& planes) {
   const Frame part = half_of(whole.frame, planes);
   const auto places = [&](int axis, int node) -> std::vector<int> {
-    if (!planes[axis]) return {node};
+    if (!planes.across[axis]) return {node};
     if (node < part.cells[axis]) return {};
     return {node - part.cells[axis]};
   };
   const auto origin = [&](int axis, int node) {
-    return planes[axis] ? part.cells[axis] + node : node;
+    return planes.across[axis] ? part.cells[axis] + node : node;
   };
   return on_frame(whole, part,
                   [&](const LevelSet& phi) { return rebuilt(phi, part, places, origin); });
@@ -134,36 +169,41 @@ WholeLayers::WholeLayers(const Layers& part) : part_(&part) {
   if (part.frame.images() > 1) built_ = with_images(part);
 }
 
+void mirror_across_diagonal(const Band& band, std::span<float> values) {
+  parallel_for(band.leaves().size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const auto [x, y, z] = band.leaves()[n].origin;
+      if (y < x) continue;
+      const int image = band.find(y >> 3, x >> 3, z >> 3);
+      if (image < 0) continue;
+      const float* const from = &values[static_cast<std::size_t>(image) * leaf_size];
+      for (int i = x; i < x + leaf_edge; ++i) {
+        for (int j = std::max(y, i + 1); j < y + leaf_edge; ++j) {
+          for (int k = z; k < z + leaf_edge; ++k)
+            values[n * leaf_size + static_cast<std::size_t>(leaf_offset(i, j, k))] =
+                from[leaf_offset(j, i, k)];
+        }
+      }
+    }
+  });
+}
+
 TriMesh with_images(const TriMesh& part, const Frame& frame) {
   TriMesh whole = part;
+  if (frame.diagonal) add_image(whole, [](Vec3f r) { return Vec3f{r.y, r.x, r.z}; });
   for (int axis = 0; axis < 2; ++axis) {
     if (!frame.half[axis]) continue;
-    const auto vertex_count = static_cast<std::uint32_t>(whole.vertices.size());
-    const std::size_t facet_count = whole.triangles.size();
-    std::vector<std::uint32_t> image(vertex_count);
-    for (std::uint32_t v = 0; v < vertex_count; ++v) {
-      Vec3f r = whole.vertices[v];
-      if (r[axis] == 0) {
-        image[v] = v;
-        continue;
-      }
-      image[v] = static_cast<std::uint32_t>(whole.vertices.size());
+    add_image(whole, [axis](Vec3f r) {
       r[axis] = -r[axis];
-      whole.vertices.push_back(r);
-    }
-    for (std::size_t f = 0; f < facet_count; ++f) {
-      const auto [a, b, c] = whole.triangles[f];
-      whole.triangles.push_back({image[a], image[c], image[b]});
-    }
-    const std::vector<MaterialId> materials = whole.materials;
-    whole.materials.insert(whole.materials.end(), materials.begin(), materials.end());
+      return r;
+    });
   }
   return whole;
 }
 
 std::vector<float> with_images(std::span<const float> values, const Frame& frame) {
   std::vector<float> whole;
-  for (int image = 0; image < frame.images(); ++image)
+  for (int image = 0; image < frame.facet_images(); ++image)
     whole.insert(whole.end(), values.begin(), values.end());
   return whole;
 }

@@ -11,11 +11,20 @@
 
 namespace scarp {
 
-/// The frame of the half, or quarter, beyond planes across x and y in the middle of a wafer.
+class Band;
+
+/// Planes that mirror a wafer onto itself: across x and y in its middle, and, where both do and the
+/// quarter is square, x = y.
+struct MirrorPlanes {
+  std::array<bool, 2> across{};
+  bool diagonal = false;
+};
+
+/// The frame of the half, or quarter, beyond planes in the middle of a wafer.
 ///
-/// Shape: planes[axis] is the one across that axis; its sides are reflective, its number of cells
-///        is even and it is none of a half already.
-Frame half_of(const Frame& whole, std::array<bool, 2> planes);
+/// Shape: the sides across which planes lie are reflective, their numbers of cells even, and the
+///        frame is none of a half already.
+Frame half_of(const Frame& whole, const MirrorPlanes& planes);
 
 /// The frame of the wafer of which this may be the half.
 Frame whole_of(const Frame& part);
@@ -25,8 +34,11 @@ Frame whole_of(const Frame& part);
 /// Shape: an even number of cells along the axis, between reflective sides.
 bool is_mirror_symmetric(const Layers& layers, int axis);
 
-/// The part of the layers beyond planes of symmetry; see half_of().
-Layers half_of(const Layers& whole, std::array<bool, 2> planes);
+/// The same across x = y, of a square wafer.
+bool is_diagonally_symmetric(const Layers& layers);
+
+/// The part of the layers beyond planes of symmetry; see half_of(). Nodes beyond the diagonal stay.
+Layers half_of(const Layers& whole, const MirrorPlanes& planes);
 
 /// The wafer of which layers hold the half: every bit as it would have been without.
 Layers with_images(const Layers& part);
@@ -44,9 +56,14 @@ class WholeLayers {
   std::optional<Layers> built_;
 };
 
+/// Gives nodes with y > x what their mirror images across x = y have.
+///
+/// Shape: 512 values per leaf.
+void mirror_across_diagonal(const Band& band, std::span<float> values);
+
 /// A mesh with its mirror images, joined where they meet.
 ///
-/// Shape: frame.images() times the facets; those of each image in the order of the mesh.
+/// Shape: frame.facet_images() times the facets; those of each image in the order of the mesh.
 TriMesh with_images(const TriMesh& part, const Frame& frame);
 
 /// What belongs to the facets of such a mesh.

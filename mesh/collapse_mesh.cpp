@@ -118,6 +118,7 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
     : topology(mesh), planes(side_positions) {
   const Box box = bounding_box(mesh);
   if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
+  if (side_positions.diagonal) centre.y = centre.x;
   const std::uint32_t vertex_count = topology.vertex_count();
   r.resize(vertex_count);
   sides.resize(vertex_count);
@@ -302,6 +303,12 @@ Subspace allowed_places(const CollapseMesh& mesh, std::uint32_t h) {
     } else if (fixes(mesh.sides[v], axis)) {
       places.fix(axis, edge[axis]);
     }
+  }
+  constexpr Vec3d across_diagonal{1, -1, 0};
+  if (fixes_diagonal(mesh.sides[u])) {
+    places.intersect(across_diagonal, 0);
+  } else if (fixes_diagonal(mesh.sides[v])) {
+    places.intersect(across_diagonal, edge.x - edge.y);
   }
   return places;
 }

@@ -36,7 +36,7 @@ class CoarseDirection {
 /// A mesh while its edges are collapsed.
 ///
 /// Places are kept in double precision but always rounded to float, so that what is checked is what
-/// comes out. All are relative to `centre`.
+/// comes out. All are relative to `centre`, which lies on the diagonal if that is a side.
 struct CollapseMesh {
   HalfEdges topology;
   SidePlanes planes;  ///< of the domain; in the frame of the input
@@ -75,8 +75,13 @@ struct CollapseMesh {
   /// h or its opposite, whose origin has a twin if only one of the two ends has one.
   std::uint32_t from_twin(std::uint32_t h) const;
 
-  /// Rounds to the nearest place that a float mesh can hold.
-  Vec3d rounded(Vec3d place) const { return Vec3d(Vec3f(place + centre)) - centre; }
+  /// Rounds to the nearest place that a float mesh can hold, and that lies on the diagonal if it is
+  /// one of the sides.
+  Vec3d rounded(Vec3d place, SideMask sides_of_place = 0) const {
+    Vec3d result = Vec3d(Vec3f(place + centre)) - centre;
+    if (fixes_diagonal(sides_of_place)) result.y = result.x;
+    return result;
+  }
   bool is_within_sides(Vec3d place) const { return planes.hold(place + centre); }
   double squared_length(std::uint32_t h) const {
     const Vec3d e = r[topology.target(h)] - r[topology.origin(h)];

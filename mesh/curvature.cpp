@@ -85,9 +85,8 @@ std::vector<double> mean_curvature(const CollapseMesh& mesh) {
       });
       // Behind a side lies the mirror image: what points through the side cancels, all else
       // doubles, area included.
-      for (int axis = 0; axis < 2; ++axis) {
-        if (fixes(mesh.sides[v], axis)) laplacian[axis] = normal[axis] = 0;
-      }
+      laplacian = along_sides(mesh.sides[v], laplacian);
+      normal = along_sides(mesh.sides[v], normal);
       const bool open = topology.on_boundary(v) && mesh.sides[v] == 0;
       if (open || !(area > 0)) continue;
       // 2 H n is the sum over the neighbours of both their cotangents, over twice the area.

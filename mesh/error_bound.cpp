@@ -69,10 +69,8 @@ Vec3d direction_of(const CollapseMesh& mesh, const Star& star) {
     if (f != HalfEdges::none) n += mesh.normals[f];
   }
   // Both surfaces end on the same side, so it has to be seen as a line.
-  for (int axis = 0; axis < 2; ++axis) {
-    if (fixes(mesh.sides[star.u], axis) || fixes(mesh.sides[star.v], axis)) n[axis] = 0;
-  }
-  return normalized(n);
+  const auto both = static_cast<SideMask>(mesh.sides[star.u] | mesh.sides[star.v]);
+  return normalized(along_sides(both, n));
 }
 
 /// Whether the boundary of the star lies on sides. An open boundary elsewhere may change its

@@ -45,10 +45,11 @@ Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q, V
   const Vec3d u = mesh.r[mesh.topology.origin(h)];
   const Vec3d edge = mesh.r[mesh.topology.target(h)] - u;
   const Vec3d middle = 0.5 * edge;
+  const auto sides = static_cast<SideMask>(mesh.sides[mesh.topology.origin(h)] |
+                                           mesh.sides[mesh.topology.target(h)]);
   const double weight = pull * q.H.trace();
   Vec3d r;
-  if (weight > 0 && mesh.sides[mesh.topology.origin(h)] == 0 &&
-      mesh.sides[mesh.topology.target(h)] == 0) {
+  if (weight > 0 && sides == 0) {
     r = minimum_on_plane(q, weight, middle, n, d);
   } else {
     Subspace places = allowed_places(mesh, h);
@@ -57,7 +58,7 @@ Placed best_place(const CollapseMesh& mesh, std::uint32_t h, const Quadric& q, V
   }
   const Vec3d shift = r - middle;
   if (dot(shift, shift) > reach * reach * dot(edge, edge)) r = allowed_places(mesh, h).origin;
-  const Vec3d place = mesh.rounded(u + r);
+  const Vec3d place = mesh.rounded(u + r, sides);
   return {place, q.value(place - u)};
 }
 

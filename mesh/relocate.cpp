@@ -58,6 +58,7 @@ Vec3d minimum_within_sides(const Quadric& q, double weight, Vec3d centre, SideMa
   for (int axis = 0; axis < 2; ++axis) {
     if (fixes(sides, axis)) places.fix(axis, 0);
   }
+  if (fixes_diagonal(sides)) places.intersect({1, -1, 0}, 0);
   return minimum(q, weight, centre, places);
 }
 
@@ -121,7 +122,7 @@ struct Sweep {
     double growth = 0;
     for (CollapseChecks& checks : around) {
       const Star& star = checks.star();
-      const Vec3d r = mesh.rounded(mesh.r[star.u] + shift);
+      const Vec3d r = mesh.rounded(mesh.r[star.u] + shift, mesh.sides[star.u]);
       if (r == mesh.r[star.u] || !checks.may_move(mesh, r, reference)) return;
       growth +=
           points.growth(star, checks.fan(mesh)) +

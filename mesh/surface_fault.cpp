@@ -13,13 +13,14 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Four bits, one for each side that a vertex lies on.
+/// A bit for each side that a vertex lies on.
 std::uint8_t sides_at(const Vec3f& r, const Sides& sides) {
   std::uint8_t found = 0;
   for (int axis = 0; axis < 2; ++axis) {
     if (r[axis] == static_cast<float>(sides.lower[axis])) found |= 1U << (2 * axis);
     if (r[axis] == static_cast<float>(sides.upper[axis])) found |= 2U << (2 * axis);
   }
+  if (sides.diagonal && r.x == r.y) found |= 1U << 4;
   return found;
 }
 

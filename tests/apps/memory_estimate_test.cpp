@@ -110,7 +110,7 @@ TEST(MemoryEstimate, IsAtLeastThatOfAFlatWafer) {
     for (const std::string& geometry : {wafer, wafer + layer, wafer + layer + trench}) {
       const Recipe given = read_text("[domain]\nspacing = \"5 nm\"\n" + domain + geometry + step);
       const Recipe recipe =
-          on_part(given, given.uses_symmetry ? mirror_planes(given) : MirrorPlanes{});
+          on_part(given, given.uses_symmetry ? mirror_planes(given) : FoundPlanes{});
       const State state = start_state(recipe);
       const MemoryEstimate expected =
           expected_memory(state.layers, recipe, size_from_grid(state.layers, recipe));

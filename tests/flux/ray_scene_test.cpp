@@ -191,6 +191,51 @@ TEST(RayScene, MirrorsAndWrapsAtTheSides) {
   EXPECT_NEAR(far.r.x, 1, 1e-9);
 }
 
+TEST(RayScene, EndsAtTheDiagonalAsIfTheImageLayBeyondIt) {
+  const Shape half = exact::rough_triangle(3, 9);
+  const RayScene scene = scene_of(half);
+  const RayScene whole = scene_of(exact::with_image(half));
+  EXPECT_EQ(scene.source_area(), 200);
+  RandomStream random({.seed = 5});
+  int crossed = 0;
+  for (int n = 0; n < 20'000; ++n) {
+    const Ray ray = random_ray(scene, random);
+    const Flight flight = scene.fly(ray);
+    Flight expected = whole.fly(ray);
+    ASSERT_EQ(flight.end, expected.end);
+    if (expected.end != Flight::End::front) continue;
+    // The middle of the facet tells which of the two halves it belongs to.
+    const auto& [a, b, c] = whole.corners(expected.facet);
+    if (a.y + b.y + c.y > a.x + b.x + c.x) {
+      ++crossed;
+      std::swap(expected.r.x, expected.r.y);
+      std::swap(expected.u.x, expected.u.y);
+    }
+    EXPECT_LT(length(flight.r - expected.r), 1e-9);
+    EXPECT_LT(length(flight.u - expected.u), 1e-12);
+  }
+  EXPECT_GT(crossed, 500);
+}
+
+TEST(RayScene, LosesNothingAtTheDiagonal) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const RayScene scene = scene_of(exact::rough_triangle(seed, 9));
+    RandomStream random({.seed = seed + 10});
+    std::vector<Ray> rays(300'000);
+    for (Ray& ray : rays) ray = random_ray(scene, random);
+    std::vector<Flight> flights(rays.size());
+    scene.fly(rays, flights);
+    for (const Flight& flight : flights)
+      ASSERT_TRUE(flight.end == Flight::End::front || flight.end == Flight::End::sky);
+  }
+}
+
+TEST(RayScene, RefusesAMeshBeyondTheDiagonal) {
+  Shape shape = exact::flat_wafer(20, 2);
+  shape.sides.diagonal = true;
+  EXPECT_THROW(scene_of(shape), InputError);
+}
+
 TEST(RayScene, SaysHowAFlightEnds) {
   const RayScene scene = scene_of(exact::flat_wafer(20, 2));
   EXPECT_EQ(scene.fly({.r = {5, 5, 0.5}, .u = {0, 0, 1}}).end, Flight::End::sky);

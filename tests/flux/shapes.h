@@ -5,9 +5,11 @@
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/frame.h"
+#include "core/random.h"
 #include "core/tri_mesh.h"
 #include "flux/ray_scene.h"
 
@@ -166,6 +168,41 @@ inline Shape spherical_pit(double cut) {
     builder.triangle(on_sphere(rings, k), on_sphere(rings - 1, k), on_sphere(rings - 1, k + 1));
   }
   return {builder.mesh, {.lower = {-half_width, -half_width}, .upper = {half_width, half_width}}};
+}
+
+/// Half of a surface over a square of side 20 that is its own mirror image across x = y, with
+/// vertices at random heights.
+inline Shape rough_triangle(std::uint64_t seed, double height, int cells = 12) {
+  RandomStream random({.seed = seed});
+  std::vector<double> heights(static_cast<std::size_t>((cells + 1) * (cells + 1)));
+  for (double& each : heights) each = height * random.uniform_double();
+  const auto at = [&](int i, int j) {
+    return Vec3d{20.0 * i / cells, 20.0 * j / cells,
+                 heights[static_cast<std::size_t>(i * (cells + 1) + j)]};
+  };
+  Builder builder;
+  for (int i = 0; i < cells; ++i) {
+    for (int j = 0; j < i; ++j)
+      builder.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    builder.triangle(at(i, i), at(i + 1, i), at(i + 1, i + 1));
+  }
+  return {builder.mesh, {.lower = {0, 0}, .upper = {20, 20}, .diagonal = true}};
+}
+
+/// Both halves, that with y <= x first.
+inline Shape with_image(const Shape& half) {
+  Builder builder;
+  for (const bool is_image : {false, true}) {
+    for (std::size_t f = 0; f < half.mesh.triangles.size(); ++f) {
+      auto [a, b, c] = corners(half.mesh, f);
+      if (is_image) {
+        for (Vec3d* const r : {&a, &b, &c}) std::swap(r->x, r->y);
+        std::swap(b, c);
+      }
+      builder.triangle(a, b, c);
+    }
+  }
+  return {builder.mesh, {.lower = half.sides.lower, .upper = half.sides.upper}};
 }
 
 }  // namespace scarp::exact

@@ -5,14 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "levelset/band.h"
 #include "levelset/connectivity.h"
 #include "levelset/extract_surface.h"
+#include "mesh/diagonal_cut.h"
+#include "mesh/distance.h"
+#include "mesh/surface_fault.h"
 #include "surfaces.h"
 
 namespace scarp {
 namespace {
 
-constexpr std::array<bool, 2> both{true, true};
+constexpr MirrorPlanes both{.across = {true, true}};
 
 // Halves of 10 and of 13 cells: leaves begin elsewhere than in the whole.
 const Frame frame{.spacing = 2, .cells = {20, 26}};
@@ -38,11 +42,11 @@ Layers two_layers(const Frame& of, double shift = 0) {
 
 TEST(MirrorImages, AHalfAndItsImagesAreTheWholeToTheLastBit) {
   const Layers whole = two_layers(frame);
-  for (const std::array<bool, 2> planes :
-       {std::array{true, false}, std::array{false, true}, both}) {
+  for (const MirrorPlanes& planes :
+       {MirrorPlanes{{true, false}}, MirrorPlanes{{false, true}}, both}) {
     const Layers part = half_of(whole, planes);
-    EXPECT_EQ(part.frame.cells[0], planes[0] ? 10 : 20);
-    EXPECT_EQ(part.frame.sides().lower[1], planes[1] ? 0 : -26);
+    EXPECT_EQ(part.frame.cells[0], planes.across[0] ? 10 : 20);
+    EXPECT_EQ(part.frame.sides().lower[1], planes.across[1] ? 0 : -26);
     EXPECT_EQ(hash(WholeLayers(part).get()), hash(whole));
     EXPECT_EQ(whole_of(part.frame), frame);
   }
@@ -62,6 +66,57 @@ TEST(MirrorImages, IsFoundToTheLastBit) {
   const Layers shifted = two_layers(frame, 1e-5);
   EXPECT_FALSE(is_mirror_symmetric(shifted, 0));
   EXPECT_TRUE(is_mirror_symmetric(shifted, 1));
+}
+
+const Frame square{.spacing = 2, .cells = {24, 24}};
+constexpr MirrorPlanes all{.across = {true, true}, .diagonal = true};
+
+Layers round_layers(double shift = 0) {
+  return single_layer(
+      square,
+      [=](Vec3d r) {
+        const double wall = 9.3 - std::hypot(r.x, r.y) + shift * r.x;
+        return std::max(r.z, -std::max(-wall, -20 - r.z));
+      },
+      -40, 20);
+}
+
+TEST(MirrorImages, AcrossTheDiagonalIsFoundToTheLastBit) {
+  EXPECT_TRUE(is_diagonally_symmetric(round_layers()));
+  EXPECT_FALSE(is_diagonally_symmetric(round_layers(1e-6)));
+}
+
+TEST(MirrorImages, OfAnEighthKeepTheNodesOfTheQuarter) {
+  const Layers whole = round_layers();
+  const Layers part = half_of(whole, all);
+  EXPECT_EQ(part.frame.images(), 4);
+  EXPECT_EQ(part.frame.facet_images(), 8);
+  EXPECT_TRUE(part.frame.sides().diagonal);
+  EXPECT_EQ(hash(WholeLayers(part).get()), hash(whole));
+  EXPECT_EQ(whole_of(part.frame), square);
+}
+
+TEST(MirrorImages, NodesBeyondTheDiagonalTakeWhatTheirImagesHave) {
+  const Layers part = half_of(round_layers(), all);
+  const Band& band = part.top().band();
+  std::vector<float> values(band.leaves().size() * leaf_size);
+  const auto number = [](int i, int j, int k) {
+    return static_cast<float>(i + 100 * j + 10000 * k);
+  };
+  const auto for_each_node = [&](const auto& use) {
+    for (std::size_t n = 0; n < band.leaves().size(); ++n) {
+      const auto [x, y, z] = band.leaves()[n].origin;
+      for (int i = x; i < x + leaf_edge; ++i)
+        for (int j = y; j < y + leaf_edge; ++j)
+          for (int k = z; k < z + leaf_edge; ++k)
+            use(values[n * leaf_size + static_cast<std::size_t>(leaf_offset(i, j, k))], i, j, k);
+    }
+  };
+  for_each_node([&](float& value, int i, int j, int k) { value = j > i ? -1 : number(i, j, k); });
+  mirror_across_diagonal(band, values);
+  for_each_node([&](float value, int i, int j, int k) {
+    EXPECT_EQ(value, number(std::max(i, j), std::min(i, j), k));
+  });
 }
 
 // The largest distance from a vertex to the next one of the other mesh.
@@ -98,6 +153,25 @@ TEST(MirrorImages, TheSurfaceOfAHalfAndItsImagesIsThatOfTheWhole) {
   const std::vector<float> values{1, 2, 3};
   EXPECT_EQ(with_images(values, part.frame),
             (std::vector<float>{1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3}));
+}
+
+TEST(MirrorImages, TheSurfaceOfAnEighthAndItsImagesIsThatOfTheWhole) {
+  const TriMesh surface = extract_surface(round_layers());
+  const Layers part = half_of(round_layers(), all);
+  const TriMesh eighth = below_diagonal(extract_surface(part), part.frame.sides(), 2);
+  EXPECT_EQ(surface_fault(eighth, part.frame.sides()), std::nullopt);
+  const TriMesh with_all = with_images(eighth, part.frame);
+  EXPECT_EQ(with_all.triangles.size(), 8 * eighth.triangles.size());
+  EXPECT_EQ(with_all.materials.size(), with_all.triangles.size());
+  EXPECT_EQ(surface_fault(with_all, square.sides()), std::nullopt);
+  // Two facets of a cell may meet in the other diagonal of what they fill.
+  const SurfaceDistance distance = surface_distance(with_all, surface, 2);
+  EXPECT_LT(std::max(distance.forward.mean, distance.reverse.mean), 2e-3);
+  const Vec3d area = area_vector_of(with_all);
+  EXPECT_NEAR(area.x, 0, 1e-3);
+  EXPECT_NEAR(area.y, 0, 1e-3);
+  EXPECT_NEAR(area.z, 48 * 48, 1e-3);
+  EXPECT_EQ(with_images(std::vector<float>{1, 2}, part.frame).size(), 16U);
 }
 
 // One bubble on both planes, two on one of them, four beside them.

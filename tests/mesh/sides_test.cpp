@@ -34,6 +34,19 @@ TEST(SidePlanes, HoldWhatLiesBetweenThem) {
   EXPECT_TRUE(SidePlanes(Sides{}).hold({7, 7, 7}));
 }
 
+TEST(SidePlanes, TheDiagonalIsOneOfThem) {
+  const SidePlanes planes({.lower = {0, 0}, .upper = {8, 8}, .diagonal = true});
+  EXPECT_EQ(planes.mask({5, 4, 9}), 0);
+  EXPECT_EQ(planes.mask({5, 5, 9}), on_diagonal);
+  EXPECT_FALSE(is_corner(planes.mask({5, 5, 9})));
+  EXPECT_TRUE(is_corner(planes.mask({8, 8, 9})));
+  EXPECT_TRUE(planes.hold({5, 5, 9}));
+  EXPECT_FALSE(planes.hold({5, 5.001, 9}));
+  EXPECT_EQ(along_sides(on_diagonal, {1, 3, 7}), (Vec3d{2, 2, 7}));
+  EXPECT_EQ(along_sides(planes.mask({8, 8, 9}), {1, 3, 7}), (Vec3d{0, 0, 7}));
+  EXPECT_EQ(along_sides(planes.mask({8, 4, 9}), {1, 3, 7}), (Vec3d{0, 3, 7}));
+}
+
 TEST(SidePlanes, WithoutAWidthAreNone) { EXPECT_EQ(SidePlanes(Sides{}).mask({0, 0, 0}), 0); }
 
 }  // namespace
