@@ -326,9 +326,36 @@ TriangleTree::Start TriangleTree::start(const Box& box, double max_distance) con
   return found;
 }
 
-template <class Accept>
+namespace {
+
+// All triangles; of those as near the lowest.
+struct AnyTriangle {
+  static constexpr double rounding = 0;
+  bool accepts(const std::array<Vec3d, 3>&) const { return true; }
+  bool prefers(const std::array<Vec3d, 3>&, const std::array<Vec3d, 3>&, bool is_lower) const {
+    return is_lower;
+  }
+};
+
+struct TriangleFacing {
+  static constexpr double rounding = 1e-14;  // of a place, relative to it
+  Vec3d direction;
+
+  static Vec3d normal(const std::array<Vec3d, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
+  bool accepts(const std::array<Vec3d, 3>& p) const { return dot(normal(p), direction) > 0; }
+  bool prefers(const std::array<Vec3d, 3>& p, const std::array<Vec3d, 3>& other,
+               bool is_lower) const {
+    const double along = dot(normalized(normal(p)), direction);
+    const double along_other = dot(normalized(normal(other)), direction);
+    return along != along_other ? along > along_other : is_lower;
+  }
+};
+
+}  // namespace
+
+template <class Choice>
 ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& from,
-                                  const Accept& accept) const {
+                                  const Choice& choice) const {
   ClosestPoint best;
   if (nodes_.empty()) return best;
 
@@ -340,7 +367,9 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
   int depth = 0;
   // A little slack, so that rounding of a box distance never hides a triangle at the same distance.
   constexpr double slack = 1 + 1e-12;
+  const double rounding = Choice::rounding * (std::abs(r.x) + std::abs(r.y) + std::abs(r.z));
   double best_square = max_distance * max_distance;
+  double as_near = 0;  // what squares may differ by
   double bound = best_square * slack;
   Weights best_weights{};
   std::uint32_t best_slot = 0;
@@ -374,18 +403,21 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const LeafTriangle& triangle = triangles_[i];
       const std::array<Vec3d, 3> p = in_double(triangle.corners);
-      if (!accept(p)) continue;
+      if (!choice.accepts(p)) continue;
       const Weights w = closest_weights(r, p);
       const Vec3d gap = r - weighted(p, w);
       const double square = dot(gap, gap);
-      const bool lower_id = best.found() ? triangle.id < best.triangle : true;
-      if (square < best_square || (square == best_square && lower_id)) {
-        best_square = square;
-        bound = square * slack;
-        best_weights = w;
-        best_slot = i;
-        best.triangle = triangle.id;
-      }
+      if (square > best_square + as_near) continue;
+      const bool is_nearer = square < best_square - as_near;
+      if (!is_nearer && best.found() &&
+          !choice.prefers(p, in_double(triangles_[best_slot].corners), triangle.id < best.triangle))
+        continue;
+      best_square = std::min(best_square, square);
+      as_near = rounding * (2 * std::sqrt(best_square) + rounding);
+      bound = best_square * slack + as_near;
+      best_weights = w;
+      best_slot = i;
+      best.triangle = triangle.id;
     }
   }
   if (!best.found()) return best;
@@ -400,7 +432,7 @@ ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
 }
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Start& from) const {
-  return search(r, max_distance, from, [](const std::array<Vec3d, 3>&) { return true; });
+  return search(r, max_distance, from, AnyTriangle{});
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance) const {
@@ -409,9 +441,7 @@ ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_d
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance,
                                           const Start& from) const {
-  return search(r, max_distance, from, [direction](const std::array<Vec3d, 3>& p) {
-    return dot(cross(p[1] - p[0], p[2] - p[0]), direction) > 0;
-  });
+  return search(r, max_distance, from, TriangleFacing{direction});
 }
 
 }  // namespace scarp

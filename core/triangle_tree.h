@@ -47,7 +47,8 @@ class TriangleTree {
   ClosestPoint closest(Vec3d r, double max_distance = unlimited) const;
 
   /// As closest, but only among triangles whose outward normal has a positive dot product with
-  /// direction.
+  /// direction. Of those that are as near, but for rounding, as on both sides of an edge, it is the
+  /// one that faces most along it.
   ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance = unlimited) const;
 
   /// Where searches for many points close together begin, instead of at the root.
@@ -78,8 +79,8 @@ class TriangleTree {
   };
   struct Builder;
 
-  template <class Accept>
-  ClosestPoint search(Vec3d r, double max_distance, const Start& from, const Accept& accept) const;
+  template <class Choice>
+  ClosestPoint search(Vec3d r, double max_distance, const Start& from, const Choice& choice) const;
 
   std::vector<Node> nodes_;
   std::vector<LeafTriangle> triangles_;

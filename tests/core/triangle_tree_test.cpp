@@ -167,6 +167,29 @@ TEST(TriangleTree, FacingQueriesSkipTrianglesThatLookAway) {
   EXPECT_FALSE(tree.closest_facing(r, {1, 0, 0}).found());
 }
 
+// A floor and a wall, whose edge is what is closest to places below and beside both.
+TEST(TriangleTree, FacingQueriesTakeAtAnEdgeTheTriangleThatFacesMost) {
+  constexpr float edge = 1234.567F;
+  constexpr float bottom = -321.987F;
+  for (const bool floor_first : {true, false}) {
+    TriMesh mesh{.vertices = {{edge, -30, bottom},
+                              {edge, 41, bottom},
+                              {edge - 50, 3, bottom},
+                              {edge, 2, bottom + 60}},
+                 .triangles = {{0, 1, 2}, {0, 3, 1}},
+                 .materials = {}};
+    if (!floor_first) std::swap(mesh.triangles[0], mesh.triangles[1]);
+    const TriangleTree tree(mesh);
+    const std::uint32_t floor = floor_first ? 0 : 1;
+    for (int n = 0; n < 200; ++n) {
+      const Vec3d r{edge + 0.1 + 0.037 * n, -20.0 + 0.29 * n, bottom - 0.3 - 0.0713 * n};
+      EXPECT_EQ(tree.closest_facing(r, {-0.2, 0, 1}).triangle, floor);
+      EXPECT_EQ(tree.closest_facing(r, {-1, 0, 0.2}).triangle, 1 - floor);
+      EXPECT_NEAR(tree.closest_facing(r, {-1, 0, 0.2}).distance, tree.closest(r).distance, 1e-9);
+    }
+  }
+}
+
 TEST(TriangleTree, GivesTheSameAnswersOnAnyNumberOfThreads) {
   const TriMesh mesh = wavy_sheet(40);
   const TriangleTree tree(mesh);

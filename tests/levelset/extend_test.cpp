@@ -123,6 +123,37 @@ TEST(Extend, NothingMovesInAClosedVoid) {
   EXPECT_EQ(speed_at(layers, field, 26, 20, -9), 0);
 }
 
+// A floor that has sunk below the facets left walls behind it, whose nodes are as near to the old
+// floor as to the old walls.
+TEST(Extend, WallsThatAFloorLeavesBehindMoveAsTheWalls) {
+  const Frame frame{.spacing = 1, .cells = {30, 16}};
+  const auto trench = [&](double depth) {
+    return single_layer(
+        frame,
+        [=](Vec3d r) { return std::max(r.z - 0.3, std::min(7.37 - std::abs(r.x), r.z + depth)); },
+        -20, 8);
+  };
+  TriMesh mesh = extract_surface(trench(9.41));
+  const Layers layers = trench(10.6);
+  const auto field_of = [&] {
+    LayerSpeeds speeds;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+      const float speed = normalized(area_vector(mesh, f)).z > 0.7 ? -1.0F : -0.1F;
+      speeds.speed.push_back({speed, speed, speed});
+    }
+    return extend_speeds(layers, open_gas(layers), FacetTree(mesh), {&speeds, 1}, {}, 0.1, 2);
+  };
+  const SpeedField field = field_of();
+  // Columns 15 - 7 and 15 + 7 lie in the gas.
+  EXPECT_EQ(speed_at(layers, field, 22, 8, -11), -1);
+  EXPECT_EQ(speed_at(layers, field, 8, 8, -11), -1);
+  EXPECT_EQ(speed_at(layers, field, 23, 8, -10), -0.1F);
+  EXPECT_EQ(speed_at(layers, field, 7, 8, -10), -0.1F);
+  std::ranges::reverse(mesh.triangles);
+  std::ranges::reverse(mesh.materials);
+  EXPECT_EQ(field_of().speed, field.speed);
+}
+
 TEST(Extend, CarriesTheAmplitudesOfFactors) {
   const Frame frame{.spacing = 1, .cells = {20, 16}};
   const Layers layers = single_layer(
