@@ -60,8 +60,12 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
 // What goes around an axis meets the same all around.
 void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
   const std::string remedy = "use mode = \"3d\"";
-  if (!model.is_isotropic())
-    return table.error("model", "crystal planes are not the same all around an axis; " + remedy);
+  const std::string leaning = leaning_tables(table);
+  if (!model.is_isotropic()) {
+    const std::string what = leaning.empty() ? "crystal planes are" : "what is tilted is";
+    return table.error(leaning.empty() ? "model" : leaning,
+                       what + " not the same all around an axis; " + remedy);
+  }
   if (model.solute())
     return table.error("model", "baths are not known in mode = \"axisymmetric\"; " + remedy);
   for (const Species& each : model.species()) {
@@ -69,7 +73,7 @@ void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
     if (source.kind == SourceLobe::Kind::none) continue;
     const bool leans = !source.is_upright();
     if (leans && !source.rotating)
-      return table.error(leaning_tables(table),
+      return table.error(leaning,
                          "what is tilted is not the same all around an axis; " + remedy +
                              ", or let the wafer turn (rotating = true) under a source that is no "
                              "beam");

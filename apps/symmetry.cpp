@@ -66,8 +66,14 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
     }
     across[axis] = hindrance.empty();
   }
-  diagonal = across[0] && across[1] && frame.cells[0] == frame.cells[1] && is_upright(recipe) &&
-             is_diagonally_symmetric(layers);
+  if (across[0] && across[1] && frame.cells[0] == frame.cells[1]) {
+    if (!is_upright(recipe)) {
+      found.diagonal_hindrance = "a step has a crystal, a bath or a source that leans";
+    } else if (!is_diagonally_symmetric(layers)) {
+      found.diagonal_hindrance = "the start is not its own mirror image";
+    }
+    diagonal = found.diagonal_hindrance.empty();
+  }
   if (frame.axisymmetric && !across[0])
     throw InputError("domain.mode = \"axisymmetric\": " + found.hindrance[0]);
   return found;
@@ -86,7 +92,10 @@ std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
                                           : x && y ? "s x = 0 and y = 0"
                                           : x      ? " x = 0"
                                                    : " y = 0");
-    return recipe.uses_symmetry ? "runs " + which : "domain.symmetry = \"auto\" would run " + which;
+    const std::string whether =
+        recipe.uses_symmetry ? "runs " : "domain.symmetry = \"auto\" would run ";
+    const std::string& hindrance = found.diagonal_hindrance;
+    return whether + which + (hindrance.empty() ? "" : "; x = y is none: " + hindrance);
   }
   if (!recipe.uses_symmetry) return "";
   const bool is_same = found.hindrance[0] == found.hindrance[1];

@@ -18,8 +18,9 @@ namespace scarp {
 /// out.
 struct FoundPlanes {
   MirrorPlanes planes;
-  std::array<std::string, 2>
-      hindrance{};  ///< why there is none across an axis, where there is none
+  /// Why there is none across an axis, and of a square quarter none across x = y.
+  std::array<std::string, 2> hindrance{};
+  std::string diagonal_hindrance{};
 };
 FoundPlanes mirror_planes(const Recipe& recipe);
 

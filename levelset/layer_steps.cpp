@@ -62,6 +62,8 @@ class FilmDistance {
 
   double operator()(Vec3d r) const {
     const Frame& frame = layers_.frame;
+    // Triangles are no mirror images: what lies beyond the diagonal asks where its image lies.
+    if (frame.diagonal && r.y > r.x) std::swap(r.x, r.y);
     const bool open = is_open_gas(layers_.top().band(), gas_, nearest_node(frame, r));
     // In two dimensions both rows of nodes ask at the same point.
     r.y = frame.two_dimensional ? 0.0 : r.y;

@@ -59,7 +59,8 @@ class SidePlanes {
         mask = static_cast<SideMask>(mask | 1U << side);
       }
     }
-    if (has_diagonal_ && std::abs(r.x - r.y) <= tolerance_[0]) mask |= on_diagonal;
+    // Meshes are cut there, and lie exactly on it.
+    if (has_diagonal_ && r.x == r.y) mask |= on_diagonal;
     return mask;
   }
 

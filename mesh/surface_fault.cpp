@@ -7,6 +7,8 @@
 #include <map>
 #include <utility>
 
+#include "mesh/sides.h"
+
 namespace scarp {
 
 namespace {
@@ -20,7 +22,7 @@ std::uint8_t sides_at(const Vec3f& r, const Sides& sides) {
     if (r[axis] == static_cast<float>(sides.lower[axis])) found |= 1U << (2 * axis);
     if (r[axis] == static_cast<float>(sides.upper[axis])) found |= 2U << (2 * axis);
   }
-  if (sides.diagonal && r.x == r.y) found |= 1U << 4;
+  if (sides.diagonal && r.x == r.y) found |= on_diagonal;
   return found;
 }
 

@@ -144,6 +144,12 @@ std::vector<float> Directional::speeds(const SurfacePoints& points,
   return speeds;
 }
 
+bool Directional::is_isotropic() const {
+  return std::all_of(values_.beams.begin(), values_.beams.end(), [](const Beam& beam) {
+    return beam.direction.x == 0 && beam.direction.y == 0;
+  });
+}
+
 bool Directional::is_mirror_symmetric(int axis) const {
   // The share of all beams along a direction.
   const auto share_along = [&](Vec3d direction) {

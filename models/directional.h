@@ -39,6 +39,7 @@ class Directional final : public SurfaceModel {
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
+  bool is_isotropic() const override;
   /// One per beam, its cosine.
   std::vector<AngularFactor> angular_factors() const override;
   std::vector<std::vector<float>> amplitudes(

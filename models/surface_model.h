@@ -114,8 +114,8 @@ class SurfaceModel {
   /// for granted.
   virtual bool is_mirror_symmetric([[maybe_unused]] int axis) const { return true; }
 
-  /// Whether the rates are the same whichever way the surface faces around the vertical; particles
-  /// are another matter.
+  /// Whether the rates, at the same flux, are the same whichever way the surface faces around the
+  /// vertical; where particles come from is another matter.
   virtual bool is_isotropic() const { return true; }
 
   /// The functions of the normal that the speeds depend on, as far as they are known. With factors

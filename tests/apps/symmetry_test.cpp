@@ -13,6 +13,7 @@
 namespace scarp {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -214,6 +215,22 @@ etch_rate = "2 nm/s"
   EXPECT_EQ(measured.exit_code, 0) << measured.messages;
 }
 
+// A film is measured from triangles, which are no mirror images.
+TEST_F(SymmetricRun, AConformalFilmKeepsAnEighth) {
+  write("hole.toml", square_hole() + R"(
+[[step]]
+model = "conformal"
+material = "SiO2"
+thickness = "23 nm"
+)");
+  run("hole.toml", "eighth", "auto");
+  write("on.toml", "start = \"eighth/state_0001.vdb\"\n" +
+                       square_hole().substr(0, square_hole().find("[[geometry]]")) +
+                       "[[step]]\nmodel = \"isotropic\"\nduration = \"8 s\"\n"
+                       "etch_rate = \"2 nm/s\"\n");
+  EXPECT_THAT(scarp("check " + path("on.toml")).out, HasSubstr("on the eighth of the domain"));
+}
+
 TEST_F(SymmetricRun, CheckTellsOfMirrorPlanesAndWhyThereAreNone) {
   write("hole.toml", std::string(hole) + prescribed);
   const auto told = [&](const std::string& settings) {
@@ -238,7 +255,24 @@ TEST_F(SymmetricRun, CheckTellsOfMirrorPlanesAndWhyThereAreNone) {
   EXPECT_THAT(told(used + square), HasSubstr("runs on the eighth of the domain beyond the mirror "
                                              "planes x = 0, y = 0 and x = y"));
   const std::string slit = "--set 'geometry[1].opening={shape=\"trench\",width=\"60 nm\"}'";
-  EXPECT_THAT(told(used + square + slit), HasSubstr("runs on the quarter"));
+  EXPECT_THAT(told(used + square + slit),
+              AllOf(HasSubstr("runs on the quarter"),
+                    HasSubstr("x = y is none: the start is not its own mirror image")));
+  // Rates that lean, though no particle does.
+  write("beams.toml", square_hole() + R"(
+[[step]]
+model = "directional"
+duration = "10 s"
+directional_etch_rate = "1 nm/s"
+visibility = false
+[[step.beam]]
+tilt = "60 deg"
+[[step.beam]]
+tilt = "60 deg"
+azimuth = "180 deg"
+)");
+  EXPECT_THAT(scarp("check " + path("beams.toml")).out,
+              AllOf(HasSubstr("on the quarter"), HasSubstr("a source that leans")));
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ TEST(SidePlanes, TheDiagonalIsOneOfThem) {
   const SidePlanes planes({.lower = {0, 0}, .upper = {8, 8}, .diagonal = true});
   EXPECT_EQ(planes.mask({5, 4, 9}), 0);
   EXPECT_EQ(planes.mask({5, 5, 9}), on_diagonal);
+  EXPECT_EQ(planes.mask({5, 5 - 1e-6, 9}), 0);
   EXPECT_FALSE(is_corner(planes.mask({5, 5, 9})));
   EXPECT_TRUE(is_corner(planes.mask({8, 8, 9})));
   EXPECT_TRUE(planes.hold({5, 5, 9}));
