@@ -69,7 +69,7 @@ void revolve(Snapshot& section) {
   frame.two_dimensional = false;
   frame.axisymmetric = false;
   frame.cells[1] = frame.cells[0];
-  const Frame quarter = half_of(frame, {.across = {true, true}});
+  const Frame quarter = part_of(frame, {.across = {true, true}});
   section.surface = with_images(Revolution(beyond_axis, quarter.sides()).mesh(), quarter);
   std::erase_if(section.values,
                 [](const MetrologyValue& each) { return each.name.ends_with("_nm3"); });

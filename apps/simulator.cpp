@@ -262,7 +262,7 @@ State start_state(const Recipe& recipe) {
   if (recipe.frame.images() > 1) {
     Recipe whole = recipe;
     whole.frame = whole_of(recipe.frame);
-    return half_of(start_state(whole), {recipe.frame.half, recipe.frame.diagonal});
+    return part_of(start_state(whole), {recipe.frame.half, recipe.frame.diagonal});
   }
   if (recipe.start) {
     const State& start = *recipe.start->state;

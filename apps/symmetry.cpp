@@ -107,7 +107,7 @@ std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
 Recipe on_part(const Recipe& recipe, const FoundPlanes& found) {
   Recipe part = recipe;
   if (!recipe.uses_symmetry) return part;
-  part.frame = half_of(recipe.frame, found.planes);
+  part.frame = part_of(recipe.frame, found.planes);
   part.flux.sides = part.frame.sides();
   if (part.simplify) part.simplify->sides = part.frame.sides();
   for (ProcessStep& step : part.steps) {
@@ -118,9 +118,9 @@ Recipe on_part(const Recipe& recipe, const FoundPlanes& found) {
   return part;
 }
 
-State half_of(const State& whole, const MirrorPlanes& planes) {
+State part_of(const State& whole, const MirrorPlanes& planes) {
   State part = copy_of(whole);
-  part.layers = half_of(whole.layers, planes);
+  part.layers = part_of(whole.layers, planes);
   part.voids.clear();
   part.mesh = {};
   part.coverages = {};

@@ -32,7 +32,7 @@ std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found);
 Recipe on_part(const Recipe& recipe, const FoundPlanes& found);
 
 /// The part of a state beyond planes of symmetry, without what is known on facets.
-State half_of(const State& whole, const MirrorPlanes& planes);
+State part_of(const State& whole, const MirrorPlanes& planes);
 
 /// All of the wafer of which a state may hold a part. Its voids have to be looked for anew.
 State whole_of(State state);

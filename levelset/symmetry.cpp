@@ -98,7 +98,7 @@ void add_image(TriMesh& mesh, const Image& image) {
 
 }  // namespace
 
-Frame half_of(const Frame& whole, const MirrorPlanes& planes) {
+Frame part_of(const Frame& whole, const MirrorPlanes& planes) {
   Frame part = whole;
   for (int axis = 0; axis < 2; ++axis) {
     if (!planes.across[axis]) continue;
@@ -138,8 +138,8 @@ bool is_diagonally_symmetric(const Layers& layers) {
   });
 }
 
-Layers half_of(const Layers& whole, const MirrorPlanes& planes) {
-  const Frame part = half_of(whole.frame, planes);
+Layers part_of(const Layers& whole, const MirrorPlanes& planes) {
+  const Frame part = part_of(whole.frame, planes);
   const auto places = [&](int axis, int node) -> std::vector<int> {
     if (!planes.across[axis]) return {node};
     if (node < part.cells[axis]) return {};

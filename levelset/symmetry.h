@@ -20,13 +20,13 @@ struct MirrorPlanes {
   bool diagonal = false;
 };
 
-/// The frame of the half, or quarter, beyond planes in the middle of a wafer.
+/// The frame of the part beyond planes in the middle of a wafer.
 ///
 /// Shape: the sides across which planes lie are reflective, their numbers of cells even, and the
-///        frame is none of a half already.
-Frame half_of(const Frame& whole, const MirrorPlanes& planes);
+///        frame is none of a part already.
+Frame part_of(const Frame& whole, const MirrorPlanes& planes);
 
-/// The frame of the wafer of which this may be the half.
+/// The frame of the wafer of which this may be a part.
 Frame whole_of(const Frame& part);
 
 /// Whether the wafer is its own mirror image across its middle, to the last bit.
@@ -37,13 +37,13 @@ bool is_mirror_symmetric(const Layers& layers, int axis);
 /// The same across x = y, of a square wafer.
 bool is_diagonally_symmetric(const Layers& layers);
 
-/// The part of the layers beyond planes of symmetry; see half_of(). Nodes beyond the diagonal stay.
-Layers half_of(const Layers& whole, const MirrorPlanes& planes);
+/// The part of the layers beyond planes of symmetry; see part_of(). Nodes beyond the diagonal stay.
+Layers part_of(const Layers& whole, const MirrorPlanes& planes);
 
-/// The wafer of which layers hold the half: every bit as it would have been without.
+/// The wafer of which layers hold a part: every bit as it would have been without.
 Layers with_images(const Layers& part);
 
-/// All of a wafer of which layers may hold the half.
+/// All of a wafer of which layers may hold a part.
 class WholeLayers {
  public:
   /// part has to outlive this.

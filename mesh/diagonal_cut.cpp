@@ -29,6 +29,7 @@ class DiagonalCut {
   std::array<float, 2> ends_;  // of the diagonal
   std::vector<float> side_;    // of each vertex: x - y, 0 on the diagonal
   std::map<std::uint32_t, std::uint32_t> below_;
+  // By place, x and z: a vertex and its image meet there, and so do cuts of edges with them.
   std::map<std::pair<float, float>, std::uint32_t> on_diagonal_;
   TriMesh result_;
 };

@@ -1,4 +1,4 @@
-// Recipes that run on the half or quarter of a wafer that is its own mirror image.
+// Recipes that run on the half, quarter or eighth of a wafer that is its own mirror image.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -154,9 +154,12 @@ growth_rate = "2 nm/s"
   EXPECT_EQ(half["void_count"], whole["void_count"]);
 }
 
-// The film on the floor, in which the flux counts most: of a quarter, and of an eighth.
+// The film on the floor, in which the flux counts most: of a quarter, and of an eighth, also on all
+// of the facets that it is cut from.
 TEST_F(SymmetricRun, FluxModelsAgreeWithinTheirErrors) {
-  for (const std::string& geometry : {std::string(hole), square_hole()}) {
+  const std::string all_facets = "[simplify]\nenabled = false\n";
+  for (const std::string& geometry :
+       {std::string(hole), square_hole(), square_hole() + all_facets}) {
     write("hole.toml", geometry + deposition);
     const auto depth = [&](const std::string& folder, const std::string& symmetry, int seed) {
       return run("hole.toml", folder, symmetry,

@@ -44,7 +44,7 @@ TEST(MirrorImages, AHalfAndItsImagesAreTheWholeToTheLastBit) {
   const Layers whole = two_layers(frame);
   for (const MirrorPlanes& planes :
        {MirrorPlanes{{true, false}}, MirrorPlanes{{false, true}}, both}) {
-    const Layers part = half_of(whole, planes);
+    const Layers part = part_of(whole, planes);
     EXPECT_EQ(part.frame.cells[0], planes.across[0] ? 10 : 20);
     EXPECT_EQ(part.frame.sides().lower[1], planes.across[1] ? 0 : -26);
     EXPECT_EQ(hash(WholeLayers(part).get()), hash(whole));
@@ -54,8 +54,8 @@ TEST(MirrorImages, AHalfAndItsImagesAreTheWholeToTheLastBit) {
 }
 
 TEST(MirrorImages, OfAHalfIsWhatWouldBeBuiltThere) {
-  const Layers part = half_of(two_layers(frame), both);
-  EXPECT_EQ(hash(part), hash(two_layers(half_of(frame, both))));
+  const Layers part = part_of(two_layers(frame), both);
+  EXPECT_EQ(hash(part), hash(two_layers(part_of(frame, both))));
   EXPECT_EQ(part.top().distance({3, -5, -4}), part.top().distance({3, 5, -4}));
 }
 
@@ -88,7 +88,7 @@ TEST(MirrorImages, AcrossTheDiagonalIsFoundToTheLastBit) {
 
 TEST(MirrorImages, OfAnEighthKeepTheNodesOfTheQuarter) {
   const Layers whole = round_layers();
-  const Layers part = half_of(whole, all);
+  const Layers part = part_of(whole, all);
   EXPECT_EQ(part.frame.images(), 4);
   EXPECT_EQ(part.frame.facet_images(), 8);
   EXPECT_TRUE(part.frame.sides().diagonal);
@@ -97,7 +97,7 @@ TEST(MirrorImages, OfAnEighthKeepTheNodesOfTheQuarter) {
 }
 
 TEST(MirrorImages, NodesBeyondTheDiagonalTakeWhatTheirImagesHave) {
-  const Layers part = half_of(round_layers(), all);
+  const Layers part = part_of(round_layers(), all);
   const Band& band = part.top().band();
   std::vector<float> values(band.leaves().size() * leaf_size);
   const auto number = [](int i, int j, int k) {
@@ -140,7 +140,7 @@ Vec3d area_vector_of(const TriMesh& mesh) {
 TEST(MirrorImages, TheSurfaceOfAHalfAndItsImagesIsThatOfTheWhole) {
   const Layers whole = two_layers(frame);
   const TriMesh surface = extract_surface(whole);
-  const Layers part = half_of(whole, both);
+  const Layers part = part_of(whole, both);
   const TriMesh with_all = with_images(extract_surface(part), part.frame);
   EXPECT_EQ(with_all.vertices.size(), surface.vertices.size());
   EXPECT_LT(apart(with_all, surface), 1e-5);
@@ -157,7 +157,7 @@ TEST(MirrorImages, TheSurfaceOfAHalfAndItsImagesIsThatOfTheWhole) {
 
 TEST(MirrorImages, TheSurfaceOfAnEighthAndItsImagesIsThatOfTheWhole) {
   const TriMesh surface = extract_surface(round_layers());
-  const Layers part = half_of(round_layers(), all);
+  const Layers part = part_of(round_layers(), all);
   const TriMesh eighth = below_diagonal(extract_surface(part), part.frame.sides(), 2);
   EXPECT_EQ(surface_fault(eighth, part.frame.sides()), std::nullopt);
   const TriMesh with_all = with_images(eighth, part.frame);
@@ -184,7 +184,7 @@ TEST(MirrorImages, VoidsOfAHalfAreCountedAndMeasuredAsThoseOfTheWhole) {
     return std::max(r.z - 0.2, -nearest);
   };
   const Layers whole = single_layer(domain, bubbles, -30, 4);
-  const Layers part = half_of(whole, both);
+  const Layers part = part_of(whole, both);
   const auto measured = [](const Layers& layers) {
     std::vector<double> volumes;
     for (const Region& region : open_gas(layers).voids)
