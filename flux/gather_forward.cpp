@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/error.h"
 #include "flux/error_draws.h"
 #include "flux/first_arrivals.h"
 #include "flux/onward.h"
@@ -42,9 +43,10 @@ struct Flights {
 Flights fewest(const Part& direct, const Part& onward, double error) {
   const double D = direct.error * direct.flights;
   const double O = onward.error * onward.error * onward.flights;
-  const auto for_direct = [&](double n) {
-    return Flights{n, D > 0 ? std::sqrt(O * n / 2) * n / D : O / (error * error)};
-  };
+  SCARP_ASSERT(D, >=, 0);
+  SCARP_ASSERT(O, >=, 0);
+  if (D == 0) return {.direct = 1, .onward = O / (error * error)};
+  const auto for_direct = [&](double n) { return Flights{n, std::sqrt(O * n / 2) * n / D}; };
   const auto reaches = [&](double n) {
     const double of_direct = D / n;
     const double square = O > 0 ? O / for_direct(n).onward : 0;

@@ -64,10 +64,15 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
 }
 
 void RayPlan::share_by_width() {
+  // What is so close to the axis that rounding moves it there would get all rays. The root of the
+  // area of a ring a thousand times as high as wide is 40 times its radius.
+  constexpr double least_radius = 0.01;  // by the root of the area
   surface_ = 0;
   for (std::size_t e = 0; e < share_.size(); ++e) {
+    if (share_[e] == 0) continue;
     const Vec3d middle = elements_->middle(e);
-    share_[e] /= std::sqrt(middle.x * middle.x + middle.y * middle.y);
+    const double radius = std::sqrt(middle.x * middle.x + middle.y * middle.y);
+    share_[e] /= std::max(radius, least_radius * std::sqrt(share_[e]));
     surface_ += share_[e];
   }
 }

@@ -136,6 +136,28 @@ TEST(RevolutionTest, BothEnginesGiveTheFluxInHoles) {
   }
 }
 
+// A floor may end next to the axis in a wall of hardly any radius: its rays are few.
+TEST(RevolutionTest, WhatNearlyTouchesTheAxisTakesNoMoreThanItsWidth) {
+  for (const double radius : {1e-3, 1e-6, 1e-9}) {
+    const Vec3d y{0, 1, 0};
+    exact::Builder builder;
+    builder.grid({0, 0, -20.5}, {radius, 0, 0}, 1, y, 1);
+    builder.grid({radius, 0, -20.5}, {0, 0, 0.5}, 1, y, 1);
+    builder.grid({radius, 0, -20}, {10 - radius, 0, 0}, 10, y, 1);
+    builder.grid({10, 0, -20}, {0, 0, 20}, 40, y, 1);
+    builder.grid({10, 0, 0}, {field, 0, 0}, 4, y, 1);
+    const exact::Shape hole{builder.mesh, {.lower = {0, 0}, .upper = {10 + field, 1}}};
+    for (const Species& each : {Species{.name = "gas", .sticking = {1}}, exact::plasma_ions()}) {
+      FluxOptions options = options_of(hole, Engine::automatic);
+      options.target_error = 0.01;
+      const FluxField flux = solve_flux(hole.mesh, {&each, 1}, options).front();
+      EXPECT_TRUE(flux.target_reached()) << each.name << " " << radius;
+      EXPECT_LT(flux.rays, 1 << 20);
+      for (const float error : flux.arrivals().std_error) ASSERT_TRUE(std::isfinite(error));
+    }
+  }
+}
+
 TEST(RevolutionTest, AFlatWaferGetsAllOfTheSource) {
   exact::Builder builder;
   builder.grid({0, 0, 0}, {12, 0, 0}, 12, {0, 1, 0}, 1);
