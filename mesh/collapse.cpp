@@ -108,8 +108,8 @@ void CollapseChecks::place_at(const CollapseMesh& mesh, Vec3d r) {
 }
 
 bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h) {
-  return mesh.topology.can_collapse(h) && keeps_facets(mesh) && makes_no_fold(mesh) &&
-         keeps_border(mesh, h);
+  return mesh.topology.can_collapse(h) && keeps_off_sides(mesh, star_) && keeps_facets(mesh) &&
+         makes_no_fold(mesh) && keeps_border(mesh, h);
 }
 
 bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {

@@ -65,7 +65,8 @@ struct Pass {
     if (mesh.is_border(h) || !order.allows_flip(mesh, star)) return;
     if (!checks.may_flip(mesh, h, reference)) return;
     if (!(shapes + points.growth(star, checks.fan(mesh)) < 0)) return;
-    if (!mesh.topology.can_flip(h) || !checks.keeps_bound_of_flip(mesh)) return;
+    if (!mesh.topology.can_flip(h) || !keeps_off_sides(mesh, star)) return;
+    if (!checks.keeps_bound_of_flip(mesh)) return;
     points.move(star, checks.fan(mesh));
     checks.accept_move();
     mesh.topology.flip(h);

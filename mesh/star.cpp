@@ -111,4 +111,13 @@ void Star::gather_flip(const HalfEdges& topology, std::uint32_t h) {
   ring[2] = topology.target(h);
 }
 
+bool keeps_off_sides(const CollapseMesh& mesh, const Star& star) {
+  const int sides = mesh.sides[star.u] | mesh.sides[star.v];
+  if (sides == 0) return true;
+  // The first and the last edge of an open ring are boundaries.
+  for (int i = star.closed ? 0 : 1; i < star.count; ++i)
+    if ((mesh.sides[star.ring[i]] & sides) != 0) return false;
+  return true;
+}
+
 }  // namespace scarp

@@ -42,4 +42,8 @@ struct Star {
   void gather_flip(const HalfEdges& topology, std::uint32_t h);
 };
 
+/// Whether no inner edge of what a star becomes joins two places on one side of the domain: there
+/// it would meet its own mirror image.
+bool keeps_off_sides(const CollapseMesh& mesh, const Star& star);
+
 }  // namespace scarp

@@ -94,7 +94,7 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
   const Merge rule = merge_rule(mesh, h);
   Star star;
   if (rule == Merge::forbidden || !mesh.topology.can_collapse(h) ||
-      !star.gather(mesh.topology, h)) {
+      !star.gather(mesh.topology, h) || !keeps_off_sides(mesh, star)) {
     return false;
   }
   // Onto the end that lies on more sides, or is bound more.
@@ -102,9 +102,9 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
   const Vec3d r = mesh.r[to_target ? star.v : star.u];
   if (!keeps_directions(mesh, star, r)) return false;
   Star twin;
-  if (t != HalfEdges::none &&
-      (!mesh.topology.can_collapse(t) || !twin.gather(mesh.topology, t) ||
-       !star.is_apart_from(twin) || !keeps_directions(mesh, twin, mesh.twin_place(h, r)))) {
+  if (t != HalfEdges::none && (!mesh.topology.can_collapse(t) || !twin.gather(mesh.topology, t) ||
+                               !star.is_apart_from(twin) || !keeps_off_sides(mesh, twin) ||
+                               !keeps_directions(mesh, twin, mesh.twin_place(h, r)))) {
     return false;
   }
   const Star& there = t != HalfEdges::none ? twin : star;
@@ -120,6 +120,9 @@ bool collapse_needle(CollapseMesh& mesh, std::uint32_t edge, Moves& moves) {
 
 bool flip_cap(CollapseMesh& mesh, std::uint32_t h, const Shape& shape, Moves& moves) {
   if (!mesh.topology.can_flip(h) || mesh.is_border(h)) return false;
+  Star star;
+  star.gather_flip(mesh.topology, h);
+  if (!keeps_off_sides(mesh, star)) return false;
   const std::uint32_t f = HalfEdges::facet(h);
   const std::uint32_t g = HalfEdges::facet(mesh.topology.opposite(h));
   const Vec3d u = mesh.r[mesh.topology.origin(h)];

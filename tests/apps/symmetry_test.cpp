@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "mesh/half_edges.h"
 #include "mesh/mesh_file.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
@@ -216,6 +217,50 @@ etch_rate = "2 nm/s"
   EXPECT_THAT(scarp("check " + path("on.toml")).out, HasSubstr("on the eighth of the domain"));
   const Outcome measured = scarp("measure " + path("eighth") + " --json");
   EXPECT_EQ(measured.exit_code, 0) << measured.messages;
+}
+
+// The fronts of the film that closes the arms of a cross meet on the planes, nearly along them: no
+// facet may join two places there, or its image would join them, too, and the surface be none.
+TEST_F(SymmetricRun, FrontsThatMeetOnAPlaneLeaveASurface) {
+  write("cross.toml", R"(
+[domain]
+spacing = "10 nm"
+extent = ["400 nm", "400 nm"]
+symmetry = "auto"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "60 nm"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "80 nm"
+[geometry.opening]
+shape = "polygon"
+points = [["-120 nm", "-40 nm"], ["-40 nm", "-40 nm"], ["-40 nm", "-120 nm"],
+          ["40 nm", "-120 nm"], ["40 nm", "-40 nm"], ["120 nm", "-40 nm"], ["120 nm", "40 nm"],
+          ["40 nm", "40 nm"], ["40 nm", "120 nm"], ["-40 nm", "120 nm"], ["-40 nm", "40 nm"],
+          ["-120 nm", "40 nm"]]
+[[step]]
+model = "conformal"
+thickness = "55 nm"
+material = "Si3N4"
+[[step]]
+model = "isotropic"
+duration = "40 s"
+etch_rate = { Si3N4 = "1.5 nm/s", default = "0.3 nm/s" }
+[output]
+every = "20 s"
+)");
+  run("cross.toml", "cross", "auto");
+  for (int output = 0; output <= 3; ++output) {
+    const std::string surface = path("cross") + "/surface_000" + std::to_string(output) + ".vtp";
+    EXPECT_NO_THROW(HalfEdges(read_mesh(surface))) << output;
+  }
+  EXPECT_TRUE(std::filesystem::exists(path("cross") + "/report.html"));
 }
 
 // A film is measured from triangles, which are no mirror images.
