@@ -25,7 +25,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // For which a flux is carried on the surface: closest places on facets further away tell less,
 // least where speeds turn with the normal: a floor that sinks by more than a spacing leaves walls
 // behind that know only of its edge. After four moves at a time holes of SF6/O2, six spacings wide,
-// were most of a spacing deeper and a quarter of one narrower than after one, after two the same.
+// were most of a spacing deeper and a quarter of one narrower at their end than after one; after
+// two as deep, and up to a sixth narrower.
 constexpr double most_moves = 4;
 constexpr double most_moves_with_factors = 2;
 

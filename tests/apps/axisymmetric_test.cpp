@@ -249,7 +249,10 @@ azimuth = "180 deg"
             "opening.shape: is not the same all around the axis; use a round shape");
   refused(round_domain + aside + conformal_film, "center: must be on the axis");
   refused(round_domain + wafer + crystal, "crystal planes are not the same all around an axis");
-  refused(round_domain + wafer + tilted, "what is tilted is not the same all around an axis");
+  std::string unshadowed = tilted;
+  unshadowed.insert(unshadowed.find("[[step.beam]]"), "visibility = false\n");
+  for (const std::string& beams : {tilted, unshadowed})
+    refused(round_domain + wafer + beams, "what is tilted is not the same all around an axis");
   refused("[domain]\nspacing = \"20 nm\"\nmode = \"axisymmetric\"\nextent = [\"620 nm\"]\n" +
               wafer + conformal_film,
           "it has to be an even number of them");
