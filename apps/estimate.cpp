@@ -92,7 +92,8 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
         return largest_yield(law, species.ions->energy.mean());
       });
   const std::vector<AngularFactor> factors = model.angular_factors();
-  const std::vector<std::vector<float>> parts = model.amplitudes(wafers.points(), wafers.tallies());
+  const std::vector<std::vector<float>> parts =
+      model.amplitudes(wafers.points(), wafers.tallies(), factors);
   double top = 0;
   for (std::size_t m = 0; m < material_count; ++m) {
     double speed = std::abs(static_cast<double>(parts[0][m]));

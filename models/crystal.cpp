@@ -68,7 +68,8 @@ std::vector<float> Crystal::speeds(const SurfacePoints& points,
 }
 
 std::vector<std::vector<float>> Crystal::amplitudes(const SurfacePoints& points,
-                                                    std::span<const std::span<const float>>) const {
+                                                    std::span<const std::span<const float>>,
+                                                    std::span<const AngularFactor>) const {
   std::vector<std::vector<float>> parts(2, std::vector<float>(points.material.size()));
   for (std::size_t p = 0; p < points.material.size(); ++p)
     parts[1][p] = values_.amplitude[points.material[p]];

@@ -28,8 +28,9 @@ class Crystal final : public SurfaceModel {
   bool is_mirror_symmetric(int axis) const override;
   bool is_isotropic() const override { return false; }
   std::vector<AngularFactor> angular_factors() const override { return {values_.rate}; }
-  std::vector<std::vector<float>> amplitudes(
-      const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
+  std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
+                                             std::span<const std::span<const float>> flux,
+                                             std::span<const AngularFactor> factors) const override;
 
  private:
   Values values_;

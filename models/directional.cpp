@@ -174,7 +174,8 @@ std::vector<AngularFactor> Directional::angular_factors() const {
 }
 
 std::vector<std::vector<float>> Directional::amplitudes(
-    const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+    const SurfacePoints& points, std::span<const std::span<const float>> flux,
+    std::span<const AngularFactor>) const {
   const std::size_t count = points.material.size();
   std::vector<std::vector<float>> parts(1 + values_.beams.size(), std::vector<float>(count));
   for (std::size_t p = 0; p < count; ++p) {

@@ -42,8 +42,9 @@ class Directional final : public SurfaceModel {
   bool is_isotropic() const override;
   /// One per beam, its cosine.
   std::vector<AngularFactor> angular_factors() const override;
-  std::vector<std::vector<float>> amplitudes(
-      const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
+  std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
+                                             std::span<const std::span<const float>> flux,
+                                             std::span<const AngularFactor> factors) const override;
 
  private:
   Values values_;

@@ -106,7 +106,8 @@ double Sputtering::part_in_sight(std::size_t ion, double open, double lost,
 // A part of what the open source would bring comes straight from it and turns with the normal. What
 // is more than all of it was reflected.
 std::vector<std::vector<float>> Sputtering::amplitudes(
-    const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+    const SurfacePoints& points, std::span<const std::span<const float>> flux,
+    std::span<const AngularFactor> factors) const {
   std::vector<std::vector<float>> parts(1 + factor_count_,
                                         std::vector<float>(points.material.size()));
   for (std::size_t p = 0; p < points.material.size(); ++p) {
@@ -116,7 +117,7 @@ std::vector<std::vector<float>> Sputtering::amplitudes(
     double rest = here.settles;
     for (std::size_t i = 0; i < surface.by_ion.size(); ++i) {
       const Loss& of_ion = surface.by_ion[i];
-      const AngularFactor& factor = values_.factors[i][of_ion.yield];
+      const AngularFactor& factor = factors[first_factor_[i] + of_ion.yield];
       const double value = factor.value(points.normal[p]);
       const double open = of_ion.atoms * value;
       const bool grazes = value < grazing * factor.bounds().value;

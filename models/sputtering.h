@@ -59,8 +59,9 @@ class Sputtering final : public SurfaceModel {
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
   std::vector<AngularFactor> angular_factors() const override;
-  std::vector<std::vector<float>> amplitudes(
-      const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
+  std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
+                                             std::span<const std::span<const float>> flux,
+                                             std::span<const AngularFactor> factors) const override;
 
  private:
   struct Balance {

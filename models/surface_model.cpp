@@ -1,9 +1,12 @@
 #include "models/surface_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "flux/source_lobe.h"
+#include "models/open_response.h"
 
 namespace scarp {
 
@@ -24,30 +27,62 @@ bool is_narrow(const SourceLobe& source) {
                               : source.table.cosine(0.5) >= least_cosine;
 }
 
-std::vector<Lobe> lobes_of(const SurfaceModel& model) {
-  std::vector<Lobe> lobes;
+// A yield that is largest at a slant, whose tally no power of the cosine can follow.
+struct PeakedYield {
+  std::size_t species = 0;
+  std::size_t yield = 0;
   std::size_t tally = 0;
-  for (const Species& species : model.species()) {
-    const std::size_t end = tally + 1 + species.yields.size();
-    if (is_narrow(species.source)) {
-      const Vec3d direction = species.source.direction;
-      auto lobe = std::ranges::find(lobes, direction, &Lobe::direction);
-      if (lobe == lobes.end()) lobe = lobes.insert(lobe, {.direction = direction, .tallies = {}});
-      for (std::size_t t = tally; t < end; ++t) lobe->tallies.push_back(t);
-    }
-    tally = end;
+};
+
+bool is_peaked(const YieldLaw& law) {
+  constexpr int angles = 90;
+  constexpr double least_rise = 1.05;
+  double most = 0;
+  for (int k = 0; k <= angles; ++k) {
+    const double cosine = static_cast<double>(k) / angles;
+    most = std::max(most, cosine * law.factor.at(AngleTable::half_sine(cosine)));
   }
-  return lobes;
+  return most > least_rise * law.factor.at(0);
 }
 
-// The speeds if a lobe brought a part less.
-std::vector<float> speeds_with_less(float less, const Lobe& lobe, const SurfaceModel& model,
-                                    const SurfacePoints& points,
+// The tallies of species by how they turn with the normal.
+struct TurningTallies {
+  std::vector<Lobe> lobes;
+  std::vector<PeakedYield> peaked;
+};
+
+TurningTallies turning_tallies(std::span<const Species> all) {
+  TurningTallies turning;
+  std::size_t tally = 0;
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    const Species& species = all[s];
+    std::vector<std::size_t> others{tally};
+    for (std::size_t y = 0; y < species.yields.size(); ++y) {
+      if (is_peaked(species.yields[y])) {
+        turning.peaked.push_back({.species = s, .yield = y, .tally = tally + 1 + y});
+      } else {
+        others.push_back(tally + 1 + y);
+      }
+    }
+    tally += 1 + species.yields.size();
+    if (!is_narrow(species.source)) continue;
+    const Vec3d direction = species.source.direction;
+    auto lobe = std::ranges::find(turning.lobes, direction, &Lobe::direction);
+    if (lobe == turning.lobes.end())
+      lobe = turning.lobes.insert(lobe, {.direction = direction, .tallies = {}});
+    lobe->tallies.insert(lobe->tallies.end(), others.begin(), others.end());
+  }
+  return turning;
+}
+
+// The speeds if there were a part less in some tallies.
+std::vector<float> speeds_with_less(float less, std::span<const std::size_t> tallies,
+                                    const SurfaceModel& model, const SurfacePoints& points,
                                     std::span<const std::span<const float>> flux) {
   std::vector<std::vector<float>> weaker;
   std::vector<std::span<const float>> views(flux.begin(), flux.end());
-  weaker.reserve(lobe.tallies.size());
-  for (const std::size_t t : lobe.tallies) {
+  weaker.reserve(tallies.size());
+  for (const std::size_t t : tallies) {
     std::vector<float>& tally = weaker.emplace_back(flux[t].begin(), flux[t].end());
     for (float& value : tally) value *= 1 - less;
     views[t] = tally;
@@ -55,17 +90,18 @@ std::vector<float> speeds_with_less(float less, const Lobe& lobe, const SurfaceM
   return model.speeds(points, views);
 }
 
-// What the speeds of points owe to a lobe.
+// What the speeds of points owe to some tallies.
 struct Owed {
-  std::vector<float> rise;  ///< by how much each changes with the logarithm of all that it brings
+  std::vector<float> rise;  ///< by how much each changes with the logarithm of what they count
   std::vector<float> all;   ///< what there would not be without it
 };
 
-Owed owed_to(const Lobe& lobe, const SurfaceModel& model, const SurfacePoints& points,
-             std::span<const std::span<const float>> flux, std::span<const float> speeds) {
+Owed owed_to(std::span<const std::size_t> tallies, const SurfaceModel& model,
+             const SurfacePoints& points, std::span<const std::span<const float>> flux,
+             std::span<const float> speeds) {
   constexpr float less = 0.01F;
-  Owed owed{.rise = speeds_with_less(less, lobe, model, points, flux),
-            .all = speeds_with_less(1, lobe, model, points, flux)};
+  Owed owed{.rise = speeds_with_less(less, tallies, model, points, flux),
+            .all = speeds_with_less(1, tallies, model, points, flux)};
   for (std::size_t p = 0; p < speeds.size(); ++p) {
     owed.rise[p] = (speeds[p] - owed.rise[p]) / less;
     owed.all[p] = speeds[p] - owed.all[p];
@@ -83,7 +119,7 @@ struct Turning {
   float higher = 0;
 };
 
-// Of a speed, what turns with the normal: what changes at once with what the lobe brings, or more.
+// Of a speed, what turns with the normal: what changes at once with what arrives, or more.
 // A surface along the lobe gets none of it: that a floor goes on nearly as fast with fewer ions
 // says nothing of the walls that it leaves behind, which ions alone may etch.
 Turning turning_part(float speed, float rise, float all) {
@@ -95,52 +131,104 @@ Turning turning_part(float speed, float rise, float all) {
   return {.linear = (1 - part) * speed, .higher = part * speed};
 }
 
-}  // namespace
-
-std::vector<AngularFactor> SurfaceModel::angular_factors() const {
-  std::vector<AngularFactor> factors;
-  for (const Lobe& lobe : lobes_of(*this)) {
-    factors.push_back(CubicResponse(lobe.direction, 1, 0));
-    factors.push_back(CubicResponse(lobe.direction, 0, 1));
+// Of speeds that follow a peaked yield, the amplitude of its factor.
+//
+// A part of what an open source would bring at the normal comes straight from it; what is more than
+// all of it was reflected and does not turn. Where ions only graze, the normal tells little.
+std::vector<float> amplitude_of(const PeakedYield& peaked, const Species& ions,
+                                const AngularFactor& factor, const SurfacePoints& points,
+                                std::span<const float> tally, std::span<const float> speeds,
+                                const Owed& owed) {
+  constexpr double grazing = 1e-3;
+  const bool is_even = ions.source.map.empty();
+  std::vector<float> amplitude(speeds.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    const float open = factor.value(points.normal[p]);
+    if (!(tally[p] > 0) || open <= grazing * factor.bounds().value) continue;
+    const Turning turning = turning_part(speeds[p], owed.rise[p], owed.all[p]);
+    const float straight = is_even ? std::max(open, tally[p]) : open;
+    amplitude[p] = (turning.linear + turning.higher) / straight;
   }
-  return factors;
+  return amplitude;
 }
 
 // A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
 // was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
 // would shorten the time step.
-std::vector<std::vector<float>> SurfaceModel::amplitudes(
-    const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
+//
+// rest is what is left of the speeds for the lobe and what does not turn, and becomes the latter.
+std::array<std::vector<float>, 2> amplitudes_of(const Lobe& lobe, const Owed& owed,
+                                                const SurfacePoints& points,
+                                                std::vector<float>& rest) {
   constexpr float grazing = 1e-4F;
-  std::vector<std::vector<float>> parts{speeds(points, flux)};
-  const std::vector<float> whole = parts.front();
-  for (const Lobe& lobe : lobes_of(*this)) {
-    const Owed owed = owed_to(lobe, *this, points, flux, whole);
-    std::vector<Turning> turning(whole.size());
-    float most = 0;
-    for (std::size_t p = 0; p < whole.size(); ++p) {
-      turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
-      most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
-    }
-    const Vec3f direction(lobe.direction);
-    std::vector<float> linear(whole.size());
-    std::vector<float> high(whole.size());
-    for (std::size_t p = 0; p < whole.size(); ++p) {
-      const float cosine = -dot(direction, points.normal[p]);
-      if (!(cosine > grazing)) continue;
-      linear[p] = turning[p].linear / cosine;
-      high[p] = turning[p].higher / higher(cosine);
-      const float head_on = std::abs(linear[p] + high[p]);
-      const float part = head_on > most ? most / head_on : 1;
-      linear[p] *= part;
-      high[p] *= part;
-      float& rest = parts.front()[p];
-      rest -= part * (turning[p].linear + turning[p].higher);
-      // By rounding.
-      if (rest * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest = 0;
-    }
-    parts.push_back(std::move(linear));
-    parts.push_back(std::move(high));
+  const std::vector<float> whole = rest;
+  std::vector<Turning> turning(whole.size());
+  float most = 0;
+  for (std::size_t p = 0; p < whole.size(); ++p) {
+    turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
+    most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
+  }
+  const Vec3f direction(lobe.direction);
+  std::vector<float> linear(whole.size());
+  std::vector<float> high(whole.size());
+  for (std::size_t p = 0; p < whole.size(); ++p) {
+    const float cosine = -dot(direction, points.normal[p]);
+    if (!(cosine > grazing)) continue;
+    linear[p] = turning[p].linear / cosine;
+    high[p] = turning[p].higher / higher(cosine);
+    const float head_on = std::abs(linear[p] + high[p]);
+    const float part = head_on > most ? most / head_on : 1;
+    linear[p] *= part;
+    high[p] *= part;
+    rest[p] -= part * (turning[p].linear + turning[p].higher);
+    // By rounding.
+    if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
+  }
+  return {std::move(linear), std::move(high)};
+}
+
+}  // namespace
+
+std::vector<AngularFactor> SurfaceModel::angular_factors() const {
+  const std::vector<Species> all = species();
+  const TurningTallies turning = turning_tallies(all);
+  std::vector<AngularFactor> factors;
+  for (const Lobe& lobe : turning.lobes) {
+    factors.push_back(CubicResponse(lobe.direction, 1, 0));
+    factors.push_back(CubicResponse(lobe.direction, 0, 1));
+  }
+  for (const PeakedYield& peaked : turning.peaked) {
+    const Species& ions = all[peaked.species];
+    factors.push_back(OpenResponse(ions, ions.yields[peaked.yield]).factor());
+  }
+  return factors;
+}
+
+// Peaked yields first: what they leave of the speeds is the lobes'.
+std::vector<std::vector<float>> SurfaceModel::amplitudes(
+    const SurfacePoints& points, std::span<const std::span<const float>> flux,
+    std::span<const AngularFactor> factors) const {
+  const std::vector<float> whole = speeds(points, flux);
+  const std::vector<Species> all = species();
+  const auto [lobes, peaked_yields] = turning_tallies(all);
+  std::vector<std::vector<float>> parts(1 + factors.size());
+  std::vector<float>& rest = parts.front() = whole;
+  std::size_t next = 1 + 2 * lobes.size();
+  for (const PeakedYield& peaked : peaked_yields) {
+    const AngularFactor& factor = factors[next - 1];
+    const Owed owed = owed_to({&peaked.tally, 1}, *this, points, flux, whole);
+    parts[next] =
+        amplitude_of(peaked, all[peaked.species], factor, points, flux[peaked.tally], whole, owed);
+    for (std::size_t p = 0; p < rest.size(); ++p)
+      rest[p] -= parts[next][p] * factor.value(points.normal[p]);
+    ++next;
+  }
+  next = 1;
+  for (const Lobe& lobe : lobes) {
+    auto [linear, high] =
+        amplitudes_of(lobe, owed_to(lobe.tallies, *this, points, flux, whole), points, rest);
+    parts[next++] = std::move(linear);
+    parts[next++] = std::move(high);
   }
   return parts;
 }

@@ -123,15 +123,17 @@ class SurfaceModel {
   /// on slopes as they were, edges move wrongly and slopes are unstable.
   ///
   /// Without anything better: the cosine to the axis of every narrow lobe from which particles
-  /// come.
+  /// come, and what every yield that is largest at a slant brings from an open source.
   virtual std::vector<AngularFactor> angular_factors() const;
 
   /// The parts of the speed where there are factors: speeds() is the first part plus, for every
   /// factor, its amplitude times the factor at the normal.
   ///
-  /// Shape: one entry more than factors, of an entry per point each. Units: nm/s.
-  virtual std::vector<std::vector<float>> amplitudes(
-      const SurfacePoints& points, std::span<const std::span<const float>> flux) const;
+  /// Shape: one entry more than factors, of an entry per point each; factors are those of
+  ///        angular_factors(), which take a while to find. Units: nm/s.
+  virtual std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
+                                                     std::span<const std::span<const float>> flux,
+                                                     std::span<const AngularFactor> factors) const;
 };
 
 /// How long a step takes by a key of its model. Units: s.

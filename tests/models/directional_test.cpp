@@ -96,7 +96,7 @@ TEST(Directional, WithoutVisibilityOnlyTheNormalCounts) {
 void expect_parts_add_up(const SurfaceModel& model, const SurfacePoints& points,
                          std::span<const std::span<const float>> flux) {
   const std::vector<AngularFactor> factors = model.angular_factors();
-  const auto parts = model.amplitudes(points, flux);
+  const auto parts = model.amplitudes(points, flux, factors);
   const std::vector<float> speeds = model.speeds(points, flux);
   ASSERT_EQ(parts.size(), 1 + factors.size());
   for (std::size_t p = 0; p < speeds.size(); ++p) {

@@ -71,7 +71,7 @@ TEST(KohEtch, TakesTheCrystalAlone) {
   EXPECT_FALSE(step.deposits.has_value());
   EXPECT_TRUE(step.model->species().empty());
   const Points both({"Si", "SiO2"});
-  const auto parts = step.model->amplitudes(both, {});
+  const auto parts = step.model->amplitudes(both, {}, step.model->angular_factors());
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0], (std::vector<float>{0, 0}));
   EXPECT_EQ(parts[1], (std::vector<float>{-1, 0}));

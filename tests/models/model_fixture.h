@@ -61,7 +61,8 @@ class ModelAtPoint {
   double emission() const { return model_->emission(point_, flux()).front().front(); }
   std::vector<float> amplitudes() const {
     std::vector<float> parts;
-    for (const auto& part : model_->amplitudes(point_, flux())) parts.push_back(part.front());
+    for (const auto& part : model_->amplitudes(point_, flux(), model_->angular_factors()))
+      parts.push_back(part.front());
     return parts;
   }
   /// 0 where the model knows none.

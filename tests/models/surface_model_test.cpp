@@ -44,8 +44,8 @@ struct Slopes {
     materials.resize(normals.size());
     gas.assign(normals.size(), 1.0F);
     tallies = {gas, ions, ions};
-    parts = model.amplitudes(points(), tallies);
     factors = model.angular_factors();
+    parts = model.amplitudes(points(), tallies, factors);
   }
 
   SurfacePoints points() const { return {.material = materials, .normal = normals}; }
@@ -125,7 +125,7 @@ TEST(TurningSpeeds, AreBounded) {
   const PowerOfIons model(1, 0);
   Slopes slopes(model);
   std::ranges::fill(slopes.ions, 1.0F);  // most of it reflected
-  const auto parts = model.amplitudes(slopes.points(), slopes.tallies);
+  const auto parts = model.amplitudes(slopes.points(), slopes.tallies, slopes.factors);
   for (const float amplitude : parts[1]) {
     EXPECT_LE(std::abs(amplitude), 1.001F);
     EXPECT_TRUE(std::isfinite(amplitude));
