@@ -133,6 +133,7 @@ inline Hamiltonian evaluate(const SpeedField& field, std::size_t first, const Gr
   }
   for (const AngularSpeed& part : field.angular) {
     const float* amplitude = &part.amplitude[first];
+    if (std::all_of(amplitude, amplitude + leaf_edge, [](float a) { return a == 0; })) continue;
     part.factor.visit([&](const auto& factor) {
       for (int k = 0; k < leaf_edge; ++k) {
         sum.add(factor.rate(p(k)), amplitude[k], k);

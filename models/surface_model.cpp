@@ -219,8 +219,11 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const Owed owed = owed_to({&peaked.tally, 1}, *this, points, flux, whole);
     parts[next] =
         amplitude_of(peaked, all[peaked.species], factor, points, flux[peaked.tally], whole, owed);
-    for (std::size_t p = 0; p < rest.size(); ++p)
+    for (std::size_t p = 0; p < rest.size(); ++p) {
       rest[p] -= parts[next][p] * factor.value(points.normal[p]);
+      // By rounding.
+      if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
+    }
     ++next;
   }
   next = 1;

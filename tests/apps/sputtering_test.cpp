@@ -13,7 +13,9 @@
 
 #include "apps/simulator.h"
 #include "apps/surface_speeds.h"
+#include "apps/symmetry.h"
 #include "levelset/cross_section.h"
+#include "models/open_response.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/apps/surface_height.h"
 
@@ -386,6 +388,51 @@ TEST(SputterDeposition, IonsMoveTheFilmFromTheFloorToTheWalls) {
   EXPECT_LT(with[0], without[0] - 0.1);
   EXPECT_GT(with[1], without[1] + 0.05);
 }
+
+struct Floor {
+  const char* name;
+  const char* domain;
+  const char* opening;
+};
+
+/// Floors between walls that ions do not etch.
+class FloorUnderSputtering : public ::testing::TestWithParam<Floor> {};
+
+// It moves as an open wafer does. Every slope between floor and wall would be etched up to three
+// times as fast, yet there is none: fronts with such a yield keep the foot of a wall sharp. With
+// speeds of the slopes that a grid makes of it a trench is dug there and runs across the floor, in
+// the first two cases 90 and 150 nm deep.
+TEST_P(FloorUnderSputtering, StaysFlat) {
+  const Recipe whole = read_text(
+      domain(GetParam().domain) + wafer +
+      "[[geometry]]\nshape = \"mask\"\nmaterial = \"mask\"\nthickness = \"200 nm\"\nopening = { " +
+      GetParam().opening + " }\n" +
+      step_of("multi_particle",
+              "duration = \"30 s\"\nrate = { Si = \"-1 nm/s * etch\", mask = \"0 nm/s\" }\n"
+              "[[step.ion]]\nname = \"ion\"\nsource_power = 1000\nsticks_to = \"89.9 deg\"\n"
+              "[[step.ion.yield]]\nname = \"etch\"\namplitude = 1\nangular = \"sputter\"\n"));
+  const Recipe recipe = on_part(whole, mirror_planes(whole));
+  const Species ions = recipe.steps.front().model->species().front();
+  const double depth = 30 * OpenResponse(ions, ions.yields.front()).flat();
+  const std::vector<Polyline> surface = surface_after(recipe);
+  for (const double x : {1.0, 100.0, 200.0, 250.0})
+    EXPECT_NEAR(height_at(surface, x), -depth, 0.01 * depth) << x;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Openings, FloorUnderSputtering,
+    ::testing::Values(
+        Floor{"Trench", "mode = \"2d\"\nextent = [\"1000 nm\"]\nspacing = \"25 nm\"\n",
+              "shape = \"trench\", width = \"600 nm\""},
+        Floor{"FineTrench", "mode = \"2d\"\nextent = [\"1000 nm\"]\nspacing = \"12.5 nm\"\n",
+              "shape = \"trench\", width = \"600 nm\""},
+        Floor{"SectionOfAHole",
+              "mode = \"axisymmetric\"\nextent = [\"1000 nm\"]\nspacing = \"25 nm\"\n",
+              "shape = \"hole\", radius = \"300 nm\""},
+        Floor{"Hole",
+              "extent = [\"1000 nm\", \"1000 nm\"]\nspacing = \"25 nm\"\nsymmetry = \"auto\"\n",
+              "shape = \"hole\", radius = \"300 nm\""}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace scarp

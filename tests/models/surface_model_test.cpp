@@ -4,7 +4,11 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
+
+#include "models/open_response.h"
+#include "tests/models/model_fixture.h"
 
 namespace scarp {
 namespace {
@@ -129,6 +133,86 @@ TEST(TurningSpeeds, AreBounded) {
   for (const float amplitude : parts[1]) {
     EXPECT_LE(std::abs(amplitude), 1.001F);
     EXPECT_TRUE(std::isfinite(amplitude));
+  }
+}
+
+/// Slopes under ions whose yield is largest at a slant, beside a gas that etches too.
+struct SlopesUnderSputtering {
+  SlopesUnderSputtering() {
+    const std::vector<Species> all = model->species();
+    const OpenResponse response(all[1], all[1].yields[0]);
+    for (int degrees = 0; degrees <= 90; degrees += 10) {
+      const double slope = degrees * (M_PI / 180);
+      normals.push_back(
+          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
+      open.push_back(static_cast<float>(response.at(Vec3d(normals.back()))));
+      arrivals.push_back(std::max(0.0F, normals.back().z));
+    }
+    gas.assign(normals.size(), 1.0F);
+    materials.resize(normals.size());
+  }
+
+  /// speed[p][q] is that with the amplitudes of slope p at the normal of slope q.
+  std::vector<std::vector<double>> speeds(const std::vector<float>& yield) const {
+    const SurfacePoints points{.material = materials, .normal = normals};
+    const std::vector<std::span<const float>> tallies{gas, arrivals, yield};
+    const std::vector<AngularFactor> factors = model->angular_factors();
+    const auto parts = model->amplitudes(points, tallies, factors);
+    std::vector<std::vector<double>> all(normals.size());
+    for (std::size_t p = 0; p < normals.size(); ++p) {
+      for (const Vec3f n : normals) {
+        double speed = parts[0][p];
+        for (std::size_t k = 0; k < factors.size(); ++k)
+          speed += static_cast<double>(parts[1 + k][p] * factors[k].value(n));
+        all[p].push_back(speed);
+      }
+    }
+    return all;
+  }
+
+  std::shared_ptr<const SurfaceModel> model = read_step("multi_particle", R"(
+rate = "-0.5 nm/s * gas - 2 nm/s * etch"
+[[step.neutral]]
+name = "gas"
+[[step.ion]]
+name = "ion"
+[[step.ion.yield]]
+name = "etch"
+amplitude = 0.1
+angular = "sputter"
+)")
+                                                  .model;
+  std::vector<Vec3f> normals;
+  std::vector<MaterialId> materials;
+  std::vector<float> gas;
+  std::vector<float> arrivals;
+  std::vector<float> open;
+};
+
+TEST(PeakedYield, TurnsWithTheNormalAsItDoes) {
+  const SlopesUnderSputtering slopes;
+  const auto speeds = slopes.speeds(slopes.open);
+  // On a wall ions only graze, which tells little.
+  for (std::size_t p = 0; p + 1 < slopes.open.size(); ++p)
+    for (std::size_t q = 0; q < slopes.open.size(); ++q)
+      EXPECT_NEAR(speeds[p][q], -0.5 - 2 * slopes.open[q], 0.01) << p << ' ' << q;
+}
+
+// Half of the source in sight; and twice as much as there is, half of it from other walls.
+TEST(PeakedYield, TurnsAsFarAsItComesStraight) {
+  const SlopesUnderSputtering slopes;
+  std::vector<float> half = slopes.open;
+  for (float& yield : half) yield /= 2;
+  std::vector<float> twice = slopes.open;
+  for (float& yield : twice) yield *= 2;
+  const auto shaded = slopes.speeds(half);
+  const auto reflected = slopes.speeds(twice);
+  for (std::size_t p = 0; p + 1 < slopes.open.size(); ++p) {
+    for (std::size_t q = 0; q < slopes.open.size(); ++q) {
+      EXPECT_NEAR(shaded[p][q], -0.5 - slopes.open[q], 0.01) << p << ' ' << q;
+      EXPECT_NEAR(reflected[p][q], -0.5 - 2 * (slopes.open[p] + slopes.open[q]), 0.02)
+          << p << ' ' << q;
+    }
   }
 }
 
