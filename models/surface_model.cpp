@@ -135,10 +135,9 @@ Turning turning_part(float speed, float rise, float all) {
 //
 // A part of what an open source would bring at the normal comes straight from it; what is more than
 // all of it was reflected and does not turn. Where ions only graze, the normal tells little.
-std::vector<float> amplitude_of(const PeakedYield& peaked, const Species& ions,
-                                const AngularFactor& factor, const SurfacePoints& points,
-                                std::span<const float> tally, std::span<const float> speeds,
-                                const Owed& owed) {
+std::vector<float> amplitude_of(const Species& ions, const AngularFactor& factor,
+                                const SurfacePoints& points, std::span<const float> tally,
+                                std::span<const float> speeds, const Owed& owed) {
   constexpr double grazing = 1e-3;
   const bool is_even = ions.source.map.empty();
   std::vector<float> amplitude(speeds.size());
@@ -218,7 +217,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const AngularFactor& factor = factors[next - 1];
     const Owed owed = owed_to({&peaked.tally, 1}, *this, points, flux, whole);
     parts[next] =
-        amplitude_of(peaked, all[peaked.species], factor, points, flux[peaked.tally], whole, owed);
+        amplitude_of(all[peaked.species], factor, points, flux[peaked.tally], whole, owed);
     for (std::size_t p = 0; p < rest.size(); ++p) {
       rest[p] -= parts[next][p] * factor.value(points.normal[p]);
       // By rounding.
