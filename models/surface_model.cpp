@@ -15,7 +15,8 @@ namespace {
 // Particles that come from about one direction, of one or more species.
 struct Lobe {
   Vec3d direction;
-  std::vector<std::size_t> tallies;
+  std::vector<std::size_t> tallies;  ///< all
+  std::vector<std::size_t> others;   ///< those of no peaked yield
 };
 
 // Half of the particles within 15 degrees of the axis. Models of beams know better themselves.
@@ -34,15 +35,15 @@ struct PeakedYield {
   std::size_t tally = 0;
 };
 
-bool is_peaked(const YieldLaw& law) {
+bool is_peaked(const YieldLaw& law, double energy) {
   constexpr int angles = 90;
   constexpr double least_rise = 1.05;
   double most = 0;
   for (int k = 0; k <= angles; ++k) {
     const double cosine = static_cast<double>(k) / angles;
-    most = std::max(most, cosine * law.factor.at(AngleTable::half_sine(cosine)));
+    most = std::max(most, cosine * law.at(energy, AngleTable::half_sine(cosine)));
   }
-  return most > least_rise * law.factor.at(0);
+  return most > least_rise * law.at(energy, 0);
 }
 
 // The tallies of species by how they turn with the normal.
@@ -58,7 +59,7 @@ TurningTallies turning_tallies(std::span<const Species> all) {
     const Species& species = all[s];
     std::vector<std::size_t> others{tally};
     for (std::size_t y = 0; y < species.yields.size(); ++y) {
-      if (is_peaked(species.yields[y])) {
+      if (species.ions && is_peaked(species.yields[y], species.ions->energy.mean())) {
         turning.peaked.push_back({.species = s, .yield = y, .tally = tally + 1 + y});
       } else {
         others.push_back(tally + 1 + y);
@@ -69,8 +70,9 @@ TurningTallies turning_tallies(std::span<const Species> all) {
     const Vec3d direction = species.source.direction;
     auto lobe = std::ranges::find(turning.lobes, direction, &Lobe::direction);
     if (lobe == turning.lobes.end())
-      lobe = turning.lobes.insert(lobe, {.direction = direction, .tallies = {}});
-    lobe->tallies.insert(lobe->tallies.end(), others.begin(), others.end());
+      lobe = turning.lobes.insert(lobe, {.direction = direction, .tallies = {}, .others = {}});
+    for (std::size_t t = others.front(); t < tally; ++t) lobe->tallies.push_back(t);
+    lobe->others.insert(lobe->others.end(), others.begin(), others.end());
   }
   return turning;
 }
@@ -131,22 +133,47 @@ Turning turning_part(float speed, float rise, float all) {
   return {.linear = (1 - part) * speed, .higher = part * speed};
 }
 
-// Of speeds that follow a peaked yield, the amplitude of its factor.
+// Whether the speeds of points are sums of what they owe to each peaked yield, in proportion to it,
+// and of what they owe to the rest of each lobe. Others, as of products and quotients of tallies,
+// the powers of the cosine have to follow.
+std::vector<bool> are_sums(std::span<const Owed> to_peaked, std::span<const Owed> to_others,
+                           std::span<const float> owed_to_all, std::span<const float> speeds) {
+  constexpr float nearly = 1e-2F;
+  constexpr float rounding = 1e-4F;
+  std::vector<bool> sums(speeds.size());
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    float sum = 0;
+    float size = std::abs(speeds[p]);
+    bool proportional = true;
+    for (const Owed& owed : to_peaked) {
+      sum += owed.all[p];
+      size = std::max(size, std::abs(owed.all[p]));
+      proportional = proportional && std::abs(owed.rise[p] - owed.all[p]) <=
+                                         nearly * std::abs(owed.all[p]) + rounding * size;
+    }
+    for (const Owed& owed : to_others) {
+      sum += owed.all[p];
+      size = std::max(size, std::abs(owed.all[p]));
+    }
+    sums[p] = proportional && std::abs(sum - owed_to_all[p]) <= rounding * size;
+  }
+  return sums;
+}
+
+// Of speeds that are in proportion to a peaked yield, the amplitude of its factor.
 //
 // A part of what an open source would bring at the normal comes straight from it; what is more than
 // all of it was reflected and does not turn. Where ions only graze, the normal tells little.
 std::vector<float> amplitude_of(const Species& ions, const AngularFactor& factor,
                                 const SurfacePoints& points, std::span<const float> tally,
-                                std::span<const float> speeds, const Owed& owed) {
+                                const Owed& owed, const std::vector<bool>& follows) {
   constexpr double grazing = 1e-3;
   const bool is_even = ions.source.map.empty();
-  std::vector<float> amplitude(speeds.size());
-  for (std::size_t p = 0; p < speeds.size(); ++p) {
+  std::vector<float> amplitude(tally.size());
+  for (std::size_t p = 0; p < tally.size(); ++p) {
     const float open = factor.value(points.normal[p]);
-    if (!(tally[p] > 0) || open <= grazing * factor.bounds().value) continue;
-    const Turning turning = turning_part(speeds[p], owed.rise[p], owed.all[p]);
-    const float straight = is_even ? std::max(open, tally[p]) : open;
-    amplitude[p] = (turning.linear + turning.higher) / straight;
+    if (!follows[p] || !(tally[p] > 0) || open <= grazing * factor.bounds().value) continue;
+    amplitude[p] = owed.all[p] / (is_even ? std::max(open, tally[p]) : open);
   }
   return amplitude;
 }
@@ -155,12 +182,12 @@ std::vector<float> amplitude_of(const Species& ions, const AngularFactor& factor
 // was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
 // would shorten the time step.
 //
-// rest is what is left of the speeds for the lobe and what does not turn, and becomes the latter.
+// whole is what is owed to lobes and to what does not turn, rest what this lobe leaves of it.
 std::array<std::vector<float>, 2> amplitudes_of(const Lobe& lobe, const Owed& owed,
                                                 const SurfacePoints& points,
+                                                std::span<const float> whole,
                                                 std::vector<float>& rest) {
   constexpr float grazing = 1e-4F;
-  const std::vector<float> whole = rest;
   std::vector<Turning> turning(whole.size());
   float most = 0;
   for (std::size_t p = 0; p < whole.size(); ++p) {
@@ -184,6 +211,17 @@ std::array<std::vector<float>, 2> amplitudes_of(const Lobe& lobe, const Owed& ow
     if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
   }
   return {std::move(linear), std::move(high)};
+}
+
+// What is left but for rounding is nothing, and must not let an etch grow.
+void take_from(std::vector<float>& rest, std::span<const float> amplitude,
+               const AngularFactor& factor, const SurfacePoints& points) {
+  constexpr float rounding = 1e-5F;
+  for (std::size_t p = 0; p < rest.size(); ++p) {
+    const float part = amplitude[p] * factor.value(points.normal[p]);
+    rest[p] -= part;
+    if (std::abs(rest[p]) <= rounding * std::abs(part)) rest[p] = 0;
+  }
 }
 
 }  // namespace
@@ -210,25 +248,46 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   const std::vector<float> whole = speeds(points, flux);
   const std::vector<Species> all = species();
   const auto [lobes, peaked_yields] = turning_tallies(all);
+  std::vector<Owed> to_lobes;
+  for (const Lobe& lobe : lobes)
+    to_lobes.push_back(owed_to(lobe.tallies, *this, points, flux, whole));
   std::vector<std::vector<float>> parts(1 + factors.size());
   std::vector<float>& rest = parts.front() = whole;
   std::size_t next = 1 + 2 * lobes.size();
-  for (const PeakedYield& peaked : peaked_yields) {
-    const AngularFactor& factor = factors[next - 1];
-    const Owed owed = owed_to({&peaked.tally, 1}, *this, points, flux, whole);
-    parts[next] =
-        amplitude_of(all[peaked.species], factor, points, flux[peaked.tally], whole, owed);
-    for (std::size_t p = 0; p < rest.size(); ++p) {
-      rest[p] -= parts[next][p] * factor.value(points.normal[p]);
-      // By rounding.
-      if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
+  if (!peaked_yields.empty()) {
+    std::vector<Owed> to_peaked;
+    std::vector<Owed> to_others;
+    std::vector<std::size_t> turning;
+    for (const PeakedYield& peaked : peaked_yields) {
+      to_peaked.push_back(owed_to({&peaked.tally, 1}, *this, points, flux, whole));
+      turning.push_back(peaked.tally);
     }
-    ++next;
+    for (const Lobe& lobe : lobes) {
+      to_others.push_back(owed_to(lobe.others, *this, points, flux, whole));
+      turning.insert(turning.end(), lobe.others.begin(), lobe.others.end());
+    }
+    std::vector<float> owed_to_all = speeds_with_less(1, turning, *this, points, flux);
+    for (std::size_t p = 0; p < whole.size(); ++p) owed_to_all[p] = whole[p] - owed_to_all[p];
+    const std::vector<bool> sums = are_sums(to_peaked, to_others, owed_to_all, whole);
+    for (std::size_t k = 0; k < peaked_yields.size(); ++k) {
+      const auto& [s, yield, tally] = peaked_yields[k];
+      const AngularFactor& factor = factors[next - 1];
+      parts[next] = amplitude_of(all[s], factor, points, flux[tally], to_peaked[k], sums);
+      take_from(rest, parts[next], factor, points);
+      ++next;
+    }
+    for (std::size_t l = 0; l < lobes.size(); ++l) {
+      for (std::size_t p = 0; p < whole.size(); ++p) {
+        if (!sums[p]) continue;
+        to_lobes[l].rise[p] = to_others[l].rise[p];
+        to_lobes[l].all[p] = to_others[l].all[p];
+      }
+    }
   }
+  const std::vector<float> of_lobes = rest;
   next = 1;
-  for (const Lobe& lobe : lobes) {
-    auto [linear, high] =
-        amplitudes_of(lobe, owed_to(lobe.tallies, *this, points, flux, whole), points, rest);
+  for (std::size_t l = 0; l < lobes.size(); ++l) {
+    auto [linear, high] = amplitudes_of(lobes[l], to_lobes[l], points, of_lobes, rest);
     parts[next++] = std::move(linear);
     parts[next++] = std::move(high);
   }

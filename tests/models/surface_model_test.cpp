@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "models/open_response.h"
@@ -212,6 +213,49 @@ TEST(PeakedYield, TurnsAsFarAsItComesStraight) {
       EXPECT_NEAR(shaded[p][q], -0.5 - slopes.open[q], 0.01) << p << ' ' << q;
       EXPECT_NEAR(reflected[p][q], -0.5 - 2 * (slopes.open[p] + slopes.open[q]), 0.02)
           << p << ' ' << q;
+    }
+  }
+}
+
+// Sums are followed, whatever is left of them; of products and quotients no part is counted twice.
+TEST(PeakedYield, LeavesSpeedsAtTheirNormalsAsTheyAre) {
+  for (const std::string rate :
+       {"-1 nm/s * etch - 1 nm/s * more", "10 nm/s - 8 nm/s * etch - 12 nm/s * more",
+        "-1 nm/s * etch * more", "-1 nm/s * etch * ion", "-1 nm/s * etch / max(ion, 0.001)",
+        "-1 nm/s * etch / (etch + 0.1)", "-1 nm/s * etch^2"}) {
+    const StepModel step = read_step("multi_particle", "material = \"Si\"\nrate = \"" + rate + R"("
+[[step.ion]]
+name = "ion"
+source_power = 1000
+[[step.ion.yield]]
+name = "etch"
+amplitude = 0.1
+angular = "sputter"
+[[step.ion.yield]]
+name = "more"
+amplitude = 0.1
+angular = "sputter"
+sputter_factor = 5
+)");
+    const Species ions = step.model->species().front();
+    const SlopesUnderSputtering slopes;
+    std::vector<std::vector<float>> tallies{slopes.arrivals};
+    for (const YieldLaw& law : ions.yields) {
+      std::vector<float>& tally = tallies.emplace_back();
+      for (const Vec3f n : slopes.normals)
+        tally.push_back(static_cast<float>(OpenResponse(ions, law).at(Vec3d(n))));
+    }
+    const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
+    const SurfacePoints points{.material = slopes.materials, .normal = slopes.normals};
+    const std::vector<float> speeds = step.model->speeds(points, flux);
+    const std::vector<AngularFactor> factors = step.model->angular_factors();
+    const auto parts = step.model->amplitudes(points, flux, factors);
+    for (std::size_t p = 0; p < speeds.size(); ++p) {
+      double speed = parts[0][p];
+      for (std::size_t k = 0; k < factors.size(); ++k)
+        speed += static_cast<double>(parts[1 + k][p] * factors[k].value(slopes.normals[p]));
+      EXPECT_NEAR(speed, speeds[p], 1e-4 * (1 + std::abs(speeds[p]))) << rate << ' ' << p;
+      if (rate.front() == '-') EXPECT_LE(parts[0][p], 0) << rate << ' ' << p;
     }
   }
 }
