@@ -77,39 +77,41 @@ TurningTallies turning_tallies(std::span<const Species> all) {
   return turning;
 }
 
-// The speeds if there were a part less in some tallies.
-std::vector<float> speeds_with_less(float less, std::span<const std::size_t> tallies,
-                                    const SurfaceModel& model, const SurfacePoints& points,
-                                    std::span<const std::span<const float>> flux) {
-  std::vector<std::vector<float>> weaker;
-  std::vector<std::span<const float>> views(flux.begin(), flux.end());
-  weaker.reserve(tallies.size());
-  for (const std::size_t t : tallies) {
-    std::vector<float>& tally = weaker.emplace_back(flux[t].begin(), flux[t].end());
-    for (float& value : tally) value *= 1 - less;
-    views[t] = tally;
-  }
-  return model.speeds(points, views);
-}
-
 // What the speeds of points owe to some tallies.
 struct Owed {
   std::vector<float> rise;  ///< by how much each changes with the logarithm of what they count
   std::vector<float> all;   ///< what there would not be without it
 };
 
-Owed owed_to(std::span<const std::size_t> tallies, const SurfaceModel& model,
-             const SurfacePoints& points, std::span<const std::span<const float>> flux,
-             std::span<const float> speeds) {
-  constexpr float less = 0.01F;
-  Owed owed{.rise = speeds_with_less(less, tallies, model, points, flux),
-            .all = speeds_with_less(1, tallies, model, points, flux)};
-  for (std::size_t p = 0; p < speeds.size(); ++p) {
-    owed.rise[p] = (speeds[p] - owed.rise[p]) / less;
-    owed.all[p] = speeds[p] - owed.all[p];
+// A model, points, and what arrives there.
+struct Question {
+  const SurfaceModel& model;
+  const SurfacePoints& points;
+  std::span<const std::span<const float>> flux;
+  std::vector<float> speeds = model.speeds(points, flux);
+
+  // What of the speeds goes if there is a part less in some tallies.
+  std::vector<float> loss(float less, std::span<const std::size_t> tallies) const {
+    std::vector<std::vector<float>> weaker;
+    std::vector<std::span<const float>> views(flux.begin(), flux.end());
+    weaker.reserve(tallies.size());
+    for (const std::size_t t : tallies) {
+      std::vector<float>& tally = weaker.emplace_back(flux[t].begin(), flux[t].end());
+      for (float& value : tally) value *= 1 - less;
+      views[t] = tally;
+    }
+    std::vector<float> lost = model.speeds(points, views);
+    for (std::size_t p = 0; p < lost.size(); ++p) lost[p] = speeds[p] - lost[p];
+    return lost;
   }
-  return owed;
-}
+
+  Owed owed_to(std::span<const std::size_t> tallies) const {
+    constexpr float less = 0.01F;
+    Owed owed{.rise = loss(less, tallies), .all = loss(1, tallies)};
+    for (float& rise : owed.rise) rise /= less;
+    return owed;
+  }
+};
 
 // The powers of the cosine to the axis by which a speed turns with the normal: with both, and a
 // part that does not turn, it can follow any response up to the higher power, and has one sign.
@@ -133,28 +135,32 @@ Turning turning_part(float speed, float rise, float all) {
   return {.linear = (1 - part) * speed, .higher = part * speed};
 }
 
-// Whether the speeds of points are sums of what they owe to each peaked yield, in proportion to it,
-// and of what they owe to the rest of each lobe. Others, as of products and quotients of tallies,
-// the powers of the cosine have to follow.
-std::vector<bool> are_sums(std::span<const Owed> to_peaked, std::span<const Owed> to_others,
-                           std::span<const float> owed_to_all, std::span<const float> speeds) {
+// What speeds owe to each peaked yield, and to the rest of each lobe.
+struct OwedApart {
+  std::vector<Owed> to_peaked;
+  std::vector<Owed> to_others;
+};
+
+// Whether the speeds of points are sums of these, the former in proportion to their yields. Others,
+// as of products and quotients of tallies, the powers of the cosine have to follow.
+std::vector<bool> are_sums(const OwedApart& owed, std::span<const float> owed_to_all,
+                           std::span<const float> speeds) {
   constexpr float nearly = 1e-2F;
   constexpr float rounding = 1e-4F;
   std::vector<bool> sums(speeds.size());
   for (std::size_t p = 0; p < speeds.size(); ++p) {
     float sum = 0;
     float size = std::abs(speeds[p]);
-    bool proportional = true;
-    for (const Owed& owed : to_peaked) {
-      sum += owed.all[p];
-      size = std::max(size, std::abs(owed.all[p]));
-      proportional = proportional && std::abs(owed.rise[p] - owed.all[p]) <=
-                                         nearly * std::abs(owed.all[p]) + rounding * size;
-    }
-    for (const Owed& owed : to_others) {
-      sum += owed.all[p];
-      size = std::max(size, std::abs(owed.all[p]));
-    }
+    const auto add = [&](float all) {
+      sum += all;
+      size = std::max(size, std::abs(all));
+    };
+    for (const Owed& other : owed.to_others) add(other.all[p]);
+    for (const Owed& peaked : owed.to_peaked) add(peaked.all[p]);
+    const bool proportional = std::ranges::all_of(owed.to_peaked, [&](const Owed& peaked) {
+      const float all = peaked.all[p];
+      return std::abs(peaked.rise[p] - all) <= nearly * std::abs(all) + rounding * size;
+    });
     sums[p] = proportional && std::abs(sum - owed_to_all[p]) <= rounding * size;
   }
   return sums;
@@ -224,6 +230,14 @@ void take_from(std::vector<float>& rest, std::span<const float> amplitude,
   }
 }
 
+void replace_where(const std::vector<bool>& chosen, const Owed& by, Owed& owed) {
+  for (std::size_t p = 0; p < chosen.size(); ++p) {
+    if (!chosen[p]) continue;
+    owed.rise[p] = by.rise[p];
+    owed.all[p] = by.all[p];
+  }
+}
+
 }  // namespace
 
 std::vector<AngularFactor> SurfaceModel::angular_factors() const {
@@ -245,51 +259,39 @@ std::vector<AngularFactor> SurfaceModel::angular_factors() const {
 std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux,
     std::span<const AngularFactor> factors) const {
-  const std::vector<float> whole = speeds(points, flux);
   const std::vector<Species> all = species();
-  const auto [lobes, peaked_yields] = turning_tallies(all);
-  std::vector<Owed> to_lobes;
-  for (const Lobe& lobe : lobes)
-    to_lobes.push_back(owed_to(lobe.tallies, *this, points, flux, whole));
+  const auto [lobes, peaked] = turning_tallies(all);
+  const Question question{.model = *this, .points = points, .flux = flux};
   std::vector<std::vector<float>> parts(1 + factors.size());
-  std::vector<float>& rest = parts.front() = whole;
-  std::size_t next = 1 + 2 * lobes.size();
-  if (!peaked_yields.empty()) {
-    std::vector<Owed> to_peaked;
-    std::vector<Owed> to_others;
+  std::vector<float>& rest = parts.front() = question.speeds;
+  std::vector<Owed> to_lobes;
+  for (const Lobe& lobe : lobes) to_lobes.push_back(question.owed_to(lobe.tallies));
+  if (!peaked.empty()) {
+    OwedApart apart;
     std::vector<std::size_t> turning;
-    for (const PeakedYield& peaked : peaked_yields) {
-      to_peaked.push_back(owed_to({&peaked.tally, 1}, *this, points, flux, whole));
-      turning.push_back(peaked.tally);
+    for (const PeakedYield& yield : peaked) {
+      apart.to_peaked.push_back(question.owed_to({&yield.tally, 1}));
+      turning.push_back(yield.tally);
     }
     for (const Lobe& lobe : lobes) {
-      to_others.push_back(owed_to(lobe.others, *this, points, flux, whole));
+      apart.to_others.push_back(question.owed_to(lobe.others));
       turning.insert(turning.end(), lobe.others.begin(), lobe.others.end());
     }
-    std::vector<float> owed_to_all = speeds_with_less(1, turning, *this, points, flux);
-    for (std::size_t p = 0; p < whole.size(); ++p) owed_to_all[p] = whole[p] - owed_to_all[p];
-    const std::vector<bool> sums = are_sums(to_peaked, to_others, owed_to_all, whole);
-    for (std::size_t k = 0; k < peaked_yields.size(); ++k) {
-      const auto& [s, yield, tally] = peaked_yields[k];
-      const AngularFactor& factor = factors[next - 1];
-      parts[next] = amplitude_of(all[s], factor, points, flux[tally], to_peaked[k], sums);
-      take_from(rest, parts[next], factor, points);
-      ++next;
+    const std::vector<bool> sums = are_sums(apart, question.loss(1, turning), question.speeds);
+    for (std::size_t k = 0; k < peaked.size(); ++k) {
+      const std::size_t place = 2 * lobes.size() + k;
+      parts[1 + place] = amplitude_of(all[peaked[k].species], factors[place], points,
+                                      flux[peaked[k].tally], apart.to_peaked[k], sums);
+      take_from(rest, parts[1 + place], factors[place], points);
     }
-    for (std::size_t l = 0; l < lobes.size(); ++l) {
-      for (std::size_t p = 0; p < whole.size(); ++p) {
-        if (!sums[p]) continue;
-        to_lobes[l].rise[p] = to_others[l].rise[p];
-        to_lobes[l].all[p] = to_others[l].all[p];
-      }
-    }
+    for (std::size_t l = 0; l < lobes.size(); ++l)
+      replace_where(sums, apart.to_others[l], to_lobes[l]);
   }
   const std::vector<float> of_lobes = rest;
-  next = 1;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     auto [linear, high] = amplitudes_of(lobes[l], to_lobes[l], points, of_lobes, rest);
-    parts[next++] = std::move(linear);
-    parts[next++] = std::move(high);
+    parts[1 + 2 * l] = std::move(linear);
+    parts[2 + 2 * l] = std::move(high);
   }
   return parts;
 }

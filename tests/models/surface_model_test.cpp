@@ -260,6 +260,31 @@ sputter_factor = 5
   }
 }
 
+// The same yield by its law and by a table of energies and angles; and one without a peak.
+TEST(PeakedYield, IsFoundInTables) {
+  const auto factor_count = [](const std::string& yield) {
+    const std::string keys =
+        "rate = \"-1 nm/s * etch\"\n[[step.ion]]\nname = \"ion\"\n"
+        "[[step.ion.yield]]\nname = \"etch\"\n" +
+        yield;
+    return read_step("multi_particle", keys).model->angular_factors().size();
+  };
+  EXPECT_EQ(factor_count("amplitude = 1\nangular = \"cosine\"\n"), 2U);
+  EXPECT_EQ(factor_count("amplitude = 1\nangular = \"sputter\"\n"), 3U);
+  EXPECT_EQ(factor_count("amplitude = 1\nangular_table = [[\"0 deg\", 1], [\"60 deg\", 4], "
+                         "[\"90 deg\", 0]]\n"),
+            3U);
+  const auto table = [&](const char* at_60) {
+    std::string rows;
+    for (const char* energy : {"0 eV", "1000 eV"})
+      rows += std::string("[\"") + energy + "\", \"0 deg\", 1], [\"" + energy + "\", \"60 deg\", " +
+              at_60 + "], [\"" + energy + "\", \"90 deg\", 0], ";
+    return factor_count("table = [" + rows + "]\n");
+  };
+  EXPECT_EQ(table("4"), 3U);
+  EXPECT_EQ(table("0.5"), 2U);
+}
+
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
   const auto factor_count = [](const SourceLobe& source) {
     return PowerOfIons(1, 0, source).angular_factors().size();
