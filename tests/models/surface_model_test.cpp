@@ -255,7 +255,9 @@ sputter_factor = 5
       for (std::size_t k = 0; k < factors.size(); ++k)
         speed += static_cast<double>(parts[1 + k][p] * factors[k].value(slopes.normals[p]));
       EXPECT_NEAR(speed, speeds[p], 1e-4 * (1 + std::abs(speeds[p]))) << rate << ' ' << p;
-      if (rate.front() == '-') EXPECT_LE(parts[0][p], 0) << rate << ' ' << p;
+      if (rate.front() == '-') {
+        EXPECT_LE(parts[0][p], 0) << rate << ' ' << p;
+      }
     }
   }
 }
