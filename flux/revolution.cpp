@@ -43,16 +43,22 @@ class Revolution::Builder {
 
   void build() {
     result_.first_facets_.resize(section_.triangles.size());
+    std::vector<std::pair<std::uint32_t, Line>> lines;
     std::vector<std::uint32_t> caps;
     for (std::uint32_t f = 0; f < section_.triangles.size(); ++f) {
-      const auto places = places_of(f);
-      if (places[0] != places[1] && places[1] != places[2] && places[2] != places[0]) {
-        caps.push_back(f);
+      const auto [a, b, c] = places_of(f);
+      if (a == b) {
+        lines.push_back({f, {a, c}});
+      } else if (b == c) {
+        lines.push_back({f, {b, a}});
+      } else if (c == a) {
+        lines.push_back({f, {c, b}});
       } else {
-        add(f, places[0] == places[1] ? std::pair(places[0], places[2])
-                                      : std::pair(places[0], places[1]));
+        caps.push_back(f);
       }
     }
+    for (const auto& [f, line] : lines) seen_as_.try_emplace(line, f);
+    for (const auto& [f, line] : lines) add(f, line);
     for (const std::uint32_t f : caps) find_ring(f);
     for (const Rim& rim : rims_) fill_corner(rim);
   }
@@ -72,6 +78,8 @@ class Revolution::Builder {
     std::uint32_t section_facet;
   };
   using Place = std::pair<float, float>;
+  // What a facet is seen as along y: from the place of two of its corners to that of the third.
+  using Line = std::pair<Place, Place>;
 
   Point point_at(Place place) {
     const auto [found, is_new] =
@@ -123,23 +131,33 @@ class Revolution::Builder {
     return {places_[t[0]], places_[t[1]], places_[t[2]]};
   }
 
-  // What is seen as a line along y.
-  void add(std::uint32_t facet, std::pair<Place, Place> line) {
+  void add(std::uint32_t facet, const Line& line) {
     auto [from, to] = line;
     if (from.first == 0 && to.first == 0) return;  // on the axis, without any area
+    const auto [found, is_new] =
+        rings_.try_emplace(line, static_cast<std::uint32_t>(result_.mesh_.triangles.size()));
+    result_.first_facets_[facet] = found->second;
+    if (!is_new) return;
+    const bool is_whole = !is_half(facet, line);
+    if (is_whole) rings_.emplace(Line{line.second, line.first}, found->second);
     const Vec3d normal = area_vector(section_, facet);
     // The normal is to the left of the way.
     const double along = to.first - from.first;
     const double up = to.second - from.second;
     if (along * normal.z - up * normal.x < 0) std::swap(from, to);
-    // Where a border of materials crosses the strip, one of them goes around.
-    const auto [found, is_new] = rings_.try_emplace(
-        std::minmax(from, to), static_cast<std::uint32_t>(result_.mesh_.triangles.size()));
-    result_.first_facets_[facet] = found->second;
-    if (!is_new) return;
-    revolve(point_at(from), point_at(to), facet);
+    revolve(point_at(from), point_at(to), facet,
+            {.at_from = is_whole || from == line.first, .at_to = is_whole || to == line.first});
     for (const Place& end : {from, to})
-      if (end.first == radius_) rims_.push_back({point_at(end), normal.z >= 0, facet});
+      if (end.first == radius_ && (is_whole || end == line.first))
+        rims_.push_back({point_at(end), normal.z >= 0, facet});
+  }
+
+  // Two facets of a strip make a ring; where they are of two materials, a ring each.
+  bool is_half(std::uint32_t facet, const Line& line) const {
+    if (section_.materials.empty() || line.first.first == 0 || line.second.first == 0) return false;
+    const auto other = seen_as_.find({line.second, line.first});
+    return other != seen_as_.end() &&
+           section_.materials[other->second] != section_.materials[facet];
   }
 
   // An edge in the middle of the strip has a facet on either side that leads from one end of the
@@ -147,7 +165,8 @@ class Revolution::Builder {
   void find_ring(std::uint32_t facet) {
     const auto places = places_of(facet);
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto found = rings_.find(std::minmax(places[k], places[(k + 1) % 3]));
+      auto found = rings_.find({places[k], places[(k + 1) % 3]});
+      if (found == rings_.end()) found = rings_.find({places[(k + 1) % 3], places[k]});
       if (found == rings_.end()) continue;
       result_.first_facets_[facet] = found->second;
       return;
@@ -156,10 +175,17 @@ class Revolution::Builder {
                      text(section_.vertices[section_.triangles[facet][0]]));
   }
 
-  void revolve(const Point& from, const Point& to, std::uint32_t facet) {
+  // Which of the two facets of each slice: with an edge at this end.
+  struct Halves {
+    bool at_from;
+    bool at_to;
+  };
+
+  void revolve(const Point& from, const Point& to, std::uint32_t facet, const Halves& halves) {
     for (std::uint32_t k = 0; k < slices; ++k) {
-      if (to.radius != 0) add_facet({from.vertex(k), to.vertex(k), to.vertex(k + 1)}, facet);
-      if (from.radius != 0)
+      if (halves.at_to && to.radius != 0)
+        add_facet({from.vertex(k), to.vertex(k), to.vertex(k + 1)}, facet);
+      if (halves.at_from && from.radius != 0)
         add_facet({from.vertex(k), to.vertex(k + 1), from.vertex(k + 1)}, facet);
     }
     ++ring_;
@@ -189,8 +215,9 @@ class Revolution::Builder {
   float radius_;
   Revolution& result_;
   std::array<std::array<double, 2>, slices + 1> around_{};
-  std::map<Place, std::uint32_t> points_;                   // and the first vertex of their circles
-  std::map<std::pair<Place, Place>, std::uint32_t> rings_;  // by both ends: their first facets
+  std::map<Place, std::uint32_t> points_;  // and the first vertex of their circles
+  std::map<Line, std::uint32_t> seen_as_;  // facets of the section
+  std::map<Line, std::uint32_t> rings_;    // and their first facets
   std::vector<Rim> rims_;
   std::uint32_t ring_ = 0;
 };

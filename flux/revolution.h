@@ -24,7 +24,8 @@ class Revolution {
 
   const TriMesh& mesh() const { return mesh_; }
   Sides sides() const;
-  /// Per facet: the number of its ring. Rings are flat cones, cut into 24 facets or pairs of them.
+  /// Per facet: the number of its ring. Rings are flat cones, cut into 24 facets or pairs of
+  /// them; where the two facets of a strip are of two materials, each has a ring of its own.
   const std::vector<std::uint32_t>& rings() const { return rings_; }
 
   /// From one value per facet of the section to one per facet of the quarter.

@@ -94,6 +94,38 @@ TEST(RevolutionTest, TakesValuesThereAndBack) {
   EXPECT_EQ(revolution.on_section(revolution.revolved(values)), values);
 }
 
+// Material 1 from a height on that runs through the facets of one ring, and so through both of its
+// materials on the strip: each goes around with its own area.
+TEST(RevolutionTest, KeepsTheAreasOfMaterials) {
+  exact::Shape hole = hole_section(1);
+  TriMesh& section = hole.mesh;
+  std::array<double, 2> expected{};
+  for (std::size_t f = 0; f < section.triangles.size(); ++f) {
+    section.materials.push_back(middle(section, f).z > -10.25 ? 1 : 0);
+    if (middle(section, f).z < -1e-3 && middle(section, f).z > -20 + 1e-3)
+      expected[section.materials[f]] += facet_areas(section)[f] * 2 * pi * 10 / 4;
+  }
+  ASSERT_NE(expected[0], expected[1]);
+  const Revolution revolution(section, hole.sides);
+  const TriMesh& mesh = revolution.mesh();
+  std::array<double, 2> found{};
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    if (middle(mesh, f).z > -20 + 1e-3 && middle(mesh, f).z < -1e-3)
+      found[mesh.materials[f]] += facet_areas(mesh)[f];
+  }
+  for (const std::size_t m : {0, 1}) EXPECT_NEAR(found[m], expected[m], 1e-3 * expected[m]);
+  // Values of both kinds of facets come back to where they were.
+  std::vector<float> values;
+  for (std::size_t f = 0; f < section.triangles.size(); ++f)
+    values.push_back(static_cast<float>(2 * (f / 2) + section.materials[f]));
+  EXPECT_EQ(revolution.on_section(revolution.revolved(values)), values);
+  const double side = 10 + field;
+  double area = 0;
+  for (const double each : facet_areas(mesh)) area += each;
+  const double whole = (2 * pi * 10 * 20) / 4 + side * side;
+  EXPECT_NEAR(area, whole, 1e-3 * whole);
+}
+
 TEST(RevolutionTest, RefusesWhatIsNoSection) {
   exact::Builder slope;
   slope.grid({0, 0, 0}, {10, 0, 0}, 4, {0, 1, 1}, 1);
