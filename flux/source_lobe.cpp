@@ -65,6 +65,7 @@ std::vector<Vec3d> lobe_directions(const SourceLobe& lobe, std::uint32_t count) 
 }
 
 double part_below(const SourceLobe& lobe, double slope) {
+  if (lobe.is_upright() && lobe.table.empty()) return portable_power(slope, lobe.cosine_power + 1);
   constexpr std::uint32_t count = 1 << 12;
   const std::vector<Vec3d> directions = lobe_directions(lobe, count);
   return static_cast<double>(
