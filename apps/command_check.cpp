@@ -95,6 +95,8 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_ends(cost, recipe);
+  const std::string seconds =
+      cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);
   fmt::print(
       "# Cost, good to about a factor of two{}:\n"
       "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
@@ -102,11 +104,11 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       "#   time steps  {:.0f}\n"
       "#   rays        {:.2g} per time step on average\n"
       "#   memory      {}\n"
-      "#   time        {} {:.0f} s on {} of this machine\n"
+      "#   time        {} {} s on {} of this machine\n"
       "# Results would go to {}\n",
       cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
       cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
-      memory_text(cost.memory), cost.at_most ? "at most about" : "about", cost.seconds,
+      memory_text(cost.memory), cost.at_most ? "at most about" : "about", seconds,
       counted(static_cast<std::size_t>(thread_count()), "thread"),
       arguments.result_folder().string());
   return done;

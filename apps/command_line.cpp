@@ -38,6 +38,16 @@ CLI::Validator method() {
           ""};
 }
 
+CLI::Validator modes() {
+  return {[](std::string& pair) -> std::string {
+            constexpr std::array<std::string_view, 4> pairs{"3d,2d", "2d,3d", "3d,axisymmetric",
+                                                            "axisymmetric,3d"};
+            if (std::ranges::find(pairs, pair) != pairs.end()) return "";
+            return fmt::format("\"{}\" is none of {}", pair, fmt::join(pairs, " | "));
+          },
+          ""};
+}
+
 CLI::Validator above_zero() {
   return number("a number above 0", [](double x) { return x > 0; });
 }
@@ -315,9 +325,9 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->check(method());
   command
       .add_option("--modes", arguments.modes,
-                  "Compare the recipe in three and in two dimensions instead: 3d,2d or "
-                  "3d,axisymmetric, the reference first")
-      ->check(CLI::IsMember({"3d,2d", "2d,3d", "3d,axisymmetric", "axisymmetric,3d"}))
+                  "Compare the recipe in three dimensions with its section or the section around "
+                  "its axis instead: 3d,2d or 3d,axisymmetric, the reference first")
+      ->check(modes())
       ->excludes("--methods");
   command.add_option("--line", arguments.line,
                      "Where a contour was measured (default: 'y = 0 nm')");

@@ -415,9 +415,12 @@ void compare_costs(const AllDistances& last, Comparison& result) {
       0.0, apart * apart - 0.5 * (std::pow(noise_first.mean, 2) + std::pow(noise_second.mean, 2))));
   equal.speedup = equal.first_seconds / equal.second_seconds;
   const double share = flux * factor / equal.second_seconds;
-  equal.speedup_std_error =
-      equal.speedup * std::sqrt(first.square + second.square +
-                                4 * share * share * (noise_first.square + noise_second.square));
+  // One pair has no spread. In a ring each seed is in two, so half as many are independent.
+  constexpr double pairs_of_seed = 2;
+  const double noise_square = pairs_of_seed * (noise_first.square + noise_second.square);
+  if (last.first.count() > 1 && last.second.count() > 1)
+    equal.speedup_std_error =
+        equal.speedup * std::sqrt(first.square + second.square + 4 * share * share * noise_square);
   result.equal_error = equal;
 }
 

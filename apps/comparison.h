@@ -100,7 +100,7 @@ struct EqualError {
   double second_noise = 0;
   double systematic = 0;
   double speedup = 0;
-  double speedup_std_error = 0;
+  std::optional<double> speedup_std_error{};  ///< from three seeds of each on
 };
 
 struct Comparison {

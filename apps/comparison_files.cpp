@@ -108,10 +108,11 @@ ordered_json cost_json(std::span<const RunCost> costs) {
 
 ordered_json equal_error_json(const std::optional<EqualError>& equal) {
   if (!equal) return nullptr;
-  return {{"first_s", equal->first_seconds},   {"second_s", equal->second_seconds},
-          {"speedup", equal->speedup},         {"speedup_std_error", equal->speedup_std_error},
-          {"first_noise", equal->first_noise}, {"second_noise", equal->second_noise},
-          {"systematic", equal->systematic}};
+  return {
+      {"first_s", equal->first_seconds},   {"second_s", equal->second_seconds},
+      {"speedup", equal->speedup},         {"speedup_std_error", json_of(equal->speedup_std_error)},
+      {"first_noise", equal->first_noise}, {"second_noise", equal->second_noise},
+      {"systematic", equal->systematic}};
 }
 
 // --- text ----------------------------------------------------------------------------------------
@@ -133,14 +134,18 @@ std::string speed_text(const Comparison& comparison) {
   if (!comparison.speedup) return "";
   std::string text = fmt::format("time of {} / time of {}: {}", comparison.first, comparison.second,
                                  with_error(*comparison.speedup, comparison.speedup_std_error));
-  if (const auto& equal = comparison.equal_error)
+  const auto& equal = comparison.equal_error;
+  if (equal && equal->speedup_std_error) {
     text +=
         fmt::format("; to equal error {}", with_error(equal->speedup, equal->speedup_std_error));
+  } else if (equal) {
+    text += fmt::format("; to equal error roughly {:.1g}, three seeds of each would tell better",
+                        equal->speedup);
+  }
   if (!shows_simplification(comparison)) return text;
-  const double speedup =
-      comparison.equal_error ? comparison.equal_error->speedup : *comparison.speedup;
-  const double error = comparison.equal_error ? comparison.equal_error->speedup_std_error
-                                              : comparison.speedup_std_error.value_or(0);
+  if (equal && !equal->speedup_std_error) return text;
+  const double speedup = equal ? equal->speedup : *comparison.speedup;
+  const double error = equal ? *equal->speedup_std_error : comparison.speedup_std_error.value_or(0);
   if (speedup + error < 1) {
     text += fmt::format(": {} does not pay here", comparison.second);
   } else if (speedup - error < 1) {

@@ -455,10 +455,12 @@ std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Rec
   if (wanted.value == 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
   // The time goes with the inverse square of the target.
   const double affordable = wanted.value * std::sqrt(cost.flux_seconds / recipe.dear_flux);
+  const bool takes_hours = cost.flux_seconds >= 3600;
   return fmt::format(
-      "{}: {} takes about {:.2g} rays per time step and {:.3g} h on this machine, more than "
+      "{}: {} takes about {:.2g} rays per time step and {:.3g} {} on this machine, more than "
       "flux.warn_above ({}); {:.2g}{} would not",
-      wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step, cost.flux_seconds / 3600,
+      wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step,
+      takes_hours ? cost.flux_seconds / 3600 : cost.flux_seconds, takes_hours ? "h" : "s",
       format_quantity(recipe.dear_flux, Dimension::time), 1.1 * affordable,
       wanted.in_position ? " nm" : "");
 }

@@ -86,13 +86,16 @@ Frame read_domain(const RecipeTable& table) {
   const Mode mode = table.choice<Mode>("mode", modes, "3d");
   frame.two_dimensional = mode != Mode::solid;
   frame.axisymmetric = mode == Mode::round;
-  const std::size_t axes = frame.two_dimensional ? 1 : 2;
-  const std::vector<double> extent =
-      table.quantities("extent", Dimension::length, {axes, axes}, lengths);
+  const ListSize axes{.minimum = frame.two_dimensional ? 1U : 2U,
+                      .maximum = frame.two_dimensional ? 1U : 2U,
+                      .why = mode == Mode::solid     ? " in three dimensions"
+                             : mode == Mode::section ? " with mode = \"2d\""
+                                                     : " with mode = \"axisymmetric\", across"};
+  const std::vector<double> extent = table.quantities("extent", Dimension::length, axes, lengths);
   const std::vector<Boundary> boundary =
-      table.choices<Boundary>("boundary", boundaries, {axes, axes}, "reflective");
+      table.choices<Boundary>("boundary", boundaries, axes, "reflective");
   frame.cells = {2, 1};
-  for (std::size_t axis = 0; axis < axes; ++axis) {
+  for (std::size_t axis = 0; axis < axes.maximum; ++axis) {
     frame.boundary[axis] = boundary[axis];
     if (table.ok("extent") && table.ok("spacing")) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);

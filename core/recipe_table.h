@@ -24,6 +24,7 @@ namespace scarp {
 struct ListSize {
   std::size_t minimum = 1;
   std::size_t maximum = std::numeric_limits<std::size_t>::max();
+  std::string_view why{};  ///< what asks for so many, to end a message with
 };
 
 /// The materials that a recipe knows, and those that have to get a value.

@@ -162,7 +162,7 @@ std::vector<Item> read_list(const Item& item, ListSize size) {
       wanted += " to " + std::to_string(size.maximum);
     }
     note(item, "has " + counted(item.value.entries.size(), "entry", "entries") + "; " + wanted +
-                   (wanted == "1" ? " is wanted" : " are wanted"));
+                   (wanted == "1" ? " is wanted" : " are wanted") + std::string(size.why));
     return {};
   }
   std::vector<Item> entries;

@@ -276,17 +276,25 @@ class SolidNodes {
 };
 
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
-/// Where none is nearer, at an edge of the surface, the fastest of those that are as near.
+/// Of two on an axis that are as near it takes the mean, the same for its mirror image. Where none
+/// is nearer, at an edge of the surface, the fastest of those that are as near.
 float carried_speed(const float* phi, const float* speed) {
   double weights = 0;
   double sum = 0;
   float as_near = no_value;
   for (const std::ptrdiff_t stride : axis_strides) {
-    const std::ptrdiff_t nearer = std::abs(phi[-stride]) < std::abs(phi[stride]) ? -stride : stride;
-    const double weight = std::abs(*phi) - std::abs(phi[nearer]);
-    if (weight > 0 && speed[nearer] != no_value) {
-      weights += weight;
-      sum += weight * speed[nearer];
+    const float before = std::abs(phi[-stride]);
+    const float behind = std::abs(phi[stride]);
+    const double weight = std::abs(*phi) - std::min(before, behind);
+    if (weight > 0) {
+      const bool takes_before = before <= behind && speed[-stride] != no_value;
+      const bool takes_behind = behind <= before && speed[stride] != no_value;
+      const double taken =
+          (takes_before ? speed[-stride] : 0.0) + (takes_behind ? speed[stride] : 0.0);
+      if (takes_before || takes_behind) {
+        weights += weight;
+        sum += weight * (takes_before && takes_behind ? 0.5 * taken : taken);
+      }
     }
     for (const std::ptrdiff_t to : {-stride, stride}) {
       if (phi[to] == *phi && speed[to] != no_value) as_near = faster(as_near, speed[to]);
@@ -341,26 +349,44 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
   return static_cast<float>(speed);
 }
 
-/// The layer that is seen at a node next to the surface, and how fast that one moves.
-struct SeenAt {
-  NearNode at;
-  std::size_t layer;
-  float speed;
+/// The speed that a layer has at a node next to the surface: with factors of the normal at that of
+/// phi, which does not hang on how facets lie there.
+class SpeedAt {
+ public:
+  SpeedAt(const NearNode& at, const TriMesh& facets, const ClosestPoint& point,
+          std::span<const AngularFactor> factors)
+      : point_(point) {
+    if (factors.empty()) return;
+    const Vec3d gradient = central_gradient(at.phi);
+    const bool has_direction = length(gradient) > least_gradient;
+    const Vec3f n(normalized(has_direction ? gradient : area_vector(facets, point.triangle)));
+    for (const AngularFactor& factor : factors) factors_.push_back(factor.value(n));
+  }
+
+  float of(const LayerSpeeds& layer) const {
+    if (factors_.empty()) return speed_on_facet(layer.speed[point_.triangle], point_);
+    float speed = speed_on_facet(layer.parts[0][point_.triangle], point_);
+    for (std::size_t k = 0; k < factors_.size(); ++k)
+      speed += factors_[k] * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
+    return speed;
+  }
+
+ private:
+  const ClosestPoint& point_;
+  std::vector<float> factors_;
 };
 
-/// The mean over dt of the speed at a point of a facet, from layer to layer.
+/// The mean over dt of the speed at a node, from layer to layer.
 float mean_speed(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
-                 const SeenAt& seen, const ClosestPoint& point, double dt) {
-  if (seen.speed >= 0 || seen.layer == 0) {
-    return seen.speed;
-  }
-  std::vector<float> speeds(seen.layer + 1);
-  for (std::size_t layer = 0; layer <= seen.layer; ++layer) {
-    speeds[layer] = speed_on_facet(speeds_of_layers[layer].speed[point.triangle], point);
-  }
+                 const NearNode& at, std::size_t seen, const SpeedAt& speed_at, double dt) {
+  const float speed = speed_at.of(speeds_of_layers[seen]);
+  if (speed >= 0 || seen == 0) return speed;
+  std::vector<float> speeds;
+  for (std::size_t layer = 0; layer <= seen; ++layer)
+    speeds.push_back(speed_at.of(speeds_of_layers[layer]));
   std::vector<float> depth;
-  find_depths(layers, surface_point(layers, seen.at.leaf, seen.at.node), depth);
-  return speed_through_layers(speeds, depth, seen.layer, static_cast<float>(dt));
+  find_depths(layers, surface_point(layers, at.leaf, at.node), depth);
+  return speed_through_layers(speeds, depth, seen, static_cast<float>(dt));
 }
 
 /// Whether no part of a speed takes anything away.
@@ -449,8 +475,9 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
         layers.stack[seen].material != facets.facets.materials[point.triangle])
       newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
-    const float speed = speed_on_facet(of_seen.speed[point.triangle], point);
-    const float mean = mean_speed(layers, speeds_of_layers, {at, seen, speed}, point, dt);
+    const SpeedAt speed_at(at, facets.facets, point, factors);
+    const float speed = speed_at.of(of_seen);
+    const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed_at, dt);
     if (factors.empty()) {
       values[0] = mean;
       return;

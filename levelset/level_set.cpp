@@ -112,27 +112,32 @@ const Frame& LevelSet::frame() const { return band_->frame(); }
 
 float LevelSet::node(int i, int j, int k) const { return band_->node(i, j, k); }
 
+// Cells are counted from the middle outward, and corners that change places across the diagonal are
+// added first: mirror images of a point find the same to the last bit.
 double LevelSet::distance(Vec3d r) const {
   const Frame& frame = band_->frame();
-  std::array<int, 3> cell{};
-  std::array<double, 3> t{};
+  std::array<std::array<int, 3>, 2> corner{};  // nearer to the middle and farther
+  std::array<std::array<double, 3>, 2> part{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double index = r[axis] / frame.spacing + frame.middle(axis);
+    const double from_middle = r[axis] / frame.spacing;
+    const double middle = frame.middle(axis);
+    const double whole = std::floor(middle);
+    const double index = std::abs(from_middle) + (middle - whole);
     const double below = std::floor(index);
-    cell[axis] = static_cast<int>(below);
-    t[axis] = index - below;
+    const auto nearer = static_cast<int>(whole + below);
+    const auto mirrored = static_cast<int>(2 * middle);
+    corner[0][axis] = from_middle < 0 ? mirrored - nearer : nearer;
+    corner[1][axis] = from_middle < 0 ? mirrored - nearer - 1 : nearer + 1;
+    part[1][axis] = index - below;
+    part[0][axis] = 1 - part[1][axis];
   }
+  const auto weighted = [&](int i, int j, int k) {
+    const double weight = part[i][0] * part[j][1] * part[k][2];
+    return weight > 0 ? weight * node(corner[i][0], corner[j][1], corner[k][2]) : 0.0;
+  };
   double phi = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const std::array<int, 3> up{corner & 1, (corner >> 1) & 1, corner >> 2};
-    double weight = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      weight *= up[axis] != 0 ? t[axis] : 1 - t[axis];
-    }
-    if (weight > 0) {
-      phi += weight * node(cell[0] + up[0], cell[1] + up[1], cell[2] + up[2]);
-    }
-  }
+  for (const int k : {0, 1})
+    phi += (weighted(0, 0, k) + weighted(1, 1, k)) + (weighted(0, 1, k) + weighted(1, 0, k));
   return phi * frame.spacing;
 }
 
