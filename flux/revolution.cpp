@@ -18,8 +18,11 @@ namespace {
 // A quarter of a polygon of 96 sides has .07 % less area than that of the circle about it.
 constexpr std::uint32_t slices = 24;
 
-// Of the width of the strip.
+// Of the width of the strip, which is the spacing.
 constexpr double most_apart = 0.01;
+// What is nearer to the axis is on it: a needle a thousandth of a spacing wide, as phi leaves
+// behind that is kept off zero, is too thin for rays to start from.
+constexpr double on_axis = 2e-3;
 
 std::string text(Vec3f r) {
   return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
@@ -57,8 +60,13 @@ class Revolution::Builder {
         caps.push_back(f);
       }
     }
+    // Of two facets at the axis the one with an edge on it has no area: the ring is the other's.
+    std::ranges::stable_partition(lines,
+                                  [](const auto& each) { return each.second.first.first != 0; });
     for (const auto& [f, line] : lines) seen_as_.try_emplace(line, f);
     for (const auto& [f, line] : lines) add(f, line);
+    for (const auto& [f, line] : lines)
+      if (lies_on_axis(line)) result_.first_facets_[f] = next_to(line);
     for (const std::uint32_t f : caps) find_ring(f);
     for (const Rim& rim : rims_) fill_corner(rim);
   }
@@ -119,6 +127,8 @@ class Revolution::Builder {
         }
       }
     }
+    for (Place& place : places_)
+      if (place.first < on_axis * (box.upper.y - box.lower.y)) place.first = 0;
   }
 
   std::array<Place, 3> places_of(std::uint32_t facet) const {
@@ -132,8 +142,8 @@ class Revolution::Builder {
   }
 
   void add(std::uint32_t facet, const Line& line) {
+    if (lies_on_axis(line)) return;
     auto [from, to] = line;
-    if (from.first == 0 && to.first == 0) return;  // on the axis, without any area
     const auto [found, is_new] =
         rings_.try_emplace(line, static_cast<std::uint32_t>(result_.mesh_.triangles.size()));
     result_.first_facets_[facet] = found->second;
@@ -150,6 +160,19 @@ class Revolution::Builder {
     for (const Place& end : {from, to})
       if (end.first == radius_ && (is_whole || end == line.first))
         rims_.push_back({point_at(end), normal.z >= 0, facet});
+  }
+
+  static bool lies_on_axis(const Line& line) {
+    return line.first.first == 0 && line.second.first == 0;
+  }
+
+  // What lies on the axis has no area: it gets what arrives at a ring beside it.
+  std::uint32_t next_to(const Line& line) const {
+    for (const Place& end : {line.first, line.second}) {
+      const auto found = rings_at_.find(end);
+      if (found != rings_at_.end()) return found->second;
+    }
+    return 0;
   }
 
   // Two facets of a strip make a ring; where they are of two materials, a ring each.
@@ -182,6 +205,8 @@ class Revolution::Builder {
   };
 
   void revolve(const Point& from, const Point& to, std::uint32_t facet, const Halves& halves) {
+    const auto first = static_cast<std::uint32_t>(result_.mesh_.triangles.size());
+    for (const Point& end : {from, to}) rings_at_.try_emplace({end.radius, end.height}, first);
     for (std::uint32_t k = 0; k < slices; ++k) {
       if (halves.at_to && to.radius != 0)
         add_facet({from.vertex(k), to.vertex(k), to.vertex(k + 1)}, facet);
@@ -215,9 +240,10 @@ class Revolution::Builder {
   float radius_;
   Revolution& result_;
   std::array<std::array<double, 2>, slices + 1> around_{};
-  std::map<Place, std::uint32_t> points_;  // and the first vertex of their circles
-  std::map<Line, std::uint32_t> seen_as_;  // facets of the section
-  std::map<Line, std::uint32_t> rings_;    // and their first facets
+  std::map<Place, std::uint32_t> points_;    // and the first vertex of their circles
+  std::map<Line, std::uint32_t> seen_as_;    // facets of the section
+  std::map<Line, std::uint32_t> rings_;      // and their first facets
+  std::map<Place, std::uint32_t> rings_at_;  // that of one of the rings that end there
   std::vector<Rim> rims_;
   std::uint32_t ring_ = 0;
 };

@@ -64,7 +64,10 @@ class Extension {
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
   TriangleTree::Start search_start(const Leaf& leaf, const LeafMask& nodes) const;
-  double limit(float phi) const { return std::abs(phi) * frame_.spacing + distance_; }
+  double limit(float phi) const {
+    // A node next to the surface has a vertex on one of its edges, whatever corners facets cut off.
+    return std::max(std::abs(phi), 0.5F) * frame_.spacing + distance_;
+  }
   ClosestPoint query(const NearNode& at, const TriangleTree::Start& start,
                      const ClosestPoint& last) const;
   ClosestPoint closest(Vec3d r, Vec3d gradient, double limit,
@@ -353,13 +356,11 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
 /// phi, which does not hang on how facets lie there.
 class SpeedAt {
  public:
-  SpeedAt(const NearNode& at, const TriMesh& facets, const ClosestPoint& point,
-          std::span<const AngularFactor> factors)
+  SpeedAt(const NearNode& at, const ClosestPoint& point, std::span<const AngularFactor> factors)
       : point_(point) {
     if (factors.empty()) return;
     const Vec3d gradient = central_gradient(at.phi);
-    const bool has_direction = length(gradient) > least_gradient;
-    const Vec3f n(normalized(has_direction ? gradient : area_vector(facets, point.triangle)));
+    const Vec3f n(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
     for (const AngularFactor& factor : factors) factors_.push_back(factor.value(n));
   }
 
@@ -475,7 +476,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
         layers.stack[seen].material != facets.facets.materials[point.triangle])
       newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
-    const SpeedAt speed_at(at, facets.facets, point, factors);
+    const SpeedAt speed_at(at, point, factors);
     const float speed = speed_at.of(of_seen);
     const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed_at, dt);
     if (factors.empty()) {

@@ -95,6 +95,65 @@ TEST_F(SymmetricRun, PrescribedSpeedsGiveTheBitsOfTheWhole) {
               0.1 * facets);
 }
 
+// Where layers are crossed within a move, where an undercut meets the underside of a mask, and
+// where films that grow by their normal pass a mask: nothing may hang on how facets lie there.
+TEST_F(SymmetricRun, BordersOfMaterialsGiveTheBitsOfTheWhole) {
+  const std::string domain = R"(
+[domain]
+spacing = "10 nm"
+extent = ["400 nm", "400 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+)";
+  const std::string layer = R"(
+[[geometry]]
+shape = "layer"
+material = "SiO2"
+thickness = "53 nm"
+)";
+  const auto mask = [](const std::string& opening) {
+    return "\n[[geometry]]\nshape = \"mask\"\nmaterial = \"mask\"\nthickness = \"43.7 nm\"\n" +
+           opening;
+  };
+  const std::string hole_of_73 = "opening = { shape = \"hole\", radius = \"73 nm\" }\n";
+  const std::string square =
+      "opening = { shape = \"rectangle\", size = [\"141 nm\", \"141 nm\"] }\n";
+  const std::string beam = R"(
+[[step]]
+model = "directional"
+visibility = false
+duration = "20 s"
+directional_etch_rate = { mask = "0.2 nm/s", SiO2 = "4 nm/s", Si = "2 nm/s" }
+isotropic_etch_rate = { mask = "0.05 nm/s", SiO2 = "0.5 nm/s", Si = "0.2 nm/s" }
+)";
+  const std::string epitaxy = R"(
+[[step]]
+model = "epitaxy"
+duration = "20 s"
+growth_rate = "4 nm/s"
+material = "SiGe"
+)";
+  const std::string undercut = R"(
+[[step]]
+model = "isotropic"
+duration = "30 s"
+etch_rate = { mask = "0 nm/s", default = "2.3 nm/s" }
+)";
+  const std::string tapered =
+      "taper = \"7 deg\"\nopening = { shape = \"hole\", radius = \"83 nm\" }\n";
+  int number = 0;
+  for (const std::string& recipe :
+       {domain + layer + mask(square) + beam, domain + mask(square) + epitaxy,
+        domain + mask(hole_of_73) + epitaxy, domain + mask(tapered) + undercut}) {
+    const std::string name = "borders_" + std::to_string(number++);
+    write(name + ".toml", recipe);
+    const auto whole = run(name + ".toml", name + "_whole", "none");
+    const auto part = run(name + ".toml", name + "_part", "auto");
+    EXPECT_EQ(part["state_hash"], whole["state_hash"]) << recipe;
+  }
+}
+
 // The same in a square, which is its own image across the diagonal, too.
 std::string square_hole() {
   std::string text = hole;

@@ -4,10 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
@@ -124,6 +126,37 @@ TEST(RevolutionTest, KeepsTheAreasOfMaterials) {
   for (const double each : facet_areas(mesh)) area += each;
   const double whole = (2 * pi * 10 * 20) / 4 + side * side;
   EXPECT_NEAR(area, whole, 1e-3 * whole);
+}
+
+// Material 1 on the facets with an edge on the axis, which have no area around it; and a needle on
+// the axis, thinner than rays can start from.
+TEST(RevolutionTest, WhatLiesOnTheAxisHasNoArea) {
+  exact::Shape hole = hole_section(1);
+  TriMesh& section = hole.mesh;
+  const auto edge_is_on_axis = [&](std::size_t f) {
+    int corners = 0;
+    for (const std::uint32_t v : section.triangles[f])
+      corners += section.vertices[v].x == 0 ? 1 : 0;
+    return corners == 2;
+  };
+  for (std::size_t f = 0; f < section.triangles.size(); ++f)
+    section.materials.push_back(edge_is_on_axis(f) ? 1 : 0);
+  ASSERT_EQ(std::ranges::count(section.materials, 1), 1);
+  const Revolution around(section, hole.sides);
+  EXPECT_EQ(std::ranges::count(around.mesh().materials, 1), 0);
+
+  const Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  builder.grid({0, 0, 2}, {1e-3, 0, -2}, 1, y, 1);
+  builder.grid({1e-3, 0, 0}, {10 - 1e-3, 0, 0}, 10, y, 1);
+  const Revolution needle(builder.mesh, {.lower = {0, 0}, .upper = {10, 1}});
+  for (const Vec3f r : needle.mesh().vertices) EXPECT_EQ(r.z, 0);
+  std::vector<float> rings(needle.mesh().triangles.size());
+  std::iota(rings.begin(), rings.end(), 0.0F);
+  // The needle gets what arrives around it, at the innermost ring.
+  const std::vector<float> back = needle.on_section(rings);
+  EXPECT_EQ(back[0], back[2]);
+  EXPECT_EQ(back[1], back[2]);
 }
 
 TEST(RevolutionTest, RefusesWhatIsNoSection) {
