@@ -61,8 +61,8 @@ class Revolution::Builder {
       }
     }
     // Of two facets at the axis the one with an edge on it has no area: the ring is the other's.
-    std::ranges::stable_partition(lines,
-                                  [](const auto& each) { return each.second.first.first != 0; });
+    std::stable_partition(lines.begin(), lines.end(),
+                          [](const auto& each) { return each.second.first.first != 0; });
     for (const auto& [f, line] : lines) seen_as_.try_emplace(line, f);
     for (const auto& [f, line] : lines) add(f, line);
     for (const auto& [f, line] : lines)
