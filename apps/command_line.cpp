@@ -28,24 +28,17 @@ CLI::Validator number(const std::string& wanted, bool (*is_wanted)(double)) {
           ""};
 }
 
-CLI::Validator method() {
-  return {[](std::string& name) -> std::string {
-            constexpr std::array<std::string_view, 4> methods{"curvature", "paper",
-                                                              "lindstrom-turk", "length"};
-            if (std::ranges::find(methods, name) != methods.end()) return "";
-            return fmt::format("\"{}\" is none of {}", name, fmt::join(methods, ", "));
+CLI::Validator one_of(const std::array<std::string_view, 4>& names, const char* separator) {
+  return {[=](std::string& name) -> std::string {
+            if (std::ranges::find(names, name) != names.end()) return "";
+            return fmt::format("\"{}\" is none of {}", name, fmt::join(names, separator));
           },
           ""};
 }
 
+CLI::Validator method() { return one_of({"curvature", "paper", "lindstrom-turk", "length"}, ", "); }
 CLI::Validator modes() {
-  return {[](std::string& pair) -> std::string {
-            constexpr std::array<std::string_view, 4> pairs{"3d,2d", "2d,3d", "3d,axisymmetric",
-                                                            "axisymmetric,3d"};
-            if (std::ranges::find(pairs, pair) != pairs.end()) return "";
-            return fmt::format("\"{}\" is none of {}", pair, fmt::join(pairs, " | "));
-          },
-          ""};
+  return one_of({"3d,2d", "2d,3d", "3d,axisymmetric", "axisymmetric,3d"}, " | ");
 }
 
 CLI::Validator above_zero() {

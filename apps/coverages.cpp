@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
@@ -30,14 +31,13 @@ std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& ot
     for (std::size_t f = begin; f < end; ++f) {
       std::size_t k = f * samples_per_facet;
       const std::array places = samples(mesh, f);
-      double known = TriangleTree::unlimited;  // from the facet's middle
-      for (const Vec3d& r : places) {
-        // What is closest to the middle is not much farther from the others: the same is found
-        // sooner.
-        const double within = known * (1 + 1e-9) + length(r - places.front());
-        const ClosestPoint found = tree.closest(r, std::min(reach, within));
-        if (k % samples_per_facet == 0) known = found.distance;
-        closest[k++] = found.triangle;
+      // What is closest to the middle is not much farther from the others: found sooner within
+      // that.
+      const ClosestPoint of_middle = tree.closest(places.front(), reach);
+      closest[k++] = of_middle.triangle;
+      for (const Vec3d& r : std::span(places).subspan(1)) {
+        const double within = of_middle.distance * (1 + 1e-9) + length(r - places.front());
+        closest[k++] = tree.closest(r, std::min(reach, within)).triangle;
       }
     }
   });

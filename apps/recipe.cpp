@@ -86,16 +86,17 @@ Frame read_domain(const RecipeTable& table) {
   const Mode mode = table.choice<Mode>("mode", modes, "3d");
   frame.two_dimensional = mode != Mode::solid;
   frame.axisymmetric = mode == Mode::round;
-  const ListSize axes{.minimum = frame.two_dimensional ? 1U : 2U,
-                      .maximum = frame.two_dimensional ? 1U : 2U,
-                      .why = mode == Mode::solid     ? " in three dimensions"
-                             : mode == Mode::section ? " with mode = \"2d\""
-                                                     : " with mode = \"axisymmetric\", across"};
+  const std::size_t axis_count = frame.two_dimensional ? 1 : 2;
+  const ListSize axes{.minimum = axis_count,
+                      .maximum = axis_count,
+                      .why = frame.axisymmetric      ? " with mode = \"axisymmetric\""
+                             : frame.two_dimensional ? " with mode = \"2d\""
+                                                     : " with mode = \"3d\""};
   const std::vector<double> extent = table.quantities("extent", Dimension::length, axes, lengths);
   const std::vector<Boundary> boundary =
       table.choices<Boundary>("boundary", boundaries, axes, "reflective");
   frame.cells = {2, 1};
-  for (std::size_t axis = 0; axis < axes.maximum; ++axis) {
+  for (std::size_t axis = 0; axis < axis_count; ++axis) {
     frame.boundary[axis] = boundary[axis];
     if (table.ok("extent") && table.ok("spacing")) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);

@@ -30,7 +30,7 @@ class Revolution {
 
   /// From one value per facet of the section to one per facet of the quarter.
   std::vector<float> revolved(std::span<const float> of_section) const;
-  /// Back, from the first facet of each ring.
+  /// Back, from the first facet of each ring; on the axis from that of a ring beside it.
   std::vector<float> on_section(std::span<const float> of_rings) const;
 
  private:

@@ -357,24 +357,24 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
 class SpeedAt {
  public:
   SpeedAt(const NearNode& at, const ClosestPoint& point, std::span<const AngularFactor> factors)
-      : point_(point) {
-    if (factors.empty()) return;
+      : point_(point), factors_(factors) {
     const Vec3d gradient = central_gradient(at.phi);
-    const Vec3f n(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
-    for (const AngularFactor& factor : factors) factors_.push_back(factor.value(n));
+    normal_ = Vec3f(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
   }
 
   float of(const LayerSpeeds& layer) const {
     if (factors_.empty()) return speed_on_facet(layer.speed[point_.triangle], point_);
     float speed = speed_on_facet(layer.parts[0][point_.triangle], point_);
     for (std::size_t k = 0; k < factors_.size(); ++k)
-      speed += factors_[k] * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
+      speed +=
+          factors_[k].value(normal_) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
     return speed;
   }
 
  private:
   const ClosestPoint& point_;
-  std::vector<float> factors_;
+  std::span<const AngularFactor> factors_;
+  Vec3f normal_;
 };
 
 /// The mean over dt of the speed at a node, from layer to layer.

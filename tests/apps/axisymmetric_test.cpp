@@ -239,6 +239,10 @@ tilt = "10 deg"
 azimuth = "180 deg"
 )";
   const std::string crystal = "[[step]]\nmodel = \"koh_etch\"\nduration = \"1 s\"\n";
+  refused(
+      "[domain]\nspacing = \"10 nm\"\nmode = \"axisymmetric\"\nextent = [\"1 um\", \"1 um\"]\n" +
+          wafer,
+      "extent: has 2 entries; 1 is wanted with mode = \"axisymmetric\"");
   refused(round_domain + trench + conformal_film,
           "not the same all around the axis; use a round shape");
   for (const char* outline : {"shape = \"rectangle\", size = [\"200 nm\", \"200 nm\"]",

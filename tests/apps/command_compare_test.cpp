@@ -70,6 +70,8 @@ TEST_F(CompareCommand, SimplifiedTrenchIsAsTheFullOne) {
   EXPECT_EQ(value(found, "trench 1 depth_nm")["first"]["runs"], 2);
   EXPECT_GT(value(found, "trench 1 SiO2_wall_nm")["first"]["spread"], 0);
   EXPECT_EQ(value(found, "trench 1 SiO2_step_coverage")["verdict"], "within");
+  // Two seeds are one distance, whose spread nobody knows.
+  EXPECT_TRUE(found["time_to_equal_error"]["speedup_std_error"].is_null());
   ASSERT_FALSE(found["flux"].empty());
   EXPECT_LT(found["flux"].back()["rms_difference"], 0.2);
 
@@ -380,6 +382,8 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   EXPECT_FALSE(fs::exists(path("hole")));
   for (const char* wrong : {"--modes 2d", "--modes 2d,2d", "--modes 3d,2d --methods paper"})
     EXPECT_EQ(scarp("compare " + path("hole.toml") + ' ' + wrong).exit_code, 2) << wrong;
+  EXPECT_THAT(scarp("compare " + path("hole.toml") + " --modes 3d,round").messages,
+              HasSubstr("\"3d,round\" is none of 3d,2d | 2d,3d | 3d,axisymmetric"));
   const Outcome given = scarp("compare " + path("a") + " " + path("a") + " --modes 3d,2d");
   EXPECT_EQ(given.exit_code, 2);
   EXPECT_THAT(given.messages, HasSubstr("--modes compares the runs of a recipe; leave out"));

@@ -45,6 +45,28 @@ TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
 }
 
 // Of what goes around an axis as well, whose distance depends on y.
+// Of the whole and of a quarter from its middle on, at points that are no nodes: the same bits at
+// mirror images of a point, also across the diagonal.
+TEST(LevelSet, HasMirroredDistancesToTheLastBit) {
+  const auto pit = [](Vec3d r) { return r.z + 9 - 0.8 * std::hypot(r.x, r.y); };
+  const Frame frame{.spacing = 0.7, .cells = {24, 24}};
+  const LevelSet whole(frame, pit, -20, 20);
+  const Frame quarter_frame{.spacing = 0.7, .cells = {12, 12}, .half = {true, true}};
+  const LevelSet quarter(quarter_frame, pit, -20, 20);
+  int near = 0;
+  for (int n = 1; n < 400; ++n) {
+    const Vec3d r{8 * std::abs(std::sin(1.7 * n)), 8 * std::abs(std::sin(2.3 * n)),
+                  -9 + 7 * std::abs(std::sin(0.9 * n))};
+    const double distance = whole.distance(r);
+    near += std::abs(distance) < 2 ? 1 : 0;
+    EXPECT_EQ(whole.distance({-r.x, r.y, r.z}), distance) << n;
+    EXPECT_EQ(whole.distance({r.x, -r.y, r.z}), distance) << n;
+    EXPECT_EQ(whole.distance({r.y, r.x, r.z}), distance) << n;
+    EXPECT_EQ(quarter.distance(r), distance) << n;
+  }
+  EXPECT_GT(near, 100);
+}
+
 TEST(LevelSet, HasTheSameInBothRowsOfTwoDimensions) {
   Frame frame{.spacing = 1, .cells = {20, 1}};
   frame.two_dimensional = true;
