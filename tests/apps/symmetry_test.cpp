@@ -106,12 +106,10 @@ extent = ["400 nm", "400 nm"]
 shape = "wafer"
 material = "Si"
 )";
-  const std::string layer = R"(
-[[geometry]]
-shape = "layer"
-material = "SiO2"
-thickness = "53 nm"
-)";
+  const auto layer = [](const std::string& material) {
+    return "\n[[geometry]]\nshape = \"layer\"\nthickness = \"53 nm\"\nmaterial = \"" + material +
+           "\"\n";
+  };
   const auto mask = [](const std::string& opening) {
     return "\n[[geometry]]\nshape = \"mask\"\nmaterial = \"mask\"\nthickness = \"43.7 nm\"\n" +
            opening;
@@ -144,8 +142,8 @@ etch_rate = { mask = "0 nm/s", default = "2.3 nm/s" }
       "taper = \"7 deg\"\nopening = { shape = \"hole\", radius = \"83 nm\" }\n";
   int number = 0;
   for (const std::string& recipe :
-       {domain + layer + mask(square) + beam, domain + mask(square) + epitaxy,
-        domain + mask(hole_of_73) + epitaxy, domain + mask(tapered) + undercut}) {
+       {domain + layer("SiO2") + mask(square) + beam, domain + layer("Si") + mask(square) + epitaxy,
+        domain + layer("Si") + mask(hole_of_73) + epitaxy, domain + mask(tapered) + undercut}) {
     const std::string name = "borders_" + std::to_string(number++);
     write(name + ".toml", recipe);
     const auto whole = run(name + ".toml", name + "_whole", "none");
