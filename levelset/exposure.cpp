@@ -45,6 +45,12 @@ float layer_of_neighbour(const float* phi, const float* layer) {
 
 }  // namespace
 
+std::size_t layer_at(const Layers& layers, const std::array<int, 3>& node) {
+  std::size_t layer = 0;
+  while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
+  return layer;
+}
+
 std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int axis) {
   std::array<int, 3> next = node;
   ++next[axis];

@@ -16,6 +16,9 @@ inline constexpr float same_phi = 1e-3F;
 /// Part of the way from a node with phi = here to its neighbour at which phi is zero.
 inline float crossing(float here, float there) { return here / (here - there); }
 
+/// The layer whose material a solid node lies in.
+std::size_t layer_at(const Layers& layers, const std::array<int, 3>& node);
+
 /// The layer that is seen where the top's surface cuts the edge from a node to the next one along
 /// an axis.
 ///

@@ -12,6 +12,7 @@
 #include "core/triangle_tree.h"
 #include "levelset/band.h"
 #include "levelset/carry.h"
+#include "levelset/contact_line.h"
 #include "levelset/exposure.h"
 #include "levelset/images.h"
 #include "levelset/overgrowth.h"
@@ -220,13 +221,6 @@ float faster(float a, float b) {
   return std::abs(a) > std::abs(b) ? a : std::min(a, b);
 }
 
-/// The layer whose material a solid node lies in.
-std::size_t layer_at(const Layers& layers, const Node& node) {
-  std::size_t layer = 0;
-  while (!(layers.stack[layer].phi.node(node[0], node[1], node[2]) < 0)) ++layer;
-  return layer;
-}
-
 /// Nodes in solid that stands still, and in solid that moves, where there is some of both.
 ///
 /// What stands still tells solid that moves nothing: under the edge of a mask the surface that
@@ -362,12 +356,14 @@ class SpeedAt {
     normal_ = Vec3f(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
   }
 
-  float of(const LayerSpeeds& layer) const {
+  float of(const LayerSpeeds& layer) const { return of(layer, normal_); }
+
+  float of(const LayerSpeeds& layer, const Vec3f& normal) const {
     if (factors_.empty()) return speed_on_facet(layer.speed[point_.triangle], point_);
     float speed = speed_on_facet(layer.parts[0][point_.triangle], point_);
     for (std::size_t k = 0; k < factors_.size(); ++k)
       speed +=
-          factors_[k].value(normal_) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
+          factors_[k].value(normal) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
     return speed;
   }
 
@@ -482,6 +478,18 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
     if (factors.empty()) {
       values[0] = mean;
       return;
+    }
+    if (!field.grows_beside_standing) {
+      // The normal of phi at the node knows of the wall.
+      const Vec3d normal = normalized(area_vector(facets.facets, point.triangle));
+      const auto at_line = speed_at_contact_line(
+          layers, at.index, at.phi, seen, normal, [&](std::size_t layer, const Vec3d& n) {
+            return speed_at.of(speeds_of_layers[layer], Vec3f(n));
+          });
+      if (at_line) {
+        values[0] = *at_line;
+        return;
+      }
     }
     const float scale = speed != 0 ? mean / speed : 1.0F;
     for (std::size_t v = 0; v <= factors.size(); ++v) {

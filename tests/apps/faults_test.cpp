@@ -256,16 +256,17 @@ TEST_F(Faults, ARunThatIsToStopSolvesNoFurtherFlux) {
 // The memory for hits is just enough for the surface that the run begins with.
 TEST_F(Faults, ARunWhoseFluxNoLongerFitsEndsWithACheckpoint) {
   Recipe recipe = read_text(silicon_wafer + R"([[geometry]]
-shape = "trench"
-width = "100 nm"
-depth = "20 nm"
+shape = "mask"
+material = "mask"
+thickness = "20 nm"
+opening = { shape = "trench", width = "100 nm" }
 [[step]]
 name = "etch"
 model = "single_particle"
 duration = "60 s"
 sticking = 1
 source_power = 100
-etch_rate = "1 nm/s"
+etch_rate = { Si = "1 nm/s", mask = "0 nm/s" }
 [flux]
 engine = "gather"
 )");
