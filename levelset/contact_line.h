@@ -19,11 +19,12 @@ namespace scarp {
 /// film's own slope it would climb all walls, each at a rate that hangs on where the wall lies
 /// between nodes.
 ///
-/// Shape: node of the top's band, phi of the top around it in a Block; film and wall are layers,
-///        the film the one that is seen at the node. normal is the film's.
+/// Shape: film is the layer that is seen at the node, normal that of the film. A wall is a layer
+///        below it, of another material, whose speed is less than a tenth of the film's.
 /// Units: speeds of a layer by normal and the result in nm/s.
+/// Error: of first order; the line stays within two spacings of where it belongs.
 std::optional<float> speed_at_contact_line(
-    const Layers& layers, const Node& node, const float* phi, std::size_t film, Vec3d normal,
+    const Layers& layers, const Node& node, std::size_t film, Vec3d normal,
     const std::function<float(std::size_t layer, Vec3d normal)>& speed);
 
 }  // namespace scarp

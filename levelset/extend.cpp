@@ -483,7 +483,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
       // The normal of phi at the node knows of the wall.
       const Vec3d normal = normalized(area_vector(facets.facets, point.triangle));
       const auto at_line = speed_at_contact_line(
-          layers, at.index, at.phi, seen, normal, [&](std::size_t layer, const Vec3d& n) {
+          layers, at.index, seen, normal, [&](std::size_t layer, const Vec3d& n) {
             return speed_at.of(speeds_of_layers[layer], Vec3f(n));
           });
       if (at_line) {

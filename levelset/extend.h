@@ -61,7 +61,8 @@ struct LayerSpeeds {
 
 /// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
 /// seen, scaled where the surface passes from layer to layer within dt. The facets may be those of
-/// the surface some time before: how far they may be from it is told.
+/// the surface some time before: how far they may be from it is told. A film beside a wall that
+/// stays where it is has one speed, without a normal (contact_line.h).
 ///
 /// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTree& facets,

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double h = 2;  // nm
 
-Frame plane(int cells, Boundary boundary = Boundary::reflective) {
+Frame in_plane(int cells, Boundary boundary = Boundary::reflective) {
   return {
       .spacing = h, .cells = {cells, 1}, .boundary = {boundary, boundary}, .two_dimensional = true};
 }
@@ -101,7 +101,7 @@ TEST(Diffusion, AboveAnOpenWaferIsLinear) {
     const Solute solute{.diffusivity = 3, .layer = layer, .bath = 0.4};
     const double expected = open_wafer_concentration(solute, exchange);
     const auto exchange_at = [same = exchange](Vec3d, Vec3d) { return same; };
-    for (const Frame& frame : {plane(10), block(10), block(10, Boundary::periodic)}) {
+    for (const Frame& frame : {in_plane(10), block(10), block(10, Boundary::periodic)}) {
       const Bath bath = solved(wafer(frame), solute, exchange_at);
       // The surface gives to the nodes above it, up to a spacing away.
       const double step = h / layer * std::abs(expected - solute.bath);
@@ -114,7 +114,7 @@ TEST(Diffusion, AboveAnOpenWaferIsLinear) {
 TEST(Diffusion, InADeadEndIsLinear) {
   const Solute solute{.diffusivity = 5, .layer = 100};
   for (const double width : {24.0, 25.3, 26.9}) {
-    for (const Frame& frame : {plane(40), block(40), block(40, Boundary::periodic)}) {
+    for (const Frame& frame : {in_plane(40), block(40), block(40, Boundary::periodic)}) {
       const Bath bath = solved(Trench{width, 120}.in(frame), solute, [](Vec3d r, Vec3d n) {
         return Exchange{.release = is_bottom(r, n) ? 0.3 : 0};
       });
@@ -136,7 +136,7 @@ TEST(Diffusion, InADeadEndWhoseWallsTakeUpFallsAsTheHyperbolicCosine) {
     (q * std::tan(0.5 * q * width) < k / diffusivity ? low : high) = q;
   }
   const Solute solute{.diffusivity = diffusivity, .layer = 50, .bath = 4};
-  const Bath bath = solved(Trench{width, depth}.in(plane(40)), solute, [&](Vec3d r, Vec3d) {
+  const Bath bath = solved(Trench{width, depth}.in(in_plane(40)), solute, [&](Vec3d r, Vec3d) {
     return Exchange{.uptake = r.z < -1 && r.z > 1 - depth ? k : 0};
   });
   const double reference = bath.at(-60) - 1;
@@ -151,7 +151,7 @@ TEST(Diffusion, InADeadEndWhoseWallsTakeUpFallsAsTheHyperbolicCosine) {
 // deeper down.
 TEST(Diffusion, SettlesWhereTheBathIsMoreThanSaturated) {
   const Solute solute{.diffusivity = 2, .layer = 50, .bath = 1.5};
-  const Bath bath = solved(Trench{24, 80}.in(plane(40)), solute, [](Vec3d r, Vec3d) {
+  const Bath bath = solved(Trench{24, 80}.in(in_plane(40)), solute, [](Vec3d r, Vec3d) {
     return r.z < -79 ? Exchange{.release = -0.05} : Exchange{.uptake = 0.01};
   });
   double settled = 0;
@@ -172,9 +172,9 @@ TEST(Diffusion, BetweenLeaningWallsIsLogarithmic) {
   const Solute solute{.diffusivity = 4, .layer = 100};
   for (const double slope : {0.05, 0.12, 0.2}) {
     const double width = 24 + 2 * slope * 100;
-    const Bath bath = solved(Trench{width, 100, slope}.in(plane(50)), solute, [](Vec3d r, Vec3d n) {
-      return Exchange{.release = is_bottom(r, n) ? 0.3 : 0};
-    });
+    const Bath bath =
+        solved(Trench{width, 100, slope}.in(in_plane(50)), solute,
+               [](Vec3d r, Vec3d n) { return Exchange{.release = is_bottom(r, n) ? 0.3 : 0}; });
     const double edge = -0.5 * width / slope;
     const double angle = 2 * std::atan(slope);
     const auto potential = [&](double z) {
@@ -210,8 +210,8 @@ TEST(Diffusion, IsConservedWhereAllLeavesAtOnce) {
 TEST(Diffusion, LeavesClosedVoidsOut) {
   const auto with_void = [](double radius) {
     return single_layer(
-        plane(40), [=](Vec3d r) { return std::max(r.z, radius - std::hypot(r.x, r.z + 40)); }, -70,
-        0);
+        in_plane(40), [=](Vec3d r) { return std::max(r.z, radius - std::hypot(r.x, r.z + 40)); },
+        -70, 0);
   };
   const Solute solute{.diffusivity = 5, .layer = 100};
   const auto exchange = [](Vec3d, Vec3d) { return Exchange{.release = 0.3}; };

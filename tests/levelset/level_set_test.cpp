@@ -44,7 +44,6 @@ TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
   }
 }
 
-// Of what goes around an axis as well, whose distance depends on y.
 // Of the whole and of a quarter from its middle on, at points that are no nodes: the same bits at
 // mirror images of a point, also across the diagonal.
 TEST(LevelSet, HasMirroredDistancesToTheLastBit) {
@@ -67,6 +66,7 @@ TEST(LevelSet, HasMirroredDistancesToTheLastBit) {
   EXPECT_GT(near, 100);
 }
 
+// Of what goes around an axis as well, whose distance depends on y.
 TEST(LevelSet, HasTheSameInBothRowsOfTwoDimensions) {
   Frame frame{.spacing = 1, .cells = {20, 1}};
   frame.two_dimensional = true;
