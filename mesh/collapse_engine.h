@@ -339,6 +339,11 @@ class CollapseEngine {
       // Two vertices go; one of them may be too many.
       if (edges.is_pair() && removed_ + 2 > most_) return;
       const Merge rule = merge_rule(mesh_, edges.h);
+      // Its key may be of a time when it still had a twin edge, whose changes counted too.
+      if (rule == Merge::forbidden) {
+        engine_.keys_[entry.h].value = never;
+        return;
+      }
       const Vec3d r = engine_.placement_.place(mesh_, edges.h, rule).r;
       const bool fits = gather(edges, r);
       // What surrounds it may be changing.

@@ -183,6 +183,21 @@ TEST_P(EveryMethod, KeepsPeriodicSidesCongruentAndMakesThemCoarser) {
   EXPECT_LE(surface_distance(mesh, bounded.mesh, 0.2).symmetric_max, 0.1);
 }
 
+// Narrow strips: along their short sides nothing is left but the corners.
+TEST_P(EveryMethod, KeepsTheCornersOfNarrowPeriodicDomains) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const Grid grid{.cells = {12, 3, 12}, .noise = 0.005, .seed = seed, .periodic = true};
+    const TriMesh mesh = polygonised(grid, [](Vec3d r) { return r.z - 8.4; });
+    SimplifyOptions wanted = options(grid.sides());
+    wanted.spacing = 1;
+    wanted.max_error = 0.1;
+    const TriMesh simple = simplify(mesh, wanted).mesh;
+    double area = 0;
+    for (std::size_t f = 0; f < simple.triangles.size(); ++f) area += area_vector(simple, f).z;
+    EXPECT_NEAR(area, 12 * 3, 1e-3) << "seed " << seed;
+  }
+}
+
 TEST_P(EveryMethod, KeepsSidesOfEachKindWhereOnlyOneAxisIsPeriodic) {
   const Grid grid{.cells = {60, 50, 30}, .noise = 0.006, .seed = 6, .periodic = true};
   const TriMesh mesh = polygonised(grid, periodic_landscape(60, 50, 14));
