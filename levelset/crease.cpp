@@ -162,7 +162,8 @@ Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis) {
   const int c = (axis + 2) % 3;
   const Slopes slopes_b = slopes_at(band, end, b);
   const Slopes slopes_c = slopes_at(band, end, c);
-  // Of the one-sided differences those are right that make the slope of a distance, 1.
+  // Of the one-sided differences those are right that make the slope of a distance, 1; where
+  // several do, by symmetry, none of them is better than its image.
   Vec3d best;
   double smallest = 1e300;
   for (int choice = 0; choice < 4; ++choice) {
@@ -170,6 +171,7 @@ Vec3d cut_normal(const Band& band, std::array<int, 3> node, int axis) {
     gradient[b] = slopes_b.pick((choice & 1) != 0);
     gradient[c] = slopes_c.pick((choice & 2) != 0);
     const double misfit = std::abs(dot(gradient, gradient) - 1);
+    if (misfit == smallest) best += gradient;
     if (misfit < smallest) {
       smallest = misfit;
       best = gradient;
