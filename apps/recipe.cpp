@@ -217,7 +217,7 @@ double read_kept_distance(const RecipeTable& table, const Frame& frame) {
 // Units: nm.
 double read_carried_distance(const RecipeTable& table, const Frame& frame) {
   return table.length_or_multiple("carry_within", frame.spacing,
-                                  {.fallback = "0.02", .minimum = 0, .maximum = 1});
+                                  {.fallback = "0.01", .minimum = 0, .maximum = 1});
 }
 
 CoverageOptions read_coverages(const RecipeTable& table) {

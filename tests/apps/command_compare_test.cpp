@@ -144,12 +144,12 @@ TEST_F(CompareCommand, RunsThatAreThereAreNotMadeAgain) {
 }
 
 TEST_F(CompareCommand, FacetsThatAreTooLargeFailAndAreNamed) {
-  const Outcome outcome =
-      scarp("compare " + small_trench("--set simplify.l_max=30 --set flux.target_error=0.01 "
-                                      "--set step[0].duration='\"90 s\"' "
-                                      "--set step[0].sticking=0.6 "
-                                      "--set output.every='\"0 s\"' -o " +
-                                      path("out")));
+  const Outcome outcome = scarp(
+      "compare " + small_trench("--set simplify.l_max=30 --set simplify.l0=6 "
+                                "--set flux.target_error=0.01 --set step[0].duration='\"90 s\"' "
+                                "--set step[0].sticking=0.6 "
+                                "--set output.every='\"0 s\"' -o " +
+                                path("out")));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;
   EXPECT_THAT(outcome.out, HasSubstr("moved"));
   EXPECT_THAT(outcome.out, HasSubstr("\n  trench 1 bow_nm at t = "));
