@@ -144,15 +144,14 @@ INSTANTIATE_TEST_SUITE_P(
                       Growing{"DeepFull", 2, "0.1", full_strip_settings},
                       Growing{"DeepInPlane", 2, "0.1", plane_settings},
                       Growing{"DeepHalfSticksInPlane", 2, "0.5", plane_settings},
+                      Growing{"DeepAllStickInPlane", 2, "1.0", plane_settings},
                       Growing{"DeepHardlySticksInPlane", 2, "0.001", plane_settings},
                       Growing{"ShallowInPlane", 1, "0.1", plane_settings}),
     name_of);
 INSTANTIATE_TEST_SUITE_P(Of, SlowTrenchGrowth,
                          ::testing::Values(Growing{"Shallow", 1, "0.1", strip_settings},
                                            Growing{"DeepHalfSticks", 2, "0.5", strip_settings},
-                                           Growing{"DeepAllStick", 2, "1.0", strip_settings},
-                                           Growing{"DeepAllStickInPlane", 2, "1.0",
-                                                   plane_settings}),
+                                           Growing{"DeepAllStick", 2, "1.0", strip_settings}),
                          name_of);
 
 }  // namespace
