@@ -120,7 +120,8 @@ class CollapseEngine {
     }
   };
 
-  /// Grows whenever one of the two ends changes, also over a merger of vertices.
+  /// Grows whenever one of the two ends changes, also over a merger of vertices; but not where the
+  /// edge loses its twin edge, whose changes counted too.
   std::uint32_t changes_around(std::uint32_t h) const {
     const auto ends = [this](std::uint32_t g) {
       return changes_[mesh_.topology.origin(g)] + changes_[mesh_.topology.target(g)];
@@ -339,7 +340,7 @@ class CollapseEngine {
       // Two vertices go; one of them may be too many.
       if (edges.is_pair() && removed_ + 2 > most_) return;
       const Merge rule = merge_rule(mesh_, edges.h);
-      // Its key may be of a time when it still had a twin edge, whose changes counted too.
+      // Its key may be of a time when it still had a twin edge: see changes_around().
       if (rule == Merge::forbidden) {
         engine_.keys_[entry.h].value = never;
         return;
