@@ -12,11 +12,22 @@ namespace scarp {
 
 namespace {
 
+// A yield, its species and where it is counted.
+struct CountedYield {
+  std::size_t species = 0;
+  std::size_t yield = 0;
+  std::size_t tally = 0;
+};
+
 // Particles that come from about one direction, of one or more species.
 struct Lobe {
   Vec3d direction;
   std::vector<std::size_t> tallies;  ///< all
   std::vector<std::size_t> others;   ///< those of no peaked yield
+  std::vector<CountedYield> fading;  ///< that fall off with the angle, besides what arrives
+
+  /// The cosine, its third power and, if there are any, what the first of the fading yields brings.
+  std::size_t factor_count() const { return fading.empty() ? 2 : 3; }
 };
 
 // Half of the particles within 15 degrees of the axis. Models of beams know better themselves.
@@ -28,13 +39,7 @@ bool is_narrow(const SourceLobe& source) {
                               : source.table.cosine(0.5) >= least_cosine;
 }
 
-// A yield that is largest at a slant, whose tally no power of the cosine can follow.
-struct PeakedYield {
-  std::size_t species = 0;
-  std::size_t yield = 0;
-  std::size_t tally = 0;
-};
-
+// A yield that is largest at a slant: no power of the cosine can follow its tally.
 bool is_peaked(const YieldLaw& law, double energy) {
   constexpr int angles = 90;
   constexpr double least_rise = 1.05;
@@ -46,10 +51,19 @@ bool is_peaked(const YieldLaw& law, double energy) {
   return most > least_rise * law.at(energy, 0);
 }
 
+// A slope steep enough that yields which fall off do so there.
+constexpr double steep_cosine = 0.2588;
+
+// A yield that is less at a slant than on a flat surface, by more than what arrives is.
+bool is_fading(const YieldLaw& law, double energy) {
+  constexpr double least_fall = 0.9;
+  return law.at(energy, AngleTable::half_sine(steep_cosine)) < least_fall * law.at(energy, 0);
+}
+
 // The tallies of species by how they turn with the normal.
 struct TurningTallies {
   std::vector<Lobe> lobes;
-  std::vector<PeakedYield> peaked;
+  std::vector<CountedYield> peaked;
 };
 
 TurningTallies turning_tallies(std::span<const Species> all) {
@@ -58,21 +72,27 @@ TurningTallies turning_tallies(std::span<const Species> all) {
   for (std::size_t s = 0; s < all.size(); ++s) {
     const Species& species = all[s];
     std::vector<std::size_t> others{tally};
+    std::vector<CountedYield> fading;
     for (std::size_t y = 0; y < species.yields.size(); ++y) {
-      if (species.ions && is_peaked(species.yields[y], species.ions->energy.mean())) {
-        turning.peaked.push_back({.species = s, .yield = y, .tally = tally + 1 + y});
-      } else {
-        others.push_back(tally + 1 + y);
+      const CountedYield counted{.species = s, .yield = y, .tally = tally + 1 + y};
+      const double energy = species.ions ? species.ions->energy.mean() : 0;
+      if (species.ions && is_peaked(species.yields[y], energy)) {
+        turning.peaked.push_back(counted);
+        continue;
       }
+      others.push_back(counted.tally);
+      if (species.ions && is_fading(species.yields[y], energy)) fading.push_back(counted);
     }
     tally += 1 + species.yields.size();
     if (!is_narrow(species.source)) continue;
     const Vec3d direction = species.source.direction;
     auto lobe = std::ranges::find(turning.lobes, direction, &Lobe::direction);
     if (lobe == turning.lobes.end())
-      lobe = turning.lobes.insert(lobe, {.direction = direction, .tallies = {}, .others = {}});
+      lobe = turning.lobes.insert(
+          lobe, {.direction = direction, .tallies = {}, .others = {}, .fading = {}});
     for (std::size_t t = others.front(); t < tally; ++t) lobe->tallies.push_back(t);
     lobe->others.insert(lobe->others.end(), others.begin(), others.end());
+    lobe->fading.insert(lobe->fading.end(), fading.begin(), fading.end());
   }
   return turning;
 }
@@ -90,19 +110,24 @@ struct Question {
   std::span<const std::span<const float>> flux;
   std::vector<float> speeds = model.speeds(points, flux);
 
-  // What of the speeds goes if there is a part less in some tallies.
-  std::vector<float> loss(float less, std::span<const std::size_t> tallies) const {
-    std::vector<std::vector<float>> weaker;
+  // What of the speeds goes if part(tally, point) is left of what some tallies count.
+  template <class Part>
+  std::vector<float> loss_to(const Part& part, std::span<const std::size_t> tallies) const {
+    std::vector<std::vector<float>> changed;
     std::vector<std::span<const float>> views(flux.begin(), flux.end());
-    weaker.reserve(tallies.size());
+    changed.reserve(tallies.size());
     for (const std::size_t t : tallies) {
-      std::vector<float>& tally = weaker.emplace_back(flux[t].begin(), flux[t].end());
-      for (float& value : tally) value *= 1 - less;
+      std::vector<float>& tally = changed.emplace_back(flux[t].begin(), flux[t].end());
+      for (std::size_t p = 0; p < tally.size(); ++p) tally[p] *= part(t, p);
       views[t] = tally;
     }
     std::vector<float> lost = model.speeds(points, views);
     for (std::size_t p = 0; p < lost.size(); ++p) lost[p] = speeds[p] - lost[p];
     return lost;
+  }
+
+  std::vector<float> loss(float less, std::span<const std::size_t> tallies) const {
+    return loss_to([&](std::size_t, std::size_t) { return 1 - less; }, tallies);
   }
 
   Owed owed_to(std::span<const std::size_t> tallies) const {
@@ -184,39 +209,109 @@ std::vector<float> amplitude_of(const Species& ions, const AngularFactor& factor
   return amplitude;
 }
 
+// The responses by which the speeds of a lobe turn: powers of the cosine to its axis, and that of a
+// yield that falls off with the angle, if there is one.
+struct LobeResponses {
+  Vec3f direction;
+  const AngularFactor* fading = nullptr;
+
+  struct Values {
+    float cosine = 0;
+    float fading = 0;
+  };
+  Values at(Vec3f normal) const {
+    return {.cosine = -dot(direction, normal),
+            .fading = fading == nullptr ? 0 : fading->value(normal)};
+  }
+  /// At a cosine to the axis, around which the response is taken as the same.
+  Values at_cosine(float cosine) const {
+    const Vec3f across = std::abs(direction.x) < 0.5F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0};
+    const Vec3f side = normalized(across - dot(across, direction) * direction);
+    return at(std::sqrt(std::max(1 - cosine * cosine, 0.0F)) * side - cosine * direction);
+  }
+};
+
+// For every point the part of its linear response that falls off as the fading yields do and not as
+// the cosine: by what the model says of another slope, where tallies are those of this one by their
+// own responses. Of a floor that is a steep slope, such as the foot of a wall has; of what is steep
+// itself, one a little less so.
+std::vector<float> fading_parts(const Question& question, const Lobe& lobe,
+                                const LobeResponses& responses,
+                                const std::vector<Turning>& turning) {
+  constexpr float floor_cosine = 0.5F;
+  constexpr float less_steep = 1.1F;
+  constexpr float least_contrast = 1e-3F;
+  const std::size_t count = turning.size();
+  // Of what arrives, and of fading yields, how much more or less arrives on the other slope.
+  std::vector<float> arrivals(count, 1);
+  std::vector<float> fading(count, 1);
+  const LobeResponses::Values at_foot = responses.at_cosine(static_cast<float>(steep_cosine));
+  for (std::size_t p = 0; p < count; ++p) {
+    const LobeResponses::Values here = responses.at(question.points.normal[p]);
+    if (!(here.cosine > 0) || !(here.fading > 0)) continue;
+    const LobeResponses::Values there =
+        here.cosine > floor_cosine ? at_foot : responses.at_cosine(less_steep * here.cosine);
+    arrivals[p] = there.cosine / here.cosine;
+    fading[p] = there.fading / here.fading;
+  }
+  const auto is_of_fading = [&](std::size_t tally) {
+    return std::ranges::find(lobe.fading, tally, &CountedYield::tally) != lobe.fading.end();
+  };
+  const std::vector<float> lost =
+      question.loss_to([&](std::size_t tally,
+                           std::size_t p) { return is_of_fading(tally) ? fading[p] : arrivals[p]; },
+                       lobe.others);
+  std::vector<float> parts(count);
+  for (std::size_t p = 0; p < count; ++p) {
+    const auto [linear, high] = turning[p];
+    const float by_cosine = linear * (1 - arrivals[p]) + high * (1 - higher(arrivals[p]));
+    const float contrast = linear * (arrivals[p] - fading[p]);
+    if (std::abs(contrast) <= least_contrast * std::abs(linear)) continue;
+    parts[p] = std::clamp((lost[p] - by_cosine) / contrast, 0.0F, 1.0F);
+  }
+  return parts;
+}
+
 // A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
 // was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
 // would shorten the time step.
 //
-// whole is what is owed to lobes and to what does not turn, rest what this lobe leaves of it.
-std::array<std::vector<float>, 2> amplitudes_of(const Lobe& lobe, const Owed& owed,
-                                                const SurfacePoints& points,
-                                                std::span<const float> whole,
-                                                std::vector<float>& rest) {
+// owed is what the speeds owe to it, whole what they owe to lobes and to what does not turn, rest
+// what this lobe leaves of it. By factor of the lobe.
+std::vector<std::vector<float>> amplitudes_of(const Question& question, const Lobe& lobe,
+                                              const LobeResponses& responses, const Owed& owed,
+                                              std::span<const float> whole,
+                                              std::vector<float>& rest) {
   constexpr float grazing = 1e-4F;
-  std::vector<Turning> turning(whole.size());
+  const std::size_t count = whole.size();
+  std::vector<Turning> turning(count);
   float most = 0;
-  for (std::size_t p = 0; p < whole.size(); ++p) {
+  for (std::size_t p = 0; p < count; ++p) {
     turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
     most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
   }
-  const Vec3f direction(lobe.direction);
-  std::vector<float> linear(whole.size());
-  std::vector<float> high(whole.size());
-  for (std::size_t p = 0; p < whole.size(); ++p) {
-    const float cosine = -dot(direction, points.normal[p]);
-    if (!(cosine > grazing)) continue;
-    linear[p] = turning[p].linear / cosine;
-    high[p] = turning[p].higher / higher(cosine);
-    const float head_on = std::abs(linear[p] + high[p]);
+  const std::vector<float> fading_part = lobe.fading.empty()
+                                             ? std::vector<float>(count)
+                                             : fading_parts(question, lobe, responses, turning);
+  const float open = responses.at_cosine(1).fading;
+  std::vector<std::vector<float>> amplitudes(lobe.factor_count(), std::vector<float>(count));
+  for (std::size_t p = 0; p < count; ++p) {
+    const LobeResponses::Values here = responses.at(question.points.normal[p]);
+    if (!(here.cosine > grazing)) continue;
+    const float fading = here.fading > grazing * open ? fading_part[p] : 0;
+    const float linear = (1 - fading) * turning[p].linear / here.cosine;
+    const float high = turning[p].higher / higher(here.cosine);
+    const float falling = fading > 0 ? fading * turning[p].linear / here.fading : 0;
+    const float head_on = std::abs(linear + high + falling * open);
     const float part = head_on > most ? most / head_on : 1;
-    linear[p] *= part;
-    high[p] *= part;
+    amplitudes[0][p] = part * linear;
+    amplitudes[1][p] = part * high;
+    if (!lobe.fading.empty()) amplitudes[2][p] = part * falling;
     rest[p] -= part * (turning[p].linear + turning[p].higher);
     // By rounding.
     if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
   }
-  return {std::move(linear), std::move(high)};
+  return amplitudes;
 }
 
 // What is left but for rounding is nothing, and must not let an etch grow.
@@ -243,15 +338,17 @@ void replace_where(const std::vector<bool>& chosen, const Owed& by, Owed& owed) 
 std::vector<AngularFactor> SurfaceModel::angular_factors() const {
   const std::vector<Species> all = species();
   const TurningTallies turning = turning_tallies(all);
+  const auto response_of = [&](const CountedYield& counted) {
+    const Species& ions = all[counted.species];
+    return OpenResponse(ions, ions.yields[counted.yield]).factor();
+  };
   std::vector<AngularFactor> factors;
   for (const Lobe& lobe : turning.lobes) {
     factors.push_back(CubicResponse(lobe.direction, 1, 0));
     factors.push_back(CubicResponse(lobe.direction, 0, 1));
+    if (!lobe.fading.empty()) factors.push_back(response_of(lobe.fading.front()));
   }
-  for (const PeakedYield& peaked : turning.peaked) {
-    const Species& ions = all[peaked.species];
-    factors.push_back(OpenResponse(ions, ions.yields[peaked.yield]).factor());
-  }
+  for (const CountedYield& peaked : turning.peaked) factors.push_back(response_of(peaked));
   return factors;
 }
 
@@ -269,7 +366,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   if (!peaked.empty()) {
     OwedApart apart;
     std::vector<std::size_t> turning;
-    for (const PeakedYield& yield : peaked) {
+    for (const CountedYield& yield : peaked) {
       apart.to_peaked.push_back(question.owed_to({&yield.tally, 1}));
       turning.push_back(yield.tally);
     }
@@ -279,7 +376,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     }
     const std::vector<bool> sums = are_sums(apart, question.loss(1, turning), question.speeds);
     for (std::size_t k = 0; k < peaked.size(); ++k) {
-      const std::size_t place = 2 * lobes.size() + k;
+      const std::size_t place = factors.size() - peaked.size() + k;
       parts[1 + place] = amplitude_of(all[peaked[k].species], factors[place], points,
                                       flux[peaked[k].tally], apart.to_peaked[k], sums);
       take_from(rest, parts[1 + place], factors[place], points);
@@ -288,10 +385,14 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
       replace_where(sums, apart.to_others[l], to_lobes[l]);
   }
   const std::vector<float> of_lobes = rest;
+  std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
-    auto [linear, high] = amplitudes_of(lobes[l], to_lobes[l], points, of_lobes, rest);
-    parts[1 + 2 * l] = std::move(linear);
-    parts[2 + 2 * l] = std::move(high);
+    const LobeResponses responses{
+        .direction = Vec3f(lobes[l].direction),
+        .fading = lobes[l].fading.empty() ? nullptr : &factors[place + 2]};
+    for (std::vector<float>& part :
+         amplitudes_of(question, lobes[l], responses, to_lobes[l], of_lobes, rest))
+      parts[1 + place++] = std::move(part);
   }
   return parts;
 }

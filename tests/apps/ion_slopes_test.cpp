@@ -1,12 +1,14 @@
-// Shapes that are etched by ions from straight above, of which only the slope counts: nothing lies
-// in the shadow.
+// Shapes that are etched by ions from straight above, of which only the slope counts: nothing but
+// what a mask covers lies in the shadow.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tests/apps/recipe_text.h"
@@ -90,6 +92,88 @@ TEST_P(GrooveUnderIons, GoesAsASlopeDoes) {
 INSTANTIATE_TEST_SUITE_P(Powers, GrooveUnderIons,
                          ::testing::Combine(::testing::Values(1, 2),
                                             ::testing::Values(0.5, 0.25, 0.1)));
+
+/// Where the wall below the edge of a mask lies at a part of the depth, in depths from the edge
+/// into the opening, if a surface goes at n_z up to a slope of 60 degrees and from there on at n_z
+/// times what falls linearly to 0 at 90. Between floor and wall the front is a fan: its normals
+/// start at the edge, each of them goes at its own speed.
+double fan_position(double part_of_depth) {
+  constexpr double pi = std::numbers::pi;
+  const auto place = [](double angle) {
+    const double fall = (pi / 2 - angle) / (pi / 6);
+    const double speed = std::cos(angle) * fall;
+    const double slope = -std::sin(angle) * fall - std::cos(angle) / (pi / 6);
+    return std::pair{-speed * std::sin(angle) - slope * std::cos(angle),
+                     speed * std::cos(angle) - slope * std::sin(angle)};
+  };
+  double low = pi / 3;
+  double high = pi / 2;
+  for (int n = 0; n < 50; ++n) {
+    const double middle = 0.5 * (low + high);
+    (place(middle).second > part_of_depth ? low : high) = middle;
+  }
+  return place(low).first;
+}
+
+double right_wall_at(const std::vector<Polyline>& lines, double z) {
+  double wall = NAN;
+  for (const Polyline& line : lines) {
+    for (std::size_t p = 0; p + 1 < line.points.size(); ++p) {
+      const auto& [xa, za] = line.points[p];
+      const auto& [xb, zb] = line.points[p + 1];
+      if ((za < z) != (zb < z) && xa > 0) wall = xa + (z - za) / (zb - za) * (xb - xa);
+    }
+  }
+  return wall;
+}
+
+// The yield of ions on sites with etchant. A speed that turned by the cosine alone would leave the
+// wall upright where the grid made its foot steep, and slanted where not.
+TEST(WallUnderIons, ComesCloserWithTheSpacingToTheSlopesThatTheirYieldGives) {
+  constexpr double half_opening = 250;
+  constexpr double depth = 400;
+  const auto mean_error = [&](const std::string& spacing) {
+    const Recipe recipe =
+        read_text("[domain]\nmode = \"2d\"\nextent = [\"1.2 um\"]\nspacing = \"" + spacing + R"("
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "mask"
+thickness = "200 nm"
+opening = { shape = "trench", width = "500 nm" }
+[flux]
+target_error = 0.01
+[[step]]
+model = "multi_particle"
+duration = "20 s"
+rate = { Si = "-20 nm/s * etch", mask = "0" }
+[[step.ion]]
+name = "ion"
+source_power = 1e6
+energy = "100 eV"
+energy_deviation = "0 eV"
+sticks_to = "90 deg"
+[[step.ion.yield]]
+name = "etch"
+amplitude = 0.1
+angular = "enhanced"
+)");
+    const std::vector<Polyline> lines = surface_after(recipe);
+    double sum = 0;
+    int count = 0;
+    for (double part = 0.1; part < 0.95; part += 0.01, ++count)
+      sum += half_opening - right_wall_at(lines, -part * depth) - depth * fan_position(part);
+    return sum / count;
+  };
+  // Towards the opening.
+  const double coarse = mean_error("20 nm");
+  const double fine = mean_error("10 nm");
+  EXPECT_GT(coarse, 0);
+  EXPECT_LT(coarse, 0.45 * 20);
+  EXPECT_NEAR(fine / coarse, 0.5, 0.1);
+}
 
 }  // namespace
 }  // namespace scarp

@@ -264,27 +264,113 @@ sputter_factor = 5
 
 // The same yield by its law and by a table of energies and angles; and one without a peak.
 TEST(PeakedYield, IsFoundInTables) {
-  const auto factor_count = [](const std::string& yield) {
+  const auto is_peaked = [](const std::string& yield) {
     const std::string keys =
         "rate = \"-1 nm/s * etch\"\n[[step.ion]]\nname = \"ion\"\n"
         "[[step.ion.yield]]\nname = \"etch\"\n" +
         yield;
-    return read_step("multi_particle", keys).model->angular_factors().size();
+    const std::vector<AngularFactor> factors =
+        read_step("multi_particle", keys).model->angular_factors();
+    EXPECT_EQ(factors.size(), 3U);
+    const AngularFactor& of_yield = factors.back();
+    return of_yield.value({std::sqrt(0.75F), 0, 0.5F}) > of_yield.value({0, 0, 1});
   };
-  EXPECT_EQ(factor_count("amplitude = 1\nangular = \"cosine\"\n"), 2U);
-  EXPECT_EQ(factor_count("amplitude = 1\nangular = \"sputter\"\n"), 3U);
-  EXPECT_EQ(factor_count("amplitude = 1\nangular_table = [[\"0 deg\", 1], [\"60 deg\", 4], "
-                         "[\"90 deg\", 0]]\n"),
-            3U);
+  EXPECT_FALSE(is_peaked("amplitude = 1\nangular = \"cosine\"\n"));
+  EXPECT_TRUE(is_peaked("amplitude = 1\nangular = \"sputter\"\n"));
+  EXPECT_TRUE(
+      is_peaked("amplitude = 1\nangular_table = [[\"0 deg\", 1], [\"60 deg\", 4], "
+                "[\"90 deg\", 0]]\n"));
   const auto table = [&](const char* at_60) {
     std::string rows;
     for (const char* energy : {"0 eV", "1000 eV"})
       rows += std::string("[\"") + energy + "\", \"0 deg\", 1], [\"" + energy + "\", \"60 deg\", " +
               at_60 + "], [\"" + energy + "\", \"90 deg\", 0], ";
-    return factor_count("table = [" + rows + "]\n");
+    return is_peaked("table = [" + rows + "]\n");
   };
-  EXPECT_EQ(table("4"), 3U);
-  EXPECT_EQ(table("0.5"), 2U);
+  EXPECT_TRUE(table("4"));
+  EXPECT_FALSE(table("0.5"));
+}
+
+/// Slopes under ions whose yield is as on a flat surface up to 60 degrees, and from there on falls
+/// to 0: all that they bring, and what of it etches.
+struct SlopesUnderFadingIons {
+  explicit SlopesUnderFadingIons(const std::string& rate)
+      : model(read_step("multi_particle", "rate = \"" + rate + R"("
+[[step.ion]]
+name = "ion"
+source_power = 1e5
+[[step.ion.yield]]
+name = "etch"
+amplitude = 0.1
+angular = "enhanced"
+)")
+                  .model) {
+    const Species ions = model->species().front();
+    const OpenResponse response(ions, ions.yields[0]);
+    for (const double degrees : {0.0, 30.0, 50.0, 65.0, 75.0, 80.0, 85.0}) {
+      const double slope = degrees * (M_PI / 180);
+      normals.push_back(
+          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
+      arrivals.push_back(normals.back().z);
+      etch.push_back(static_cast<float>(response.at(Vec3d(normals.back()))));
+    }
+    materials.resize(normals.size());
+    const std::vector<std::span<const float>> tallies{arrivals, etch};
+    const SurfacePoints points{.material = materials, .normal = normals};
+    expected = model->speeds(points, tallies);
+    factors = model->angular_factors();
+    parts = model->amplitudes(points, tallies, factors);
+  }
+
+  /// With the amplitudes of slope p at the normal of slope q.
+  double at(std::size_t p, std::size_t q) const {
+    double speed = parts[0][p];
+    for (std::size_t k = 0; k < factors.size(); ++k)
+      speed += static_cast<double>(parts[1 + k][p] * factors[k].value(normals[q]));
+    return speed;
+  }
+
+  std::shared_ptr<const SurfaceModel> model;
+  std::vector<Vec3f> normals;
+  std::vector<MaterialId> materials;
+  std::vector<float> arrivals;
+  std::vector<float> etch;
+  std::vector<float> expected;
+  std::vector<AngularFactor> factors;
+  std::vector<std::vector<float>> parts;
+};
+
+TEST(FadingYield, TurnsWithTheNormalAsItDoes) {
+  for (const char* rate : {"-2 nm/s * etch", "-2 nm/s * ion", "-1 nm/s * etch - 1 nm/s * ion",
+                           "-1 nm/s * etch - 3 nm/s * ion"}) {
+    const SlopesUnderFadingIons slopes(rate);
+    for (std::size_t p = 0; p < slopes.normals.size(); ++p) {
+      for (std::size_t q = 0; q < slopes.normals.size(); ++q)
+        EXPECT_NEAR(slopes.at(p, q), slopes.expected[q], 0.01) << rate << ' ' << p << ' ' << q;
+    }
+  }
+}
+
+// Where a wall has its foot, at 75 degrees, the speed of a floor is that of the model, also of one
+// that goes on nearly as fast with fewer ions; and above it, it is little as well. One in
+// proportion to the square of their number has about half of what powers of the cosine alone would
+// give.
+TEST(FadingYield, IsFollowedToTheFootOfAWall) {
+  constexpr std::size_t foot = 4;
+  const auto check = [](const std::string& rate, double within) {
+    const SlopesUnderFadingIons slopes(rate);
+    for (std::size_t q = 0; q < slopes.normals.size(); ++q)
+      EXPECT_NEAR(slopes.at(q, q), slopes.expected[q], 1e-4) << rate << ' ' << q;
+    for (std::size_t q = foot; q < slopes.normals.size(); ++q)
+      EXPECT_NEAR(slopes.at(0, q), slopes.expected[q], q == foot ? within : 0.1)
+          << rate << ' ' << q;
+    for (const std::vector<float>& part : slopes.parts)
+      for (const float value : part) EXPECT_LE(value, 0) << rate;
+  };
+  check("-2 nm/s * etch^0.9", 0.02);
+  check("-4 nm/s * etch / (1 + etch)", 0.02);
+  check("-2 nm/s * etch * ion", 0.12);
+  check("-2 nm/s * etch^2", 0.12);
 }
 
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
