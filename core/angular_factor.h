@@ -40,6 +40,8 @@ class BeamResponse {
     return {size * response, (response - steepness * cosine) * n - steepness * direction_};
   }
 
+  bool is_vertical() const { return direction_.x == 0 && direction_.y == 0; }
+
  private:
   static constexpr int interval_count = 512;
   Vec3f direction_;
@@ -63,6 +65,8 @@ class CubicResponse {
     const float steepness = cosine > 0 ? linear_ + 3 * cubic_ * square : 0.0F;
     return {size * response, (response - steepness * cosine) * n - steepness * direction_};
   }
+
+  bool is_vertical() const { return direction_.x == 0 && direction_.y == 0; }
 
  private:
   Vec3f direction_;
@@ -114,6 +118,9 @@ class CrystalRates {
     return {size * value, (value / size) * p + slope};
   }
 
+  /// Planes are not the same all around the vertical.
+  static bool is_vertical() { return false; }
+
  private:
   std::array<Vec3f, 3> axes_;
   Vec3f near_110_;  ///< factors of the largest, middle and least component
@@ -148,6 +155,11 @@ class AngularFactor {
 
   /// Whether F has minima at which its slope jumps, as at the planes of a crystal.
   bool has_cusps() const { return std::holds_alternative<CrystalRates>(kind_); }
+
+  /// Whether F depends on the angle to the vertical alone.
+  bool is_vertical() const {
+    return std::visit([](const auto& kind) { return kind.is_vertical(); }, kind_);
+  }
 
   const Bounds& bounds() const { return bounds_; }
 

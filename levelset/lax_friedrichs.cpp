@@ -165,6 +165,121 @@ RowVectors dissipation_in_box(const SpeedField& field, std::size_t first, const 
   return dissipation;
 }
 
+/// V |grad phi| at the nodes of a row, along the axes.
+Row rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
+                     const Gradients& gradients) {
+  const bool has_cusps = std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+  const Hamiltonian central = evaluate(field, first, [&](int k) {
+    return gradients.at(k, {0.5F, 0.5F, 0.5F});
+  });
+  RowVectors dissipation = dissipation_in_box(field, first, near);
+  include(central.slope, dissipation);
+  Row rates;
+  for (int k = 0; k < leaf_edge; ++k) {
+    const bool etches = central.value[k] < 0;
+    std::array<float, 3> smoothing;
+    for (int axis = 0; axis < 3; ++axis) {
+      float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
+      if (has_cusps) {
+        const float near_jump = near.forward[axis][k] - near.backward[axis][k];
+        jump = 0.5F * (jump + (etches ? std::min(jump, near_jump) : std::max(jump, near_jump)));
+      }
+      smoothing[axis] = dissipation[axis][k] * (0.5F * jump);
+    }
+    rates[k] = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
+  }
+  return rates;
+}
+
+/// The slopes of phi across (0) and along the vertical (1) at the nodes of a row: the one that
+/// counts where V |grad phi| rises with the slope, and the one where it falls.
+struct VerticalSlopes {
+  std::array<Row, 2> rising;
+  std::array<Row, 2> falling;
+
+  explicit VerticalSlopes(const Gradients& gradients)
+      : rising{across(gradients, 1), gradients.backward[2]},
+        falling{across(gradients, -1), gradients.forward[2]} {}
+
+  /// The part of the way from rising to falling.
+  float at(int part, int k, float way) const {
+    return (1 - way) * rising[part][k] + way * falling[part][k];
+  }
+  static Vec3f gradient(float across, float along) { return {across, 0, along}; }
+
+ private:
+  /// By the differences from which information travels the way phi grows (side 1) or falls (-1).
+  static Row across(const Gradients& gradients, float side) {
+    Row slopes;
+    for (int k = 0; k < leaf_edge; ++k) {
+      float square = 0;
+      for (int axis = 0; axis < 2; ++axis) {
+        const float upwind = std::max(std::max(side * gradients.backward[axis][k], 0.0F),
+                                      std::max(-side * gradients.forward[axis][k], 0.0F));
+        square += upwind * upwind;
+      }
+      slopes[k] = std::sqrt(square);
+    }
+    return slopes;
+  }
+};
+
+/// The derivatives of V |grad phi| that are met at the nodes of a row.
+struct SlopeRange {
+  Row least;
+  Row most;
+
+  void include(const Row& slope) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      least[k] = std::min(least[k], slope[k]);
+      most[k] = std::max(most[k], slope[k]);
+    }
+  }
+};
+
+/// V |grad phi| at the nodes of a row, if V depends on the angle to the vertical alone.
+Row rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
+                         const Gradients& gradients) {
+  const VerticalSlopes slopes(gradients);
+  const VerticalSlopes box(near);
+  constexpr std::array<int, 2> component{0, 2};  // of a gradient
+  const Hamiltonian middle = evaluate(field, first, [&](int k) {
+    return VerticalSlopes::gradient(slopes.at(0, k, 0.5F), slopes.at(1, k, 0.5F));
+  });
+  std::array<SlopeRange, 2> range;
+  for (int part = 0; part < 2; ++part) {
+    const Row& slope = middle.slope[component[part]];
+    range[part] = {.least = slope, .most = slope};
+  }
+  for (const float across : {0.0F, 1.0F}) {
+    for (const float along : {0.0F, 1.0F}) {
+      const Hamiltonian corner = evaluate(field, first, [&](int k) {
+        return VerticalSlopes::gradient(box.at(0, k, across), box.at(1, k, along));
+      });
+      for (int part = 0; part < 2; ++part) range[part].include(corner.slope[component[part]]);
+    }
+  }
+  Row smoothing{};
+  std::array<Row, 2> chosen;
+  for (int part = 0; part < 2; ++part) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      const float least = range[part].least[k];
+      const float most = range[part].most[k];
+      const bool turns = least < 0 && most > 0;
+      const float falls = least < 0 ? 1.0F : 0.0F;
+      chosen[part][k] = slopes.at(part, k, turns ? 0.5F : falls);
+      const float jump = slopes.falling[part][k] - slopes.rising[part][k];
+      smoothing[k] += turns ? std::max(most, -least) * (0.5F * jump) : 0.0F;
+    }
+  }
+  const Hamiltonian found = evaluate(
+      field, first, [&](int k) { return VerticalSlopes::gradient(chosen[0][k], chosen[1][k]); });
+  Row rates;
+  for (int k = 0; k < leaf_edge; ++k) rates[k] = found.value[k] - smoothing[k];
+  return rates;
+}
+
 /// Whether V is above 0 at a node; around points at its phi in a Block.
 bool grows(const SpeedField& field, std::size_t node, const float* around) {
   Vec3f gradient;
@@ -194,8 +309,8 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index) {
-  const bool has_cusps = std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+  const bool is_vertical = std::ranges::all_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       const float* row = leaf.before.row(i, j);
@@ -215,23 +330,10 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
         replace_near_still(mobility.row(i, j), near, gradients);
       }
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
-      const Hamiltonian central = evaluate(field, first, [&](int k) {
-        return gradients.at(k, {0.5F, 0.5F, 0.5F});
-      });
-      RowVectors dissipation = dissipation_in_box(field, first, near);
-      include(central.slope, dissipation);
+      const Row rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
+                                    : rates_along_axes(field, first, near, gradients);
       for (int k = 0; k < leaf_edge; ++k) {
-        const bool etches = central.value[k] < 0;
-        std::array<float, 3> smoothing;
-        for (int axis = 0; axis < 3; ++axis) {
-          float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
-          if (has_cusps) {
-            const float near_jump = near.forward[axis][k] - near.backward[axis][k];
-            jump = 0.5F * (jump + (etches ? std::min(jump, near_jump) : std::max(jump, near_jump)));
-          }
-          smoothing[axis] = dissipation[axis][k] * (0.5F * jump);
-        }
-        float rate = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
+        float rate = rates[k];
         if (field.grows_beside_standing && mobility.row(i, j)[k] == 0) {
           rate = field.speed[first + static_cast<std::size_t>(k)];
         }

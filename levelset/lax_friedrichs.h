@@ -16,7 +16,12 @@ namespace scarp {
 /// largest |d(V |grad phi|) / d phi_axis| that is met between the differences to the neighbours.
 ///
 /// For one beam and a linear response this is the upwind scheme, without dissipation across the
-/// beam. Within three nodes of what does not move the differences are of first order: there phi
+/// beam. Where V depends on the angle to the vertical alone, as under beams from straight above,
+/// two slopes count, along and across the vertical, whatever the direction across. There is
+/// dissipation only where V |grad phi| turns between the differences; elsewhere Godunov's scheme
+/// takes the one from which information comes.
+///
+/// Within three nodes of what does not move the differences are of first order: there phi
 /// has an edge that is no edge of the surface that moves, and a wrong normal undercuts a mask.
 ///
 /// Planes at cusps of the rates of a crystal stay while the rounded tip of a pit or a hill between
@@ -30,8 +35,8 @@ namespace scarp {
 ///
 /// mobility is zero at nodes that do not move, with a halo of three nodes. scheme is first_order or
 /// weno5.
-/// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant); Toifl et al. 2019 (bounds
-/// over the stencil for rates that depend on the orientation).
+/// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant, and upwind where nothing
+/// turns); Toifl et al. 2019 (bounds over the stencil for rates that depend on the orientation).
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index);
 
