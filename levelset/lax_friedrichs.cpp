@@ -206,6 +206,14 @@ struct VerticalSlopes {
   float at(int part, int k, float way) const {
     return (1 - way) * rising[part][k] + way * falling[part][k];
   }
+  /// The two ends, or the middle alone if they are the same.
+  std::span<const float> ways(int part) const {
+    static constexpr std::array<float, 3> places{0, 1, 0.5F};
+    float widest = 0;
+    for (int k = 0; k < leaf_edge; ++k)
+      widest = std::max(widest, std::abs(falling[part][k] - rising[part][k]));
+    return std::span(places).subspan(widest > flat ? 0 : 2, widest > flat ? 2 : 1);
+  }
   static Vec3f gradient(float across, float along) { return {across, 0, along}; }
 
  private:
@@ -238,6 +246,10 @@ struct SlopeRange {
   }
 };
 
+/// V |grad phi| turns where its derivatives of one sign are more than this part of those of the
+/// other: what is less is rounding, of tables too.
+constexpr float least_turn = 0.01F;
+
 /// V |grad phi| at the nodes of a row, if V depends on the angle to the vertical alone.
 Row rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
                          const Gradients& gradients) {
@@ -252,8 +264,8 @@ Row rates_about_vertical(const SpeedField& field, std::size_t first, const Gradi
     const Row& slope = middle.slope[component[part]];
     range[part] = {.least = slope, .most = slope};
   }
-  for (const float across : {0.0F, 1.0F}) {
-    for (const float along : {0.0F, 1.0F}) {
+  for (const float across : box.ways(0)) {
+    for (const float along : box.ways(1)) {
       const Hamiltonian corner = evaluate(field, first, [&](int k) {
         return VerticalSlopes::gradient(box.at(0, k, across), box.at(1, k, along));
       });
@@ -266,8 +278,8 @@ Row rates_about_vertical(const SpeedField& field, std::size_t first, const Gradi
     for (int k = 0; k < leaf_edge; ++k) {
       const float least = range[part].least[k];
       const float most = range[part].most[k];
-      const bool turns = least < 0 && most > 0;
-      const float falls = least < 0 ? 1.0F : 0.0F;
+      const bool turns = std::min(most, -least) > least_turn * std::max(most, -least);
+      const float falls = -least > most ? 1.0F : 0.0F;
       chosen[part][k] = slopes.at(part, k, turns ? 0.5F : falls);
       const float jump = slopes.falling[part][k] - slopes.rising[part][k];
       smoothing[k] += turns ? std::max(most, -least) * (0.5F * jump) : 0.0F;

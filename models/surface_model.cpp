@@ -24,7 +24,7 @@ struct Lobe {
   Vec3d direction;
   std::vector<std::size_t> tallies;  ///< all
   std::vector<std::size_t> others;   ///< those of no peaked yield
-  std::vector<CountedYield> fading;  ///< that fall off with the angle, besides what arrives
+  std::vector<CountedYield> fading;  ///< that fall off with the angle besides, all alike
 
   /// The cosine, its third power and, if there are any, what the first of the fading yields brings.
   std::size_t factor_count() const { return fading.empty() ? 2 : 3; }
@@ -58,6 +58,23 @@ constexpr double steep_cosine = 0.2588;
 bool is_fading(const YieldLaw& law, double energy) {
   constexpr double least_fall = 0.9;
   return law.at(energy, AngleTable::half_sine(steep_cosine)) < least_fall * law.at(energy, 0);
+}
+
+// Of what a yield is on a flat surface.
+double law_part(const YieldLaw& law, double energy, double cosine) {
+  return law.at(energy, AngleTable::half_sine(cosine)) / law.at(energy, 0);
+}
+
+// Whether one factor serves for both.
+bool fade_alike(std::span<const Species> all, const CountedYield& a, const CountedYield& b) {
+  constexpr double nearly = 1e-2;
+  const auto part = [&](const CountedYield& counted, double cosine) {
+    const Species& ions = all[counted.species];
+    return law_part(ions.yields[counted.yield], ions.ions->energy.mean(), cosine);
+  };
+  return std::ranges::all_of(std::array{0.7071, steep_cosine}, [&](double cosine) {
+    return std::abs(part(a, cosine) - part(b, cosine)) <= nearly;
+  });
 }
 
 // The tallies of species by how they turn with the normal.
@@ -94,6 +111,13 @@ TurningTallies turning_tallies(std::span<const Species> all) {
     lobe->others.insert(lobe->others.end(), others.begin(), others.end());
     lobe->fading.insert(lobe->fading.end(), fading.begin(), fading.end());
   }
+  // By other laws than one, the speed of a lobe is left to the powers of the cosine.
+  for (Lobe& lobe : turning.lobes) {
+    const bool alike = std::ranges::all_of(lobe.fading, [&](const CountedYield& each) {
+      return fade_alike(all, lobe.fading.front(), each);
+    });
+    if (!alike) lobe.fading.clear();
+  }
   return turning;
 }
 
@@ -110,16 +134,17 @@ struct Question {
   std::span<const std::span<const float>> flux;
   std::vector<float> speeds = model.speeds(points, flux);
 
-  // What of the speeds goes if part(tally, point) is left of what some tallies count.
+  // What of the speeds goes if part(n, point) is left of what the nth of some tallies counts.
   template <class Part>
   std::vector<float> loss_to(const Part& part, std::span<const std::size_t> tallies) const {
     std::vector<std::vector<float>> changed;
     std::vector<std::span<const float>> views(flux.begin(), flux.end());
     changed.reserve(tallies.size());
-    for (const std::size_t t : tallies) {
-      std::vector<float>& tally = changed.emplace_back(flux[t].begin(), flux[t].end());
-      for (std::size_t p = 0; p < tally.size(); ++p) tally[p] *= part(t, p);
-      views[t] = tally;
+    for (std::size_t n = 0; n < tallies.size(); ++n) {
+      const std::span<const float> before = flux[tallies[n]];
+      std::vector<float>& tally = changed.emplace_back(before.begin(), before.end());
+      for (std::size_t p = 0; p < tally.size(); ++p) tally[p] *= part(n, p);
+      views[tallies[n]] = tally;
     }
     std::vector<float> lost = model.speeds(points, views);
     for (std::size_t p = 0; p < lost.size(); ++p) lost[p] = speeds[p] - lost[p];
@@ -232,19 +257,21 @@ struct LobeResponses {
 };
 
 // For every point the part of its linear response that falls off as the fading yields do and not as
-// the cosine: by what the model says of another slope, where tallies are those of this one by their
-// own responses. Of a floor that is a steep slope, such as the foot of a wall has; of what is steep
-// itself, one a little less so.
+// the cosine: by what the model says of another slope, where fading yields are less than here by
+// their response, and all else by the cosine. Of a floor that is a steep slope, such as the foot of
+// a wall has; of what is steep itself, one a little less so. Where speeds are sums the peaked
+// yields have their own factors.
 std::vector<float> fading_parts(const Question& question, const Lobe& lobe,
-                                const LobeResponses& responses,
-                                const std::vector<Turning>& turning) {
+                                const LobeResponses& responses, const std::vector<Turning>& turning,
+                                const std::vector<bool>& sums) {
   constexpr float floor_cosine = 0.5F;
   constexpr float less_steep = 1.1F;
   constexpr float least_contrast = 1e-3F;
   const std::size_t count = turning.size();
-  // Of what arrives, and of fading yields, how much more or less arrives on the other slope.
+  // How much more or less arrives on the other slope.
   std::vector<float> arrivals(count, 1);
   std::vector<float> fading(count, 1);
+  std::vector<float> peaked(count, 1);
   const LobeResponses::Values at_foot = responses.at_cosine(static_cast<float>(steep_cosine));
   for (std::size_t p = 0; p < count; ++p) {
     const LobeResponses::Values here = responses.at(question.points.normal[p]);
@@ -253,33 +280,40 @@ std::vector<float> fading_parts(const Question& question, const Lobe& lobe,
         here.cosine > floor_cosine ? at_foot : responses.at_cosine(less_steep * here.cosine);
     arrivals[p] = there.cosine / here.cosine;
     fading[p] = there.fading / here.fading;
+    if (!sums[p]) peaked[p] = arrivals[p];
   }
-  const auto is_of_fading = [&](std::size_t tally) {
-    return std::ranges::find(lobe.fading, tally, &CountedYield::tally) != lobe.fading.end();
-  };
-  const std::vector<float> lost =
-      question.loss_to([&](std::size_t tally,
-                           std::size_t p) { return is_of_fading(tally) ? fading[p] : arrivals[p]; },
-                       lobe.others);
-  std::vector<float> parts(count);
+  std::vector<const std::vector<float>*> parts_of;
+  for (const std::size_t tally : lobe.tallies) {
+    const bool fades =
+        std::ranges::find(lobe.fading, tally, &CountedYield::tally) != lobe.fading.end();
+    const bool is_peaked = std::ranges::find(lobe.others, tally) == lobe.others.end();
+    const std::vector<float>* by_cosine = is_peaked ? &peaked : &arrivals;
+    parts_of.push_back(fades ? &fading : by_cosine);
+  }
+  const std::vector<float> lost = question.loss_to(
+      [&](std::size_t n, std::size_t p) { return (*parts_of[n])[p]; }, lobe.tallies);
+  std::vector<float> shares(count);
   for (std::size_t p = 0; p < count; ++p) {
     const auto [linear, high] = turning[p];
     const float by_cosine = linear * (1 - arrivals[p]) + high * (1 - higher(arrivals[p]));
     const float contrast = linear * (arrivals[p] - fading[p]);
     if (std::abs(contrast) <= least_contrast * std::abs(linear)) continue;
-    parts[p] = std::clamp((lost[p] - by_cosine) / contrast, 0.0F, 1.0F);
+    const float share = (lost[p] - by_cosine) / contrast;
+    // Models may have nothing to say of a slope that nothing arrives at.
+    shares[p] = share > 0 ? std::min(share, 1.0F) : 0.0F;
   }
-  return parts;
+  return shares;
 }
 
 // A narrow lobe brings by the cosine what it brings straight. Where it only grazes the surface most
 // was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
-// would shorten the time step.
+// would shorten the time step further than the bends of its responses do.
 //
-// owed is what the speeds owe to it, whole what they owe to lobes and to what does not turn, rest
-// what this lobe leaves of it. By factor of the lobe.
+// sums tells of which points the speeds are sums, owed what they owe to the lobe, whole what they
+// owe to lobes and to what does not turn, rest what this lobe leaves of it. By factor of the lobe.
 std::vector<std::vector<float>> amplitudes_of(const Question& question, const Lobe& lobe,
-                                              const LobeResponses& responses, const Owed& owed,
+                                              const LobeResponses& responses,
+                                              const std::vector<bool>& sums, const Owed& owed,
                                               std::span<const float> whole,
                                               std::vector<float>& rest) {
   constexpr float grazing = 1e-4F;
@@ -290,9 +324,9 @@ std::vector<std::vector<float>> amplitudes_of(const Question& question, const Lo
     turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
     most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
   }
-  const std::vector<float> fading_part = lobe.fading.empty()
-                                             ? std::vector<float>(count)
-                                             : fading_parts(question, lobe, responses, turning);
+  const std::vector<float> fading_part =
+      lobe.fading.empty() ? std::vector<float>(count)
+                          : fading_parts(question, lobe, responses, turning, sums);
   const float open = responses.at_cosine(1).fading;
   std::vector<std::vector<float>> amplitudes(lobe.factor_count(), std::vector<float>(count));
   for (std::size_t p = 0; p < count; ++p) {
@@ -361,6 +395,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   const Question question{.model = *this, .points = points, .flux = flux};
   std::vector<std::vector<float>> parts(1 + factors.size());
   std::vector<float>& rest = parts.front() = question.speeds;
+  std::vector<bool> sums(points.material.size(), true);
   std::vector<Owed> to_lobes;
   for (const Lobe& lobe : lobes) to_lobes.push_back(question.owed_to(lobe.tallies));
   if (!peaked.empty()) {
@@ -374,7 +409,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
       apart.to_others.push_back(question.owed_to(lobe.others));
       turning.insert(turning.end(), lobe.others.begin(), lobe.others.end());
     }
-    const std::vector<bool> sums = are_sums(apart, question.loss(1, turning), question.speeds);
+    sums = are_sums(apart, question.loss(1, turning), question.speeds);
     for (std::size_t k = 0; k < peaked.size(); ++k) {
       const std::size_t place = factors.size() - peaked.size() + k;
       parts[1 + place] = amplitude_of(all[peaked[k].species], factors[place], points,
@@ -391,7 +426,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
         .direction = Vec3f(lobes[l].direction),
         .fading = lobes[l].fading.empty() ? nullptr : &factors[place + 2]};
     for (std::vector<float>& part :
-         amplitudes_of(question, lobes[l], responses, to_lobes[l], of_lobes, rest))
+         amplitudes_of(question, lobes[l], responses, sums, to_lobes[l], of_lobes, rest))
       parts[1 + place++] = std::move(part);
   }
   return parts;

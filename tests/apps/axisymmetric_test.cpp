@@ -106,6 +106,26 @@ TEST_F(AxisymmetricTest, AHoleIsAsInThreeDimensions) {
   EXPECT_LT(found["flux"].back()["rms_difference"], 0.05);
 }
 
+// The trench at the foot of the wall is 120 nm deep and a spacing wide.
+TEST_F(AxisymmetricTest, AHoleUnderIonsIsAsDeepAsInThreeDimensions) {
+  const std::string recipe = std::string(SCARP_SOURCE_DIR) + "/configs/sf6_o2_hole.toml";
+  const Outcome outcome =
+      scarp("compare " + recipe + " --modes 3d,axisymmetric --seeds 2 --json -o " + path("out") +
+            " --set 'step[0].duration=\"15 s\"'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  int compared = 0;
+  for (const nlohmann::json& each : json_of(outcome)["metrology"]) {
+    const std::string name = each["name"];
+    if (each["time_s"] == 0 || !(name.ends_with(" depth_nm") || name.ends_with("top_cd_nm") ||
+                                 name.ends_with("middle_cd_nm")))
+      continue;
+    const double mean = each["first"]["mean"];
+    EXPECT_NEAR(each["difference"], 0, 0.01 * mean + 0.1 * 30) << name;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 6);
+}
+
 // The film's body is a square with the circle of the metrology in it, and flat in the corners.
 TEST_F(AxisymmetricTest, IsRevolvedWhereItIsSeenInSpace) {
   write_recipe("hole.toml", std::string(round_domain) + round_hole + conformal_film);

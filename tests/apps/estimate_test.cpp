@@ -116,13 +116,18 @@ constexpr const char* coat =
 
 double all_rays(const CostEstimate& cost) { return cost.rays_per_time_step * cost.time_steps; }
 
-// Beams take rays as well, but not to an error.
+// Beams take rays as well, but not to an error. Means of four seeds: a trial has few rays.
 TEST(Estimate, TriesAStepOnWhatEarlierOnesOpen) {
-  const double flat = all_rays(estimate({slotted_resist, coat}));
-  const double given = all_rays(estimate({slotted_resist, slot, coat}));
+  double flat = 0;
+  double given = 0;
+  double etched = 0;
+  for (const char* seed : {"seed = 1\n", "seed = 2\n", "seed = 3\n", "seed = 4\n"}) {
+    flat += all_rays(estimate({slotted_resist, coat, seed}));
+    given += all_rays(estimate({slotted_resist, slot, coat, seed}));
+    etched += all_rays(estimate({slotted_resist, etch_slot, coat, seed})) -
+              all_rays(estimate({slotted_resist, etch_slot}));
+  }
   ASSERT_GT(given, 2.5 * flat);
-  const double etched = all_rays(estimate({slotted_resist, etch_slot, coat})) -
-                        all_rays(estimate({slotted_resist, etch_slot}));
   EXPECT_NEAR(etched, given, 0.5 * given);
 }
 

@@ -302,6 +302,57 @@ TEST(LaxFriedrichs, MirroredGeometryStaysMirroredBitForBit) {
   }
 }
 
+/// A hole in the middle of a square, etched from straight above, or grown over, and a little
+/// everywhere. The rate falls off at slopes beyond 60 degrees.
+Layers hole_from_above(double flat_speed, float isotropic_speed) {
+  const Frame frame{.spacing = 1, .cells = {24, 24}};
+  HoleShape hole{.radius = 6.3};
+  hole.cut.depth = 4.2;
+  Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}, hole});
+  const AngularFactor factor = BeamResponse({0, 0, -1}, [](double cosine) {
+    return cosine * std::clamp(3 - 6 * std::acos(cosine) / std::numbers::pi, 0.0, 1.0);
+  });
+  move_for(
+      layers, 5,
+      [&](const Layers& now) {
+        SpeedField field =
+            prescribe_speeds(now, factor, [&](Vec3d, MaterialId) { return flat_speed; });
+        for (float& speed : field.speed) speed += isotropic_speed;
+        update_max_speed(now, field);
+        return field;
+      },
+      Scheme::weno5);
+  return layers;
+}
+
+// Mirrored in x, in y and in the diagonal; also where one part etches and the other grows.
+TEST(LaxFriedrichs, AHoleFromAboveStaysSymmetricBitForBit) {
+  for (const double flat_speed : {-1.0, 0.4}) {
+    for (const float isotropic_speed : {-0.1F, 0.1F}) {
+      const Layers layers = hole_from_above(flat_speed, isotropic_speed);
+      const LevelSet& phi = layers.top();
+      for (int i = 0; i <= 24; ++i) {
+        for (int j = 0; j <= 24; ++j) {
+          for (int k = -12; k < 6; ++k) {
+            ASSERT_EQ(phi.node(i, j, k), phi.node(24 - i, j, k));
+            ASSERT_EQ(phi.node(i, j, k), phi.node(i, 24 - j, k));
+            ASSERT_EQ(phi.node(i, j, k), phi.node(j, i, k));
+          }
+        }
+      }
+    }
+  }
+}
+
+// The wall of a hole leans as that of a trench does, in all directions.
+TEST(LaxFriedrichs, AHoleFromAboveStaysRound) {
+  const Layers layers = hole_from_above(-1, 0);
+  const double along = height(layers.top(), 5.5, 0);
+  const double across = height(layers.top(), 5.5 * std::sqrt(0.5), 5.5 * std::sqrt(0.5));
+  EXPECT_NEAR(height(layers.top(), 0), -9.2, 1e-3);
+  EXPECT_NEAR(along, across, 0.2);
+}
+
 TEST(LaxFriedrichs, GivesTheSameBitsForAnyNumberOfThreads) {
   const auto run = [](int threads) {
     const ThreadLimit limit(threads);

@@ -262,18 +262,24 @@ sputter_factor = 5
   }
 }
 
-// The same yield by its law and by a table of energies and angles; and one without a peak.
+// The same yield by its law and by a table of energies and angles; and one without a peak. The
+// square of a yield is no sum, in which a peaked one alone has a factor of its own.
 TEST(PeakedYield, IsFoundInTables) {
   const auto is_peaked = [](const std::string& yield) {
     const std::string keys =
-        "rate = \"-1 nm/s * etch\"\n[[step.ion]]\nname = \"ion\"\n"
+        "rate = \"-1 nm/s * etch^2\"\n[[step.ion]]\nname = \"ion\"\n"
         "[[step.ion.yield]]\nname = \"etch\"\n" +
         yield;
-    const std::vector<AngularFactor> factors =
-        read_step("multi_particle", keys).model->angular_factors();
+    const StepModel step = read_step("multi_particle", keys);
+    const std::vector<AngularFactor> factors = step.model->angular_factors();
     EXPECT_EQ(factors.size(), 3U);
-    const AngularFactor& of_yield = factors.back();
-    return of_yield.value({std::sqrt(0.75F), 0, 0.5F}) > of_yield.value({0, 0, 1});
+    const std::vector<float> one{1};
+    const std::vector<std::span<const float>> flux{one, one};
+    const std::vector<MaterialId> materials(1);
+    const std::vector<Vec3f> up{{0, 0, 1}};
+    return step.model->amplitudes({.material = materials, .normal = up}, flux, factors)
+               .back()
+               .front() == 0;
   };
   EXPECT_FALSE(is_peaked("amplitude = 1\nangular = \"cosine\"\n"));
   EXPECT_TRUE(is_peaked("amplitude = 1\nangular = \"sputter\"\n"));
@@ -371,6 +377,46 @@ TEST(FadingYield, IsFollowedToTheFootOfAWall) {
   check("-4 nm/s * etch / (1 + etch)", 0.02);
   check("-2 nm/s * etch * ion", 0.12);
   check("-2 nm/s * etch^2", 0.12);
+}
+
+// A yield that falls to nothing at 70 degrees: of the foot of a wall, at 75, the rate says 0 / 0.
+TEST(FadingYield, ThatEndsBeforeTheFootOfAWallGivesNumbers) {
+  const std::string to_70 = "angular_table = [[\"0 deg\", 1], [\"70 deg\", 0], [\"90 deg\", 0]]\n";
+  const StepModel step =
+      read_step("multi_particle",
+                "rate = \"-10 nm/s * etch / (etch + more)\"\n[[step.ion]]\nname = \"ion\"\n"
+                "[[step.ion.yield]]\nname = \"etch\"\namplitude = 1\n" +
+                    to_70 + "[[step.ion.yield]]\nname = \"more\"\namplitude = 2\n" + to_70);
+  const std::vector<float> one{1};
+  const std::vector<float> two{2};
+  const std::vector<std::span<const float>> flux{one, one, two};
+  const std::vector<MaterialId> materials(1);
+  const std::vector<Vec3f> up{{0, 0, 1}};
+  for (const std::vector<float>& part : step.model->amplitudes(
+           {.material = materials, .normal = up}, flux, step.model->angular_factors()))
+    EXPECT_TRUE(std::isfinite(part.front()));
+}
+
+// Two that fall off by other laws.
+TEST(FadingYield, HasNoFactorWhereOneDoesNotServeForAll) {
+  const auto factor_count = [](const std::string& second) {
+    return read_step("multi_particle", R"(
+rate = "-1 nm/s * etch - 1 nm/s * more"
+[[step.ion]]
+name = "ion"
+[[step.ion.yield]]
+name = "etch"
+amplitude = 1
+angular = "enhanced"
+[[step.ion.yield]]
+name = "more"
+amplitude = 2
+angular = ")" + second + "\"\n")
+        .model->angular_factors()
+        .size();
+  };
+  EXPECT_EQ(factor_count("enhanced"), 3U);
+  EXPECT_EQ(factor_count("cosine"), 2U);
 }
 
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
