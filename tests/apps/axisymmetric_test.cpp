@@ -113,8 +113,9 @@ TEST_F(AxisymmetricTest, AHoleUnderIonsIsAsDeepAsInThreeDimensions) {
       scarp("compare " + recipe + " --modes 3d,axisymmetric --seeds 2 --json -o " + path("out") +
             " --set 'step[0].duration=\"15 s\"'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+  const nlohmann::json found = json_of(outcome);
   int compared = 0;
-  for (const nlohmann::json& each : json_of(outcome)["metrology"]) {
+  for (const nlohmann::json& each : found["metrology"]) {
     const std::string name = each["name"];
     if (each["time_s"] == 0 || !(name.ends_with(" depth_nm") || name.ends_with("top_cd_nm") ||
                                  name.ends_with("middle_cd_nm")))
