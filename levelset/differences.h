@@ -58,6 +58,12 @@ struct OneSided {
   float forward = 0;
 };
 
+/// The size of the one from which information comes that travels towards growing phi (side = 1) or
+/// falling phi (-1); zero if it comes from neither.
+SCARP_KERNEL_PART float upwind_slope(OneSided slopes, float side) {
+  return std::max(std::max(side * slopes.backward, 0.0F), std::max(-side * slopes.forward, 0.0F));
+}
+
 SCARP_KERNEL_PART float second_difference(const float* p, std::ptrdiff_t stride) {
   return (p[stride] - p[0]) - (p[0] - p[-stride]);
 }
@@ -104,7 +110,7 @@ SCARP_KERNEL_PART bool grows_along(const float* p, std::ptrdiff_t stride) {
 template <Scheme scheme>
 SCARP_KERNEL_PART AxisSlopes axis_slopes(const float* p, std::ptrdiff_t stride, float side) {
   const float steepest = std::max(std::abs(p[0] - p[-stride]), std::abs(p[stride] - p[0]));
-  float upwind = 0;
+  float slope = 0;
   if constexpr (scheme == Scheme::weno5) {
     // Only one of the two derivatives can count; the costly one is found for that side alone.
     const bool backward = grows_along(p, stride) == (side > 0);
@@ -113,13 +119,11 @@ SCARP_KERNEL_PART AxisSlopes axis_slopes(const float* p, std::ptrdiff_t stride, 
       const float after = p[n * stride];
       return backward ? before : after;
     };
-    upwind = std::max(side * weno5({pick(1), pick(2), pick(3)}, p[0], {pick(-1), pick(-2)}), 0.0F);
+    slope = std::max(side * weno5({pick(1), pick(2), pick(3)}, p[0], {pick(-1), pick(-2)}), 0.0F);
   } else {
-    const OneSided slopes = one_sided<scheme>(p, stride);
-    upwind =
-        std::max(std::max(side * slopes.backward, 0.0F), std::max(-side * slopes.forward, 0.0F));
+    slope = upwind_slope(one_sided<scheme>(p, stride), side);
   }
-  return {upwind * upwind, steepest * steepest};
+  return {slope * slope, steepest * steepest};
 }
 
 /// Difference of the two from which on a place counts as near an edge (fully at twice this): on a

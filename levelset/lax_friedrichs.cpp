@@ -37,6 +37,15 @@ struct Hamiltonian {
   }
 };
 
+/// The parts of the way between two slopes at which a row is asked: the two ends, or the middle
+/// alone if they are the same.
+std::span<const float> ways_between(const Row& from, const Row& to) {
+  static constexpr std::array<float, 3> places{0, 1, 0.5F};
+  float widest = 0;
+  for (int k = 0; k < leaf_edge; ++k) widest = std::max(widest, std::abs(to[k] - from[k]));
+  return std::span(places).subspan(widest > flat ? 0 : 2, widest > flat ? 2 : 1);
+}
+
 /// grad phi at the nodes of a row, as seen from the two sides along each axis.
 struct Gradients {
   RowVectors backward;
@@ -52,14 +61,8 @@ struct Gradients {
     return p;
   }
 
-  /// The two ends along an axis, or the middle alone if they are the same.
   std::span<const float> parts(int axis) const {
-    static constexpr std::array<float, 3> places{0, 1, 0.5F};
-    float widest = 0;
-    for (int k = 0; k < leaf_edge; ++k) {
-      widest = std::max(widest, std::abs(forward[axis][k] - backward[axis][k]));
-    }
-    return std::span(places).subspan(widest > flat ? 0 : 2, widest > flat ? 2 : 1);
+    return ways_between(backward[axis], forward[axis]);
   }
 };
 
@@ -167,9 +170,7 @@ RowVectors dissipation_in_box(const SpeedField& field, std::size_t first, const 
 
 /// V |grad phi| at the nodes of a row, along the axes.
 Row rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
-                     const Gradients& gradients) {
-  const bool has_cusps = std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+                     const Gradients& gradients, bool has_cusps) {
   const Hamiltonian central = evaluate(field, first, [&](int k) {
     return gradients.at(k, {0.5F, 0.5F, 0.5F});
   });
@@ -206,14 +207,7 @@ struct VerticalSlopes {
   float at(int part, int k, float way) const {
     return (1 - way) * rising[part][k] + way * falling[part][k];
   }
-  /// The two ends, or the middle alone if they are the same.
-  std::span<const float> ways(int part) const {
-    static constexpr std::array<float, 3> places{0, 1, 0.5F};
-    float widest = 0;
-    for (int k = 0; k < leaf_edge; ++k)
-      widest = std::max(widest, std::abs(falling[part][k] - rising[part][k]));
-    return std::span(places).subspan(widest > flat ? 0 : 2, widest > flat ? 2 : 1);
-  }
+  std::span<const float> ways(int part) const { return ways_between(rising[part], falling[part]); }
   static Vec3f gradient(float across, float along) { return {across, 0, along}; }
 
  private:
@@ -223,9 +217,9 @@ struct VerticalSlopes {
     for (int k = 0; k < leaf_edge; ++k) {
       float square = 0;
       for (int axis = 0; axis < 2; ++axis) {
-        const float upwind = std::max(std::max(side * gradients.backward[axis][k], 0.0F),
-                                      std::max(-side * gradients.forward[axis][k], 0.0F));
-        square += upwind * upwind;
+        const float slope =
+            upwind_slope({gradients.backward[axis][k], gradients.forward[axis][k]}, side);
+        square += slope * slope;
       }
       slopes[k] = std::sqrt(square);
     }
@@ -321,6 +315,8 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index) {
+  const bool has_cusps = std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
   const bool is_vertical = std::ranges::all_of(
       field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
   for (int i = 0; i < leaf.node_count[0]; ++i) {
@@ -343,7 +339,7 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       }
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
       const Row rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
-                                    : rates_along_axes(field, first, near, gradients);
+                                    : rates_along_axes(field, first, near, gradients, has_cusps);
       for (int k = 0; k < leaf_edge; ++k) {
         float rate = rates[k];
         if (field.grows_beside_standing && mobility.row(i, j)[k] == 0) {
