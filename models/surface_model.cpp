@@ -171,6 +171,8 @@ float higher(float cosine) { return cosine * cosine * cosine; }
 struct Turning {
   float linear = 0;
   float higher = 0;
+
+  float sum() const { return linear + higher; }
 };
 
 // Of a speed, what turns with the normal: what changes at once with what arrives, or more.
@@ -183,6 +185,28 @@ Turning turning_part(float speed, float rise, float all) {
   if (rise * speed <= 0 || std::abs(rise) <= std::abs(speed)) return {.linear = rise};
   const float part = std::min((rise / speed - 1) / (higher_power - 1), 1.0F);
   return {.linear = (1 - part) * speed, .higher = part * speed};
+}
+
+// The same for every lobe and point. Of a product of what several lobes bring each of them would
+// take the whole: then they share it.
+std::vector<std::vector<Turning>> turning_parts(std::span<const float> speeds,
+                                                std::span<const Owed> to_lobes) {
+  std::vector<std::vector<Turning>> parts(to_lobes.size(), std::vector<Turning>(speeds.size()));
+  for (std::size_t p = 0; p < speeds.size(); ++p) {
+    float together = 0;  // of those with the sign of the speed
+    for (std::size_t l = 0; l < to_lobes.size(); ++l) {
+      parts[l][p] = turning_part(speeds[p], to_lobes[l].rise[p], to_lobes[l].all[p]);
+      if (parts[l][p].sum() * speeds[p] > 0) together += parts[l][p].sum();
+    }
+    if (!(std::abs(together) > std::abs(speeds[p]))) continue;
+    const float share = speeds[p] / together;
+    for (std::vector<Turning>& part : parts) {
+      if (part[p].sum() * speeds[p] <= 0) continue;
+      part[p].linear *= share;
+      part[p].higher *= share;
+    }
+  }
+  return parts;
 }
 
 // What speeds owe to each peaked yield, and to the rest of each lobe.
@@ -309,21 +333,19 @@ std::vector<float> fading_parts(const Question& question, const Lobe& lobe,
 // was reflected elsewhere: that turns with the normal at most as what meets a surface head on. More
 // would shorten the time step further than the bends of its responses do.
 //
-// sums tells of which points the speeds are sums, owed what they owe to the lobe, whole what they
-// owe to lobes and to what does not turn, rest what this lobe leaves of it. By factor of the lobe.
+// sums tells of which points the speeds are sums, turning what turns with the lobe, whole what the
+// speeds owe to lobes and to what does not turn, rest what this lobe leaves of it. By factor of the
+// lobe.
 std::vector<std::vector<float>> amplitudes_of(const Question& question, const Lobe& lobe,
                                               const LobeResponses& responses,
-                                              const std::vector<bool>& sums, const Owed& owed,
+                                              const std::vector<bool>& sums,
+                                              const std::vector<Turning>& turning,
                                               std::span<const float> whole,
                                               std::vector<float>& rest) {
   constexpr float grazing = 1e-4F;
   const std::size_t count = whole.size();
-  std::vector<Turning> turning(count);
   float most = 0;
-  for (std::size_t p = 0; p < count; ++p) {
-    turning[p] = turning_part(whole[p], owed.rise[p], owed.all[p]);
-    most = std::max(most, std::abs(turning[p].linear + turning[p].higher));
-  }
+  for (const Turning& each : turning) most = std::max(most, std::abs(each.sum()));
   const std::vector<float> fading_part =
       lobe.fading.empty() ? std::vector<float>(count)
                           : fading_parts(question, lobe, responses, turning, sums);
@@ -341,9 +363,9 @@ std::vector<std::vector<float>> amplitudes_of(const Question& question, const Lo
     amplitudes[0][p] = part * linear;
     amplitudes[1][p] = part * high;
     if (!lobe.fading.empty()) amplitudes[2][p] = part * falling;
-    rest[p] -= part * (turning[p].linear + turning[p].higher);
+    rest[p] -= part * turning[p].sum();
     // By rounding.
-    if (rest[p] * whole[p] < 0 && owed.rise[p] * whole[p] > 0) rest[p] = 0;
+    if (rest[p] * whole[p] < 0 && turning[p].sum() * whole[p] > 0) rest[p] = 0;
   }
   return amplitudes;
 }
@@ -420,13 +442,14 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
       replace_where(sums, apart.to_others[l], to_lobes[l]);
   }
   const std::vector<float> of_lobes = rest;
+  const std::vector<std::vector<Turning>> turning = turning_parts(of_lobes, to_lobes);
   std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     const LobeResponses responses{
         .direction = Vec3f(lobes[l].direction),
         .fading = lobes[l].fading.empty() ? nullptr : &factors[place + 2]};
     for (std::vector<float>& part :
-         amplitudes_of(question, lobes[l], responses, sums, to_lobes[l], of_lobes, rest))
+         amplitudes_of(question, lobes[l], responses, sums, turning[l], of_lobes, rest))
       parts[1 + place++] = std::move(part);
   }
   return parts;

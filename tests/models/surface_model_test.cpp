@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,15 +38,30 @@ class PowerOfIons : public SurfaceModel {
   SourceLobe source_;
 };
 
+/// Surfaces that lean by angles towards x. Units: degrees.
+std::vector<Vec3f> leaning(std::initializer_list<double> angles) {
+  std::vector<Vec3f> normals;
+  for (const double degrees : angles) {
+    const double slope = degrees * (M_PI / 180);
+    normals.push_back(
+        {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
+  }
+  return normals;
+}
+
+/// With the amplitudes of a point, at any normal.
+double speed_at(const std::vector<std::vector<float>>& parts,
+                const std::vector<AngularFactor>& factors, std::size_t point, Vec3f normal) {
+  double speed = parts[0][point];
+  for (std::size_t k = 0; k < factors.size(); ++k)
+    speed += static_cast<double>(parts[1 + k][point] * factors[k].value(normal));
+  return speed;
+}
+
 /// A flat point and slopes up to a wall, all of which see the source.
 struct Slopes {
   explicit Slopes(const PowerOfIons& of) : model(of) {
-    for (const double degrees : {0.0, 10.0, 30.0, 45.0, 60.0, 80.0, 89.0, 90.0, 120.0}) {
-      const double slope = degrees * (M_PI / 180);
-      normals.push_back(
-          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
-      ions.push_back(std::max(0.0F, normals.back().z));
-    }
+    for (const Vec3f n : normals) ions.push_back(std::max(0.0F, n.z));
     materials.resize(normals.size());
     gas.assign(normals.size(), 1.0F);
     tallies = {gas, ions, ions};
@@ -54,16 +70,12 @@ struct Slopes {
   }
 
   SurfacePoints points() const { return {.material = materials, .normal = normals}; }
-  /// With the amplitudes of a point, at any normal.
   double at(std::size_t point, Vec3f normal) const {
-    double speed = parts[0][point];
-    for (std::size_t k = 0; k < factors.size(); ++k)
-      speed += static_cast<double>(parts[1 + k][point] * factors[k].value(normal));
-    return speed;
+    return speed_at(parts, factors, point, normal);
   }
 
   const PowerOfIons& model;
-  std::vector<Vec3f> normals;
+  std::vector<Vec3f> normals = leaning({0, 10, 30, 45, 60, 80, 89, 90, 120});
   std::vector<MaterialId> materials;
   std::vector<float> gas;
   std::vector<float> ions;
@@ -142,12 +154,9 @@ struct SlopesUnderSputtering {
   SlopesUnderSputtering() {
     const std::vector<Species> all = model->species();
     const OpenResponse response(all[1], all[1].yields[0]);
-    for (int degrees = 0; degrees <= 90; degrees += 10) {
-      const double slope = degrees * (M_PI / 180);
-      normals.push_back(
-          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
-      open.push_back(static_cast<float>(response.at(Vec3d(normals.back()))));
-      arrivals.push_back(std::max(0.0F, normals.back().z));
+    for (const Vec3f n : normals) {
+      open.push_back(static_cast<float>(response.at(Vec3d(n))));
+      arrivals.push_back(std::max(0.0F, n.z));
     }
     gas.assign(normals.size(), 1.0F);
     materials.resize(normals.size());
@@ -161,12 +170,7 @@ struct SlopesUnderSputtering {
     const auto parts = model->amplitudes(points, tallies, factors);
     std::vector<std::vector<double>> all(normals.size());
     for (std::size_t p = 0; p < normals.size(); ++p) {
-      for (const Vec3f n : normals) {
-        double speed = parts[0][p];
-        for (std::size_t k = 0; k < factors.size(); ++k)
-          speed += static_cast<double>(parts[1 + k][p] * factors[k].value(n));
-        all[p].push_back(speed);
-      }
+      for (const Vec3f n : normals) all[p].push_back(speed_at(parts, factors, p, n));
     }
     return all;
   }
@@ -183,7 +187,7 @@ amplitude = 0.1
 angular = "sputter"
 )")
                                                   .model;
-  std::vector<Vec3f> normals;
+  std::vector<Vec3f> normals = leaning({0, 10, 20, 30, 40, 50, 60, 70, 80, 90});
   std::vector<MaterialId> materials;
   std::vector<float> gas;
   std::vector<float> arrivals;
@@ -251,10 +255,9 @@ sputter_factor = 5
     const std::vector<AngularFactor> factors = step.model->angular_factors();
     const auto parts = step.model->amplitudes(points, flux, factors);
     for (std::size_t p = 0; p < speeds.size(); ++p) {
-      double speed = parts[0][p];
-      for (std::size_t k = 0; k < factors.size(); ++k)
-        speed += static_cast<double>(parts[1 + k][p] * factors[k].value(slopes.normals[p]));
-      EXPECT_NEAR(speed, speeds[p], 1e-4 * (1 + std::abs(speeds[p]))) << rate << ' ' << p;
+      EXPECT_NEAR(speed_at(parts, factors, p, slopes.normals[p]), speeds[p],
+                  1e-4 * (1 + std::abs(speeds[p])))
+          << rate << ' ' << p;
       if (rate.front() == '-') {
         EXPECT_LE(parts[0][p], 0) << rate << ' ' << p;
       }
@@ -297,8 +300,8 @@ TEST(PeakedYield, IsFoundInTables) {
   EXPECT_FALSE(table("0.5"));
 }
 
-/// Slopes under ions whose yield is as on a flat surface up to 60 degrees, and from there on falls
-/// to 0: all that they bring, and what of it etches.
+/// Slopes under ions with a yield that is as on a flat surface up to 60 degrees, and from there on
+/// falls to 0, and with one that is largest at a slant.
 struct SlopesUnderFadingIons {
   explicit SlopesUnderFadingIons(const std::string& rate)
       : model(read_step("multi_particle", "rate = \"" + rate + R"("
@@ -309,40 +312,38 @@ source_power = 1e5
 name = "etch"
 amplitude = 0.1
 angular = "enhanced"
+[[step.ion.yield]]
+name = "sputter"
+amplitude = 0.1
+angular = "sputter"
 )")
                   .model) {
     const Species ions = model->species().front();
-    const OpenResponse response(ions, ions.yields[0]);
-    for (const double degrees : {0.0, 30.0, 50.0, 65.0, 75.0, 80.0, 85.0}) {
-      const double slope = degrees * (M_PI / 180);
-      normals.push_back(
-          {static_cast<float>(std::sin(slope)), 0, static_cast<float>(std::cos(slope))});
-      arrivals.push_back(normals.back().z);
-      etch.push_back(static_cast<float>(response.at(Vec3d(normals.back()))));
+    for (const Vec3f n : normals) tallies[0].push_back(n.z);
+    for (std::size_t y = 0; y < 2; ++y) {
+      const OpenResponse response(ions, ions.yields[y]);
+      for (const Vec3f n : normals)
+        tallies[1 + y].push_back(static_cast<float>(response.at(Vec3d(n))));
     }
-    materials.resize(normals.size());
-    const std::vector<std::span<const float>> tallies{arrivals, etch};
+    ask();
+  }
+
+  void ask() {
+    const std::vector<MaterialId> materials(normals.size());
+    const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
     const SurfacePoints points{.material = materials, .normal = normals};
-    expected = model->speeds(points, tallies);
-    factors = model->angular_factors();
-    parts = model->amplitudes(points, tallies, factors);
+    expected = model->speeds(points, flux);
+    parts = model->amplitudes(points, flux, factors);
   }
 
   /// With the amplitudes of slope p at the normal of slope q.
-  double at(std::size_t p, std::size_t q) const {
-    double speed = parts[0][p];
-    for (std::size_t k = 0; k < factors.size(); ++k)
-      speed += static_cast<double>(parts[1 + k][p] * factors[k].value(normals[q]));
-    return speed;
-  }
+  double at(std::size_t p, std::size_t q) const { return speed_at(parts, factors, p, normals[q]); }
 
   std::shared_ptr<const SurfaceModel> model;
-  std::vector<Vec3f> normals;
-  std::vector<MaterialId> materials;
-  std::vector<float> arrivals;
-  std::vector<float> etch;
+  std::vector<Vec3f> normals = leaning({0, 30, 50, 65, 75, 80, 85});
+  std::array<std::vector<float>, 3> tallies;
+  std::vector<AngularFactor> factors = model->angular_factors();
   std::vector<float> expected;
-  std::vector<AngularFactor> factors;
   std::vector<std::vector<float>> parts;
 };
 
@@ -377,6 +378,57 @@ TEST(FadingYield, IsFollowedToTheFootOfAWall) {
   check("-4 nm/s * etch / (1 + etch)", 0.02);
   check("-2 nm/s * etch * ion", 0.12);
   check("-2 nm/s * etch^2", 0.12);
+}
+
+// Of a product the peaked yield has no factor of its own; asked of another slope, it turns by the
+// cosine, as it does in the powers.
+TEST(FadingYield, HasItsShareOfAProductWithAPeakedOne) {
+  const SlopesUnderFadingIons slopes("-2 nm/s * etch * sputter");
+  EXPECT_LT(slopes.parts[3][0], 0);
+  EXPECT_NEAR(slopes.parts[1][0], 0, 1e-3);
+}
+
+// Steep slopes get as much as a floor, most of it reflected.
+TEST(FadingYield, TurnsAWallNoFasterThanAFloor) {
+  SlopesUnderFadingIons slopes("-2 nm/s * etch");
+  const double floor = std::abs(slopes.at(0, 0));
+  for (std::vector<float>& tally : slopes.tallies) std::ranges::fill(tally, tally.front());
+  slopes.ask();
+  for (std::size_t p = 0; p < slopes.normals.size(); ++p) {
+    EXPECT_LE(std::abs(slopes.at(p, 0) - slopes.parts[0][p]), 1.001 * floor) << p;
+    EXPECT_NEAR(slopes.at(p, p), slopes.expected[p], 1e-4) << p;
+  }
+}
+
+// Ions from above and from aside, each with both kinds of yields.
+TEST(FadingYield, OfTwoLobesAddsUpToTheSpeedAtTheOwnNormal) {
+  const auto ions = [](const std::string& name, const std::string& tilt) {
+    std::string keys = "[[step.ion]]\nname = \"" + name + "\"\nsource_power = 1e4\n" + tilt;
+    for (const char* angular : {"enhanced", "sputter"})
+      keys += "[[step.ion.yield]]\nname = \"" + name + "_" + angular +
+              "\"\namplitude = 0.1\nangular = \"" + angular + "\"\n";
+    return keys;
+  };
+  for (const std::string rate :
+       {"-1 nm/s * a_enhanced - 2 nm/s * a_sputter - 3 nm/s * b_enhanced - 4 nm/s * b_sputter",
+        "-1 nm/s * a_enhanced * b_enhanced - 1 nm/s * a_sputter * b_sputter"}) {
+    const StepModel step = read_step("multi_particle", "rate = \"" + rate + "\"\n" + ions("a", "") +
+                                                           ions("b", "tilt = \"20 deg\"\n"));
+    const std::vector<AngularFactor> factors = step.model->angular_factors();
+    ASSERT_EQ(factors.size(), 8U);
+    const std::vector<Vec3f> normals = leaning({0, 20, 40, 60, 80, 89});
+    const std::vector<MaterialId> materials(normals.size());
+    std::vector<std::vector<float>> tallies(6);
+    for (std::size_t t = 0; t < tallies.size(); ++t)
+      for (std::size_t p = 0; p < normals.size(); ++p)
+        tallies[t].push_back(0.1F + 0.3F * static_cast<float>((7 * t + 3 * p) % 5));
+    const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
+    const SurfacePoints points{.material = materials, .normal = normals};
+    const std::vector<float> speeds = step.model->speeds(points, flux);
+    const auto parts = step.model->amplitudes(points, flux, factors);
+    for (std::size_t p = 0; p < normals.size(); ++p)
+      EXPECT_NEAR(speed_at(parts, factors, p, normals[p]), speeds[p], 1e-4) << rate << ' ' << p;
+  }
 }
 
 // A yield that falls to nothing at 70 degrees: of the foot of a wall, at 75, the rate says 0 / 0.
