@@ -436,7 +436,8 @@ TEST(FadingYield, ThatEndsBeforeTheFootOfAWallGivesNumbers) {
   const std::string to_70 = "angular_table = [[\"0 deg\", 1], [\"70 deg\", 0], [\"90 deg\", 0]]\n";
   const StepModel step =
       read_step("multi_particle",
-                "rate = \"-10 nm/s * etch / (etch + more)\"\n[[step.ion]]\nname = \"ion\"\n"
+                "rate = \"-10 nm/s * ion * etch / (etch + more)\"\n[[step.ion]]\nname = \"ion\"\n"
+                "source_power = 1e6\n"
                 "[[step.ion.yield]]\nname = \"etch\"\namplitude = 1\n" +
                     to_70 + "[[step.ion.yield]]\nname = \"more\"\namplitude = 2\n" + to_70);
   const std::vector<float> one{1};
