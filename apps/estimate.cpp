@@ -94,12 +94,11 @@ double top_speed(const SurfaceModel& model, std::size_t material_count) {
   const std::vector<AngularFactor> factors = model.angular_factors();
   const std::vector<std::vector<float>> parts =
       model.amplitudes(wafers.points(), wafers.tallies(), factors);
+  const LimitingSpeed limiting_speed(factors);
   double top = 0;
   for (std::size_t m = 0; m < material_count; ++m) {
-    double speed = std::abs(static_cast<double>(parts[0][m]));
-    for (std::size_t k = 0; k < factors.size(); ++k)
-      speed += factors[k].limiting_speed() * std::abs(static_cast<double>(parts[1 + k][m]));
-    top = std::max(top, speed);
+    const auto amplitude = [&](std::size_t k) { return parts[1 + k][m]; };
+    top = std::max(top, static_cast<double>(limiting_speed(parts[0][m], amplitude)));
   }
   return top;
 }

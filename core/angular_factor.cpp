@@ -1,5 +1,10 @@
 #include "core/angular_factor.h"
 
+#include <algorithm>
+#include <numbers>
+
+#include "core/error.h"
+
 namespace scarp {
 
 BeamResponse::BeamResponse(Vec3d direction, const std::function<double(double)>& response)
@@ -8,6 +13,26 @@ BeamResponse::BeamResponse(Vec3d direction, const std::function<double(double)>&
     table_[static_cast<std::size_t>(n)] =
         static_cast<float>(response(static_cast<double>(n) / interval_count));
   }
+}
+
+std::vector<float> BeamResponse::places() const {
+  constexpr int count = 90;  // degrees
+  std::vector<float> cosines;
+  for (int n = 0; n < count; ++n)
+    cosines.push_back(static_cast<float>(std::cos(0.5 * std::numbers::pi * n / count)));
+  return cosines;
+}
+
+// On both sides of each bend.
+std::vector<float> SlopeResponse::places() const {
+  constexpr float beside = 1e-4F;
+  std::vector<float> cosines;
+  for (const float bend : {below_, at_, above_}) {
+    for (const float cosine : {bend - beside, bend + beside})
+      if (cosine > 0 && cosine < 1) cosines.push_back(cosine);
+  }
+  cosines.push_back(0.5F * (at_ + std::max(below_, 0.0F)));
+  return cosines;
 }
 
 CrystalRates::CrystalRates(const Values& rates, const std::array<Vec3d, 3>& axes)
@@ -38,9 +63,48 @@ void AngularFactor::find_bounds() {
   }
 }
 
-double AngularFactor::limiting_speed() const {
-  // A constant speed has slopes up to the square root of 3.
-  return std::max(bounds_.value, bounds_.slopes / std::sqrt(3.0));
+LimitingSpeed::LimitingSpeed(std::span<const AngularFactor> factors) {
+  for (std::size_t first = 0; first < factors.size();) {
+    const std::optional<Vec3f> axis = factors[first].axis();
+    Group& group = groups_.emplace_back(Group{.first = first});
+    if (!axis) {
+      // The derivatives by x, y and z add up; those of a constant speed to up to this.
+      const AngularFactor::Bounds& bounds = factors[first].bounds();
+      group.limit = static_cast<float>(std::max(bounds.value, bounds.slopes / std::sqrt(3.0)));
+      ++first;
+      continue;
+    }
+    std::size_t end = first;
+    std::vector<float> cosines;
+    for (; end < factors.size() && factors[end].axis() == axis; ++end) {
+      const std::vector<float> places = factors[end].places();
+      cosines.insert(cosines.end(), places.begin(), places.end());
+    }
+    std::ranges::sort(cosines);
+    cosines.erase(std::ranges::unique(cosines).begin(), cosines.end());
+    SCARP_ASSERT(cosines.size(), <=, most_places);
+    group.count = cosines.size();
+    for (; first < end; ++first) group.factors.push_back(sampled(factors[first], *axis, cosines));
+  }
+}
+
+LimitingSpeed::Sampled LimitingSpeed::sampled(const AngularFactor& factor, Vec3f axis,
+                                              std::span<const float> cosines) {
+  // How much the components of a vector along the axis, and of one across it, add up to at most.
+  const bool is_vertical = factor.is_vertical();
+  const float along = (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z)) / std::sqrt(3.0F);
+  const float across = is_vertical ? std::sqrt(2.0F / 3.0F) : 1.0F;
+  const Vec3f other = std::abs(axis.x) < 0.5F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0};
+  const Vec3f side = normalized(other - dot(other, axis) * axis);
+  Sampled result;
+  for (std::size_t n = 0; n < cosines.size(); ++n) {
+    const float sine = std::sqrt(std::max(1 - cosines[n] * cosines[n], 0.0F));
+    const AngularRate rate = factor.rate(sine * side - cosines[n] * axis);
+    result.value[n] = rate.value;
+    result.across[n] = across * dot(rate.slope, side);
+    result.along[n] = along * dot(rate.slope, axis);
+  }
+  return result;
 }
 
 }  // namespace scarp

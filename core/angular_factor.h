@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -40,7 +42,10 @@ class BeamResponse {
     return {size * response, (response - steepness * cosine) * n - steepness * direction_};
   }
 
-  bool is_vertical() const { return direction_.x == 0 && direction_.y == 0; }
+  /// Around it the response is the same.
+  std::optional<Vec3f> axis() const { return direction_; }
+  /// Cosines to the axis between which the response bends little.
+  std::vector<float> places() const;
 
  private:
   static constexpr int interval_count = 512;
@@ -48,30 +53,66 @@ class BeamResponse {
   std::vector<float> table_;
 };
 
-/// The same for a response of linear c + cubic c^3 at the cosine c: without a table, so that
-/// loops over normals are vectorised.
-class CubicResponse {
+/// The same for a response that is the cosine: without a table, so that loops over normals are
+/// vectorised.
+class CosineResponse {
  public:
   /// direction is a unit vector towards the wafer.
-  CubicResponse(Vec3d direction, float linear, float cubic)
-      : direction_(direction), linear_(linear), cubic_(cubic) {}
+  explicit CosineResponse(Vec3d direction) : direction_(direction) {}
+
+  AngularRate rate(Vec3f p) const {
+    const float along = -dot(direction_, p);
+    return along > 0 ? AngularRate{along, -1.0F * direction_} : AngularRate{};
+  }
+
+  /// See BeamResponse.
+  std::optional<Vec3f> axis() const { return direction_; }
+  static std::vector<float> places() { return {1, 0.5F}; }
+
+ private:
+  Vec3f direction_;
+};
+
+/// The same for a response c h(c) at the cosine c, where h is 1 at one cosine and falls linearly to
+/// 0 at two others. Several of them, each with its amplitude, are a response that is known at a few
+/// slopes.
+class SlopeResponse {
+ public:
+  /// below < at < above: h stays 1 down from at if below is less than 0, and up from it if above is
+  /// more than 1. direction is a unit vector towards the wafer.
+  SlopeResponse(Vec3d direction, float below, float at, float above)
+      : direction_(direction),
+        below_(below),
+        at_(at),
+        above_(above),
+        rise_(below < 0 ? 0.0F : 1 / (at - below)),
+        fall_(above > 1 ? 0.0F : 1 / (above - at)) {}
 
   AngularRate rate(Vec3f p) const {
     const float size = std::max(length(p), 1e-6F);
     const Vec3f n = p / size;
     const float cosine = std::max(-dot(direction_, n), 0.0F);
-    const float square = cosine * cosine;
-    const float response = cosine * (linear_ + cubic_ * square);
-    const float steepness = cosine > 0 ? linear_ + 3 * cubic_ * square : 0.0F;
+    const float way = cosine - at_;
+    const float hat = way < 0 ? 1 + rise_ * way : 1 - fall_ * way;
+    const float inside = hat > 0 ? 1.0F : 0.0F;
+    const float part = inside * hat;
+    const float turn = inside * (way < 0 ? rise_ : -fall_);
+    const float response = cosine * part;
+    const float steepness = cosine > 0 ? part + cosine * turn : 0.0F;
     return {size * response, (response - steepness * cosine) * n - steepness * direction_};
   }
 
-  bool is_vertical() const { return direction_.x == 0 && direction_.y == 0; }
+  /// See BeamResponse.
+  std::optional<Vec3f> axis() const { return direction_; }
+  std::vector<float> places() const;
 
  private:
   Vec3f direction_;
-  float linear_;
-  float cubic_;
+  float below_;
+  float at_;
+  float above_;
+  float rise_;
+  float fall_;
 };
 
 /// Rates of a cubic crystal: those of the planes {100}, {110}, {111} and {311}, and in between an
@@ -118,8 +159,9 @@ class CrystalRates {
     return {size * value, (value / size) * p + slope};
   }
 
-  /// Planes are not the same all around the vertical.
-  static bool is_vertical() { return false; }
+  /// Planes are not the same around any direction.
+  static std::optional<Vec3f> axis() { return {}; }
+  static std::vector<float> places() { return {}; }
 
  private:
   std::array<Vec3f, 3> axes_;
@@ -137,7 +179,8 @@ class AngularFactor {
   };
 
   AngularFactor(BeamResponse kind) : kind_(std::move(kind)) { find_bounds(); }
-  AngularFactor(CubicResponse kind) : kind_(kind) { find_bounds(); }
+  AngularFactor(CosineResponse kind) : kind_(kind) { find_bounds(); }
+  AngularFactor(SlopeResponse kind) : kind_(kind) { find_bounds(); }
   AngularFactor(CrystalRates kind) : kind_(kind) { find_bounds(); }
 
   /// Calls visitor with the kind of factor, whose rate() is then known to the compiler.
@@ -156,22 +199,90 @@ class AngularFactor {
   /// Whether F has minima at which its slope jumps, as at the planes of a crystal.
   bool has_cusps() const { return std::holds_alternative<CrystalRates>(kind_); }
 
+  /// The direction on whose angle to the normal alone F depends, if there is one.
+  std::optional<Vec3f> axis() const {
+    return std::visit([](const auto& kind) { return kind.axis(); }, kind_);
+  }
+
+  /// Cosines to the axis between which F bends little.
+  std::vector<float> places() const {
+    return std::visit([](const auto& kind) { return kind.places(); }, kind_);
+  }
+
   /// Whether F depends on the angle to the vertical alone.
   bool is_vertical() const {
-    return std::visit([](const auto& kind) { return kind.is_vertical(); }, kind_);
+    const std::optional<Vec3f> direction = axis();
+    return direction && direction->x == 0 && direction->y == 0;
   }
 
   const Bounds& bounds() const { return bounds_; }
 
-  /// The speed without dependence on the normal that limits the time step of an explicit scheme as
-  /// much as the factor does.
-  double limiting_speed() const;
-
  private:
   void find_bounds();
 
-  std::variant<BeamResponse, CubicResponse, CrystalRates> kind_;
+  std::variant<BeamResponse, CosineResponse, SlopeResponse, CrystalRates> kind_;
   Bounds bounds_;
+};
+
+/// The speed without dependence on the normal that limits the time step of an explicit scheme as
+/// much as a sum of angular factors does: what the factors of one axis do is added up for each
+/// angle to it, as some may take away from what others bring.
+class LimitingSpeed {
+ public:
+  explicit LimitingSpeed(std::span<const AngularFactor> factors);
+
+  /// Of a part that does not depend on the normal, and the amplitude of every factor: amplitude(k).
+  template <class Amplitude>
+  float operator()(float isotropic, const Amplitude& amplitude) const {
+    float sum = std::abs(isotropic);
+    for (const Group& group : groups_) {
+      if (group.factors.empty()) {
+        sum += group.limit * std::abs(amplitude(group.first));
+        continue;
+      }
+      Row value{};
+      Row across{};
+      Row along{};
+      bool any = false;
+      for (std::size_t k = 0; k < group.factors.size(); ++k) {
+        const float size = amplitude(group.first + k);
+        if (size == 0) continue;
+        any = true;
+        const Sampled& of = group.factors[k];
+        for (std::size_t n = 0; n < group.count; ++n) value[n] += size * of.value[n];
+        for (std::size_t n = 0; n < group.count; ++n) across[n] += size * of.across[n];
+        for (std::size_t n = 0; n < group.count; ++n) along[n] += size * of.along[n];
+      }
+      if (!any) continue;
+      float most = 0;
+      for (std::size_t n = 0; n < group.count; ++n)
+        most = std::max({most, std::abs(value[n]), std::abs(across[n]) + std::abs(along[n])});
+      sum += most;
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr std::size_t most_places = 128;
+  using Row = std::array<float, most_places>;
+  /// At cosines to the axis. The derivatives of |p| F by p, across and along the axis, are in such
+  /// units that the sum of their magnitudes is a speed.
+  struct Sampled {
+    Row value{};
+    Row across{};
+    Row along{};
+  };
+  /// Factors that follow each other and have the same axis; or one without.
+  struct Group {
+    std::size_t first = 0;
+    std::size_t count = 0;  ///< of cosines
+    float limit = 0;        ///< without an axis
+    std::vector<Sampled> factors{};
+  };
+
+  static Sampled sampled(const AngularFactor& factor, Vec3f axis, std::span<const float> cosines);
+
+  std::vector<Group> groups_;
 };
 
 }  // namespace scarp

@@ -542,29 +542,22 @@ double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> spee
 double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
                         std::span<const AngularFactor> factors, double cfl) {
   const std::vector<bool> in_reach = layers_within(layers, 2);
-  std::vector<double> weights{1};
-  for (const AngularFactor& factor : factors) {
-    weights.push_back(factor.limiting_speed());
-  }
-  double fastest = 0;
+  const LimitingSpeed limiting_speed(factors);
+  float fastest = 0;
   for (std::size_t layer = 0; layer < speeds_of_layers.size(); ++layer) {
     if (!in_reach[layer]) {
       continue;
     }
     const LayerSpeeds& speeds = speeds_of_layers[layer];
-    const std::span<const CornerSpeeds> parts =
-        factors.empty() ? std::span(&speeds.speed, 1) : std::span(speeds.parts);
-    for (std::size_t f = 0; f < speeds.speed.size(); ++f) {
+    const CornerSpeeds& isotropic = factors.empty() ? speeds.speed : speeds.parts.front();
+    for (std::size_t f = 0; f < isotropic.size(); ++f) {
       for (std::size_t c = 0; c < 3; ++c) {
-        double speed = 0;
-        for (std::size_t v = 0; v < parts.size(); ++v) {
-          speed += weights[v] * std::abs(static_cast<double>(parts[v][f][c]));
-        }
-        fastest = std::max(fastest, speed);
+        const auto amplitude = [&](std::size_t k) { return speeds.parts[1 + k][f][c]; };
+        fastest = std::max(fastest, limiting_speed(isotropic[f][c], amplitude));
       }
     }
   }
-  return fastest > 0 ? cfl * layers.frame.spacing / fastest
+  return fastest > 0 ? cfl * layers.frame.spacing / static_cast<double>(fastest)
                      : std::numeric_limits<double>::infinity();
 }
 

@@ -63,19 +63,16 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
 
 void update_max_speed(const Layers& layers, SpeedField& field) {
   const auto& leaves = layers.top().band().leaves();
-  std::vector<float> limits;
-  for (const AngularSpeed& part : field.angular) {
-    limits.push_back(static_cast<float>(part.factor.limiting_speed()));
-  }
+  std::vector<AngularFactor> factors;
+  for (const AngularSpeed& part : field.angular) factors.push_back(part.factor);
+  const LimitingSpeed limiting_speed(factors);
   field.max_speed = 0;
   for (std::size_t n = 0; n < leaves.size(); ++n) {
     for (int node = 0; node < leaf_size; ++node) {
       if (std::abs(leaves[n].phi[node]) < 1) {
         const std::size_t at = n * leaf_size + static_cast<std::size_t>(node);
-        float speed = std::abs(field.speed[at]);
-        for (std::size_t part = 0; part < limits.size(); ++part) {
-          speed += limits[part] * std::abs(field.angular[part].amplitude[at]);
-        }
+        const auto amplitude = [&](std::size_t k) { return field.angular[k].amplitude[at]; };
+        const float speed = limiting_speed(field.speed[at], amplitude);
         field.max_speed = std::max(field.max_speed, speed);
       }
     }

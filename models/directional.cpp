@@ -168,7 +168,7 @@ bool Directional::is_mirror_symmetric(int axis) const {
 std::vector<AngularFactor> Directional::angular_factors() const {
   std::vector<AngularFactor> factors;
   for (const Beam& beam : values_.beams) {
-    factors.push_back(CubicResponse(beam.direction, 1, 0));
+    factors.push_back(CosineResponse(beam.direction));
   }
   return factors;
 }

@@ -122,10 +122,9 @@ class SurfaceModel {
   /// the surface is moved by a scheme that takes them at its own normals: with speeds that depend
   /// on slopes as they were, edges move wrongly and slopes are unstable.
   ///
-  /// Without anything better: of every narrow lobe from which particles come the cosine to its
-  /// axis, the third power of that and, if there are yields that fall off with the angle, what
-  /// these bring from an open source; and what every yield that is largest at a slant brings from
-  /// one.
+  /// Without anything better: of every narrow lobe from which particles come some slopes, between
+  /// which the speed is that of the model if the surface leaned so (models/lobe_response.h); and
+  /// what every yield that is largest at a slant brings from an open source.
   virtual std::vector<AngularFactor> angular_factors() const;
 
   /// The parts of the speed where there are factors: speeds() is the first part plus, for every

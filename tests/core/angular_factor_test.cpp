@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace scarp {
 namespace {
@@ -52,27 +55,79 @@ TEST(BeamResponse, OfTheCosineIsLinear) {
   const AngularFactor::Bounds bounds = AngularFactor(beam).bounds();
   EXPECT_NEAR(bounds.value, 1, 1e-6);
   EXPECT_NEAR(bounds.slopes, 1, 1e-5);
-  EXPECT_NEAR(AngularFactor(beam).limiting_speed(), 1, 1e-6);
+  const AngularFactor factor = beam;
+  EXPECT_NEAR(LimitingSpeed({&factor, 1})(0, [](std::size_t) { return 1.0F; }), 1, 1e-6);
 }
 
-TEST(CubicResponse, IsThatOfABeamWithTheSameResponse) {
+TEST(CosineResponse, IsThatOfABeamWithTheSameResponse) {
   const Vec3d d{std::sin(0.3), 0, -std::cos(0.3)};
-  const AngularFactor factor = CubicResponse(d, 0.7F, -0.4F);
-  const AngularFactor table = BeamResponse(d, [](double c) { return c * (0.7 - 0.4 * c * c); });
+  const AngularFactor factor = CosineResponse(d);
+  const AngularFactor table = BeamResponse(d, [](double c) { return c; });
   for (double theta = 0; theta < 180 * degree; theta += 0.17) {
     for (double phi = 0; phi < 360 * degree; phi += 0.41) {
       const Vec3f p = 1.3F * direction(theta, phi);
       const AngularRate rate = factor.rate(p);
       const AngularRate same = table.rate(p);
       EXPECT_NEAR(rate.value, same.value, 1e-5);
-      // The table's slope is constant in each of its 512 intervals.
-      for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(rate.slope[axis], same.slope[axis], 5e-3);
+      for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(rate.slope[axis], same.slope[axis], 1e-4);
     }
   }
-  expect_slopes(factor, {0.3F, 0.5F, 0.7F});
-  expect_slopes(factor, {-0.6F, 0.1F, 0.2F});
   EXPECT_EQ(factor.rate({0.1F, 0.1F, -0.9F}).value, 0);
   EXPECT_EQ(factor.rate({0.1F, 0.1F, -0.9F}).slope, Vec3f{});
+}
+
+/// The cosine times what is 2 at 0 degrees, 5 at 60 and 1 from a cosine of 0.1 on.
+std::vector<AngularFactor> slope_factors(Vec3d direction) {
+  return {SlopeResponse(direction, 0.5F, 1, 2), SlopeResponse(direction, 0.1F, 0.5F, 1),
+          SlopeResponse(direction, -1, 0.1F, 0.5F)};
+}
+constexpr std::array<float, 3> slope_amplitudes{2, 5, 1};
+
+TEST(SlopeResponse, IsLinearInTheCosineBetweenSlopes) {
+  const Vec3d d{std::sin(0.3), 0, -std::cos(0.3)};
+  const std::vector<AngularFactor> factors = slope_factors(d);
+  for (double theta = 0; theta < 180 * degree; theta += 0.17) {
+    for (double phi = 0; phi < 360 * degree; phi += 0.41) {
+      const Vec3f n = direction(theta, phi);
+      const double c = std::max(0.0, -dot(d, Vec3d(n)));
+      const double beyond = 1 + 4 * std::clamp((c - 0.1) / 0.4, 0.0, 1.0);
+      const double expected = c * (c > 0.5 ? 5 - 6 * (c - 0.5) : beyond);
+      float sum = 0;
+      for (std::size_t k = 0; k < factors.size(); ++k)
+        sum += slope_amplitudes[k] * factors[k].value(n);
+      EXPECT_NEAR(sum, expected, 1e-5);
+    }
+  }
+  for (const AngularFactor& factor : factors) {
+    expect_slopes(factor, {0.3F, 0.5F, 0.7F});
+    expect_slopes(factor, {-0.6F, 0.1F, 0.6F});
+  }
+}
+
+// Of several factors of an axis what they do together; of one that is taken from another, less.
+TEST(LimitingSpeed, IsThatOfTheSumOfFactors) {
+  for (const Vec3d d : {Vec3d{0, 0, -1}, Vec3d{std::sin(0.3), 0, -std::cos(0.3)}}) {
+    const std::vector<AngularFactor> factors = slope_factors(d);
+    const LimitingSpeed limiting_speed(factors);
+    double most = 0;
+    for (double theta = 0; theta < 180 * degree; theta += 0.01) {
+      for (double phi = 0; phi < 360 * degree; phi += 0.1) {
+        AngularRate sum;
+        for (std::size_t k = 0; k < factors.size(); ++k) {
+          const AngularRate rate = factors[k].rate(direction(theta, phi));
+          sum.value += slope_amplitudes[k] * rate.value;
+          sum.slope += slope_amplitudes[k] * rate.slope;
+        }
+        const double slopes = static_cast<double>(std::abs(sum.slope.x)) + std::abs(sum.slope.y) +
+                              std::abs(sum.slope.z);
+        most = std::max({most, static_cast<double>(sum.value), slopes / std::sqrt(3.0)});
+      }
+    }
+    const double limit = limiting_speed(0, [](std::size_t k) { return slope_amplitudes[k]; });
+    EXPECT_GT(limit, 0.97 * most);
+    EXPECT_LT(limit, (d.x == 0 ? 1.03 : 1.5) * most);
+    EXPECT_EQ(limiting_speed(0.5F, [](std::size_t) { return 0.0F; }), 0.5F);
+  }
 }
 
 /// 30 % KOH at 70 degrees Celsius, in um/min.
@@ -125,7 +180,7 @@ TEST(AngularRate, IsZeroWithoutADirection) {
   EXPECT_EQ(crystal.rate({}).value, 0);
   EXPECT_EQ(crystal.rate({}).slope, Vec3f{});
   EXPECT_EQ(BeamResponse({0, 0, -1}, [](double c) { return c; }).rate({}).slope, Vec3f{});
-  EXPECT_EQ(CubicResponse({0, 0, -1}, 1, 1).rate({}).slope, Vec3f{});
+  EXPECT_EQ(CosineResponse({0, 0, -1}).rate({}).slope, Vec3f{});
 }
 
 }  // namespace
