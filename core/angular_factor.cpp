@@ -15,14 +15,6 @@ BeamResponse::BeamResponse(Vec3d direction, const std::function<double(double)>&
   }
 }
 
-std::vector<float> BeamResponse::places() const {
-  constexpr int count = 90;  // degrees
-  std::vector<float> cosines;
-  for (int n = 0; n < count; ++n)
-    cosines.push_back(static_cast<float>(std::cos(0.5 * std::numbers::pi * n / count)));
-  return cosines;
-}
-
 // On both sides of each bend.
 std::vector<float> SlopeResponse::places() const {
   constexpr float beside = 1e-4F;
@@ -65,19 +57,21 @@ void AngularFactor::find_bounds() {
 
 LimitingSpeed::LimitingSpeed(std::span<const AngularFactor> factors) {
   for (std::size_t first = 0; first < factors.size();) {
-    const std::optional<Vec3f> axis = factors[first].axis();
     Group& group = groups_.emplace_back(Group{.first = first});
-    if (!axis) {
+    if (factors[first].between_slopes() == nullptr) {
       // The derivatives by x, y and z add up; those of a constant speed to up to this.
       const AngularFactor::Bounds& bounds = factors[first].bounds();
       group.limit = static_cast<float>(std::max(bounds.value, bounds.slopes / std::sqrt(3.0)));
       ++first;
       continue;
     }
+    const std::optional<Vec3f> axis = factors[first].axis();
     std::size_t end = first;
     std::vector<float> cosines;
     for (; end < factors.size() && factors[end].axis() == axis; ++end) {
-      const std::vector<float> places = factors[end].places();
+      const SlopeResponse* slopes = factors[end].between_slopes();
+      if (slopes == nullptr) break;
+      const std::vector<float> places = slopes->places();
       cosines.insert(cosines.end(), places.begin(), places.end());
     }
     std::ranges::sort(cosines);

@@ -44,8 +44,6 @@ class BeamResponse {
 
   /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
-  /// Cosines to the axis between which the response bends little.
-  std::vector<float> places() const;
 
  private:
   static constexpr int interval_count = 512;
@@ -65,9 +63,8 @@ class CosineResponse {
     return along > 0 ? AngularRate{along, -1.0F * direction_} : AngularRate{};
   }
 
-  /// See BeamResponse.
+  /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
-  static std::vector<float> places() { return {1, 0.5F}; }
 
  private:
   Vec3f direction_;
@@ -102,9 +99,16 @@ class SlopeResponse {
     return {size * response, (response - steepness * cosine) * n - steepness * direction_};
   }
 
-  /// See BeamResponse.
+  /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
+  /// Cosines to the axis between which it bends little.
   std::vector<float> places() const;
+
+  /// Whether it is 0 for all normals whose z is between two numbers; not always found.
+  bool is_zero_between(float least, float most) const {
+    if (direction_.z != -1) return false;
+    return (rise_ > 0 && most < below_) || (fall_ > 0 && least > above_) || most < 0;
+  }
 
  private:
   Vec3f direction_;
@@ -161,7 +165,6 @@ class CrystalRates {
 
   /// Planes are not the same around any direction.
   static std::optional<Vec3f> axis() { return {}; }
-  static std::vector<float> places() { return {}; }
 
  private:
   std::array<Vec3f, 3> axes_;
@@ -204,10 +207,8 @@ class AngularFactor {
     return std::visit([](const auto& kind) { return kind.axis(); }, kind_);
   }
 
-  /// Cosines to the axis between which F bends little.
-  std::vector<float> places() const {
-    return std::visit([](const auto& kind) { return kind.places(); }, kind_);
-  }
+  /// The response between slopes, if it is one.
+  const SlopeResponse* between_slopes() const { return std::get_if<SlopeResponse>(&kind_); }
 
   /// Whether F depends on the angle to the vertical alone.
   bool is_vertical() const {
@@ -225,8 +226,8 @@ class AngularFactor {
 };
 
 /// The speed without dependence on the normal that limits the time step of an explicit scheme as
-/// much as a sum of angular factors does: what the factors of one axis do is added up for each
-/// angle to it, as some may take away from what others bring.
+/// much as a sum of angular factors does: what those between slopes do together, where they have
+/// one axis, for the steepest of their sum.
 class LimitingSpeed {
  public:
   explicit LimitingSpeed(std::span<const AngularFactor> factors);
@@ -263,7 +264,7 @@ class LimitingSpeed {
   }
 
  private:
-  static constexpr std::size_t most_places = 128;
+  static constexpr std::size_t most_places = 64;
   using Row = std::array<float, most_places>;
   /// At cosines to the axis. The derivatives of |p| F by p, across and along the axis, are in such
   /// units that the sum of their magnitudes is a speed.
@@ -272,11 +273,11 @@ class LimitingSpeed {
     Row across{};
     Row along{};
   };
-  /// Factors that follow each other and have the same axis; or one without.
+  /// Factors between slopes that follow each other and have the same axis; or another one.
   struct Group {
     std::size_t first = 0;
     std::size_t count = 0;  ///< of cosines
-    float limit = 0;        ///< without an axis
+    float limit = 0;        ///< of another one
     std::vector<Sampled> factors{};
   };
 

@@ -129,14 +129,21 @@ void see_past_standing(const float* mobility, Gradients& gradients) {
 template <class Gradient>
 inline Hamiltonian evaluate(const SpeedField& field, std::size_t first, const Gradient& p) {
   Hamiltonian sum{};
+  float least = 1;  // of the normals' z
+  float most = -1;
   for (int k = 0; k < leaf_edge; ++k) {
     const Vec3f gradient = p(k);
     const float size = length(gradient);
-    sum.add({size, gradient / std::max(size, 1e-6F)}, field.speed[first + k], k);
+    const Vec3f normal = gradient / std::max(size, 1e-6F);
+    least = std::min(least, normal.z);
+    most = std::max(most, normal.z);
+    sum.add({size, normal}, field.speed[first + k], k);
   }
   for (const AngularSpeed& part : field.angular) {
     const float* amplitude = &part.amplitude[first];
     if (std::all_of(amplitude, amplitude + leaf_edge, [](float a) { return a == 0; })) continue;
+    const SlopeResponse* slopes = part.factor.between_slopes();
+    if (slopes != nullptr && slopes->is_zero_between(least, most)) continue;
     part.factor.visit([&](const auto& factor) {
       for (int k = 0; k < leaf_edge; ++k) {
         sum.add(factor.rate(p(k)), amplitude[k], k);
