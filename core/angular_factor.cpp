@@ -75,7 +75,7 @@ LimitingSpeed::LimitingSpeed(std::span<const AngularFactor> factors) {
       cosines.insert(cosines.end(), places.begin(), places.end());
     }
     std::ranges::sort(cosines);
-    cosines.erase(std::ranges::unique(cosines).begin(), cosines.end());
+    cosines.erase(std::unique(cosines.begin(), cosines.end()), cosines.end());
     SCARP_ASSERT(cosines.size(), <=, most_places);
     group.count = cosines.size();
     for (; first < end; ++first) group.factors.push_back(sampled(factors[first], *axis, cosines));

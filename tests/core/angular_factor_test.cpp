@@ -104,6 +104,20 @@ TEST(SlopeResponse, IsLinearInTheCosineBetweenSlopes) {
   }
 }
 
+TEST(SlopeResponse, IsZeroWhereItSaysSo) {
+  int count = 0;
+  for (const AngularFactor& factor : slope_factors({0, 0, -1})) {
+    for (double theta = 0; theta < 180 * degree; theta += 0.01) {
+      const Vec3f n = direction(theta, 0.3);
+      if (!factor.between_slopes()->is_zero_between(n.z, n.z)) continue;
+      EXPECT_EQ(factor.value(n), 0);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 300);  // each of the three, where surfaces face away
+  EXPECT_FALSE(slope_factors({0.6, 0, -0.8})[0].between_slopes()->is_zero_between(-1, -0.9F));
+}
+
 // Of several factors of an axis what they do together; of one that is taken from another, less.
 TEST(LimitingSpeed, IsThatOfTheSumOfFactors) {
   for (const Vec3d d : {Vec3d{0, 0, -1}, Vec3d{std::sin(0.3), 0, -std::cos(0.3)}}) {
