@@ -167,12 +167,12 @@ std::vector<float> owed_to_lobe(const SpeedQuestion& question, const Lobe& lobe,
 std::vector<std::vector<float>> lobe_amplitudes(const SpeedQuestion& question, const Lobe& lobe,
                                                 std::span<const AngularFactor> factors,
                                                 const std::vector<bool>& apart,
+                                                std::span<const float> owed,
                                                 std::span<const float> turning,
                                                 std::vector<float>& rest) {
   constexpr float rounding = 1e-5F;
   const std::size_t count = turning.size();
   const std::vector<float> cosines = cosines_to(lobe.direction, question.points.normal);
-  const std::vector<float> owed = owed_to_lobe(question, lobe, apart);
   const std::vector<AtSlopes> at_slopes = owed_at_slopes(question, lobe, cosines, apart, owed);
   std::vector<AtSlopes> found(count);
   std::vector<AtSlopes> here(count);

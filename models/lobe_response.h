@@ -47,14 +47,15 @@ std::vector<float> owed_to_lobe(const SpeedQuestion& question, const Lobe& lobe,
 
 /// The amplitudes of the factors; what they come to at the points' own normals is taken from rest.
 ///
-/// What turns is owed_to_lobe(), or a share of it. A surface along the lobe gets none of it: that a
-/// floor goes on nearly as fast with fewer ions says nothing of the walls that it leaves behind,
-/// which ions alone may etch.
+/// owed is that of owed_to_lobe(), and what turns is that, or a share of it. A surface along the
+/// lobe gets none of it: that a floor goes on nearly as fast with fewer ions says nothing of the
+/// walls that it leaves behind, which ions alone may etch.
 ///
 /// Shape: by factor, an entry per point; factors are those of lobe_factors(). Units: nm/s.
 std::vector<std::vector<float>> lobe_amplitudes(const SpeedQuestion& question, const Lobe& lobe,
                                                 std::span<const AngularFactor> factors,
                                                 const std::vector<bool>& apart,
+                                                std::span<const float> owed,
                                                 std::span<const float> turning,
                                                 std::vector<float>& rest);
 

@@ -76,7 +76,8 @@ TurningTallies turning_tallies(std::span<const Species> all) {
       if (counted.is_peaked) turning.peaked.push_back({.species = s, .yield = y, .tally = tally});
     }
     if (!is_narrow(species.source)) continue;
-    for (LobeTally& each : tallies) each.along = arrivals_along(species.source);
+    const float along = arrivals_along(species.source);
+    for (LobeTally& each : tallies) each.along = along;
     Lobe& lobe = lobe_along(species.source.direction, turning.lobes);
     lobe.tallies.insert(lobe.tallies.end(), tallies.begin(), tallies.end());
   }
@@ -143,15 +144,12 @@ void take_from(std::vector<float>& rest, std::span<const float> amplitude,
   }
 }
 
-// What turns of the speeds with each lobe. Of a product of what several lobes bring each of them
-// would take the whole: then they share it.
-std::vector<std::vector<float>> turning_parts(const SpeedQuestion& question,
-                                              std::span<const Lobe> lobes,
-                                              const std::vector<bool>& apart,
+// What turns of the speeds with each lobe, by what they owe to it. Of a product of what several
+// lobes bring each of them would take the whole: then they share it.
+std::vector<std::vector<float>> turning_parts(std::span<const std::vector<float>> owed,
                                               std::span<const float> speeds) {
-  std::vector<std::vector<float>> parts;
-  for (const Lobe& lobe : lobes) parts.push_back(owed_to_lobe(question, lobe, apart));
-  if (lobes.size() < 2) return parts;
+  std::vector<std::vector<float>> parts(owed.begin(), owed.end());
+  if (parts.size() < 2) return parts;
   for (std::size_t p = 0; p < speeds.size(); ++p) {
     float together = 0;  // of those with the sign of the speed
     for (const std::vector<float>& part : parts)
@@ -210,12 +208,14 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
       take_from(rest, parts[1 + place], factors[place], points);
     }
   }
-  const std::vector<std::vector<float>> turning = turning_parts(question, lobes, sums, rest);
+  std::vector<std::vector<float>> owed;
+  for (const Lobe& lobe : lobes) owed.push_back(owed_to_lobe(question, lobe, sums));
+  const std::vector<std::vector<float>> turning = turning_parts(owed, rest);
   std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     const auto of_lobe = factors.subspan(place, lobe_factor_count);
     for (std::vector<float>& part :
-         lobe_amplitudes(question, lobes[l], of_lobe, sums, turning[l], rest))
+         lobe_amplitudes(question, lobes[l], of_lobe, sums, owed[l], turning[l], rest))
       parts[1 + place++] = std::move(part);
   }
   return parts;

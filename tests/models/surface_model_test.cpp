@@ -359,9 +359,7 @@ TEST(FadingYield, TurnsWithTheNormalAsItDoes) {
 }
 
 // Where a wall has its foot, at 75 degrees, the speed of a floor is that of the model, also of one
-// that goes on nearly as fast with fewer ions; and above it, it is little as well. One in
-// proportion to the square of their number has about half of what powers of the cosine alone would
-// give.
+// that goes on nearly as fast with fewer ions; and above it, it is little as well.
 TEST(FadingYield, IsFollowedToTheFootOfAWall) {
   constexpr std::size_t foot = 4;
   const auto check = [](const std::string& rate, double within) {
