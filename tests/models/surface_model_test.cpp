@@ -455,6 +455,12 @@ TEST(FadingYield, ThatEndsBeforeTheFootOfAWallGivesNumbers) {
     EXPECT_TRUE(std::isfinite(part.front()));
 }
 
+// The mean tangent of the angle to the axis, by pi.
+TEST(LobeResponse, KnowsWhatArrivesAlongALobe) {
+  for (const double power : {300.0, 1000.0, 1e5})
+    EXPECT_NEAR(arrivals_along({.cosine_power = power}) * std::sqrt(2 * M_PI * power), 1, 0.01);
+}
+
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
   const auto factor_count = [](const SourceLobe& source) {
     return PowerOfIons(1, 0, source).angular_factors().size();
