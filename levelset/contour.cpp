@@ -329,13 +329,22 @@ std::optional<Facet> find_facet(std::span<const Point> wall, double spacing) {
 
 std::optional<Gap> Contour::gap(double height) const {
   std::vector<Crossing> crossings;
+  if (height < mouth_.height) {
+    // In the order of the contour: a pocket that walls part from the mouth lies in between.
+    const std::size_t begin = std::max<std::size_t>(mouth_.first, 1) - 1;
+    const std::size_t end = std::min(mouth_.last + 2, points_.size());
+    add_crossings(std::span(points_).subspan(begin, end - begin), height, 0, crossings);
+    if (crossings.empty() || !crossings.front().falls || crossings.back().falls)
+      return std::nullopt;
+    return Gap{.left = crossings.front().lateral, .right = crossings.back().lateral};
+  }
   add_crossings(points_, height, 0, crossings);
   sort_by_place(crossings);
   std::optional<Gap> best;
   for (std::size_t n = 1; n < crossings.size(); ++n) {
     if (!crossings[n - 1].falls || crossings[n].falls) continue;
     const Gap gap{.left = crossings[n - 1].lateral, .right = crossings[n].lateral};
-    if (!best || overlap(gap, mouth_) > overlap(*best, mouth_)) best = gap;
+    if (!best || overlap(gap, mouth_.gap) > overlap(*best, mouth_.gap)) best = gap;
   }
   return best;
 }
@@ -383,11 +392,15 @@ std::optional<Contour> find_contour(std::span<const Polyline> lines, double late
     if (left.line != right.line || left.segment > right.segment) return std::nullopt;
     const std::vector<Point>& points = lines[left.line].points;
     std::vector<Point> contour = since(points, left.segment, fields[0]);
+    const Contour::Mouth mouth{.gap = {.left = left.lateral, .right = right.lateral},
+                               .height = height,
+                               .first = contour.size(),
+                               .last = contour.size() + right.segment - left.segment - 1};
     contour.insert(contour.end(), points.begin() + static_cast<std::ptrdiff_t>(left.segment),
                    points.begin() + static_cast<std::ptrdiff_t>(right.segment));
     const std::vector<Point> rest = until(points, right.segment, fields[1]);
     contour.insert(contour.end(), rest.begin(), rest.end());
-    return Contour(std::move(contour), {.left = left.lateral, .right = right.lateral});
+    return Contour(std::move(contour), mouth);
   }
   return std::nullopt;
 }

@@ -33,13 +33,22 @@ class Contour {
  public:
   using Point = std::array<double, 2>;
 
-  /// The gap at the given height tells which of several gaps at another height is meant.
-  Contour(std::vector<Point> points, const Gap& mouth)
+  /// The gap half-way down, and the points between whose segments it lies: the first and the last
+  /// one below it.
+  struct Mouth {
+    Gap gap;
+    double height = 0;
+    std::size_t first = 0;
+    std::size_t last = 0;
+  };
+
+  Contour(std::vector<Point> points, const Mouth& mouth)
       : points_(std::move(points)), mouth_(mouth) {}
 
   const std::vector<Point>& points() const { return points_; }
 
-  /// Nothing where no gas lies between two walls.
+  /// Nothing where no gas lies between two walls. Above the mouth it is the gap that overlaps most
+  /// with it; below, what rises from the floor is no wall.
   std::optional<Gap> gap(double height) const;
 
   Point lowest() const;
@@ -56,7 +65,7 @@ class Contour {
   std::size_t lowest_index() const;
 
   std::vector<Point> points_;
-  Gap mouth_;
+  Mouth mouth_;
 };
 
 /// The contour whose gap at a height holds a lateral position, cut off at the fields; nothing where

@@ -46,6 +46,22 @@ TEST(Contour, TakesTheGapThatBelongsToTheMouth) {
   EXPECT_EQ(contour.floor(20), 0);
 }
 
+TEST(Contour, WhatRisesFromTheFloorIsNoWall) {
+  const Contour contour =
+      whole(symmetric({{-20, 0}, {-12, -20}, {-12, -60}, {-9, -60}, {-3, -36}}), 0, -30);
+  EXPECT_NEAR(contour.gap(-24)->width(), 24, 1e-12);
+  for (const double height : {-35.0, -37.0, -50.0, -59.0}) {
+    ASSERT_TRUE(contour.gap(height));
+    EXPECT_NEAR(contour.gap(height)->left, -12, 1e-12);
+    EXPECT_NEAR(contour.gap(height)->right, 12, 1e-12);
+  }
+  EXPECT_FALSE(contour.gap(-61));
+  // What rises above the mouth parts it.
+  const Contour parted =
+      whole(symmetric({{-20, 0}, {-12, -20}, {-12, -60}, {-9, -60}, {-3, -20}}), -8, -30);
+  EXPECT_NEAR(parted.gap(-59)->right, -8.85, 1e-12);
+}
+
 TEST(Contour, WallsAreFittedByLeastSquares) {
   const Contour contour = whole(symmetric({{-20, 0}, {-10, -40}}), 0, -20);
   const Walls walls = sample_walls(contour, -8, -32, 1);

@@ -116,6 +116,16 @@ AnalyticShape faceted() {
                        angle("angle", &M::sidewall_angle, 90)}};
 }
 
+/// Grooves along the foot of the walls that leave a ridge of an eighth of the depth.
+AnalyticShape trenched() {
+  return {.name = "trenched",
+          .contour = symmetric({{-14, 0}, {-12, -64}, {-8, -64}, {-5, -56}}),
+          .expected = {{"depth", &M::depth, 64},
+                       {"bottom", &M::bottom_cd, 24.4},
+                       {"neck", &M::neck_cd, 24.4},
+                       {"micro trenching", &M::micro_trenching, 8}}};
+}
+
 /// An edge rounded with a radius of 12.
 AnalyticShape rounded() {
   ContourPoints left = arc(-24, -12, 12, 90, 0);
@@ -167,7 +177,7 @@ TEST_P(Analytic, IsMeasuredWithinATenthOfASpacingWhereverItLiesBetweenNodes) {
 INSTANTIATE_TEST_SUITE_P(Metrology, Analytic,
                          ::testing::Values(leaning("tapered", 86), leaning("upright", 90),
                                            leaning("reentrant", 94), bowed(), scalloped(),
-                                           faceted(), rounded(), jar()),
+                                           faceted(), trenched(), rounded(), jar()),
                          [](const auto& info) { return info.param.name; });
 
 /// A body of revolution or a trench in space: cells enough for holes 24 wide.
