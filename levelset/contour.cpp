@@ -379,6 +379,19 @@ std::span<const Point> Contour::right_side() const {
   return std::span(points_).subspan(lowest_index());
 }
 
+std::span<const Point> Contour::left_wall(double lowest) const {
+  const auto is_below = [&](const Point& point) { return point[1] < lowest; };
+  const auto end =
+      std::find_if(points_.begin() + std::ptrdiff_t(mouth_.first), points_.end(), is_below);
+  return {points_.begin(), end};
+}
+
+std::span<const Point> Contour::right_wall(double lowest) const {
+  const auto is_below = [&](const Point& point) { return point[1] < lowest; };
+  const auto after = points_.rend() - std::ptrdiff_t(std::min(mouth_.last + 1, points_.size()));
+  return {std::find_if(after, points_.rend(), is_below).base(), points_.end()};
+}
+
 std::optional<Contour> find_contour(std::span<const Polyline> lines, double lateral, double height,
                                     std::array<double, 2> fields) {
   std::vector<Crossing> crossings;

@@ -33,8 +33,8 @@ class Contour {
  public:
   using Point = std::array<double, 2>;
 
-  /// The gap half-way down, and the points between whose segments it lies: the first and the last
-  /// one below it.
+  /// The gap at the height by which the contour was found, for widths half-way down to its floor,
+  /// and the first and the last point below it.
   struct Mouth {
     Gap gap;
     double height = 0;
@@ -60,6 +60,10 @@ class Contour {
   /// upwards.
   std::span<const Point> left_side() const;
   std::span<const Point> right_side() const;
+
+  /// The outer walls from the fields down to a height below the mouth.
+  std::span<const Point> left_wall(double lowest) const;
+  std::span<const Point> right_wall(double lowest) const;
 
  private:
   std::size_t lowest_index() const;

@@ -204,8 +204,8 @@ class SectionMeasurement {
     const auto ripples = [&](std::span<const Contour::Point> wall) {
       return scallops(wall, at(cd_depths[0]), at(cd_depths[2]), h_);
     };
-    const std::optional<Scallops> left = ripples(contour.left_side());
-    const std::optional<Scallops> right = ripples(contour.right_side());
+    const std::optional<Scallops> left = ripples(contour.left_wall(at(cd_depths[2])));
+    const std::optional<Scallops> right = ripples(contour.right_wall(at(cd_depths[2])));
     const auto of = [](const std::optional<Scallops>& each, double Scallops::*member) {
       return each ? Value((*each).*member) : std::nullopt;
     };

@@ -56,6 +56,10 @@ TEST(Contour, WhatRisesFromTheFloorIsNoWall) {
     EXPECT_NEAR(contour.gap(height)->right, 12, 1e-12);
   }
   EXPECT_FALSE(contour.gap(-61));
+  ASSERT_EQ(contour.left_wall(-55).size(), 2U);
+  ASSERT_EQ(contour.right_wall(-55).size(), 2U);
+  EXPECT_EQ(contour.left_wall(-55).back(), (Contour::Point{-12, -20}));
+  EXPECT_EQ(contour.right_wall(-55).front(), (Contour::Point{12, -20}));
   // What rises above the mouth parts it.
   const Contour parted =
       whole(symmetric({{-20, 0}, {-12, -20}, {-12, -60}, {-9, -60}, {-3, -20}}), -8, -30);
