@@ -31,11 +31,9 @@ std::vector<float> cosines_to(Vec3d direction, std::span<const Vec3f> normals) {
 
 // What a surface at a cosine to the axis gets of a tally if all of it comes straight.
 double response(const LobeTally& tally, float cosine) {
-  const double law =
-      tally.law == nullptr
-          ? 1
-          : tally.law->at(tally.energy, AngleTable::half_sine(static_cast<double>(cosine)));
-  return law * static_cast<double>(cosine);
+  const double yield =
+      tally.yield ? tally.yield->at(AngleTable::half_sine(static_cast<double>(cosine))) : 1;
+  return yield * static_cast<double>(cosine);
 }
 
 // What points would get of a tally if they met the lobe head on, but for the yield.
@@ -96,18 +94,22 @@ AtSlopes turning_amplitudes(const AtSlopes& at_slopes, const AtSlopes& here, flo
 // straight: by no more than where it meets the surface, or the time steps would be short.
 void bound_grazed(std::span<const float> cosines, std::span<const float> turning,
                   std::vector<AtSlopes>& amplitudes) {
-  constexpr float meets = 0.7F;
+  constexpr float meets = 0.7F;  // of the cosine where it meets the surface best
   const auto steepest = [](const AtSlopes& of_point) {
     float most = 0;
     for (const float each : of_point) most = std::max(most, std::abs(each));
     return most;
   };
-  float head_on = 0;
-  float bound = 0;
+  float best = grazing;
+  float most_turning = 0;
   for (std::size_t p = 0; p < amplitudes.size(); ++p) {
-    head_on = std::max(head_on, std::abs(turning[p]));
-    if (cosines[p] > meets) bound = std::max(bound, steepest(amplitudes[p]));
+    if (turning[p] != 0) best = std::max(best, cosines[p]);
+    most_turning = std::max(most_turning, std::abs(turning[p]));
   }
+  const float head_on = most_turning / best;
+  float bound = 0;
+  for (std::size_t p = 0; p < amplitudes.size(); ++p)
+    if (cosines[p] > meets * best) bound = std::max(bound, steepest(amplitudes[p]));
   if (bound == 0) bound = head_on;
   for (AtSlopes& of_point : amplitudes) {
     const float part =

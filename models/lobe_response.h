@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/angular_factor.h"
 #include "core/vec3.h"
+#include "flux/ions.h"
 #include "flux/species.h"
 #include "models/speed_question.h"
 
@@ -17,10 +19,9 @@ namespace scarp {
 /// A tally of particles of a lobe.
 struct LobeTally {
   std::size_t tally = 0;
-  const YieldLaw* law = nullptr;  ///< of a yield that depends on the angle
-  double energy = 0;              ///< at which the law is taken. Units: eV
-  bool is_peaked = false;         ///< the yield is largest at a slant
-  float along = 0;                ///< arrivals_along() of the source
+  std::optional<MeanYield> yield{};  ///< that depends on the angle
+  bool is_peaked = false;            ///< the yield is largest at a slant
+  float along = 0;                   ///< arrivals_along() of the source
 };
 
 /// Particles that come from about one direction, of one or more species.

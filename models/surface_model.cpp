@@ -25,22 +25,23 @@ struct CountedYield {
 bool is_narrow(const SourceLobe& source) {
   constexpr double least_cosine = 0.966;
   constexpr double least_power = 19;
-  if (source.rotating || source.kind != SourceLobe::Kind::cosine) return false;
+  if ((source.rotating && !source.is_upright()) || source.kind != SourceLobe::Kind::cosine)
+    return false;
   return source.table.empty() ? source.cosine_power >= least_power
                               : source.table.cosine(0.5) >= least_cosine;
 }
 
 // A yield that is largest at a slant: where speeds are in proportion to it, it has a factor of its
 // own, also of a wide source.
-bool is_peaked(const YieldLaw& law, double energy) {
+bool is_peaked(const MeanYield& yield) {
   constexpr int angles = 90;
   constexpr double least_rise = 1.05;
   double most = 0;
   for (int k = 0; k <= angles; ++k) {
     const double cosine = static_cast<double>(k) / angles;
-    most = std::max(most, cosine * law.at(energy, AngleTable::half_sine(cosine)));
+    most = std::max(most, cosine * yield.at(AngleTable::half_sine(cosine)));
   }
-  return most > least_rise * law.at(energy, 0);
+  return most > least_rise * yield.at(0);
 }
 
 // The tallies of species by how they turn with the normal.
@@ -70,9 +71,8 @@ TurningTallies turning_tallies(std::span<const Species> all) {
     for (std::size_t y = 0; y < species.yields.size(); ++y, ++tally) {
       LobeTally& counted = tallies.emplace_back(LobeTally{.tally = tally});
       if (!species.ions) continue;
-      counted.law = &species.yields[y];
-      counted.energy = species.ions->energy.mean();
-      counted.is_peaked = is_peaked(*counted.law, counted.energy);
+      counted.yield = MeanYield(species.yields[y], species.ions->energy);
+      counted.is_peaked = is_peaked(*counted.yield);
       if (counted.is_peaked) turning.peaked.push_back({.species = s, .yield = y, .tally = tally});
     }
     if (!is_narrow(species.source)) continue;
@@ -145,18 +145,16 @@ void take_from(std::vector<float>& rest, std::span<const float> amplitude,
 }
 
 // What turns of the speeds with each lobe, by what they owe to it. Of a product of what several
-// lobes bring each of them would take the whole: then they share it.
+// lobes bring each of them would take the whole: then they share what there is of all of them
+// together.
 std::vector<std::vector<float>> turning_parts(std::span<const std::vector<float>> owed,
-                                              std::span<const float> speeds) {
+                                              std::span<const float> owed_to_all) {
   std::vector<std::vector<float>> parts(owed.begin(), owed.end());
-  if (parts.size() < 2) return parts;
-  for (std::size_t p = 0; p < speeds.size(); ++p) {
-    float together = 0;  // of those with the sign of the speed
-    for (const std::vector<float>& part : parts)
-      if (part[p] * speeds[p] > 0) together += part[p];
-    if (!(std::abs(together) > std::abs(speeds[p]))) continue;
-    for (std::vector<float>& part : parts)
-      if (part[p] * speeds[p] > 0) part[p] *= speeds[p] / together;
+  for (std::size_t p = 0; p < owed_to_all.size(); ++p) {
+    float together = 0;
+    for (const std::vector<float>& part : parts) together += part[p];
+    if (!(std::abs(together) > std::abs(owed_to_all[p]) && together * owed_to_all[p] > 0)) continue;
+    for (std::vector<float>& part : parts) part[p] *= owed_to_all[p] / together;
   }
   return parts;
 }
@@ -210,7 +208,13 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   }
   std::vector<std::vector<float>> owed;
   for (const Lobe& lobe : lobes) owed.push_back(owed_to_lobe(question, lobe, sums));
-  const std::vector<std::vector<float>> turning = turning_parts(owed, rest);
+  std::vector<std::vector<float>> turning = owed;
+  if (lobes.size() > 1) {
+    Lobe all_lobes;
+    for (const Lobe& lobe : lobes)
+      all_lobes.tallies.insert(all_lobes.tallies.end(), lobe.tallies.begin(), lobe.tallies.end());
+    turning = turning_parts(owed, owed_to_lobe(question, all_lobes, sums));
+  }
   std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     const auto of_lobe = factors.subspan(place, lobe_factor_count);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "flux/source_lobe.h"
 #include "models/lobe_response.h"
 #include "models/open_response.h"
 #include "tests/models/model_fixture.h"
@@ -436,6 +437,49 @@ TEST(FadingYield, OfTwoLobesAddsUpToTheSpeedAtTheOwnNormal) {
   }
 }
 
+// A wall that a floor leaves behind gets no ions, and grows by what the gas brings: also if the
+// ions are of two kinds from nearly the same direction. Of a product nothing is left without one of
+// them.
+TEST(TurningSpeeds, OfTwoLobesLeaveToAWallWhatThereIsWithoutIons) {
+  const auto wall_beside_floor = [](const std::string& rate) {
+    const StepModel step =
+        read_step("multi_particle", "material = \"Si\"\nrate = \"" + rate +
+                                        "\"\n[[step.ion]]\nname = \"a\"\n[[step.ion]]\n"
+                                        "name = \"b\"\ntilt = \"0.001 deg\"\n");
+    const std::vector<float> one{1};
+    const std::vector<std::span<const float>> flux{one, one};
+    const std::vector<MaterialId> materials(1);
+    const std::vector<Vec3f> up{{0, 0, 1}};
+    const std::vector<AngularFactor> factors = step.model->angular_factors();
+    const SurfacePoints floor{.material = materials, .normal = up};
+    return speed_at(step.model->amplitudes(floor, flux, factors), factors, 0, {0, 1, 0});
+  };
+  EXPECT_NEAR(wall_beside_floor("10 nm/s - 15 nm/s * a^2 - 15 nm/s * b^2"), 10, 0.01);
+  EXPECT_NEAR(wall_beside_floor("20 nm/s * a - 40 nm/s * b"), 0, 0.01);
+  EXPECT_NEAR(wall_beside_floor("5 nm/s - 20 nm/s * a * b"), 5, 0.01);
+}
+
+// A floor that ions from the side meet at 60 degrees, and nothing else: what faces them gets twice
+// as many, what they pass none.
+TEST(TurningSpeeds, OfATiltedLobeFollowTheCosineOfItsAngle) {
+  const StepModel step =
+      read_step("multi_particle",
+                "material = \"Si\"\nrate = \"-10 nm/s * a\"\n[[step.ion]]\nname = \"a\"\n"
+                "source_power = 1e6\ntilt = \"60 deg\"\n");
+  const std::vector<float> one{1};
+  const std::vector<std::span<const float>> flux{one};
+  const std::vector<MaterialId> materials(1);
+  const std::vector<Vec3f> up{{0, 0, 1}};
+  const std::vector<AngularFactor> factors = step.model->angular_factors();
+  const auto parts = step.model->amplitudes({.material = materials, .normal = up}, flux, factors);
+  const Vec3d towards = step.model->species().front().source.direction;
+  const Vec3f facing(-1.0 * towards);
+  const Vec3f passed{facing.z, 0, -facing.x};
+  EXPECT_NEAR(speed_at(parts, factors, 0, up[0]), -10, 1e-3);
+  EXPECT_NEAR(speed_at(parts, factors, 0, facing), -20, 0.02);
+  EXPECT_NEAR(speed_at(parts, factors, 0, passed), 0, 1e-3);
+}
+
 // A yield that falls to nothing at 70 degrees: of the foot of a wall, at 75, the rate says 0 / 0.
 TEST(FadingYield, ThatEndsBeforeTheFootOfAWallGivesNumbers) {
   const std::string to_70 = "angular_table = [[\"0 deg\", 1], [\"70 deg\", 0], [\"90 deg\", 0]]\n";
@@ -461,13 +505,70 @@ TEST(LobeResponse, KnowsWhatArrivesAlongALobe) {
     EXPECT_NEAR(arrivals_along({.cosine_power = power}) * std::sqrt(2 * M_PI * power), 1, 0.01);
 }
 
+/// A floor and a steep wall under ions that arrive along a lobe; the wall sees a part of it.
+struct WallAboveFloor {
+  WallAboveFloor(const std::string& rate, float part)
+      : model(read_step("multi_particle", "rate = \"" + rate +
+                                              "\"\n[[step.ion]]\nname = \"ion\"\n"
+                                              "source_power = 1000\n")
+                  .model) {
+    const std::vector<Vec3f> normals = leaning({0, 89.9});
+    const std::vector<float> ions{1, part * open_arrivals(normals.back())};
+    const std::vector<std::span<const float>> flux{ions};
+    parts = model->amplitudes({.material = materials, .normal = normals}, flux, factors);
+  }
+
+  /// What arrives on a surface that sees the whole lobe, relative to a flat one.
+  float open_arrivals(Vec3f normal) const {
+    const std::vector<Vec3d> directions = lobe_directions(model->species().front().source, 1 << 13);
+    double sum = 0;
+    for (const Vec3d& u : directions) sum += std::max(0.0, -dot(u, Vec3d(normal))) / -u.z;
+    return static_cast<float>(sum / static_cast<double>(directions.size()));
+  }
+
+  /// With the amplitudes of the wall, at any normal.
+  double at(Vec3f normal) const { return speed_at(parts, factors, 1, normal); }
+  /// What the model says of a surface that sees a part of the lobe.
+  double expected(Vec3f normal, float part) const {
+    const std::vector<float> ions{part * open_arrivals(normal)};
+    const std::vector<std::span<const float>> flux{ions};
+    return model->speeds({.material = {materials.data(), 1}, .normal = {&normal, 1}}, flux)[0];
+  }
+
+  std::shared_ptr<const SurfaceModel> model;
+  std::vector<MaterialId> materials = std::vector<MaterialId>(2);
+  std::vector<AngularFactor> factors = model->angular_factors();
+  std::vector<std::vector<float>> parts;
+};
+
+// What arrives on a wall along the lobe is there because no lobe is a beam, not because it is much
+// brighter there: of a rate that saturates the slopes above the wall would be as slow as the wall.
+TEST(LobeResponse, OfAWallIsThatOfALobeWithASpread) {
+  const WallAboveFloor wall("-1.3 nm/s * ion / (0.3 + ion)", 1);
+  for (const Vec3f normal : leaning({0, 30, 60, 75, 80}))
+    EXPECT_NEAR(wall.at(normal), wall.expected(normal, 1), 0.06) << normal.z;
+}
+
+// By no more than twice what it sees, although what arrives over its cosine is seven times as much.
+TEST(LobeResponse, OfAWallThatSeesLittleOfALobeIsWeak) {
+  constexpr float part = 0.1F;
+  const WallAboveFloor wall("-1 nm/s * ion", part);
+  for (const Vec3f normal : leaning({0, 30, 60, 75, 80})) {
+    EXPECT_LE(wall.at(normal), wall.expected(normal, part)) << normal.z;
+    EXPECT_GE(wall.at(normal), 2.2 * wall.expected(normal, part)) << normal.z;
+  }
+}
+
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
   const auto factor_count = [](const SourceLobe& source) {
     return PowerOfIons(1, 0, source).angular_factors().size();
   };
   EXPECT_EQ(factor_count({.cosine_power = 1}), 0U);
   EXPECT_EQ(factor_count({.cosine_power = 300}), lobe_factor_count);
-  EXPECT_EQ(factor_count({.cosine_power = 300, .rotating = true}), 0U);
+  EXPECT_EQ(factor_count({.cosine_power = 300, .rotating = true}), lobe_factor_count);
+  SourceLobe from_around{.cosine_power = 300, .rotating = true};
+  from_around.direction = normalized(Vec3d{1, 0, -1});
+  EXPECT_EQ(factor_count(from_around), 0U);
   const std::array<double, 2> angles{0, 0.2};
   const std::array<double, 2> even{1, 1};
   EXPECT_EQ(factor_count({.table = PolarDensity(angles, even)}), lobe_factor_count);
