@@ -90,7 +90,7 @@ AnalyticShape bowed() {
                        {"bow depth", &M::bow_depth, 24}}};
 }
 
-/// Arcs of radius 8 at a pitch of 12.
+/// Arcs of radius 8 at a pitch of 12, above a ridge on the floor that is no part of the walls.
 AnalyticShape scalloped() {
   const double half = std::asin(6.0 / 8) / degree;
   ContourPoints left;
@@ -98,6 +98,7 @@ AnalyticShape scalloped() {
     const ContourPoints scallop = arc(-8, -6.0 - 12 * n, 8, 180 - half, 180 + half);
     left.insert(left.end(), scallop.begin() + (n == 0 ? 0 : 1), scallop.end());
   }
+  left.insert(left.end(), {{-3, -72}, {-2, -44}});
   return {.name = "scalloped",
           .contour = symmetric(left),
           .expected = {{"depth", &M::depth, 72},

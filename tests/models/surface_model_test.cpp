@@ -437,47 +437,66 @@ TEST(FadingYield, OfTwoLobesAddsUpToTheSpeedAtTheOwnNormal) {
   }
 }
 
+/// A floor that gets as much of every tally as an open wafer, and what its amplitudes say of other
+/// normals.
+class OpenFloor {
+ public:
+  OpenFloor(const std::string& rate, const std::string& ions)
+      : model_(read_step("multi_particle", "material = \"Si\"\nrate = \"" + rate + "\"\n" + ions)
+                   .model),
+        factors_(model_->angular_factors()) {
+    std::size_t tallies = 0;
+    for (const Species& each : model_->species()) tallies += 1 + each.yields.size();
+    const std::vector<float> one{1};
+    const std::vector<std::span<const float>> flux(tallies, one);
+    const std::vector<MaterialId> materials(1);
+    const std::vector<Vec3f> up{{0, 0, 1}};
+    parts_ = model_->amplitudes({.material = materials, .normal = up}, flux, factors_);
+  }
+
+  Vec3f against_ions() const { return Vec3f(-1.0 * model_->species().front().source.direction); }
+  double at(Vec3f normal) const { return speed_at(parts_, factors_, 0, normal); }
+
+ private:
+  std::shared_ptr<const SurfaceModel> model_;
+  std::vector<AngularFactor> factors_;
+  std::vector<std::vector<float>> parts_;
+};
+
 // A wall that a floor leaves behind gets no ions, and grows by what the gas brings: also if the
 // ions are of two kinds from nearly the same direction. Of a product nothing is left without one of
 // them.
 TEST(TurningSpeeds, OfTwoLobesLeaveToAWallWhatThereIsWithoutIons) {
-  const auto wall_beside_floor = [](const std::string& rate) {
-    const StepModel step =
-        read_step("multi_particle", "material = \"Si\"\nrate = \"" + rate +
-                                        "\"\n[[step.ion]]\nname = \"a\"\n[[step.ion]]\n"
-                                        "name = \"b\"\ntilt = \"0.001 deg\"\n");
-    const std::vector<float> one{1};
-    const std::vector<std::span<const float>> flux{one, one};
-    const std::vector<MaterialId> materials(1);
-    const std::vector<Vec3f> up{{0, 0, 1}};
-    const std::vector<AngularFactor> factors = step.model->angular_factors();
-    const SurfacePoints floor{.material = materials, .normal = up};
-    return speed_at(step.model->amplitudes(floor, flux, factors), factors, 0, {0, 1, 0});
+  const auto of_wall = [](const std::string& rate) {
+    return OpenFloor(rate,
+                     "[[step.ion]]\nname = \"a\"\n[[step.ion]]\nname = \"b\"\n"
+                     "tilt = \"0.001 deg\"\n")
+        .at({0, 1, 0});
   };
-  EXPECT_NEAR(wall_beside_floor("10 nm/s - 15 nm/s * a^2 - 15 nm/s * b^2"), 10, 0.01);
-  EXPECT_NEAR(wall_beside_floor("20 nm/s * a - 40 nm/s * b"), 0, 0.01);
-  EXPECT_NEAR(wall_beside_floor("5 nm/s - 20 nm/s * a * b"), 5, 0.01);
+  EXPECT_NEAR(of_wall("10 nm/s - 15 nm/s * a^2 - 15 nm/s * b^2"), 10, 0.01);
+  EXPECT_NEAR(of_wall("20 nm/s * a - 40 nm/s * b"), 0, 0.01);
+  EXPECT_NEAR(of_wall("5 nm/s - 20 nm/s * a * b"), 5, 0.01);
 }
 
 // A floor that ions from the side meet at 60 degrees, and nothing else: what faces them gets twice
 // as many, what they pass none.
 TEST(TurningSpeeds, OfATiltedLobeFollowTheCosineOfItsAngle) {
-  const StepModel step =
-      read_step("multi_particle",
-                "material = \"Si\"\nrate = \"-10 nm/s * a\"\n[[step.ion]]\nname = \"a\"\n"
-                "source_power = 1e6\ntilt = \"60 deg\"\n");
-  const std::vector<float> one{1};
-  const std::vector<std::span<const float>> flux{one};
-  const std::vector<MaterialId> materials(1);
-  const std::vector<Vec3f> up{{0, 0, 1}};
-  const std::vector<AngularFactor> factors = step.model->angular_factors();
-  const auto parts = step.model->amplitudes({.material = materials, .normal = up}, flux, factors);
-  const Vec3d towards = step.model->species().front().source.direction;
-  const Vec3f facing(-1.0 * towards);
-  const Vec3f passed{facing.z, 0, -facing.x};
-  EXPECT_NEAR(speed_at(parts, factors, 0, up[0]), -10, 1e-3);
-  EXPECT_NEAR(speed_at(parts, factors, 0, facing), -20, 0.02);
-  EXPECT_NEAR(speed_at(parts, factors, 0, passed), 0, 1e-3);
+  const OpenFloor floor("-10 nm/s * a",
+                        "[[step.ion]]\nname = \"a\"\nsource_power = 1e6\ntilt = \"60 deg\"\n");
+  const Vec3f facing = floor.against_ions();
+  EXPECT_NEAR(floor.at({0, 0, 1}), -10, 1e-3);
+  EXPECT_NEAR(floor.at(facing), -20, 0.02);
+  EXPECT_NEAR(floor.at({facing.z, 0, -facing.x}), 0, 1e-3);
+}
+
+// Some of the ions are above the threshold, though their mean is not.
+TEST(TurningSpeeds, OfAYieldGoByAllEnergies) {
+  const OpenFloor floor("-10 nm/s * e",
+                        "[[step.ion]]\nname = \"a\"\nenergy = \"19.9 eV\"\n"
+                        "energy_deviation = \"6 eV\"\n[[step.ion.yield]]\nname = \"e\"\n"
+                        "amplitude = 1\nthreshold = \"20 eV\"\nangular = \"enhanced\"\n");
+  EXPECT_NEAR(floor.at({0, 0, 1}), -10, 1e-3);
+  EXPECT_NEAR(floor.at({0, 1, 0}), 0, 1e-3);
 }
 
 // A yield that falls to nothing at 70 degrees: of the foot of a wall, at 75, the rate says 0 / 0.
