@@ -24,20 +24,24 @@ std::array<Vec3d, samples_per_facet> samples(const TriMesh& mesh, std::size_t f)
 }
 
 // For every sample of a mesh the closest facet of another one.
-std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& other, double reach) {
-  const TriangleTree tree(other);
+std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& other,
+                                          const TriangleTree& tree, double reach) {
   std::vector<std::uint32_t> closest(samples_per_facet * mesh.triangles.size());
   parallel_for(mesh.triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       std::size_t k = f * samples_per_facet;
       const std::array places = samples(mesh, f);
-      // What is closest to the middle is not much farther from the others: found sooner within
-      // that.
-      const ClosestPoint of_middle = tree.closest(places.front(), reach);
-      closest[k++] = of_middle.triangle;
+      const std::uint32_t of_middle = tree.closest(places.front(), reach).triangle;
+      closest[k++] = of_middle;
       for (const Vec3d& r : std::span(places).subspan(1)) {
-        const double within = of_middle.distance * (1 + 1e-9) + length(r - places.front());
-        closest[k++] = tree.closest(r, std::min(reach, within)).triangle;
+        // No further away, but for rounding, than what is closest to the middle: found sooner
+        // within that.
+        double within = reach;
+        if (of_middle != ClosestPoint::none) {
+          const double of_same = closest_on_triangle(r, corners(other, of_middle)).distance;
+          within = std::min(reach, of_same + 1e-9 * reach);
+        }
+        closest[k++] = tree.closest(r, within).triangle;
       }
     }
   });
@@ -52,6 +56,19 @@ std::vector<double> found_areas(const TriMesh& mesh, std::span<const std::uint32
     const auto missed = std::ranges::count(of_facet, ClosestPoint::none);
     areas[f] *= 1 - static_cast<double>(missed) / samples_per_facet;
   }
+  return areas;
+}
+
+// The same where nobody asks what it was.
+std::vector<double> areas_within(const TriMesh& mesh, const TriangleTree& tree, double reach) {
+  std::vector<double> areas = facet_areas(mesh);
+  parallel_for(areas.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto missed = std::ranges::count_if(
+          samples(mesh, f), [&](const Vec3d& r) { return !tree.is_within(r, reach); });
+      areas[f] *= 1 - static_cast<double>(missed) / samples_per_facet;
+    }
+  });
   return areas;
 }
 
@@ -123,8 +140,8 @@ std::vector<float> means(std::span<const float> old, std::span<const std::uint32
 
 std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
                                         const TriMesh& from, const TriMesh& to, double reach) {
-  const std::vector<std::uint32_t> closest = closest_facets(to, from, reach);
-  const std::vector<double> old_areas = found_areas(from, closest_facets(from, to, reach));
+  const std::vector<std::uint32_t> closest = closest_facets(to, from, TriangleTree(from), reach);
+  const std::vector<double> old_areas = areas_within(from, TriangleTree(to), reach);
   const std::vector<double> new_areas = found_areas(to, closest);
   const std::vector<double> areas = facet_areas(to);
   std::vector<float> kept;

@@ -288,12 +288,10 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
       survey.facets.vertices.size(), survey.facets_full, survey.facets.triangles.size(),
       format_number(survey.simplify_max_distance), flux.segments, flux.rays,
       format_number(flux.error), format_number(flux.lost), format_number(flux.balance_error));
-  for (const char* stage : {"surface", "simplify", "flux"}) {
-    row += fmt::format(",{:.6f}", survey.timer.seconds(stage));
-  }
-  for (const char* stage : {"map", "advect"}) {
-    row += fmt::format(",{:.6f}", move.timer.seconds(stage));
-  }
+  StageTimer timer = survey.timer;
+  timer.add(move.timer);
+  for (const char* stage : {"surface", "simplify", "flux", "map", "advect"})
+    row += fmt::format(",{:.6f}", timer.seconds(stage));
   row += fmt::format(",{},{},{},{},{}", count_of(survey.gas.voids),
                      format_number(volume_of(survey.gas.voids)), count_of(move.islands),
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);

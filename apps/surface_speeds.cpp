@@ -170,6 +170,7 @@ std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField>
 void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
   const ProcessStep& step = current_step(state, recipe);
   if (!step.model) return;
+  const auto measurement = result.timer.measure("map");
   result.factors = step.factors;
   result.speeds_of_layers = speeds_at_corners(
       state.layers.stack,

@@ -21,6 +21,22 @@ struct AngularRate {
   Vec3f slope;
 };
 
+/// A factor that depends on the cosine of the angle between the normal and one against an axis
+/// alone, and its derivative by the cosine. Several about one axis add up.
+struct AxialRate {
+  float value = 0;
+  float rise = 0;  ///< 0 at cosine 0, where the surface begins to face away
+};
+
+/// The cosine at a unit normal, 0 for one that faces away. axis is a unit vector towards the wafer.
+inline float axial_cosine(Vec3f axis, Vec3f n) { return std::max(-dot(axis, n), 0.0F); }
+
+/// At p = size n.
+inline AngularRate rate_about(Vec3f axis, float size, Vec3f n, AxialRate of_cosine) {
+  const auto [value, rise] = of_cosine;
+  return {size * value, (value - rise * axial_cosine(axis, n)) * n - rise * axis};
+}
+
 /// How a surface responds to a parallel beam, by the cosine of the angle between beam and normal; 0
 /// for a surface that faces away.
 class BeamResponse {
@@ -29,20 +45,15 @@ class BeamResponse {
   /// curvature. It should be 0 at cosine 0. direction is a unit vector towards the wafer.
   BeamResponse(Vec3d direction, const std::function<double(double)>& response);
 
-  AngularRate rate(Vec3f p) const {
-    const float size = std::max(length(p), 1e-6F);
-    const Vec3f n = p / size;
-    const float cosine = -dot(direction_, n);
-    const float place = std::clamp(cosine, 0.0F, 1.0F) * interval_count;
+  AxialRate at(float cosine) const {
+    const float place = std::min(cosine, 1.0F) * interval_count;
     const int interval = std::min(static_cast<int>(place), interval_count - 1);
     const float below = table_[static_cast<std::size_t>(interval)];
     const float rise = table_[static_cast<std::size_t>(interval) + 1] - below;
-    const float response = below + (place - static_cast<float>(interval)) * rise;
-    const float steepness = cosine > 0 ? rise * interval_count : 0.0F;
-    return {size * response, (response - steepness * cosine) * n - steepness * direction_};
+    return {below + (place - static_cast<float>(interval)) * rise,
+            cosine > 0 ? rise * interval_count : 0.0F};
   }
 
-  /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
 
  private:
@@ -58,12 +69,8 @@ class CosineResponse {
   /// direction is a unit vector towards the wafer.
   explicit CosineResponse(Vec3d direction) : direction_(direction) {}
 
-  AngularRate rate(Vec3f p) const {
-    const float along = -dot(direction_, p);
-    return along > 0 ? AngularRate{along, -1.0F * direction_} : AngularRate{};
-  }
+  static AxialRate at(float cosine) { return {cosine, cosine > 0 ? 1.0F : 0.0F}; }
 
-  /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
 
  private:
@@ -85,29 +92,22 @@ class SlopeResponse {
         rise_(below < 0 ? 0.0F : 1 / (at - below)),
         fall_(above > 1 ? 0.0F : 1 / (above - at)) {}
 
-  AngularRate rate(Vec3f p) const {
-    const float size = std::max(length(p), 1e-6F);
-    const Vec3f n = p / size;
-    const float cosine = std::max(-dot(direction_, n), 0.0F);
+  AxialRate at(float cosine) const {
     const float way = cosine - at_;
     const float hat = way < 0 ? 1 + rise_ * way : 1 - fall_ * way;
     const float inside = hat > 0 ? 1.0F : 0.0F;
     const float part = inside * hat;
     const float turn = inside * (way < 0 ? rise_ : -fall_);
-    const float response = cosine * part;
-    const float steepness = cosine > 0 ? part + cosine * turn : 0.0F;
-    return {size * response, (response - steepness * cosine) * n - steepness * direction_};
+    return {cosine * part, cosine > 0 ? part + cosine * turn : 0.0F};
   }
 
-  /// Around it the response is the same.
   std::optional<Vec3f> axis() const { return direction_; }
   /// Cosines to the axis between which it bends little.
   std::vector<float> places() const;
 
-  /// Whether it is 0 for all normals whose z is between two numbers; not always found.
+  /// Whether it is 0 at all cosines between two.
   bool is_zero_between(float least, float most) const {
-    if (direction_.z != -1) return false;
-    return (rise_ > 0 && most < below_) || (fall_ > 0 && least > above_) || most < 0;
+    return (rise_ > 0 && most < below_) || (fall_ > 0 && least > above_) || most == 0;
   }
 
  private:
@@ -163,9 +163,6 @@ class CrystalRates {
     return {size * value, (value / size) * p + slope};
   }
 
-  /// Planes are not the same around any direction.
-  static std::optional<Vec3f> axis() { return {}; }
-
  private:
   std::array<Vec3f, 3> axes_;
   Vec3f near_110_;  ///< factors of the largest, middle and least component
@@ -181,19 +178,27 @@ class AngularFactor {
     double slopes = 0;  ///< of the sum over the axes of the derivatives of |p| F by p
   };
 
-  AngularFactor(BeamResponse kind) : kind_(std::move(kind)) { find_bounds(); }
-  AngularFactor(CosineResponse kind) : kind_(kind) { find_bounds(); }
-  AngularFactor(SlopeResponse kind) : kind_(kind) { find_bounds(); }
+  AngularFactor(BeamResponse kind) : axis_(kind.axis()), kind_(std::move(kind)) { find_bounds(); }
+  AngularFactor(CosineResponse kind) : axis_(kind.axis()), kind_(kind) { find_bounds(); }
+  AngularFactor(SlopeResponse kind) : axis_(kind.axis()), kind_(kind) { find_bounds(); }
   AngularFactor(CrystalRates kind) : kind_(kind) { find_bounds(); }
 
-  /// Calls visitor with the kind of factor, whose rate() is then known to the compiler.
+  /// Calls visitor with the kind of factor, whose at() or rate() is then known to the compiler.
   template <class Visitor>
-  void visit(const Visitor& visitor) const {
-    std::visit(visitor, kind_);
+  auto visit(const Visitor& visitor) const {
+    return std::visit(visitor, kind_);
   }
 
   AngularRate rate(Vec3f p) const {
-    return std::visit([&](const auto& kind) { return kind.rate(p); }, kind_);
+    return visit([&](const auto& kind) {
+      if constexpr (requires { kind.rate(p); }) {
+        return kind.rate(p);
+      } else {
+        const float size = std::max(length(p), 1e-6F);
+        const Vec3f n = p / size;
+        return rate_about(*axis_, size, n, kind.at(axial_cosine(*axis_, n)));
+      }
+    });
   }
 
   /// F at a unit normal.
@@ -203,24 +208,20 @@ class AngularFactor {
   bool has_cusps() const { return std::holds_alternative<CrystalRates>(kind_); }
 
   /// The direction on whose angle to the normal alone F depends, if there is one.
-  std::optional<Vec3f> axis() const {
-    return std::visit([](const auto& kind) { return kind.axis(); }, kind_);
-  }
+  const std::optional<Vec3f>& axis() const { return axis_; }
 
   /// The response between slopes, if it is one.
   const SlopeResponse* between_slopes() const { return std::get_if<SlopeResponse>(&kind_); }
 
   /// Whether F depends on the angle to the vertical alone.
-  bool is_vertical() const {
-    const std::optional<Vec3f> direction = axis();
-    return direction && direction->x == 0 && direction->y == 0;
-  }
+  bool is_vertical() const { return axis_ && axis_->x == 0 && axis_->y == 0; }
 
   const Bounds& bounds() const { return bounds_; }
 
  private:
   void find_bounds();
 
+  std::optional<Vec3f> axis_{};
   std::variant<BeamResponse, CosineResponse, SlopeResponse, CrystalRates> kind_;
   Bounds bounds_;
 };

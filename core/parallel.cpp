@@ -9,6 +9,7 @@ namespace scarp {
 
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body) {
+  if (count > 0 && count <= grain) return body(0, count);
   const std::size_t ranges = (count + grain - 1) / grain;
   tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t range) {
     body(range * grain, std::min(count, (range + 1) * grain));

@@ -331,13 +331,20 @@ namespace {
 // All triangles; of those as near the lowest.
 struct AnyTriangle {
   static constexpr double rounding = 0;
+  static constexpr bool is_first_enough = false;
   bool accepts(const std::array<Vec3d, 3>&) const { return true; }
   bool prefers(const std::array<Vec3d, 3>&, const std::array<Vec3d, 3>&, bool is_lower) const {
     return is_lower;
   }
 };
 
+// The first that is found.
+struct FirstTriangle : AnyTriangle {
+  static constexpr bool is_first_enough = true;
+};
+
 struct TriangleFacing {
+  static constexpr bool is_first_enough = false;
   static constexpr double rounding = 1e-14;  // of a place, relative to it
   Vec3d direction;
 
@@ -418,6 +425,7 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
       best_weights = w;
       best_slot = i;
       best.triangle = triangle.id;
+      if (Choice::is_first_enough) return best;
     }
   }
   if (!best.found()) return best;
@@ -433,6 +441,10 @@ ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Start& from) const {
   return search(r, max_distance, from, AnyTriangle{});
+}
+
+bool TriangleTree::is_within(Vec3d r, double max_distance) const {
+  return search(r, max_distance, root, FirstTriangle{}).found();
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance) const {

@@ -46,6 +46,9 @@ class TriangleTree {
   /// Nothing is found if the mesh is further away than max_distance (or empty).
   ClosestPoint closest(Vec3d r, double max_distance = unlimited) const;
 
+  /// Whether any triangle is no further away than that: cheaper than to find the closest.
+  bool is_within(Vec3d r, double max_distance) const;
+
   /// As closest, but only among triangles whose outward normal has a positive dot product with
   /// direction. Of those that are as near, but for rounding, as on both sides of an edge, it is the
   /// one that faces most along it.

@@ -32,7 +32,8 @@ class EnergyDistribution {
   double largest() const { return quantiles_.largest(); }
   double mean() const { return quantiles_.mean(); }
   /// Of a function of the energy.
-  double mean(const std::function<double(double energy)>& function) const {
+  template <class Function>
+  double mean(const Function& function) const {
     return quantiles_.mean(function);
   }
 

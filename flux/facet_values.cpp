@@ -45,13 +45,14 @@ void FacetValues::SlopeFit::find_neighbours(std::uint32_t element) {
   found_.clear();
   for (const std::uint32_t p : elements_.pieces_of(element)) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      corners_.for_each(elements_.piece(p).facet, corner, [&](std::uint32_t facet, double) {
-        const Elements::Pieces pieces = elements_.pieces_of_facet(facet);
+      const std::uint32_t set = corners_.sets_of(elements_.piece(p).facet)[corner];
+      for (const SmoothCorners::Member& each : corners_.members(set)) {
+        const Elements::Pieces pieces = elements_.pieces_of_facet(each.facet);
         const std::uint32_t other = elements_.element_of(pieces.front());
         if (pieces.size() == 1 && other != element &&
             std::ranges::find(found_, other) == found_.end())
           found_.push_back(other);
-      });
+      }
     }
   }
 }

@@ -25,15 +25,6 @@ double Quantiles::mean() const {
   return sum / static_cast<double>(values_.size() - 1);
 }
 
-double Quantiles::mean(const std::function<double(double)>& function) const {
-  constexpr std::size_t steps = 4;
-  const std::size_t count = steps * (values_.size() - 1);
-  double sum = 0;
-  for (std::size_t k = 0; k < count; ++k)
-    sum += function(at((static_cast<double>(k) + 0.5) / static_cast<double>(count)));
-  return sum / static_cast<double>(count);
-}
-
 double inverse(const std::function<double(double x)>& part_below, double u, double low,
                double high) {
   for (int i = 0; i < 60; ++i) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -15,9 +14,30 @@ namespace scarp {
 namespace {
 
 constexpr double least_cosine = 0.766;  // of 40 degrees
-constexpr std::size_t grain = 512;      // vertices
+constexpr std::size_t grain = 1024;     // facets or sets of corners
 
 using Corners = std::array<float, 3>;
+
+// Which facets count for each other around vertices.
+class Smoothness {
+ public:
+  explicit Smoothness(const TriMesh& mesh) : mesh_(mesh), normals_(facet_normals(mesh)) {}
+
+  bool belongs(std::uint32_t f, std::uint32_t g) const {
+    if (!mesh_.materials.empty() && mesh_.materials[f] != mesh_.materials[g]) return false;
+    return f == g || dot(Vec3d(normals_[f]), Vec3d(normals_[g])) > least_cosine;
+  }
+  bool all_belong(std::span<const SmoothCorners::Member> around) const {
+    for (std::size_t a = 0; a < around.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b)
+        if (!belongs(around[a].facet, around[b].facet)) return false;
+    return true;
+  }
+
+ private:
+  const TriMesh& mesh_;
+  std::vector<Vec3f> normals_;
+};
 
 // Means at the corners, sharpened.
 //
@@ -32,151 +52,161 @@ using Corners = std::array<float, 3>;
 class Sharpener {
  public:
   Sharpener(const SmoothCorners& corners, std::span<const float> facet_values)
-      : mesh_(corners.mesh()), corners_(corners), facet_values_(facet_values) {}
+      : corners_(corners), facet_values_(facet_values), ends_(corners.set_count()) {}
 
   std::vector<Corners> values() {
-    means_.resize(mesh_.triangles.size());
-    for_each_corner([&](auto f, auto corner) { return std::tuple(mean(f, corner)); }, means_);
-    takes_.resize(means_.size());
-    gives_.resize(means_.size());
-    for_each_corner([&](auto f, auto corner) { return limits(f, corner); }, takes_, gives_);
-    std::vector<Corners> values(means_.size());
-    for_each_corner([&](auto f, auto corner) { return std::tuple(sharpened(f, corner)); }, values);
+    std::vector<Flows> flows(facet_values_.size());
+    for_each(ends_, [&](std::size_t set) { return ends_of(set); });
+    for_each(flows, [&](std::size_t f) { return wanted_flows(f); });
+    for_each(ends_, [&](std::size_t set) { return with_limits(set, flows); });
+    for_each(flows, [&](std::size_t f) { return limited_flows(f); });
+    for_each(ends_, [&](std::size_t set) { return with_value(set, flows); });
+    std::vector<Corners> values(facet_values_.size());
+    for_each(values, [&](std::size_t f) {
+      const auto& [a, b, c] = corners_.sets_of(f);
+      return Corners{ends_[a].value, ends_[b].value, ends_[c].value};
+    });
     return values;
   }
 
  private:
-  // Per area of a corner.
-  struct Flow {
-    double in = 0;
-    double out = 0;
+  // A set of corners between which and others there are flows.
+  struct End {
+    float mean = 0;
+    float least = 0;  // of the facets that count
+    float greatest = 0;
+    float takes = 0;  // the parts of what would flow that it can take and give
+    float gives = 0;
+    float value = 0;
+  };
+  // What flows to the corners of a facet and from them, per area of theirs.
+  struct Flows {
+    std::array<double, 3> in{};
+    std::array<double, 3> out{};
   };
 
-  // Fills arrays with what use(f, corner) gives for each corner: once for all around a vertex where
-  // they all count for each other.
-  template <class Use, class... Arrays>
-  void for_each_corner(const Use& use, Arrays&... arrays) const {
-    parallel_for(mesh_.vertices.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        decltype(use(0, 0)) result;
-        bool is_known = false;
-        for (const std::uint32_t f : corners_.around(v)) {
-          for (std::size_t corner = 0; corner < 3; ++corner) {
-            if (mesh_.triangles[f][corner] != v) continue;
-            if (!is_known) result = use(f, corner);
-            is_known = corners_.is_smooth(v);
-            std::tie(arrays[f][corner]...) = result;
-          }
-        }
-      }
+  template <class T, class Use>
+  static void for_each(std::vector<T>& all, const Use& use) {
+    parallel_for(all.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) all[n] = use(n);
     });
   }
 
-  std::size_t corner_at(std::uint32_t f, std::size_t v) const {
-    const Triangle& triangle = mesh_.triangles[f];
-    return triangle[0] == v ? 0 : triangle[1] == v ? 1 : 2;
+  End ends_of(std::size_t set) const {
+    const auto members = corners_.members(set);
+    End end{.least = facet_values_[members[0].facet], .greatest = facet_values_[members[0].facet]};
+    double mean = 0;
+    for (const auto& [facet, corner, part] : members) {
+      const float value = facet_values_[facet];
+      mean += part * static_cast<double>(value);
+      end.least = std::min(end.least, value);
+      end.greatest = std::max(end.greatest, value);
+    }
+    end.mean = static_cast<float>(mean);
+    return end;
   }
 
-  float mean(std::uint32_t f, std::size_t corner) const {
-    double sum = 0;
-    double area = 0;
-    corners_.for_each(f, corner, [&](std::uint32_t g, double area_of_g) {
-      sum += area_of_g * static_cast<double>(facet_values_[g]);
-      area += area_of_g;
-    });
-    return area > 0 ? static_cast<float>(sum / area) : facet_values_[f];
-  }
-
-  // Of the facets that count.
-  std::pair<float, float> range(std::uint32_t f, std::size_t corner) const {
-    std::pair range{facet_values_[f], facet_values_[f]};
-    corners_.for_each(f, corner, [&](std::uint32_t g, double) {
-      range.first = std::min(range.first, facet_values_[g]);
-      range.second = std::max(range.second, facet_values_[g]);
-    });
-    return range;
-  }
-
-  // The parts of what would flow that a corner can take and give.
-  std::tuple<float, float> limits(std::uint32_t f, std::size_t corner) const {
-    const auto [least, greatest] = range(f, corner);
-    const Flow flow = flow_to(f, corner, [](auto, auto, auto) { return 1.0; });
-    const double mean = means_[f][corner];
-    return {static_cast<float>(std::min(1.0, (greatest - mean) / flow.in)),
-            static_cast<float>(std::min(1.0, (mean - least) / flow.out))};
-  }
-
-  float sharpened(std::uint32_t f, std::size_t corner) const {
-    const Flow flow = flow_to(
-        f, corner, [&](std::size_t g, std::size_t i, std::size_t j) { return part(g, i, j); });
-    const auto [least, greatest] = range(f, corner);  // which rounding may leave
-    return std::clamp(static_cast<float>(means_[f][corner] + flow.in - flow.out), least, greatest);
-  }
-
-  // Of the flow to corner i of a facet from its corner j.
-  double part(std::size_t f, std::size_t i, std::size_t j) const {
-    const bool is_higher = means_[f][i] > means_[f][j];
-    return is_higher ? std::min(takes_[f][i], gives_[f][j]) : std::min(gives_[f][i], takes_[f][j]);
-  }
-
+  // Of each flow between two corners what part(higher, lower) lets through.
   template <class Part>
-  Flow flow_to(std::uint32_t f, std::size_t corner, const Part& part) const {
-    const std::uint32_t v = mesh_.triangles[f][corner];
-    Flow flow;
-    double area = 0;
-    corners_.for_each(f, corner, [&](std::uint32_t g, double area_of_g) {
-      const std::size_t i = corner_at(g, v);
-      for (std::size_t j = 0; j < 3; ++j) {
-        const double third = (static_cast<double>(means_[g][i]) - means_[g][j]) / 3;
-        if (third == 0) continue;
-        (third > 0 ? flow.in : flow.out) += area_of_g * std::abs(third) * part(g, i, j);
-      }
-      area += area_of_g;
+  Flows flows(std::size_t f, const Part& part) const {
+    const auto& sets = corners_.sets_of(f);
+    Flows flows;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3;
+      const End& a = ends_[sets[i]];
+      const End& b = ends_[sets[j]];
+      const double third = (static_cast<double>(a.mean) - b.mean) / 3;
+      const double flow = std::abs(third) * (third > 0 ? part(a, b) : part(b, a));
+      flows.in[third > 0 ? i : j] += flow;
+      flows.out[third > 0 ? j : i] += flow;
+    }
+    return flows;
+  }
+  Flows wanted_flows(std::size_t f) const {
+    return flows(f, [](const End&, const End&) { return 1.0; });
+  }
+  Flows limited_flows(std::size_t f) const {
+    return flows(f, [](const End& higher, const End& lower) {
+      return static_cast<double>(std::min(higher.takes, lower.gives));
     });
-    if (!(area > 0)) return {};
-    return {flow.in / area, flow.out / area};
   }
 
-  const TriMesh& mesh_;
+  End with_limits(std::size_t set, const std::vector<Flows>& flows) const {
+    End end = ends_[set];
+    const auto [in, out] = sum_at(set, flows);
+    const double mean = end.mean;
+    if (in > 0) end.takes = static_cast<float>(std::min(1.0, (end.greatest - mean) / in));
+    if (out > 0) end.gives = static_cast<float>(std::min(1.0, (mean - end.least) / out));
+    return end;
+  }
+
+  End with_value(std::size_t set, const std::vector<Flows>& flows) const {
+    End end = ends_[set];
+    const auto [in, out] = sum_at(set, flows);
+    // Rounding may leave the range.
+    end.value = std::clamp(static_cast<float>(end.mean + in - out), end.least, end.greatest);
+    return end;
+  }
+
+  std::pair<double, double> sum_at(std::size_t set, const std::vector<Flows>& flows) const {
+    std::pair<double, double> sum;
+    for (const auto& [facet, corner, part] : corners_.members(set)) {
+      sum.first += part * flows[facet].in[corner];
+      sum.second += part * flows[facet].out[corner];
+    }
+    return sum;
+  }
+
   const SmoothCorners& corners_;
   std::span<const float> facet_values_;
-  std::vector<Corners> means_;
-  std::vector<Corners> takes_;
-  std::vector<Corners> gives_;
+  std::vector<End> ends_;
 };
 
 }  // namespace
 
 SmoothCorners::SmoothCorners(const TriMesh& mesh)
-    : mesh_(mesh),
-      first_(mesh.vertices.size() + 1),
-      areas_(facet_areas(mesh)),
-      normals_(facet_normals(mesh)) {
+    : mesh_(mesh), sets_(mesh.triangles.size()), first_{0} {
+  const std::vector<double> areas = facet_areas(mesh);
+  const Smoothness smoothness(mesh);
+  // Of the facets around each vertex.
+  std::vector<std::uint32_t> first(mesh.vertices.size() + 1);
   for (const Triangle& t : mesh.triangles)
-    for (const std::uint32_t v : t) ++first_[v + 1];
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) first_[v + 1] += first_[v];
-  around_.resize(first_.back());
-  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (const std::uint32_t v : t) ++first[v + 1];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) first[v + 1] += first[v];
+  std::vector<Member> all(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
-    for (const std::uint32_t v : mesh.triangles[f]) around_[next[v]++] = f;
-  is_smooth_.resize(mesh.vertices.size());
-  for (std::size_t v = 0; v < is_smooth_.size(); ++v) is_smooth_[v] = all_belong(v) ? 1 : 0;
-}
+    for (std::uint32_t corner = 0; corner < 3; ++corner)
+      all[next[mesh.triangles[f][corner]]++] = {f, corner, areas[f]};
 
-bool SmoothCorners::all_belong(std::size_t v) const {
-  const auto facets = around(v);
-  double area = 0;
-  for (std::size_t a = 0; a < facets.size(); ++a) {
-    area += areas_[facets[a]];
-    for (std::size_t b = 0; b < a; ++b)
-      if (!belongs(facets[a], facets[b])) return false;
+  const auto add_set = [&](std::span<const Member> around, const auto& counts) {
+    double area = 0;
+    for (const Member& each : around) {
+      if (!counts(each)) continue;
+      members_.push_back(each);
+      area += each.part;
+    }
+    const auto added = std::span(members_).subspan(first_.back());
+    // Facets without area count alike.
+    for (Member& each : added)
+      each.part = area > 0 ? each.part / area : 1.0 / static_cast<double>(added.size());
+    first_.push_back(static_cast<std::uint32_t>(members_.size()));
+    return static_cast<std::uint32_t>(set_count() - 1);
+  };
+  members_.reserve(all.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto around = std::span(all).subspan(first[v], first[v + 1] - first[v]);
+    if (around.empty()) continue;
+    if (smoothness.all_belong(around)) {
+      const std::uint32_t set = add_set(around, [](const Member&) { return true; });
+      for (const Member& each : around) sets_[each.facet][each.corner] = set;
+      continue;
+    }
+    for (const Member& each : around) {
+      sets_[each.facet][each.corner] = add_set(
+          around, [&](const Member& other) { return smoothness.belongs(each.facet, other.facet); });
+    }
   }
-  return area > 0;
-}
-
-bool SmoothCorners::belongs(std::uint32_t f, std::uint32_t g) const {
-  if (!mesh_.materials.empty() && mesh_.materials[f] != mesh_.materials[g]) return false;
-  return f == g || dot(Vec3d(normals_[f]), Vec3d(normals_[g])) > least_cosine;
 }
 
 std::vector<std::array<float, 3>> corner_values(const SmoothCorners& corners,

@@ -14,36 +14,32 @@ namespace scarp {
 /// within 40 degrees and whose material is the same.
 class SmoothCorners {
  public:
+  /// A corner of a facet that counts at another corner.
+  struct Member {
+    std::uint32_t facet = 0;
+    std::uint32_t corner = 0;
+    double part = 0;  ///< of the area of all facets that count there
+  };
+
   /// Keeps the mesh.
   explicit SmoothCorners(const TriMesh& mesh);
 
   const TriMesh& mesh() const { return mesh_; }
 
-  /// Calls use(g, area of g) for each facet g that counts at a corner of facet f, itself included.
-  template <class Use>
-  void for_each(std::uint32_t f, std::size_t corner, const Use& use) const {
-    const std::uint32_t v = mesh_.triangles[f][corner];
-    for (const std::uint32_t g : around(v))
-      if (is_smooth_[v] != 0 || belongs(f, g)) use(g, areas_[g]);
+  /// Corners at which the same facets count have one set; where all around a vertex do, that is one
+  /// for all of them.
+  std::size_t set_count() const { return first_.size() - 1; }
+  /// By facet, those of its three corners.
+  const std::array<std::uint32_t, 3>& sets_of(std::size_t facet) const { return sets_[facet]; }
+  std::span<const Member> members(std::size_t set) const {
+    return std::span(members_).subspan(first_[set], first_[set + 1] - first_[set]);
   }
-
-  /// The facets around a vertex.
-  std::span<const std::uint32_t> around(std::size_t v) const {
-    return std::span(around_).subspan(first_[v], first_[v + 1] - first_[v]);
-  }
-  /// Whether all facets around a vertex count for each other, and have an area together.
-  bool is_smooth(std::size_t v) const { return is_smooth_[v] != 0; }
 
  private:
-  bool belongs(std::uint32_t f, std::uint32_t g) const;
-  bool all_belong(std::size_t v) const;
-
   const TriMesh& mesh_;
-  std::vector<std::uint32_t> first_;   // per vertex
-  std::vector<std::uint32_t> around_;  // facets, those of a vertex together
-  std::vector<double> areas_;
-  std::vector<Vec3f> normals_;
-  std::vector<char> is_smooth_;  // per vertex
+  std::vector<std::array<std::uint32_t, 3>> sets_;
+  std::vector<std::uint32_t> first_;  // per set
+  std::vector<Member> members_;
 };
 
 /// Values at the three corners of every facet from values on facets: linear on a facet, continuous

@@ -124,31 +124,73 @@ void see_past_standing(const float* mobility, Gradients& gradients) {
   }
 }
 
+/// grad phi at the nodes of a row.
+struct Slopes {
+  Row size;
+  RowVectors normals;
+
+  Vec3f normal(int k) const { return {normals[0][k], normals[1][k], normals[2][k]}; }
+};
+
+bool is_zero(const float* amplitude) {
+  return std::all_of(amplitude, amplitude + leaf_edge, [](float a) { return a == 0; });
+}
+
+/// Adds the angular parts of a field from a given one on that have its axis, and returns the number
+/// of the next one.
+std::size_t add_about_axis(const SpeedField& field, std::size_t part, std::size_t first,
+                           const Slopes& p, Hamiltonian& sum) {
+  const Vec3f axis = *field.angular[part].factor.axis();
+  Row cosine;
+  for (int k = 0; k < leaf_edge; ++k) cosine[k] = axial_cosine(axis, p.normal(k));
+  const auto [least, most] = std::minmax_element(cosine.begin(), cosine.end());
+  Row value{};
+  Row rise{};
+  for (; part < field.angular.size() && field.angular[part].factor.axis() == axis; ++part) {
+    const auto& [factor, amplitudes] = field.angular[part];
+    const float* amplitude = &amplitudes[first];
+    const SlopeResponse* slopes = factor.between_slopes();
+    if (slopes != nullptr && slopes->is_zero_between(*least, *most)) continue;
+    if (is_zero(amplitude)) continue;
+    factor.visit([&](const auto& kind) {
+      if constexpr (requires { kind.at(0.0F); }) {
+        for (int k = 0; k < leaf_edge; ++k) {
+          const AxialRate rate = kind.at(cosine[k]);
+          value[k] += amplitude[k] * rate.value;
+          rise[k] += amplitude[k] * rate.rise;
+        }
+      }
+    });
+  }
+  for (int k = 0; k < leaf_edge; ++k)
+    sum.add(rate_about(axis, p.size[k], p.normal(k), {value[k], rise[k]}), 1, k);
+  return part;
+}
+
 /// The sum over the isotropic part and all angular parts of a field, for the row that starts at
 /// node first, at grad phi = p(k).
 template <class Gradient>
 inline Hamiltonian evaluate(const SpeedField& field, std::size_t first, const Gradient& p) {
   Hamiltonian sum{};
-  float least = 1;  // of the normals' z
-  float most = -1;
+  Slopes at;
   for (int k = 0; k < leaf_edge; ++k) {
     const Vec3f gradient = p(k);
     const float size = length(gradient);
-    const Vec3f normal = gradient / std::max(size, 1e-6F);
-    least = std::min(least, normal.z);
-    most = std::max(most, normal.z);
+    at.size[k] = std::max(size, 1e-6F);
+    const Vec3f normal = gradient / at.size[k];
+    for (int axis = 0; axis < 3; ++axis) at.normals[axis][k] = normal[axis];
     sum.add({size, normal}, field.speed[first + k], k);
   }
-  for (const AngularSpeed& part : field.angular) {
-    const float* amplitude = &part.amplitude[first];
-    if (std::all_of(amplitude, amplitude + leaf_edge, [](float a) { return a == 0; })) continue;
-    const SlopeResponse* slopes = part.factor.between_slopes();
-    if (slopes != nullptr && slopes->is_zero_between(least, most)) continue;
-    part.factor.visit([&](const auto& factor) {
-      for (int k = 0; k < leaf_edge; ++k) {
-        sum.add(factor.rate(p(k)), amplitude[k], k);
-      }
-    });
+  for (std::size_t part = 0; part < field.angular.size();) {
+    const auto& [factor, amplitudes] = field.angular[part];
+    if (factor.axis()) {
+      part = add_about_axis(field, part, first, at, sum);
+      continue;
+    }
+    ++part;
+    const float* amplitude = &amplitudes[first];
+    if (is_zero(amplitude)) continue;
+    for (int k = 0; k < leaf_edge; ++k) sum.add(factor.rate(p(k)), amplitude[k], k);
   }
   return sum;
 }

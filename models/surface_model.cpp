@@ -5,83 +5,20 @@
 #include <cmath>
 #include <utility>
 
-#include "flux/source_lobe.h"
 #include "models/lobe_response.h"
 #include "models/open_response.h"
 #include "models/speed_question.h"
+#include "models/turning_tallies.h"
 
 namespace scarp {
 
 namespace {
-
-// A yield, its species and where it is counted.
-struct CountedYield {
-  std::size_t species = 0;
-  std::size_t yield = 0;
-  std::size_t tally = 0;
-};
-
-// Half of the particles within 15 degrees of the axis. Models of beams know better themselves.
-bool is_narrow(const SourceLobe& source) {
-  constexpr double least_cosine = 0.966;
-  constexpr double least_power = 19;
-  if ((source.rotating && !source.is_upright()) || source.kind != SourceLobe::Kind::cosine)
-    return false;
-  return source.table.empty() ? source.cosine_power >= least_power
-                              : source.table.cosine(0.5) >= least_cosine;
-}
-
-// A yield that is largest at a slant: where speeds are in proportion to it, it has a factor of its
-// own, also of a wide source.
-bool is_peaked(const MeanYield& yield) {
-  constexpr int angles = 90;
-  constexpr double least_rise = 1.05;
-  double most = 0;
-  for (int k = 0; k <= angles; ++k) {
-    const double cosine = static_cast<double>(k) / angles;
-    most = std::max(most, cosine * yield.at(AngleTable::half_sine(cosine)));
-  }
-  return most > least_rise * yield.at(0);
-}
-
-// The tallies of species by how they turn with the normal.
-struct TurningTallies {
-  std::vector<Lobe> lobes;
-  std::vector<CountedYield> peaked;
-};
-
-Lobe& lobe_along(Vec3d direction, std::vector<Lobe>& lobes) {
-  const auto found = std::ranges::find(lobes, direction, &Lobe::direction);
-  return found != lobes.end() ? *found : lobes.emplace_back(Lobe{.direction = direction});
-}
 
 std::vector<std::size_t> of_no_peaked_yield(const Lobe& lobe) {
   std::vector<std::size_t> others;
   for (const LobeTally& each : lobe.tallies)
     if (!each.is_peaked) others.push_back(each.tally);
   return others;
-}
-
-TurningTallies turning_tallies(std::span<const Species> all) {
-  TurningTallies turning;
-  std::size_t tally = 0;
-  for (std::size_t s = 0; s < all.size(); ++s) {
-    const Species& species = all[s];
-    std::vector<LobeTally> tallies{{.tally = tally++}};
-    for (std::size_t y = 0; y < species.yields.size(); ++y, ++tally) {
-      LobeTally& counted = tallies.emplace_back(LobeTally{.tally = tally});
-      if (!species.ions) continue;
-      counted.yield = MeanYield(species.yields[y], species.ions->energy);
-      counted.is_peaked = is_peaked(*counted.yield);
-      if (counted.is_peaked) turning.peaked.push_back({.species = s, .yield = y, .tally = tally});
-    }
-    if (!is_narrow(species.source)) continue;
-    const float along = arrivals_along(species.source);
-    for (LobeTally& each : tallies) each.along = along;
-    Lobe& lobe = lobe_along(species.source.direction, turning.lobes);
-    lobe.tallies.insert(lobe.tallies.end(), tallies.begin(), tallies.end());
-  }
-  return turning;
 }
 
 // What speeds owe to each peaked yield, and to the rest of each lobe.
@@ -161,18 +98,20 @@ std::vector<std::vector<float>> turning_parts(std::span<const std::vector<float>
 
 }  // namespace
 
+const TurningTallies& SurfaceModel::turning() const {
+  std::call_once(is_turning_known_,
+                 [&] { turning_ = std::make_shared<TurningTallies>(turning_tallies(species())); });
+  return *turning_;
+}
+
 std::vector<AngularFactor> SurfaceModel::angular_factors() const {
-  const std::vector<Species> all = species();
-  const TurningTallies turning = turning_tallies(all);
   std::vector<AngularFactor> factors;
-  for (const Lobe& lobe : turning.lobes) {
+  for (const Lobe& lobe : turning().lobes) {
     const std::vector<AngularFactor> of_lobe = lobe_factors(lobe.direction);
     factors.insert(factors.end(), of_lobe.begin(), of_lobe.end());
   }
-  for (const CountedYield& peaked : turning.peaked) {
-    const Species& ions = all[peaked.species];
-    factors.push_back(OpenResponse(ions, ions.yields[peaked.yield]).factor());
-  }
+  for (const PeakedYield& peaked : turning().peaked)
+    factors.push_back(OpenResponse(peaked.ions, peaked.ions.yields[peaked.yield]).factor());
   return factors;
 }
 
@@ -180,8 +119,7 @@ std::vector<AngularFactor> SurfaceModel::angular_factors() const {
 std::vector<std::vector<float>> SurfaceModel::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux,
     std::span<const AngularFactor> factors) const {
-  const std::vector<Species> all = species();
-  const auto [lobes, peaked] = turning_tallies(all);
+  const auto& [lobes, peaked] = turning();
   const SpeedQuestion question{.model = *this, .points = points, .flux = flux};
   std::vector<std::vector<float>> parts(1 + factors.size());
   std::vector<float>& rest = parts.front() = question.speeds;
@@ -189,7 +127,7 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   if (!peaked.empty()) {
     OwedApart apart;
     std::vector<std::size_t> turning;
-    for (const CountedYield& yield : peaked) {
+    for (const PeakedYield& yield : peaked) {
       apart.to_peaked.push_back(question.owed_to({&yield.tally, 1}));
       turning.push_back(yield.tally);
     }
@@ -201,8 +139,8 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
     sums = are_sums(apart, question.loss(1, turning), question.speeds);
     for (std::size_t k = 0; k < peaked.size(); ++k) {
       const std::size_t place = factors.size() - peaked.size() + k;
-      parts[1 + place] = amplitude_of(all[peaked[k].species], factors[place], points,
-                                      flux[peaked[k].tally], apart.to_peaked[k], sums);
+      parts[1 + place] = amplitude_of(peaked[k].ions, factors[place], points, flux[peaked[k].tally],
+                                      apart.to_peaked[k], sums);
       take_from(rest, parts[1 + place], factors[place], points);
     }
   }

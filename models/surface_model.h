@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,8 @@
 #include "models/layer_operation.h"
 
 namespace scarp {
+
+struct TurningTallies;
 
 /// Points of the surface at which a model is asked for speeds: facets, or corners of facets.
 ///
@@ -135,6 +138,13 @@ class SurfaceModel {
   virtual std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
                                                      std::span<const std::span<const float>> flux,
                                                      std::span<const AngularFactor> factors) const;
+
+ private:
+  // Found at the first question.
+  const TurningTallies& turning() const;
+
+  mutable std::once_flag is_turning_known_;
+  mutable std::shared_ptr<const TurningTallies> turning_;
 };
 
 /// How long a step takes by a key of its model. Units: s.

@@ -80,6 +80,14 @@ TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {
                     HasSubstr("are missing"), HasSubstr("5 of 5 time steps")));
 }
 
+TEST(Watchdog, AllowsParticlesTheErrorOfTheirFlux) {
+  const std::string messages = messages_of(growing_film("1 nm/s"), [](Survey& shown) {
+    shown.flux = {
+        FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = 48}, .error = 0.021}};
+  });
+  EXPECT_EQ(messages, "");
+}
+
 TEST(Watchdog, AllowsParticlesFiveStandardErrors) {
   FluxAudit audit{.emitted = 100, .absorbed = 50, .escaped = 49, .balance_std_error = 0.0019};
   EXPECT_TRUE(is_balanced(audit));

@@ -46,17 +46,15 @@ TEST(BeamResponse, IsTheResponseAtTheCosine) {
 }
 
 TEST(BeamResponse, OfTheCosineIsLinear) {
-  const BeamResponse beam({0, 0, -1}, [](double c) { return c; });
+  const AngularFactor beam = BeamResponse({0, 0, -1}, [](double c) { return c; });
   const AngularRate steep = beam.rate({0.9F, 0.1F, 0.2F});
   EXPECT_NEAR(steep.value, 0.2, 1e-6);
   EXPECT_NEAR(steep.slope.x, 0, 1e-6);
   EXPECT_NEAR(steep.slope.z, 1, 1e-6);
   EXPECT_EQ(beam.rate({0.5F, 0.5F, -0.1F}).slope, Vec3f{});
-  const AngularFactor::Bounds bounds = AngularFactor(beam).bounds();
-  EXPECT_NEAR(bounds.value, 1, 1e-6);
-  EXPECT_NEAR(bounds.slopes, 1, 1e-5);
-  const AngularFactor factor = beam;
-  EXPECT_NEAR(LimitingSpeed({&factor, 1})(0, [](std::size_t) { return 1.0F; }), 1, 1e-6);
+  EXPECT_NEAR(beam.bounds().value, 1, 1e-6);
+  EXPECT_NEAR(beam.bounds().slopes, 1, 1e-5);
+  EXPECT_NEAR(LimitingSpeed({&beam, 1})(0, [](std::size_t) { return 1.0F; }), 1, 1e-6);
 }
 
 TEST(CosineResponse, IsThatOfABeamWithTheSameResponse) {
@@ -107,15 +105,40 @@ TEST(SlopeResponse, IsLinearInTheCosineBetweenSlopes) {
 TEST(SlopeResponse, IsZeroWhereItSaysSo) {
   int count = 0;
   for (const AngularFactor& factor : slope_factors({0, 0, -1})) {
-    for (double theta = 0; theta < 180 * degree; theta += 0.01) {
-      const Vec3f n = direction(theta, 0.3);
-      if (!factor.between_slopes()->is_zero_between(n.z, n.z)) continue;
-      EXPECT_EQ(factor.value(n), 0);
-      ++count;
+    const SlopeResponse& slopes = *factor.between_slopes();
+    for (int n = 0; n <= 100; ++n) {
+      const float cosine = 0.01F * static_cast<float>(n);
+      const AxialRate rate = slopes.at(cosine);
+      if (slopes.is_zero_between(cosine, cosine)) {
+        EXPECT_EQ(rate.value, 0);
+        EXPECT_EQ(rate.rise, 0);
+        ++count;
+      }
     }
   }
-  EXPECT_GT(count, 300);  // each of the three, where surfaces face away
-  EXPECT_FALSE(slope_factors({0.6, 0, -0.8})[0].between_slopes()->is_zero_between(-1, -0.9F));
+  EXPECT_GT(count, 100);
+  EXPECT_FALSE(slope_factors({0, 0, -1})[0].between_slopes()->is_zero_between(0, 0.6F));
+}
+
+TEST(AxialRate, AddsUpAboutAnAxis) {
+  const Vec3f d{0.6F, 0, -0.8F};
+  const std::vector<AngularFactor> factors = slope_factors(Vec3d(d));
+  for (const Vec3f p : {Vec3f{-0.3F, 0.5F, 0.7F}, Vec3f{0.6F, 0.1F, 0.6F}, Vec3f{0, 0, -1}}) {
+    const Vec3f n = normalized(p);
+    AngularRate expected;
+    AxialRate together;
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      const AngularRate one = factors[k].rate(p);
+      expected.value += slope_amplitudes[k] * one.value;
+      expected.slope += slope_amplitudes[k] * one.slope;
+      const AxialRate at = factors[k].between_slopes()->at(axial_cosine(d, n));
+      together.value += slope_amplitudes[k] * at.value;
+      together.rise += slope_amplitudes[k] * at.rise;
+    }
+    const AngularRate rate = rate_about(d, length(p), n, together);
+    EXPECT_NEAR(rate.value, expected.value, 1e-5);
+    EXPECT_NEAR(length(rate.slope - expected.slope), 0, 1e-4);
+  }
 }
 
 // Of several factors of an axis what they do together; of one that is taken from another, less.
@@ -193,8 +216,10 @@ TEST(AngularRate, IsZeroWithoutADirection) {
   const CrystalRates crystal(koh, {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   EXPECT_EQ(crystal.rate({}).value, 0);
   EXPECT_EQ(crystal.rate({}).slope, Vec3f{});
-  EXPECT_EQ(BeamResponse({0, 0, -1}, [](double c) { return c; }).rate({}).slope, Vec3f{});
-  EXPECT_EQ(CosineResponse({0, 0, -1}).rate({}).slope, Vec3f{});
+  const AngularFactor beam = BeamResponse({0, 0, -1}, [](double c) { return c; });
+  EXPECT_EQ(beam.rate({}).slope, Vec3f{});
+  const AngularFactor cosine = CosineResponse({0, 0, -1});
+  EXPECT_EQ(cosine.rate({}).slope, Vec3f{});
 }
 
 }  // namespace

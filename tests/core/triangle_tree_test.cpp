@@ -154,6 +154,19 @@ TEST(TriangleTree, FindsNothingBeyondTheLimitOrInAnEmptyMesh) {
   EXPECT_FALSE(TriangleTree(TriMesh{}).closest({0, 0, 0}).found());
 }
 
+TEST(TriangleTree, KnowsWhatIsWithinADistance) {
+  const TriMesh mesh = wavy_sheet(24);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 7});
+  for (int i = 0; i < 500; ++i) {
+    const Vec3d r = random_point(random, 24);
+    const double distance = tree.closest(r).distance;
+    EXPECT_TRUE(tree.is_within(r, distance * (1 + 1e-9)));
+    EXPECT_FALSE(tree.is_within(r, distance * (1 - 1e-9)));
+  }
+  EXPECT_FALSE(TriangleTree(TriMesh{}).is_within({0, 0, 0}, 1));
+}
+
 TEST(TriangleTree, FacingQueriesSkipTrianglesThatLookAway) {
   // Two parallel sheets, the lower one looks up, the upper one down.
   TriMesh mesh{{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 1}, {4, 0, 1}, {0, 4, 1}},
