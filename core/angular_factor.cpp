@@ -37,22 +37,24 @@ CrystalRates::CrystalRates(const Values& rates, const std::array<Vec3d, 3>& axes
 void AngularFactor::find_bounds() {
   // The surface of a cube of directions.
   constexpr int half = 48;
-  const auto include = [&](Vec3d direction) {
-    const AngularRate at = rate(Vec3f(normalized(direction)));
-    const double slopes =
-        static_cast<double>(std::abs(at.slope.x)) + std::abs(at.slope.y) + std::abs(at.slope.z);
-    bounds_.value = std::max(bounds_.value, std::abs(static_cast<double>(at.value)));
-    bounds_.slopes = std::max(bounds_.slopes, slopes);
-  };
-  for (int a = -half; a <= half; ++a) {
-    for (int b = -half; b <= half; ++b) {
-      for (const int side : {-half, half}) {
-        include({1.0 * a, 1.0 * b, 1.0 * side});
-        include({1.0 * a, 1.0 * side, 1.0 * b});
-        include({1.0 * side, 1.0 * a, 1.0 * b});
+  visit([this](const auto& kind) {
+    const auto include = [&](Vec3d direction) {
+      const AngularRate at = rate_of(kind, Vec3f(normalized(direction)));
+      const double slopes =
+          static_cast<double>(std::abs(at.slope.x)) + std::abs(at.slope.y) + std::abs(at.slope.z);
+      bounds_.value = std::max(bounds_.value, std::abs(static_cast<double>(at.value)));
+      bounds_.slopes = std::max(bounds_.slopes, slopes);
+    };
+    for (int a = -half; a <= half; ++a) {
+      for (int b = -half; b <= half; ++b) {
+        for (const int side : {-half, half}) {
+          include({1.0 * a, 1.0 * b, 1.0 * side});
+          include({1.0 * a, 1.0 * side, 1.0 * b});
+          include({1.0 * side, 1.0 * a, 1.0 * b});
+        }
       }
     }
-  }
+  });
 }
 
 LimitingSpeed::LimitingSpeed(std::span<const AngularFactor> factors) {

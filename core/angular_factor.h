@@ -190,15 +190,7 @@ class AngularFactor {
   }
 
   AngularRate rate(Vec3f p) const {
-    return visit([&](const auto& kind) {
-      if constexpr (requires { kind.rate(p); }) {
-        return kind.rate(p);
-      } else {
-        const float size = std::max(length(p), 1e-6F);
-        const Vec3f n = p / size;
-        return rate_about(*axis_, size, n, kind.at(axial_cosine(*axis_, n)));
-      }
-    });
+    return visit([&](const auto& kind) { return rate_of(kind, p); });
   }
 
   /// F at a unit normal.
@@ -219,6 +211,16 @@ class AngularFactor {
   const Bounds& bounds() const { return bounds_; }
 
  private:
+  template <class Kind>
+  AngularRate rate_of(const Kind& kind, Vec3f p) const {
+    if constexpr (requires { kind.rate(p); }) {
+      return kind.rate(p);
+    } else {
+      const float size = std::max(length(p), 1e-6F);
+      const Vec3f n = p / size;
+      return rate_about(*axis_, size, n, kind.at(axial_cosine(*axis_, n)));
+    }
+  }
   void find_bounds();
 
   std::optional<Vec3f> axis_{};
