@@ -18,6 +18,7 @@
 #include "levelset/redistance.h"
 #include "levelset/standstill.h"
 #include "levelset/stencil.h"
+#include "levelset/symmetry.h"
 
 namespace scarp {
 
@@ -115,12 +116,16 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
   const std::vector<Leaf>& leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
   const bool keeps_standing = has_standing_layers(field);
+  const bool has_images = layers.frame.diagonal;
   const LeafValues* before = nullptr;
   for (std::size_t stage = 0; stage < parts.size(); ++stage) {
     const bool last = stage + 1 == parts.size();
     LeafValues* after = last && stage > 0 && !keeps_standing ? nullptr : &band.scratch(stage % 2);
     const auto values = [&](std::size_t n) -> const float* {
       return before == nullptr ? leaves[n].phi : (*before)[n];
+    };
+    const auto moved = [&](std::size_t n) {
+      return after == nullptr ? leaves[n].phi : (*after)[n];
     };
     parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
       Block block;
@@ -132,9 +137,11 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
                  .active = leaf.active,
                  .stage = {dt, parts[stage], last && !keeps_standing ? smallest_phi : 0.0F},
                  .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
-                 .after = after == nullptr ? leaf.phi : (*after)[n]});
+                 .after = moved(n),
+                 .most_ahead = has_images ? leaf.origin[0] - leaf.origin[1] : leaf_edge});
       }
     });
+    if (has_images) mirror_across_diagonal(band, moved);
     before = after;
   }
   double residues = 0;

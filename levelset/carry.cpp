@@ -1,5 +1,7 @@
 #include "levelset/carry.h"
 
+#include <algorithm>
+
 namespace scarp {
 
 namespace {
@@ -23,6 +25,19 @@ SCARP_VECTOR_KERNEL void find_known(const float* values, LeafMask& known) {
   }
 }
 
+/// Nodes of a leaf that are no mirror images of others across the diagonal.
+LeafMask no_images(const Band& band, const Leaf& leaf) {
+  LeafMask nodes;
+  nodes.fill(~std::uint64_t{0});
+  if (!band.frame().diagonal) return nodes;
+  for (int i = 0; i < leaf_edge; ++i) {
+    const int first_image = std::clamp(leaf.origin[0] + i - leaf.origin[1] + 1, 0, leaf_edge);
+    nodes[i] = first_image == leaf_edge ? ~std::uint64_t{0}
+                                        : (std::uint64_t{1} << (leaf_edge * first_image)) - 1;
+  }
+  return nodes;
+}
+
 }  // namespace
 
 KnownNodes::KnownNodes(const Band& band, std::span<const float> values)
@@ -30,8 +45,9 @@ KnownNodes::KnownNodes(const Band& band, std::span<const float> values)
   parallel_for(known_.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       find_known(&values[n * leaf_size], known_[n]);
+      const LeafMask own = no_images(band, band.leaves()[n]);
       for (int i = 0; i < leaf_edge; ++i) {
-        lacking_[n][i] = band.leaves()[n].active[i] & ~known_[n][i];
+        lacking_[n][i] = band.leaves()[n].active[i] & ~known_[n][i] & own[i];
       }
     }
   });

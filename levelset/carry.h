@@ -10,13 +10,15 @@
 
 #include "core/parallel.h"
 #include "levelset/stencil.h"
+#include "levelset/symmetry.h"
 
 namespace scarp {
 
 /// Marks a node that has no value yet.
 inline constexpr float no_value = std::numeric_limits<float>::infinity();
 
-/// Nodes that have a value, by leaf, and nodes of the band that lack one.
+/// Nodes that have a value, by leaf, and nodes of the band that lack one; of those beyond the
+/// diagonal of a frame, which are images of others, none lacks one.
 class KnownNodes {
  public:
   /// Shape: 512 values per leaf.
@@ -109,6 +111,8 @@ void carry_outward(const Band& band, std::span<float> values, const Rule& rule) 
         nodes.add(n, found);
       }
     });
+    // Nodes on the diagonal look at those beyond it.
+    if (band.frame().diagonal) mirror_across_diagonal(band, values);
   }
 }
 

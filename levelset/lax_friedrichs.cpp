@@ -190,7 +190,10 @@ inline Hamiltonian evaluate(const SpeedField& field, std::size_t first, const Gr
     ++part;
     const float* amplitude = &amplitudes[first];
     if (is_zero(amplitude)) continue;
-    for (int k = 0; k < leaf_edge; ++k) sum.add(factor.rate(p(k)), amplitude[k], k);
+    factor.visit([&](const auto& kind) {
+      if constexpr (requires { kind.rate(Vec3f{}); })
+        for (int k = 0; k < leaf_edge; ++k) sum.add(kind.rate(p(k)), amplitude[k], k);
+    });
   }
   return sum;
 }

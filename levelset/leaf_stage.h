@@ -28,6 +28,8 @@ struct LeafStage {
   Stage stage;
   std::array<int, 2> node_count;
   float* after;
+  /// Rows with j ahead of i by more than this are mirror images of others, and stay for now.
+  int most_ahead = leaf_edge;
 
   /// phi of a node that an Euler step takes to moved; what is not in the band stays.
   SCARP_KERNEL_PART void set(int node, float here, float moved) const {
@@ -36,9 +38,9 @@ struct LeafStage {
     after[node] = off_surface(phi, stage.smallest_phi);
   }
 
-  /// Whether a row has nodes in the band. Others stay.
+  /// Whether a row has nodes in the band to be moved. Others stay.
   SCARP_KERNEL_PART bool moves(int i, int j) const {
-    return ((active[i] >> (leaf_edge * j)) & 0xff) != 0;
+    return j - i <= most_ahead && ((active[i] >> (leaf_edge * j)) & 0xff) != 0;
   }
   SCARP_KERNEL_PART void keep_row(int i, int j) const {
     const int node = leaf_offset(i, j, 0);

@@ -169,23 +169,26 @@ WholeLayers::WholeLayers(const Layers& part) : part_(&part) {
   if (part.frame.images() > 1) built_ = with_images(part);
 }
 
-void mirror_across_diagonal(const Band& band, std::span<float> values) {
+void mirror_across_diagonal(const Band& band,
+                            const std::function<float*(std::size_t leaf)>& values) {
   parallel_for(band.leaves().size(), 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const auto [x, y, z] = band.leaves()[n].origin;
       if (y < x) continue;
       const int image = band.find(y >> 3, x >> 3, z >> 3);
       if (image < 0) continue;
-      const float* const from = &values[static_cast<std::size_t>(image) * leaf_size];
+      const float* const from = values(static_cast<std::size_t>(image));
+      float* const to = values(n);
       for (int i = x; i < x + leaf_edge; ++i) {
-        for (int j = std::max(y, i + 1); j < y + leaf_edge; ++j) {
-          for (int k = z; k < z + leaf_edge; ++k)
-            values[n * leaf_size + static_cast<std::size_t>(leaf_offset(i, j, k))] =
-                from[leaf_offset(j, i, k)];
-        }
+        for (int j = std::max(y, i + 1); j < y + leaf_edge; ++j)
+          std::copy_n(from + leaf_offset(j, i, z), leaf_edge, to + leaf_offset(i, j, z));
       }
     }
   });
+}
+
+void mirror_across_diagonal(const Band& band, std::span<float> values) {
+  mirror_across_diagonal(band, [&](std::size_t n) { return &values[n * leaf_size]; });
 }
 
 TriMesh with_images(const TriMesh& part, const Frame& frame) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -59,6 +60,8 @@ class WholeLayers {
 /// Gives nodes with y > x what their mirror images across x = y have.
 ///
 /// Shape: 512 values per leaf.
+void mirror_across_diagonal(const Band& band,
+                            const std::function<float*(std::size_t leaf)>& values);
 void mirror_across_diagonal(const Band& band, std::span<float> values);
 
 /// A mesh with its mirror images, joined where they meet.
