@@ -132,7 +132,8 @@ struct StepCost {
 
 TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe) {
   TrialStep trial{
-      .grid_seconds = now.timer.seconds("surface") + now.timer.seconds("simplify"),
+      .grid_seconds =
+          now.timer.seconds("surface") + now.timer.seconds("simplify") + now.timer.seconds("map"),
       .flux_seconds = now.timer.seconds("flux"),
       .dt = now.longest_dt,
       .moves = std::max(1.0, now.longest_dt / stable_time_step(state.layers, now.speeds_of_layers,

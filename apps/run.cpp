@@ -110,7 +110,7 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
 void warn_of_dear_flux(const Recipe& recipe, const Survey& first, const Log& log) {
   constexpr double doubtful = 0.01;
   double pace = 0;
-  for (const char* const stage : {"surface", "simplify", "flux"})
+  for (const char* const stage : {"surface", "simplify", "flux", "map"})
     pace += first.timer.seconds(stage);
   double count = 0;
   for (const ProcessStep& step : recipe.steps) count += time_steps(step, step.duration, recipe);

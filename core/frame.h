@@ -48,7 +48,8 @@ struct Frame {
   bool two_dimensional = false;
   bool axisymmetric = false;   ///< in two dimensions
   std::array<bool, 2> half{};  ///< the other half is the mirror image
-  bool diagonal = false;       ///< of the quarter, too, for facets
+  /// x = y mirrors the quarter, too: facets, and nodes that are moved, are those with y <= x.
+  bool diagonal = false;
 
   /// The index of the node, or of the place between two of them, that lies at 0.
   double middle(int axis) const { return axis == 2 || half[axis] ? 0 : 0.5 * cells[axis]; }

@@ -425,7 +425,7 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
       best_weights = w;
       best_slot = i;
       best.triangle = triangle.id;
-      if (Choice::is_first_enough) return best;
+      if constexpr (Choice::is_first_enough) return best;
     }
   }
   if (!best.found()) return best;

@@ -26,8 +26,8 @@ class SmoothCorners {
 
   const TriMesh& mesh() const { return mesh_; }
 
-  /// Corners at which the same facets count have one set; where all around a vertex do, that is one
-  /// for all of them.
+  /// One set for all corners at a vertex where all facets count for each other, elsewhere one for
+  /// each corner.
   std::size_t set_count() const { return first_.size() - 1; }
   /// By facet, those of its three corners.
   const std::array<std::uint32_t, 3>& sets_of(std::size_t facet) const { return sets_[facet]; }

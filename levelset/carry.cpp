@@ -40,6 +40,8 @@ LeafMask no_images(const Band& band, const Leaf& leaf) {
 
 }  // namespace
 
+// Images are never added to what is known: a node on the diagonal, which alone has some for
+// neighbours, has their originals for neighbours as well.
 KnownNodes::KnownNodes(const Band& band, std::span<const float> values)
     : band_(band), known_(band.leaves().size()), lacking_(band.leaves().size()) {
   parallel_for(known_.size(), 16, [&](std::size_t begin, std::size_t end) {

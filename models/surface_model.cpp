@@ -126,17 +126,17 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   std::vector<bool> sums(points.material.size(), true);
   if (!peaked.empty()) {
     OwedApart apart;
-    std::vector<std::size_t> turning;
+    std::vector<std::size_t> all_tallies;
     for (const PeakedYield& yield : peaked) {
       apart.to_peaked.push_back(question.owed_to({&yield.tally, 1}));
-      turning.push_back(yield.tally);
+      all_tallies.push_back(yield.tally);
     }
     for (const Lobe& lobe : lobes) {
       const std::vector<std::size_t> others = of_no_peaked_yield(lobe);
       apart.to_others.push_back(question.owed_to(others));
-      turning.insert(turning.end(), others.begin(), others.end());
+      all_tallies.insert(all_tallies.end(), others.begin(), others.end());
     }
-    sums = are_sums(apart, question.loss(1, turning), question.speeds);
+    sums = are_sums(apart, question.loss(1, all_tallies), question.speeds);
     for (std::size_t k = 0; k < peaked.size(); ++k) {
       const std::size_t place = factors.size() - peaked.size() + k;
       parts[1 + place] = amplitude_of(peaked[k].ions, factors[place], points, flux[peaked[k].tally],
@@ -146,18 +146,18 @@ std::vector<std::vector<float>> SurfaceModel::amplitudes(
   }
   std::vector<std::vector<float>> owed;
   for (const Lobe& lobe : lobes) owed.push_back(owed_to_lobe(question, lobe, sums));
-  std::vector<std::vector<float>> turning = owed;
+  std::vector<std::vector<float>> turning_of_lobes = owed;
   if (lobes.size() > 1) {
     Lobe all_lobes;
     for (const Lobe& lobe : lobes)
       all_lobes.tallies.insert(all_lobes.tallies.end(), lobe.tallies.begin(), lobe.tallies.end());
-    turning = turning_parts(owed, owed_to_lobe(question, all_lobes, sums));
+    turning_of_lobes = turning_parts(owed, owed_to_lobe(question, all_lobes, sums));
   }
   std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     const auto of_lobe = factors.subspan(place, lobe_factor_count);
     for (std::vector<float>& part :
-         lobe_amplitudes(question, lobes[l], of_lobe, sums, owed[l], turning[l], rest))
+         lobe_amplitudes(question, lobes[l], of_lobe, sums, owed[l], turning_of_lobes[l], rest))
       parts[1 + place++] = std::move(part);
   }
   return parts;

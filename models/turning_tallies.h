@@ -23,7 +23,7 @@ struct TurningTallies {
   std::vector<PeakedYield> peaked;
 };
 
-/// Looks at a thousand directions of each narrow source and at 90 angles of each yield.
+/// Looks at a thousand directions of each narrow source and at 91 angles of each yield.
 TurningTallies turning_tallies(std::span<const Species> all);
 
 }  // namespace scarp

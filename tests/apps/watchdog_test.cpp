@@ -81,11 +81,15 @@ TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {
 }
 
 TEST(Watchdog, AllowsParticlesTheErrorOfTheirFlux) {
-  const std::string messages = messages_of(growing_film("1 nm/s"), [](Survey& shown) {
-    shown.flux = {
-        FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = 48}, .error = 0.021}};
-  });
-  EXPECT_EQ(messages, "");
+  const auto with = [](double escaped, double error) {
+    return messages_of(growing_film("1 nm/s"), [=](Survey& shown) {
+      shown.flux = {
+          FluxField{.audit = {.emitted = 100, .absorbed = 50, .escaped = escaped}, .error = error}};
+    });
+  };
+  EXPECT_EQ(with(48, 0.021), "");
+  EXPECT_THAT(with(48, 0.019), HasSubstr("are missing"));
+  EXPECT_THAT(with(44, 0.5), HasSubstr("are missing"));
 }
 
 TEST(Watchdog, AllowsParticlesFiveStandardErrors) {

@@ -121,6 +121,24 @@ TEST(CornerValues, StepAtABorderOfMaterials) {
     EXPECT_EQ(result[f], (std::array{values[f], values[f], values[f]}));
 }
 
+// A facet without area counts for no other, and a vertex without facets for nothing.
+TEST(CornerValues, DoNotKnowOfDegenerateFacets) {
+  Shape wafer = exact::flat_wafer(20, 10);
+  const auto linear = [](Vec3d r) { return 1 + 0.1 * r.x; };
+  std::vector<float> values = facet_values(wafer.mesh, linear);
+  const auto expected = corner_values(wafer.mesh, values);
+  const Triangle first = wafer.mesh.triangles.front();
+  wafer.mesh.triangles.push_back({first[0], first[1], first[1]});
+  wafer.mesh.vertices.push_back({5, 5, 5});
+  values.push_back(7);
+  auto result = corner_values(wafer.mesh, values);
+  EXPECT_EQ(result.back(), (std::array<float, 3>{7, 7, 7}));
+  result.pop_back();
+  for (std::size_t f = 0; f < result.size(); ++f)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      EXPECT_NEAR(result[f][corner], expected[f][corner], 1e-6);
+}
+
 TEST(CornerValues, KeepTheIntegral) {
   const auto wave = [](Vec3d r) { return 1 + std::cos(0.3 * r.x) * std::cos(0.2 * r.z); };
   for (const Shape& shape : {exact::trench(2), exact::hole(2), exact::spherical_pit(0.5)}) {
