@@ -48,24 +48,15 @@ std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& ot
   return closest;
 }
 
-// The area of each facet of which something was found.
-std::vector<double> found_areas(const TriMesh& mesh, std::span<const std::uint32_t> closest) {
-  std::vector<double> areas = facet_areas(mesh);
-  for (std::size_t f = 0; f < areas.size(); ++f) {
-    const auto of_facet = closest.subspan(f * samples_per_facet, samples_per_facet);
-    const auto missed = std::ranges::count(of_facet, ClosestPoint::none);
-    areas[f] *= 1 - static_cast<double>(missed) / samples_per_facet;
-  }
-  return areas;
-}
-
-// The same where nobody asks what it was.
-std::vector<double> areas_within(const TriMesh& mesh, const TriangleTree& tree, double reach) {
+// The area of each facet, of those of its pieces that are found: is_found(number, place of sample).
+template <class Found>
+std::vector<double> found_areas(const TriMesh& mesh, const Found& is_found) {
   std::vector<double> areas = facet_areas(mesh);
   parallel_for(areas.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
-      const auto missed = std::ranges::count_if(
-          samples(mesh, f), [&](const Vec3d& r) { return !tree.is_within(r, reach); });
+      std::size_t k = f * samples_per_facet;
+      int missed = 0;
+      for (const Vec3d& r : samples(mesh, f)) missed += is_found(k++, r) ? 0 : 1;
       areas[f] *= 1 - static_cast<double>(missed) / samples_per_facet;
     }
   });
@@ -141,8 +132,11 @@ std::vector<float> means(std::span<const float> old, std::span<const std::uint32
 std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
                                         const TriMesh& from, const TriMesh& to, double reach) {
   const std::vector<std::uint32_t> closest = closest_facets(to, from, TriangleTree(from), reach);
-  const std::vector<double> old_areas = areas_within(from, TriangleTree(to), reach);
-  const std::vector<double> new_areas = found_areas(to, closest);
+  const TriangleTree tree(to);
+  const std::vector<double> old_areas =
+      found_areas(from, [&](std::size_t, const Vec3d& r) { return tree.is_within(r, reach); });
+  const std::vector<double> new_areas = found_areas(
+      to, [&](std::size_t k, const Vec3d&) { return closest[k] != ClosestPoint::none; });
   const std::vector<double> areas = facet_areas(to);
   std::vector<float> kept;
   for (std::size_t f = 0; f < areas.size(); ++f)

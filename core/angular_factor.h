@@ -54,7 +54,7 @@ class BeamResponse {
             cosine > 0 ? rise * interval_count : 0.0F};
   }
 
-  std::optional<Vec3f> axis() const { return direction_; }
+  Vec3f axis() const { return direction_; }
 
  private:
   static constexpr int interval_count = 512;
@@ -71,7 +71,7 @@ class CosineResponse {
 
   static AxialRate at(float cosine) { return {cosine, cosine > 0 ? 1.0F : 0.0F}; }
 
-  std::optional<Vec3f> axis() const { return direction_; }
+  Vec3f axis() const { return direction_; }
 
  private:
   Vec3f direction_;
@@ -101,7 +101,7 @@ class SlopeResponse {
     return {cosine * part, cosine > 0 ? part + cosine * turn : 0.0F};
   }
 
-  std::optional<Vec3f> axis() const { return direction_; }
+  Vec3f axis() const { return direction_; }
   /// Cosines to the axis between which it bends little.
   std::vector<float> places() const;
 

@@ -187,9 +187,8 @@ SmoothCorners::SmoothCorners(const TriMesh& mesh)
       area += each.part;
     }
     const auto added = std::span(members_).subspan(first_.back());
-    // Facets without area count alike.
-    for (Member& each : added)
-      each.part = area > 0 ? each.part / area : 1.0 / static_cast<double>(added.size());
+    // A facet without area counts for itself alone.
+    for (Member& each : added) each.part = area > 0 ? each.part / area : 1;
     first_.push_back(static_cast<std::uint32_t>(members_.size()));
     return static_cast<std::uint32_t>(set_count() - 1);
   };

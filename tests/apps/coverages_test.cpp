@@ -348,6 +348,16 @@ TEST(Coverages, ThatAreTheSameEverywhereStaySo) {
 }
 
 // The right half goes, and takes what covered it; something new appears far away, and is bare.
+// As that of a mask: what is closest is at a distance of nothing but rounding.
+TEST(Coverages, StayOnASurfaceThatStandsStill) {
+  Covered known = wavy(2, false);
+  for (Vec3f& r : known.facets.vertices) r = {7.3F * r.x + 0.1F, 7.3F * r.y + 0.7F, 1200.1F};
+  const auto values = carried(known.values, known.facets, known.facets, 40);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t f = 0; f < values[k].size(); ++f)
+      EXPECT_NEAR(values[k][f], known.values[k][f], 1e-6);
+}
+
 TEST(Coverages, GoWithTheSurfaceThatIsLost) {
   const Covered known = wavy(2, false);
   const auto is_lost = [](const TriMesh& mesh, std::size_t f) {
