@@ -518,6 +518,13 @@ Survey first_survey(const std::string& settings) {
 
 std::uint64_t rays_of(const Survey& survey) { return survey.flux.front().rays; }
 
+// Asking the model for speeds was once in no column of metrics.csv.
+TEST(SurveyTimer, CountsEveryStageThatRan) {
+  const Survey now = first_survey("");
+  for (const char* const stage : {"surface", "simplify", "flux", "map"})
+    EXPECT_GT(now.timer.seconds(stage), 0) << stage;
+}
+
 TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
   const Survey now = first_survey("[flux]\nposition_error = 0.001\n");
   EXPECT_TRUE(now.flux.front().target_reached());
