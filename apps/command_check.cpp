@@ -21,7 +21,7 @@ nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
     const ProcessStep& step = recipe.steps[end.step];
     ends.push_back({{"step", end.step},
                     {"name", step.name},
-                    {"until", text_of(*step.until, recipe.materials)},
+                    {"until", text_of(*step.until, recipe.materials, recipe.frame)},
                     {"expected_s", end.duration},
                     {"longest_s", step.duration}});
   }
@@ -35,7 +35,7 @@ void print_ends(const CostEstimate& cost, const Recipe& recipe) {
     const ProcessStep& step = recipe.steps[end.step];
     const bool is_known = end.duration < step.duration;
     fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
-               text_of(*step.until, recipe.materials), over_etch_text(*step.until),
+               text_of(*step.until, recipe.materials, recipe.frame), over_etch_text(*step.until),
                is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
                step.duration);
   }

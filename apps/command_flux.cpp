@@ -217,6 +217,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
       {"escaped", flux.audit.escaped / emitted},
       {"lost", flux.audit.lost() / emitted},
       {"balance_error", flux.audit.balance_error()},
+      {"balance_std_error", flux.audit.balance_std_error},
       {"error", flux.error},
       {"max_facet_error", flux.max_facet_error},
       {"target_reached", nullptr}};

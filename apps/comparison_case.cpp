@@ -83,18 +83,22 @@ std::string pictures_of(const std::array<RunRecord, 2>& runs,
 std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::size_t most_bytes) {
   if (!wanted.contour.empty()) return "";
   const std::array runs{read_run(wanted.first_runs.front()), read_run(wanted.second_runs.front())};
-  const SavedWafer wafer = read_wafer(runs[0].outputs.back().state);
-  const Frame& frame = wafer.layers.frame;
-  if (frame.two_dimensional) return "";
-  if (read_wafer(runs[1].outputs.back().state).layers.frame.two_dimensional) return "";
-  Scene scene{.material_names = material_names_of(runs[0], wafer),
+  const std::array wafers{read_wafer(runs[0].outputs.back().state),
+                          read_wafer(runs[1].outputs.back().state)};
+  const Frame& frame = wafers[0].layers.frame;
+  if (frame.two_dimensional || wafers[1].layers.frame.two_dimensional) return "";
+  const std::array names{material_names_of(runs[0], wafers[0]),
+                         material_names_of(runs[1], wafers[1])};
+  Scene scene{.material_names = names[0],
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
   const std::array records{&runs[0], &runs[1]};
   std::array<std::vector<std::size_t>, 2> outputs;
   for (const std::vector<std::size_t>& places : common_outputs(records)) {
     std::array<FieldMesh, 2> surfaces;
-    for (std::size_t n = 0; n < 2; ++n)
+    for (std::size_t n = 0; n < 2; ++n) {
       surfaces[n] = read_field_mesh(runs[n].outputs[places[n]], frame.sides());
+      renumber_materials(surfaces[n], names[n], scene);
+    }
     for (std::size_t n = 0; n < 2; ++n) {
       const double time = runs[n].outputs[places[n]].time;
       outputs[n].push_back(places[n]);

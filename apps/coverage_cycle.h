@@ -37,7 +37,6 @@ class CoverageCycle {
   void begin();
   void predict();
   bool correct(const Tallies& arrived);
-  void end_step(double error);
   Tallies mean_flux(const Tallies& arrived, double part) const;
   std::vector<std::vector<float>> after_step(const Tallies& flux) const;
   double least_step() const;

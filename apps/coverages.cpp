@@ -50,8 +50,8 @@ std::vector<std::uint32_t> closest_facets(const TriMesh& mesh, const TriMesh& ot
 
 // The area of each facet, of those of its pieces that are found: is_found(number, place of sample).
 template <class Found>
-std::vector<double> found_areas(const TriMesh& mesh, const Found& is_found) {
-  std::vector<double> areas = facet_areas(mesh);
+std::vector<double> found_areas(const TriMesh& mesh, std::vector<double> areas,
+                                const Found& is_found) {
   parallel_for(areas.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       std::size_t k = f * samples_per_facet;
@@ -130,14 +130,16 @@ std::vector<float> means(std::span<const float> old, std::span<const std::uint32
 }  // namespace
 
 std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
-                                        const TriMesh& from, const TriMesh& to, double reach) {
+                                        const TriMesh& from, const TriMesh& to, double reach,
+                                        const Frame& frame) {
   const std::vector<std::uint32_t> closest = closest_facets(to, from, TriangleTree(from), reach);
   const TriangleTree tree(to);
   const std::vector<double> old_areas =
-      found_areas(from, [&](std::size_t, const Vec3d& r) { return tree.is_within(r, reach); });
+      found_areas(from, areas_around(from, frame),
+                  [&](std::size_t, const Vec3d& r) { return tree.is_within(r, reach); });
+  const std::vector<double> areas = areas_around(to, frame);
   const std::vector<double> new_areas = found_areas(
-      to, [&](std::size_t k, const Vec3d&) { return closest[k] != ClosestPoint::none; });
-  const std::vector<double> areas = facet_areas(to);
+      to, areas, [&](std::size_t k, const Vec3d&) { return closest[k] != ClosestPoint::none; });
   std::vector<float> kept;
   for (std::size_t f = 0; f < areas.size(); ++f)
     kept.push_back(static_cast<float>(new_areas[f] / areas[f]));
@@ -154,9 +156,8 @@ std::vector<std::vector<float>> carried(std::span<const std::vector<float>> cove
   return values;
 }
 
-std::vector<double> covered_areas(const TriMesh& facets,
+std::vector<double> covered_areas(std::span<const double> areas,
                                   std::span<const std::vector<float>> coverages) {
-  const std::vector<double> areas = facet_areas(facets);
   std::vector<double> covered;
   for (const std::vector<float>& each : coverages) covered.push_back(integral(areas, each));
   return covered;

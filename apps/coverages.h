@@ -38,13 +38,16 @@ struct SurfaceCoverages {
 /// values stay within [0, 1] like their sum, and a coverage that is the same everywhere stays so.
 /// What the surface has lost takes its coverage with it; what is new is bare.
 ///
+/// Areas are those of the surface, with what goes around the axis of an axisymmetric frame.
+///
 /// Shape: as SurfaceCoverages::values. Units: the reach as the meshes, nm.
 /// Cost:  about 4 microseconds per facet of each mesh.
 std::vector<std::vector<float>> carried(std::span<const std::vector<float>> coverages,
-                                        const TriMesh& from, const TriMesh& to, double reach);
+                                        const TriMesh& from, const TriMesh& to, double reach,
+                                        const Frame& frame);
 
-/// The area that each coverage takes up. Units: nm^2.
-std::vector<double> covered_areas(const TriMesh& facets,
+/// The area that each coverage takes up of facets with these areas. Units: nm^2.
+std::vector<double> covered_areas(std::span<const double> areas,
                                   std::span<const std::vector<float>> coverages);
 
 /// How an iteration of coverages and fluxes ended.

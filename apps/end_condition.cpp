@@ -109,6 +109,16 @@ std::optional<Place> read_place(const RecipeTable& until, const Frame& frame) {
   return place;
 }
 
+// " at (1 um, 0 nm)" of a condition at one place.
+std::string place_text(const EndCondition& condition, const Frame& frame) {
+  if (!condition.place) return "";
+  const auto [x, y] = *condition.place;
+  const std::string first = format_quantity(x, Dimension::length);
+  return frame.two_dimensional
+             ? " at " + first
+             : fmt::format(" at ({}, {})", first, format_quantity(y, Dimension::length));
+}
+
 }  // namespace
 
 std::string name_of(Kind kind) {
@@ -116,13 +126,14 @@ std::string name_of(Kind kind) {
       std::ranges::find(kinds, kind, [](const auto& each) { return each.second; })->first);
 }
 
-std::string text_of(const EndCondition& condition, const Materials& materials) {
+std::string text_of(const EndCondition& condition, const Materials& materials, const Frame& frame) {
   const std::string material = condition.material ? materials[*condition.material].name : "";
-  if (condition.kind == Kind::exposed) return material + " exposed";
-  if (condition.kind == Kind::gone) return material + " gone";
-  return fmt::format("a {} of {}{}", name_of(condition.kind),
+  const std::string where = place_text(condition, frame);
+  if (condition.kind == Kind::exposed) return material + " exposed" + where;
+  if (condition.kind == Kind::gone) return material + " gone" + where;
+  return fmt::format("a {} of {}{}{}", name_of(condition.kind),
                      format_quantity(condition.length, Dimension::length),
-                     material.empty() ? "" : " in " + material);
+                     material.empty() ? "" : " in " + material, where);
 }
 
 std::optional<double> start_height(const EndCondition& condition, const Layers& layers) {

@@ -36,8 +36,8 @@ struct EndCondition {
 /// "depth", "thickness", "exposed" or "gone": the key that a recipe has.
 std::string name_of(EndCondition::Kind kind);
 
-/// What it waits for, for messages: "a depth of 2 um in Si", "Si exposed".
-std::string text_of(const EndCondition& condition, const Materials& materials);
+/// What it waits for, for messages: "a depth of 2 um in Si", "Si exposed at (1 um, 0 nm)".
+std::string text_of(const EndCondition& condition, const Materials& materials, const Frame& frame);
 
 /// ", and 20 % of over-etch"; empty where there is none.
 std::string over_etch_text(const EndCondition& condition);

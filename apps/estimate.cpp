@@ -86,15 +86,15 @@ OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, co
 
 // The fastest that a step moves a surface that sees the whole source; with factors of the normal,
 // the speed that limits the time step as much as their kinks do.
-double top_speed(const SurfaceModel& model, std::size_t material_count) {
+double top_speed(const ProcessStep& step, std::size_t material_count) {
+  const SurfaceModel& model = *step.model;
   const OpenWafers wafers =
       open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
         return largest_yield(law, species.ions->energy.mean());
       });
-  const std::vector<AngularFactor> factors = model.angular_factors();
   const std::vector<std::vector<float>> parts =
-      model.amplitudes(wafers.points(), wafers.tallies(), factors);
-  const LimitingSpeed limiting_speed(factors);
+      model.amplitudes(wafers.points(), wafers.tallies(), step.factors);
+  const LimitingSpeed limiting_speed(step.factors);
   double top = 0;
   for (std::size_t m = 0; m < material_count; ++m) {
     const auto amplitude = [&](std::size_t k) { return parts[1 + k][m]; };
@@ -433,8 +433,7 @@ std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t mate
 
 double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
   if (!step.model) return 1;
-  const double cells =
-      duration * top_speed(*step.model, recipe.materials.size()) / recipe.frame.spacing;
+  const double cells = duration * top_speed(step, recipe.materials.size()) / recipe.frame.spacing;
   const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
   return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
 }

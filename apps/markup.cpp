@@ -112,6 +112,13 @@ std::string grid_of(const Plot& plot, const Axes& axes) {
   return svg;
 }
 
+/// Beyond the colours that the style has they begin anew, dashed.
+std::string classes_of(const Curve& curve) {
+  constexpr std::size_t colours = 6;
+  const bool is_dashed = curve.is_dashed || curve.colour >= colours;
+  return fmt::format("curve c{}{}", curve.colour % colours, is_dashed ? " dashed" : "");
+}
+
 std::string curve_path(const Curve& curve, const Axes& axes) {
   std::string path;
   for (const auto& line : curve.lines) {
@@ -121,8 +128,7 @@ std::string curve_path(const Curve& curve, const Axes& axes) {
       move = 'L';
     }
   }
-  return fmt::format("<path class=\"curve c{}{}\" d=\"{}\"/>\n", curve.colour,
-                     curve.is_dashed ? " dashed" : "", path);
+  return fmt::format("<path class=\"{}\" d=\"{}\"/>\n", classes_of(curve), path);
 }
 
 struct Legend {
@@ -144,8 +150,8 @@ Legend legend_of(const Plot& plot, double y) {
       legend.height += row_height;
     }
     const double baseline = y + legend.height;
-    legend.svg += fmt::format("<path class=\"curve c{}{}\" d=\"M{:.1f} {:.1f}h22\"/>\n",
-                              curve.colour, curve.is_dashed ? " dashed" : "", x, baseline - 4);
+    legend.svg += fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}h22\"/>\n", classes_of(curve),
+                              x, baseline - 4);
     legend.svg += svg_text(x + 28, baseline, "start", curve.name);
     x += length;
   }

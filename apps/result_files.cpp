@@ -128,7 +128,7 @@ std::string area_cells(const Survey& survey, const SurfaceModel* model, const Re
   std::string cells = ',' +
                       format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +
                       ',' + format_number(survey.volume) + ',' + format_number(survey.growth.net);
-  const std::vector<double> covered = covered_areas(survey.facets, survey.coverages);
+  const std::vector<double> covered = covered_areas(areas, survey.coverages);
   const std::vector<std::string> known =
       model == nullptr ? std::vector<std::string>{} : model->coverages();
   const auto cell = [&](std::span<const double> of_known, const std::string& name) {

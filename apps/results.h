@@ -45,8 +45,9 @@ class ResultFolder {
   /// Throws: InputError when the folder holds no run, but a file that a run would replace.
   void start(const Recipe& recipe, const Log& log);
 
-  /// Reads the newest checkpoint that is whole and drops what came after it; a recipe and rows of
-  /// metrology that are lost are written again. The log is told where the run goes on, and of what
+  /// Reads the newest checkpoint that is whole and drops the rows of what came after it; files of
+  /// later outputs stay until they are written anew. A recipe and rows of metrology that are lost
+  /// are written again. The log is told where the run goes on, and of what
   /// was passed over. Empty when there is no checkpoint.
   ///
   /// Throws: InputError when the folder holds a run of another recipe, or only damaged checkpoints.

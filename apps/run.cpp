@@ -198,7 +198,7 @@ class Observer {
     if (!step.until) return;
     const StepEnd& end = state.ends[number];
     const double start = number > 0 ? state.ends[number - 1].time : state.origin.time;
-    const std::string wanted = text_of(*step.until, recipe_.materials);
+    const std::string wanted = text_of(*step.until, recipe_.materials, recipe_.frame);
     if (end.out_of_time) {
       log_.warn(fmt::format(
           "step \"{}\" ended at t = {:.6g} s by its duration of {}, before {}{}; raise its "
@@ -219,7 +219,7 @@ class Observer {
   void tell_rounds(const ProcessStep& step, const State& state, std::size_t number) {
     if (!step.round_end) return;
     const RoundEnd& end = *step.round_end;
-    const std::string wanted = text_of(end.until, recipe_.materials);
+    const std::string wanted = text_of(end.until, recipe_.materials, recipe_.frame);
     if (state.ends[number].ends_repeat) {
       log_.info(fmt::format("\"{}\" ended after {} at t = {:.6g} s: {}", end.name,
                             counted(static_cast<std::size_t>(end.round), "round"), state.time,

@@ -33,9 +33,8 @@ enum class RunEnd { complete, interrupted, was_complete };
 ///
 /// Checkpoints are written at outputs, between them as the recipe says or when one is asked for,
 /// and when the run is interrupted or cannot go on.
-/// Throws: InputError, also where it will take more memory than the limit, before anything is
-///         made or written; NumericalError, also where a later one does; the latter names the
-///         checkpoint with the last good state.
+/// Throws: InputError before a result is written, also where it will take more memory than the
+///         limit; NumericalError from then on, with the checkpoint of the last good state.
 RunEnd run(const Recipe& recipe, const std::filesystem::path& folder, const RunOptions& options);
 
 }  // namespace scarp

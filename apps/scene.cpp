@@ -68,10 +68,14 @@ Box block_of(const Scene& scene) {
   return block;
 }
 
-/// States may number materials of recipes in another way than surfaces do.
-MaterialId number_of(const std::string& name, const std::vector<std::string>& names) {
+/// The number of a material in a scene, which knows it from then on: recipes number those of their
+/// own each in its way.
+MaterialId number_in(Scene& scene, const std::string& name) {
+  std::vector<std::string>& names = scene.material_names;
   const auto place = std::ranges::find(names, name);
-  return static_cast<MaterialId>(place - names.begin());
+  const auto number = static_cast<MaterialId>(place - names.begin());
+  if (place == names.end()) names.push_back(name);
+  return number;
 }
 
 // --- what is left out ----------------------------------------------------------------------------
@@ -265,6 +269,16 @@ std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafe
   return surface.empty() ? wafer.materials.names() : read_material_names(surface);
 }
 
+void renumber_materials(FieldMesh& surface, std::span<const std::string> names, Scene& scene) {
+  std::vector<float> numbers;
+  for (const std::string& name : names)
+    numbers.push_back(static_cast<float>(number_in(scene, name)));
+  for (FacetArray& field : surface.fields) {
+    if (field.name != material_field) continue;
+    for (float& value : field.values) value = numbers[static_cast<std::size_t>(value)];
+  }
+}
+
 void add_volumes(Scene& scene, std::span<const RunRecord* const> runs,
                  std::span<const std::vector<std::size_t>> outputs) {
   const Box block = block_of(scene);
@@ -273,7 +287,7 @@ void add_volumes(Scene& scene, std::span<const RunRecord* const> runs,
       const SavedWafer wafer = read_wafer(runs[p]->outputs[outputs[p][n]].state);
       PackedVolume volume = pack_volume(wafer.layers, block);
       for (MaterialId& material : volume.materials)
-        material = number_of(wafer.materials[material].name, scene.material_names);
+        material = number_in(scene, wafer.materials[material].name);
       scene.panes[p].outputs[n].volume = std::move(volume);
     }
   }

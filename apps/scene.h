@@ -53,6 +53,11 @@ FieldMesh read_field_mesh(const RunOutput& output, const Sides& sides);
 /// The names of the materials of a run by the numbers in its surfaces; the wafer is its newest.
 std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafer& wafer);
 
+/// Gives the materials of a surface the numbers that they have in a scene of several runs.
+///
+/// Shape: names by their numbers in the surface.
+void renumber_materials(FieldMesh& surface, std::span<const std::string> names, Scene& scene);
+
 /// Adds what lies below the surfaces of a pane, from the states of its outputs.
 ///
 /// Shape: runs[p] is that of pane p, outputs[p][n] which of its outputs n is.

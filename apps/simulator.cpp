@@ -291,7 +291,11 @@ State prepared_state(const Recipe& recipe) {
 
 void begin_step(State& state, const Recipe& recipe) {
   const ProcessStep& step = current_step(state, recipe);
-  if (step.deposits) add_layer(state.layers, *step.deposits);
+  if (step.deposits) {
+    // In cycles films that were stripped would pile up.
+    if (state.layers.stack.back().material != *step.deposits) remove_empty_layers(state.layers);
+    add_layer(state.layers, *step.deposits);
+  }
   if (step.begins_repeat && state.time == state.step_start)
     state.repeat_start = start_height(*step.begins_repeat, state.layers);
   if (step.until && state.time == state.step_start)

@@ -116,12 +116,9 @@ std::size_t layer_of(const State& state, MaterialId material) {
   const ProcessStep& step = current_step(state, recipe);
   const Vec3f r = survey.facets.vertices[survey.facets.triangles[facet][0]];
   const std::string formula = step.model->formula(material);
-  throw NumericalError(
-      fmt::format("time step {} of step \"{}\", t = {:g} s: {} on facet {} at ({:g}, {:g}, {:g}) "
-                  "nm, material {}{}",
-                  state.time_step, step.name, state.time, what, facet, r.x, r.y, r.z,
-                  recipe.materials[material].name,
-                  formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
+  throw NumericalError(fmt::format("{} on facet {} at ({:g}, {:g}, {:g}) nm, material {}{}", what,
+                                   facet, r.x, r.y, r.z, recipe.materials[material].name,
+                                   formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
 }
 
 // Of all layers: one that is not seen may come to light within the time step. And a step that

@@ -9,7 +9,7 @@ namespace scarp {
 
 /// Asks the model of the current step how every layer would move; nothing where there is none.
 ///
-/// Throws: NumericalError with step, time and place when a speed is not finite, or when the surface
+/// Throws: NumericalError with the place when a speed is not finite, or when the surface
 ///         grows in a step that deposits nothing.
 void find_speeds(const State& state, const Recipe& recipe, Survey& result);
 

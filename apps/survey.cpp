@@ -51,10 +51,7 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
   const Sides sides = recipe.frame.sides();
   if (sides.diagonal) surface = below_diagonal(surface, sides, recipe.frame.spacing);
   if (surface.triangles.empty()) {
-    throw NumericalError(
-        fmt::format("time step {} of step \"{}\", t = {:g} s: no surface is left that the source "
-                    "can see",
-                    state.time_step, current_step(state, recipe).name, state.time));
+    throw NumericalError("no surface is left that the source can see");
   }
   result.vertices_full = surface.vertices.size();
   result.facets_full = surface.triangles.size();
@@ -162,25 +159,24 @@ std::vector<FluxField> solve_covered(std::span<const Species> species, const Flu
   }
   if (result.coverages.empty() && state.coverages.names == model.coverages()) {
     result.coverages = carried(state.coverages.values, state.mesh.facets, result.facets,
-                               (1 + most_moves * recipe.cfl) * recipe.frame.spacing);
-    result.carried_areas = covered_areas(result.facets, result.coverages);
+                               (1 + most_moves * recipe.cfl) * recipe.frame.spacing, recipe.frame);
+    result.carried_areas =
+        covered_areas(areas_around(result.facets, recipe.frame), result.coverages);
   }
   CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
   return solve_with(iteration, species, options, model, result);
 }
 
 // Particles that slip through the surface make every number wrong without showing it.
-void require_nothing_lost(std::span<const FluxField> flux, const State& state,
-                          const Recipe& recipe) {
+void require_nothing_lost(std::span<const FluxField> flux) {
   constexpr double most_lost = 1e-4;
   for (const FluxField& field : flux) {
     const double lost = field.audit.emitted > 0 ? field.audit.lost() / field.audit.emitted : 0;
     if (lost <= most_lost) continue;
     throw NumericalError(fmt::format(
-        "time step {} of step \"{}\", t = {:g} s: {:.2g} of the particles were lost at the "
-        "surface, "
-        "more than {:g} is not trusted; please report it with the recipe",
-        state.time_step, current_step(state, recipe).name, state.time, lost, most_lost));
+        "{:.2g} of the particles were lost at the surface, more than {:g} is not trusted; please "
+        "report it with the recipe",
+        lost, most_lost));
   }
 }
 
@@ -217,7 +213,7 @@ void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey
     flux[i].segments += result.flux[i].segments;
   }
   result.flux = std::move(flux);
-  require_nothing_lost(result.flux, state, recipe);
+  require_nothing_lost(result.flux);
 }
 
 // Of the flux that tells what the wanted error of the position asks for.
@@ -323,16 +319,22 @@ bool carries_flux(const Survey& survey, const Recipe& recipe) {
   return recipe.carry_within > 0 && !std::ranges::all_of(survey.flux, is_beam);
 }
 
-}  // namespace
-
-std::vector<double> areas_around(const TriMesh& facets, const Frame& frame) {
-  std::vector<double> areas = facet_areas(facets);
-  for (std::size_t f = 0; f < areas.size(); ++f) {
-    const auto [a, b, c] = corners(facets, f);
-    areas[f] *= frame.around((a.x + b.x + c.x) / 3);
-  }
-  return areas;
+Survey survey_now(const State& state, const Recipe& recipe) {
+  Survey result;
+  if (const auto& model = current_step(state, recipe).model)
+    result.longest_dt = model->longest_time_step();
+  TriMesh surface = exposed_surface(state, recipe, result);
+  make_facets(std::move(surface), state, recipe, result);
+  FluxOptions options = recipe.flux;
+  const bool refines = aims_at_position(state, recipe);
+  if (refines) options.target_error = first_flux_error;
+  trace(state, recipe, options, result);
+  look_ahead(state, recipe, result);
+  if (refines) refine_to_position(state, recipe, result);
+  return result;
 }
+
+}  // namespace
 
 KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
   const bool is_needed =
@@ -359,18 +361,12 @@ SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
 }
 
 Survey survey(const State& state, const Recipe& recipe) {
-  Survey result;
-  if (const auto& model = current_step(state, recipe).model)
-    result.longest_dt = model->longest_time_step();
-  TriMesh surface = exposed_surface(state, recipe, result);
-  make_facets(std::move(surface), state, recipe, result);
-  FluxOptions options = recipe.flux;
-  const bool refines = aims_at_position(state, recipe);
-  if (refines) options.target_error = first_flux_error;
-  trace(state, recipe, options, result);
-  look_ahead(state, recipe, result);
-  if (refines) refine_to_position(state, recipe, result);
-  return result;
+  try {
+    return survey_now(state, recipe);
+  } catch (const NumericalError& error) {
+    throw NumericalError(fmt::format("time step {} of step \"{}\", t = {:g} s: {}", state.time_step,
+                                     current_step(state, recipe).name, state.time, error.what()));
+  }
 }
 
 std::optional<double> position_error(const Survey& survey, double dt) {

@@ -15,9 +15,6 @@
 
 namespace scarp {
 
-/// The area of every facet, with what goes around the axis in axisymmetric frames. Units: nm^2.
-std::vector<double> areas_around(const TriMesh& facets, const Frame& frame);
-
 /// How the volume of the solid changes by what speeds and areas say, and by how much all of it
 /// moves, what grows and what goes alike.
 ///
@@ -72,7 +69,8 @@ struct Survey {
 /// until the end of the time step, and what each tally does to that; the flux is then solved to the
 /// target.
 ///
-/// Throws: NumericalError with step, time and place when a speed is not finite.
+/// Throws: NumericalError with step and time where the surface cannot be found or its flux is not
+///         to be trusted, and with the place where a speed is not finite.
 Survey survey(const State& state, const Recipe& recipe);
 
 /// The mesh of a survey for the next one; nothing where meshes are not kept, no flux is carried and

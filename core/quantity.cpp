@@ -375,6 +375,10 @@ std::string rounded_number(double value) {
   return {text.data(), end};
 }
 
+std::string rounded_place(const Vec3d& r) {
+  return "(" + rounded_number(r.x) + ", " + rounded_number(r.y) + ", " + rounded_number(r.z) + ")";
+}
+
 std::string_view dimension_name(Dimension dimension) { return row(dimension).name; }
 
 std::string quantity_example(Dimension dimension, std::string_view number) {

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/vec3.h"
+
 namespace scarp {
 
 /// The kinds of values that a recipe holds.
@@ -43,6 +45,8 @@ std::string format_number(double value);
 
 /// Rounded to six digits, for messages: "12.3457", "1e+06".
 std::string rounded_number(double value);
+/// A place so: "(12.3457, 0, -1e-07)".
+std::string rounded_place(const Vec3d& r);
 
 /// "a length", "an angle", ...
 std::string_view dimension_name(Dimension dimension);

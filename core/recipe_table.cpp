@@ -516,11 +516,6 @@ std::vector<RecipeTable> RecipeTable::tables_or_one(std::string_view key) const 
 
 bool RecipeTable::has(std::string_view key) const { return find(*node_, key).has_value(); }
 
-bool RecipeTable::has_table(std::string_view key) const {
-  const auto item = find(*node_, key);
-  return item && item->value.is_table();
-}
-
 std::vector<std::string> RecipeTable::keys() const {
   std::vector<std::string> keys;
   if (node_->toml == nullptr) return keys;

@@ -137,7 +137,6 @@ class RecipeTable {
   std::vector<RecipeTable> tables_or_one(std::string_view key) const;
 
   bool has(std::string_view key) const;
-  bool has_table(std::string_view key) const;  ///< the key is there and is a table
   /// What the recipe has in this table, in the order of the file. Does not count as asking for it.
   std::vector<std::string> keys() const;
 

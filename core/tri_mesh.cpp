@@ -35,4 +35,13 @@ std::vector<double> facet_areas(const TriMesh& mesh) {
   return areas;
 }
 
+std::vector<double> areas_around(const TriMesh& mesh, const Frame& frame) {
+  std::vector<double> areas = facet_areas(mesh);
+  for (std::size_t f = 0; f < areas.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    areas[f] *= frame.around((a.x + b.x + c.x) / 3);
+  }
+  return areas;
+}
+
 }  // namespace scarp

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/frame.h"
 #include "core/material.h"
 #include "core/vec3.h"
 
@@ -50,5 +51,7 @@ std::vector<Vec3f> facet_normals(const TriMesh& mesh);
 
 /// Areas, one per triangle.
 std::vector<double> facet_areas(const TriMesh& mesh);
+/// The same, with what goes around the axis in axisymmetric frames.
+std::vector<double> areas_around(const TriMesh& mesh, const Frame& frame);
 
 }  // namespace scarp

@@ -7,9 +7,9 @@ namespace scarp {
 /// The flux of a parallel beam: max(0, -d.n) times the part of the facet that sees the source; that
 /// part is a second tally.
 ///
-/// Sees: 11 points per facet, 256 more where they differ, each by a flight against the beam; two
-/// scrambled Sobol sets, whose difference gives the standard error. What does not stick is not
-/// followed.
+/// Sees: 11 points per facet, 248 more where they differ, each by a flight against the beam; but
+/// for the three corners two scrambled Sobol sets, whose difference gives the standard error. What
+/// does not stick is not followed.
 ///
 /// The sides of the domain unfold: a beam that leans towards a reflective side falls on the domain
 /// and on its mirror images alike.

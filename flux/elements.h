@@ -41,8 +41,9 @@ class Elements {
   Elements(const RayScene& scene, double longest_edge, bool of_section = false);
 
   /// Joins neighbours by edges that are no longer than two spacings, have middles in the same cell
-  /// of two spacings, normals within 25 degrees and the same material. That makes one equation of
-  /// about eight facets of marching cubes, and one well spread set of rays.
+  /// of two spacings, normals within 25 degrees and in the same main direction, and the same
+  /// material. That makes one equation of about eight facets of marching cubes, and one well spread
+  /// set of rays.
   void join(const TriMesh& mesh);
 
   /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.

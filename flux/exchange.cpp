@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/quantity.h"
 #include "flux/coarse_exchange.h"
 
 namespace scarp {
@@ -231,8 +232,8 @@ Block<Number> Iteration<Number, Columns>::solve(std::span<const Number> start, d
   for (int run = 0; run < restarts; ++run)
     if (iterate(x, tolerance)) return x;
   throw NumericalError("flux: the exchange between facets did not converge to " +
-                       std::to_string(tolerance) + " on " + std::to_string(rows_.size()) +
-                       " facets");
+                       rounded_number(tolerance) + " on " + std::to_string(rows_.size()) +
+                       " elements; use flux.engine = \"forward\"");
 }
 
 }  // namespace

@@ -85,13 +85,6 @@ class FacetGrid {
            (y & inner) << brick_bits | (x & inner);
   }
 
-  std::uint32_t& cell(int x, int y, int z) {
-    return cells_[static_cast<std::size_t>(index(x, y, z))];
-  }
-  std::uint32_t cell(int x, int y, int z) const {
-    return cells_[static_cast<std::size_t>(index(x, y, z))];
-  }
-
   // A plane that none of a cell's facets reaches over: n r <= height in all of them. In cells, from
   // the grid's lower corner.
   struct Ceiling {

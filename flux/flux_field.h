@@ -10,8 +10,7 @@ namespace scarp {
 /// wafer has arrivals 1.
 ///
 /// Shape: mean and std_error one per facet; on patches one per patch of FluxOptions::target_error,
-/// in
-///        the order of Patches::list(), none for beams.
+///        in the order of Patches::list(), none of visibility.
 struct Tally {
   enum class Quantity {
     arrivals,
@@ -25,8 +24,9 @@ struct Tally {
   std::vector<float> patch_std_error{};
 };
 
-/// Where the particles went. Units: number of particles by weight; emitted is the number that left
-/// the source, or facets of their own.
+/// Where the particles went; emitted are those that left the source, or facets of their own.
+///
+/// Units: forward the number of particles by weight, else flux times squared spacings.
 struct FluxAudit {
   double emitted = 0;
   double absorbed = 0;
@@ -35,7 +35,7 @@ struct FluxAudit {
   double lost_below = 0;       ///< left below the lowest vertex
   double lost_side_limit = 0;  ///< crossed the lateral sides too often without meeting anything
   double roulette = 0;  ///< weight added (> 0) or removed by Russian roulette; zero on average
-  double balance_std_error = 0;  ///< of balance_error(); zero where the balance is exact
+  double balance_std_error = 0;  ///< of balance_error(); zero of forward and beams
 
   double lost() const { return lost_back_face + lost_below + lost_side_limit; }
   /// (absorbed + escaped + lost - roulette - emitted) / emitted; zero for forward tracing, zero on

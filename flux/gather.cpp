@@ -360,7 +360,7 @@ FluxAudit Gathered::audit() const {
   }
   double squares = 0;
   for (const double total : totals) squares += total * total;
-  audit.balance_std_error = std::sqrt(squares / draw_count) / audit.emitted;
+  if (audit.emitted > 0) audit.balance_std_error = std::sqrt(squares / draw_count) / audit.emitted;
   return audit;
 }
 

@@ -21,7 +21,7 @@ namespace scarp {
 ///
 /// Rays are shared out between the parts so that the fewest flights reach the target.
 ///
-/// Throws: InputError if 4 rays per facet exceed options.memory_limit.
+/// Throws: InputError if 8 rays per piece of a facet, 16 per ring, exceed options.memory_limit.
 /// Cost:   1/2 us per ray on one core, 1 us per flight of what goes on; 256 bytes per facet and
 ///         tally.
 FluxField gather_forward(const FluxProblem& problem);

@@ -5,10 +5,12 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
+#include "core/quantity.h"
 #include "flux/nearest_facet.h"
 
 namespace scarp {
@@ -360,7 +362,7 @@ void RayScene::place(const TriMesh& mesh, const Sides& sides, double spacing) {
   facets_.resize(mesh.triangles.size());
   areas_.resize(facets_.size());
   Box extent;
-  bool is_beyond_diagonal = false;
+  std::optional<Vec3f> beyond;
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       Vec3f r = placed(mesh.vertices[mesh.triangles[f][corner]]);
@@ -369,21 +371,28 @@ void RayScene::place(const TriMesh& mesh, const Sides& sides, double spacing) {
       if (has_diagonal_ && std::abs(r.x - r.y) < side_tolerance) r.y = r.x;
       facets_[f].corners[corner] = r;
       extent.add(Vec3d(r));
-      is_beyond_diagonal = is_beyond_diagonal || (has_diagonal_ && r.y > r.x);
+      const bool is_within = r.x >= 0 && r.y >= 0 && r.x <= upper.x && r.y <= upper.y &&
+                             (!has_diagonal_ || r.y <= r.x);
+      if (!is_within && !beyond) beyond = mesh.vertices[mesh.triangles[f][corner]];
     }
     const Vec3d exact = area_vector(mesh, f) / (spacing * spacing);
     areas_[f] = length(exact);
     if (!(areas_[f] > 0) || !std::isfinite(areas_[f])) {
-      const Vec3f r = mesh.vertices[mesh.triangles[f][0]];
-      throw InputError("flux: facet " + std::to_string(f) + " at (" + std::to_string(r.x) + ", " +
-                       std::to_string(r.y) + ", " + std::to_string(r.z) +
-                       ") has no area; remove such triangles first");
+      throw InputError("flux: facet " + std::to_string(f) + " at " +
+                       rounded_place(Vec3d(mesh.vertices[mesh.triangles[f][0]])) +
+                       " has no area; remove such triangles first");
     }
     facets_[f].normal = placed_normal(facets_[f].corners, exact);
   }
-  if (extent.lower.x < 0 || extent.lower.y < 0 || extent.upper.x > upper.x ||
-      extent.upper.y > upper.y || is_beyond_diagonal)
-    throw InputError("flux: the mesh reaches over the lateral sides of the domain");
+  if (beyond) {
+    const auto side = [&](int axis) {
+      return rounded_number(sides.lower[axis]) + " to " + rounded_number(sides.upper[axis]);
+    };
+    throw InputError("flux: the mesh reaches over the lateral sides of the domain at " +
+                     rounded_place(Vec3d(*beyond)) + "; x goes from " + side(0) + " and y from " +
+                     side(1) + (has_diagonal_ ? ", up to x" : "") +
+                     ": cut the mesh there or widen the domain");
+  }
   source_height_ = extent.upper.z + 1;
   lowest_ = extent.lower.z;
 }

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
+#include "core/quantity.h"
 #include "flux/portable_math.h"
 
 namespace scarp {
@@ -24,9 +26,7 @@ constexpr double most_apart = 0.01;
 // behind that is kept off zero, is too thin for rays to start from.
 constexpr double on_axis = 2e-3;
 
-std::string text(Vec3f r) {
-  return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
-}
+std::string text(Vec3f r) { return rounded_place(Vec3d(r)); }
 
 }  // namespace
 
@@ -166,13 +166,20 @@ class Revolution::Builder {
     return line.first.first == 0 && line.second.first == 0;
   }
 
-  // What lies on the axis has no area: it gets what arrives at a ring beside it.
+  // What lies on the axis has no area: it gets what arrives at the nearest ring.
   std::uint32_t next_to(const Line& line) const {
-    for (const Place& end : {line.first, line.second}) {
-      const auto found = rings_at_.find(end);
-      if (found != rings_at_.end()) return found->second;
+    const double height = 0.5 * (static_cast<double>(line.first.second) + line.second.second);
+    double nearest = std::numeric_limits<double>::infinity();
+    std::uint32_t ring = 0;
+    for (const auto& [place, its] : rings_at_) {
+      const double radius = place.first;
+      const double up = place.second - height;
+      const double apart = radius * radius + up * up;
+      if (apart >= nearest) continue;
+      nearest = apart;
+      ring = its;
     }
-    return 0;
+    return ring;
   }
 
   // Two facets of a strip make a ring; where they are of two materials, a ring each.
@@ -292,10 +299,8 @@ std::vector<std::span<const float>> views(const std::vector<std::vector<float>>&
 
 void refuse_lopsided(const Species& species) {
   const SourceLobe& source = species.source;
-  const Vec3d direction = source.direction;
-  const bool is_upright = direction.x == 0 && direction.y == 0;
   if (source.kind == SourceLobe::Kind::none) return;
-  if ((!is_upright && !source.rotating) || !source.map.empty())
+  if ((!source.is_upright() && !source.rotating) || !source.map.empty())
     throw InputError("species " + species.name +
                      ": a tilted or uneven source is not the same all around an axis");
 }

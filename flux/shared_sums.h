@@ -21,7 +21,6 @@ class SharedSums {
   std::int64_t at(std::size_t row, std::size_t column) const {
     return sums_[row * columns_ + column];
   }
-  std::size_t columns() const { return columns_; }
 
   /// Terms of one thread; they are added at the latest when it is destroyed.
   class Buffer {

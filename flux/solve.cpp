@@ -19,7 +19,7 @@ namespace scarp {
 
 namespace {
 
-constexpr std::uint64_t most_rays = std::uint64_t{1} << 33;  // fixed-point sums hold as many
+constexpr std::uint64_t most_rays = std::uint64_t{1} << 32;  // fixed-point sums hold as many
 
 void check(bool valid, const std::string& message) {
   if (!valid) throw InputError(message);
@@ -38,7 +38,7 @@ void check_options(const FluxOptions& options) {
             " is not allowed; write a number above 0, for example 0.01");
   check(options.rays > 0 || options.max_rays > 0, "flux.max_rays: 0 rays give no flux");
   check(options.rays <= most_rays && options.max_rays <= most_rays,
-        "flux: more than 2^33 rays are not allowed");
+        "flux: more than 2^32 rays are not allowed");
 }
 
 void check_beam(const Species& species, const FluxOptions& options) {

@@ -21,7 +21,7 @@ inline constexpr std::uint32_t batch_count = 32;
 /// A particle, at the start of a flight or where it has arrived. One line of memory.
 struct alignas(64) Particle {
   /// Weights are whole numbers, so that every split and every sum is exact in any order: 2^30 is
-  /// the weight of a particle at its start, and 2^33 of them fit in a sum.
+  /// the weight of a particle at its start, and 2^32 of them fit in a sum.
   static constexpr std::uint32_t unit_weight = 1U << 30;
 
   Vec3d r{};

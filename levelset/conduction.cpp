@@ -180,7 +180,9 @@ void solve_conduction(const ConductionNetwork& network, const std::vector<double
   double before = 0;
   for (int iteration = 0; !is_done(residual); ++iteration) {
     if (iteration == most_iterations)
-      throw NumericalError("the diffusion in the bath could not be solved");
+      throw NumericalError(
+          "the diffusion in the bath could not be solved; use a coarser domain.spacing or a "
+          "thinner boundary_layer, or report it with the recipe");
     const Values prepared = cycle(levels, residual);
     const double now = product(residual, prepared);
     if (iteration == 0) {

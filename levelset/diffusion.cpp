@@ -291,7 +291,9 @@ std::vector<double> excess(const ConductionNetwork& walls, const NodeExchange& e
     }
     if (!has_changed) return above_bath;
   }
-  throw NumericalError("where the bath is saturated could not be found");
+  throw NumericalError(
+      "where the bath is saturated could not be found; use other rates, or report it with the "
+      "recipe");
 }
 
 }  // namespace

@@ -367,6 +367,19 @@ class SpeedAt {
     return speed;
   }
 
+  /// Whether the parts of its speed take each other away, but for a tenth.
+  bool cancels(const LayerSpeeds& layer) const {
+    float net = speed_on_facet(layer.parts[0][point_.triangle], point_);
+    float gross = std::abs(net);
+    for (std::size_t k = 0; k < factors_.size(); ++k) {
+      const float part =
+          factors_[k].value(normal_) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
+      net += part;
+      gross += std::abs(part);
+    }
+    return std::abs(net) < 0.1F * gross;
+  }
+
  private:
   const ClosestPoint& point_;
   std::span<const AngularFactor> factors_;
@@ -491,10 +504,13 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
         return;
       }
     }
-    const float scale = speed != 0 ? mean / speed : 1.0F;
+    // With parts that nearly cancel the least error of the normal would be scaled, too.
+    const bool adds = mean != speed && speed_at.cancels(of_seen);
+    const float scale = adds || speed == 0 ? 1.0F : mean / speed;
     for (std::size_t v = 0; v <= factors.size(); ++v) {
       values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);
     }
+    if (adds) values[0] += mean - speed;
     if (field.grows_beside_standing) {
       values[1 + factors.size()] = mean;
       values[2 + factors.size()] = field.stands_still[seen] ? 0 : 1;

@@ -55,7 +55,7 @@ class LevelSet {
   std::size_t active_count() const;
   std::size_t memory_bytes() const;
 
-  /// Heights of the lowest and of the highest node of the band. Units: nm.
+  /// Heights between which the leaves of the band lie. Units: nm.
   double lower() const;
   double upper() const;
 

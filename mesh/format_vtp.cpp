@@ -428,7 +428,8 @@ std::vector<std::string> read_material_names(const std::filesystem::path& path) 
   std::vector<std::string> names;
   std::string text;
   if (!array) return names;
-  for (const double code : numbers_of_text(file, {name, array.text().get()})) {
+  for (const double value : numbers_of_text(file, {name, array.text().get()})) {
+    const std::int64_t code = integer(file, "material_names", value, 255);
     if (code != 0) {
       text += static_cast<char>(static_cast<unsigned char>(code));
     } else {

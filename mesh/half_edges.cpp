@@ -8,14 +8,13 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/quantity.h"
 
 namespace scarp {
 
 namespace {
 
-std::string place(Vec3f r) {
-  return "(" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " + std::to_string(r.z) + ")";
-}
+std::string place(Vec3f r) { return rounded_place(Vec3d(r)); }
 
 }  // namespace
 

@@ -91,15 +91,15 @@ struct SimplifyResult {
 /// A number of vertices that the sizes of `paper` do not allow raises l0 until it is reached; at
 /// most half of them may be features, else the curvature threshold is raised.
 ///
+/// `curvature` follows every vertex of the input to the facet that is nearest to it. It collapses
+/// what adds least to the sum of the squared distances, and moves the vertices that are left to
+/// where that sum is least, in three sweeps.
+///
 /// Shape:  vertices and triangles of the result keep the order of the input; materials are carried
 ///         over.
 /// Units:  as the mesh.
 /// Throws: InputError if the mesh is empty or no 2-manifold (the message names the first bad edge
 ///         by its end points), or an option is out of range.
-/// `curvature` follows every vertex of the input to the facet that is nearest to it. It collapses
-/// what adds least to the sum of the squared distances, and moves the vertices that are left to
-/// where that sum is least, in three sweeps.
-///
 /// Cost:   about 7 us of one core per vertex removed, `curvature` 17 us, whatever the number (20
 ///         thousand to 5 million vertices); 400 bytes per vertex. By `./dev bench simplify
 ///         --scaling`, while others used the two cores.

@@ -106,7 +106,9 @@ const Parameter enhanced_threshold{.name = "enhanced_threshold",
 const Parameter sputter_amplitude{.name = "sputter_amplitude",
                                   .kind = Parameter::Kind::per_material,
                                   .limits = numbers("0.0139", 0, 1e6),
-                                  .meaning = "A of Y_sp, per square root of an eV",
+                                  .meaning =
+                                      "A of Y_sp, per square root of an eV; polymer has "
+                                      "none",
                                   .source = la_magna};
 const Parameter sputter_threshold{.name = "sputter_threshold",
                                   .kind = Parameter::Kind::per_material,
@@ -216,6 +218,7 @@ class Reader {
     const std::vector<float> b = per_material(sputter_b);
     const std::vector<MaterialId> etched = read_material_list(step_, etches, scope_);
     for (const MaterialId m : met_by(scope_, polymer_)) {
+      if (m == polymer_) continue;  // ions take it off by its removal
       const std::string& name = scope_.materials[m].name;
       surfaces[m].sputter_yield = tally_of({.name = "sputter_" + name,
                                             .amplitude = a_sp[m],

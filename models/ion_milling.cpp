@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 #include "models/ion_parameters.h"
 #include "models/source_parameters.h"
@@ -87,8 +88,14 @@ class Reader {
         Sputtering::Surface& surface = values.surfaces[m];
         const std::size_t law = yields.law_of[m];
         if (flat[law] <= 0) {
-          step_.error("threshold", "no ion has as much energy, so none makes the etch rate of " +
-                                       scope_.materials[m].name + "; lower it or raise ion.energy");
+          const std::string its = "etch rate of " + scope_.materials[m].name;
+          step_.error("threshold",
+                      shares_.size() == 1
+                          ? "no ion has as much energy, so none makes the " + its +
+                                "; lower it or raise ion.energy"
+                          : "ion[" + std::to_string(i) +
+                                "] never has as much energy, so its share of the " + its +
+                                " cannot be made; lower it, raise its energy or leave it out");
           return;
         }
         surface.by_ion.push_back(

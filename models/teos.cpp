@@ -53,8 +53,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
 }
 
 // What is left of the sticking where a part theta is covered. None is covered: growth of an order
-// above 1 takes nothing, of one below 1 all.
+// above 1 takes nothing, of one below 1 all; what sticks nowhere never does.
 double sticking_at(double s, double theta, double order) {
+  if (s == 0) return 0;
   if (theta > 0) return std::min(1.0, s * portable_power(theta, order - 1));
   return order < 1 ? 1 : 0;
 }

@@ -261,7 +261,7 @@ TEST(Coverages, AreCarriedFromTheClosestPoint) {
   other.vertices = {{0, 0, 1},  {0.5F, 0, 1},  {0, 0.5F, 1},
                     {2, 2, -1}, {1.5F, 2, -1}, {2, 1.5F, -1}};
   other.triangles = {{3, 4, 5}, {0, 1, 2}};
-  EXPECT_EQ(carried(known, mesh, other, 2), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
+  EXPECT_EQ(carried(known, mesh, other, 2, {}), (std::vector<std::vector<float>>{{0.75F, 0.25F}}));
 }
 
 struct Covered {
@@ -312,12 +312,12 @@ double area_of(const TriMesh& mesh) {
 TEST(Coverages, KeepTheirIntegralWhenTheMeshIsMadeAnew) {
   Covered now = wavy(2, false);
   const double area = area_of(now.facets);
-  const std::vector<double> before = covered_areas(now.facets, now.values);
+  const std::vector<double> before = covered_areas(facet_areas(now.facets), now.values);
   for (const float cell : {5.0F, 1.0F, 8.0F, 2.0F}) {
     const TriMesh next = wavy(cell, cell > 4).facets;
-    now.values = carried(now.values, now.facets, next, 2);
+    now.values = carried(now.values, now.facets, next, 2, {});
     now.facets = next;
-    const std::vector<double> after = covered_areas(now.facets, now.values);
+    const std::vector<double> after = covered_areas(facet_areas(now.facets), now.values);
     for (std::size_t k = 0; k < 2; ++k)
       EXPECT_NEAR(after[k] / area_of(next), before[k] / area, 1e-7) << cell;
     for (std::size_t f = 0; f < next.triangles.size(); ++f) {
@@ -340,7 +340,7 @@ TEST(Coverages, ThatAreTheSameEverywhereStaySo) {
   Covered known = wavy(2, false);
   known.values[0].assign(known.facets.triangles.size(), 0.375F);
   known.values[1].assign(known.facets.triangles.size(), 0.625F);
-  const auto values = carried(known.values, known.facets, wavy(5, true).facets, 2);
+  const auto values = carried(known.values, known.facets, wavy(5, true).facets, 2, {});
   for (std::size_t f = 0; f < values[0].size(); ++f) {
     EXPECT_FLOAT_EQ(values[0][f], 0.375F);
     EXPECT_FLOAT_EQ(values[1][f], 0.625F);
@@ -352,7 +352,7 @@ TEST(Coverages, ThatAreTheSameEverywhereStaySo) {
 TEST(Coverages, StayOnASurfaceThatStandsStill) {
   Covered known = wavy(2, false);
   for (Vec3f& r : known.facets.vertices) r = {7.3F * r.x + 0.1F, 7.3F * r.y + 0.7F, 1200.1F};
-  const auto values = carried(known.values, known.facets, known.facets, 40);
+  const auto values = carried(known.values, known.facets, known.facets, 40, {});
   for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t f = 0; f < values[k].size(); ++f)
       EXPECT_NEAR(values[k][f], known.values[k][f], 1e-6);
@@ -373,9 +373,9 @@ TEST(Coverages, GoWithTheSurfaceThatIsLost) {
   next.vertices.insert(next.vertices.end(), {{0, 0, 50}, {40, 0, 50}, {0, 40, 50}});
   next.triangles.push_back({first, first + 1, first + 2});
 
-  const auto values = carried(known.values, known.facets, next, 0.3);
+  const auto values = carried(known.values, known.facets, next, 0.3, {});
   const std::vector<double> areas = facet_areas(known.facets);
-  const std::vector<double> found = covered_areas(next, values);
+  const std::vector<double> found = covered_areas(facet_areas(next), values);
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_EQ(values[k].back(), 0);
     double left = 0;
@@ -424,22 +424,29 @@ TEST_F(CoveragesOfRuns, AreWrittenAndCounted) {
 // Of the time step before, as far as the hole goes on growing: the part of the surface that each
 // takes up is kept to the digits that are written.
 TEST_F(CoveragesOfRuns, AreTakenOverWhole) {
-  ASSERT_EQ(run("-o " + path("r")).exit_code, 0);
-  auto columns = columns_of(folder_ / "r" / "metrics.csv");
-  const auto value = [&](const char* column, std::size_t row) {
-    return std::stod(columns.at(column).at(row));
-  };
-  const std::size_t rows = columns.at("time_s").size();
-  ASSERT_GT(rows, 3U);
-  for (const auto& [covered, carried] :
-       {std::pair{"covered_F_nm2", "carried_F_nm2"}, {"covered_O_nm2", "carried_O_nm2"}}) {
-    EXPECT_EQ(columns.at(carried).front(), "");
-    for (std::size_t row = 1; row < rows; ++row) {
-      const double before = value(covered, row - 1) / value("surface_area_nm2", row - 1);
-      EXPECT_NEAR(value(carried, row) / value("surface_area_nm2", row), before, 1e-6 * before)
-          << carried << ' ' << row;
-      EXPECT_GT(before, 0);
+  const std::string around =
+      "--set 'domain.mode=\"axisymmetric\"' --set 'domain.extent=[\"800 nm\"]' --set "
+      "'geometry[1].center=[\"0 nm\", \"0 nm\"]' --set "
+      "'geometry[2].opening.center=[\"0 nm\", \"0 nm\"]' ";
+  for (const std::string& mode : {std::string(), around}) {
+    ASSERT_EQ(run(mode + "-o " + path("r")).exit_code, 0);
+    auto columns = columns_of(folder_ / "r" / "metrics.csv");
+    const auto value = [&](const char* column, std::size_t row) {
+      return std::stod(columns.at(column).at(row));
+    };
+    const std::size_t rows = columns.at("time_s").size();
+    ASSERT_GT(rows, 3U);
+    for (const auto& [covered, carried] :
+         {std::pair{"covered_F_nm2", "carried_F_nm2"}, {"covered_O_nm2", "carried_O_nm2"}}) {
+      EXPECT_EQ(columns.at(carried).front(), "");
+      for (std::size_t row = 1; row < rows; ++row) {
+        const double before = value(covered, row - 1) / value("surface_area_nm2", row - 1);
+        EXPECT_NEAR(value(carried, row) / value("surface_area_nm2", row), before, 1e-6 * before)
+            << mode << carried << ' ' << row;
+        EXPECT_GT(before, 0);
+      }
     }
+    fs::remove_all(folder_ / "r");
   }
 }
 

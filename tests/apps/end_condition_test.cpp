@@ -160,6 +160,15 @@ material = "SiO2"
   EXPECT_NEAR(end("thickness = \"12 nm\""), 12, 1e-3);
 }
 
+TEST(EndCondition, SaysWhatItWaitsForAndWhere) {
+  const Materials materials;
+  EndCondition condition{.kind = EndCondition::Kind::exposed, .material = materials.id("SiO2")};
+  EXPECT_EQ(text_of(condition, materials, {}), "SiO2 exposed");
+  condition.place = {1000, -20};
+  EXPECT_EQ(text_of(condition, materials, {}), "SiO2 exposed at (1 um, -20 nm)");
+  EXPECT_EQ(text_of(condition, materials, {.two_dimensional = true}), "SiO2 exposed at 1 um");
+}
+
 // The mean over a surface with noise of 1 % is not what ends the step, but its highest point.
 TEST(EndCondition, OfAFilmIsMetWithinTheErrorOfTheFlux) {
   const Recipe recipe = read_text(R"(

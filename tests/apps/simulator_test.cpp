@@ -17,6 +17,7 @@
 #include "core/running_statistics.h"
 #include "core/temporary_folder.h"
 #include "flux/solve.h"
+#include "levelset/layer_steps.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {
@@ -100,6 +101,35 @@ model = "directional"
 duration = "8 s"
 directional_etch_rate = "1 nm/s"
 )";
+
+// Two films in each round, and both are stripped.
+TEST(Layers, ThatAreGoneDoNotPileUpInCycles) {
+  const Layers layers = final_layers(R"(
+[domain]
+spacing = "5 nm"
+extent = ["100 nm"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+repeat = 4
+[[step.step]]
+model = "conformal"
+thickness = "10 nm"
+material = "SiO2"
+[[step.step]]
+model = "conformal"
+thickness = "10 nm"
+material = "Si3N4"
+[[step.step]]
+model = "isotropic"
+duration = "30 s"
+etch_rate = { SiO2 = "1 nm/s", Si3N4 = "1 nm/s", default = "0" }
+)");
+  EXPECT_LE(layers.stack.size(), 3U);
+  EXPECT_NEAR(highest_point(layers), 0, 0.1);
+}
 
 TEST(Directional, EtchKeepsSlopesAndSinksEverythingAlike) {
   const double mouth = 0.5 * 24.6;

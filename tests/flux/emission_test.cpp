@@ -209,7 +209,16 @@ TEST(EmissionEngines, NothingArrivesOfNothing) {
     EXPECT_EQ(flux.arrivals().patch_mean.size(), flux.arrivals().patch_std_error.size());
     EXPECT_FALSE(flux.arrivals().patch_mean.empty());
     EXPECT_EQ(flux.audit.balance_error(), 0);
+    EXPECT_EQ(flux.audit.balance_std_error, 0);
     EXPECT_TRUE(flux.target_reached());
+
+    // The same where the sticking follows what arrives, as that of what desorbs in a cycle.
+    const StickingFeedback feedback{.species = {true}, .update = [](auto, auto&) { return false; }};
+    const FluxOptions options{.engine = engine, .sides = wafer.sides, .spacing = 1};
+    const FluxField fed = solve_flux(wafer.mesh, {&atoms, 1}, options, feedback).front();
+    EXPECT_EQ(fed.arrivals().mean, std::vector<float>(8));
+    EXPECT_EQ(fed.audit.balance_error(), 0);
+    EXPECT_EQ(fed.audit.balance_std_error, 0);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "flux/ray_scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,6 +18,8 @@ namespace scarp {
 namespace {
 
 using exact::Shape;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 // A rough surface over a square of side 20, the same on opposite sides, so that it may be mirrored
 // and wrapped. Slopes up to 3.
@@ -234,6 +237,17 @@ TEST(RayScene, RefusesAMeshBeyondTheDiagonal) {
   Shape shape = exact::flat_wafer(20, 2);
   shape.sides.diagonal = true;
   EXPECT_THROW(scene_of(shape), InputError);
+}
+
+TEST(RayScene, SaysWhereAMeshReachesOverASide) {
+  Shape shape = exact::flat_wafer(20, 2);
+  shape.sides.upper[0] = 15;
+  try {
+    scene_of(shape);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("at (20, "), HasSubstr("x goes from 0 to 15")));
+  }
 }
 
 TEST(RayScene, SaysHowAFlightEnds) {

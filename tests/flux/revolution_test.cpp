@@ -164,6 +164,22 @@ TEST(RevolutionTest, WhatLiesOnTheAxisHasNoArea) {
   EXPECT_EQ(back[1], back[2]);
 }
 
+// Also where it consists of several pieces, and the outermost ring comes first.
+TEST(RevolutionTest, ALongNeedleGetsWhatArrivesAtTheRingNextToIt) {
+  const Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  builder.grid({1e-3, 0, 0}, {10 - 1e-3, 0, 0}, 10, y, 1);
+  std::ranges::reverse(builder.mesh.triangles);
+  const std::size_t of_rings = builder.mesh.triangles.size();
+  builder.grid({0, 0, 3}, {1e-3, 0, -3}, 3, y, 1);
+  const Revolution needle(builder.mesh, {.lower = {0, 0}, .upper = {10, 1}});
+  std::vector<float> rings(needle.mesh().triangles.size());
+  std::iota(rings.begin(), rings.end(), 0.0F);
+  const std::vector<float> back = needle.on_section(rings);
+  for (std::size_t f = of_rings; f < back.size(); ++f) EXPECT_EQ(back[f], back[of_rings - 1]) << f;
+  EXPECT_NE(back[0], back[of_rings - 1]);
+}
+
 TEST(RevolutionTest, RefusesWhatIsNoSection) {
   exact::Builder slope;
   slope.grid({0, 0, 0}, {10, 0, 0}, 4, {0, 1, 1}, 1);

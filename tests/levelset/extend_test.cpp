@@ -201,5 +201,30 @@ TEST(Extend, ScalesAmplitudesWhereAFilmIsPassed) {
   EXPECT_NEAR(speed_at(layers, amplitude, 4, 4, 0), -(0.5 + 0.4) / 0.6, 0.02);
 }
 
+// A film that grows nearly as fast as ions take it off, on a fast layer.
+TEST(Extend, AddsToWhatCancelsWhereAFilmIsPassed) {
+  const Frame frame{.spacing = 1, .cells = {8, 8}};
+  const Layers layers = build_layers(
+      frame,
+      std::vector<Shape>{WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = 0.01}});
+  const TriMesh mesh = extract_surface(layers);
+  const AngularFactor beam = BeamResponse({0, 0, -1}, [](double cosine) { return cosine; });
+  std::vector<LayerSpeeds> speeds;
+  for (const auto& [grows, goes] : {std::pair{0.0F, -4.0F}, {1.0F, -1.05F}}) {
+    const auto corners = [&](float value) {
+      return corner_speeds(mesh, [value](Vec3f) { return value; });
+    };
+    speeds.push_back({.speed = corners(grows + goes), .parts = {corners(grows), corners(goes)}});
+  }
+  const SpeedField field = extend_speeds(layers, open_gas(layers), FacetTree(mesh), speeds,
+                                         {&beam, 1}, 0.6, close_facets);
+  const SpeedField amplitude{.speed = field.angular[0].amplitude};
+  EXPECT_NEAR(speed_at(layers, amplitude, 4, 4, 0), -1.05, 1e-3);
+  // 0.2 s through the film, 0.4 s at 4 below it.
+  const double whole = speed_at(layers, field, 4, 4, 0) + speed_at(layers, amplitude, 4, 4, 0);
+  EXPECT_NEAR(whole, -(0.01 + 1.6) / 0.6, 0.15);
+  EXPECT_LT(field.max_speed, 5);
+}
+
 }  // namespace
 }  // namespace scarp

@@ -12,7 +12,9 @@
 #include <numbers>
 #include <set>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/read_file.h"
 #include "core/temporary_folder.h"
 
 namespace scarp {
@@ -483,6 +485,11 @@ TEST_F(MeshFile, NamesOfMaterialsComeBack) {
   EXPECT_EQ(read_material_names(folder_ / "mesh.vtp"), names);
   write_mesh(folder_ / "plain.vtp", tent());
   EXPECT_TRUE(read_material_names(folder_ / "plain.vtp").empty());
+
+  std::string text = read_file(folder_ / "mesh.vtp");
+  text.replace(text.find("83 105 0"), 2, "1e9");  // "Si"
+  write_file(folder_ / "mesh.vtp", text);
+  EXPECT_THROW(read_material_names(folder_ / "mesh.vtp"), InputError);
 }
 
 TEST_F(MeshFile, AFileThatCannotBeWrittenLeavesNothing) {

@@ -253,6 +253,10 @@ TEST(IonMilling, SaysWhatIsWrong) {
   expect("etch_rate = \"-1 nm/s\"\n", "step[0].etch_rate");
   expect("etch_rate = \"1 nm/s\"\nthreshold = \"500 eV\"\n",
          "step[0].threshold: no ion has as much energy, so none makes the etch rate of Si; lower");
+  expect(silicon_alone +
+             "threshold = \"50 eV\"\n[[step.ion]]\n[[step.ion]]\nenergy = \"20 eV\"\n"
+             "energy_deviation = \"0 eV\"\n",
+         "step[0].threshold: ion[1] never has as much energy, so its share of the etch rate of Si");
   expect(silicon_alone + "redeposition_sticking = 0\n", "step[0].redeposition_sticking: 0 is");
   expect(silicon_alone + "angular_polynomial = [[1, 1], [2, -1]]\n",
          "step[0].angular_polynomial: is 0 for ions along the normal");

@@ -54,6 +54,9 @@ TEST(Teos, StickingFollowsWhatIsCovered) {
   EXPECT_FLOAT_EQ(half.under({1.7F}).sticking()[0].front(), 0.1F);
   EXPECT_FLOAT_EQ(half.under({1e-6F}).sticking()[0].front(), 1);
   EXPECT_EQ(half.under({0}).sticking()[0].front(), 1);
+  TeosPoint never("teos", precursor(0.5, 0));
+  EXPECT_EQ(never.under({0.25}).sticking()[0].front(), 0);
+  EXPECT_EQ(never.under({0}).sticking()[0].front(), 0);
   TeosPoint second("teos", precursor(2));
   EXPECT_FLOAT_EQ(second.under({0.25}).sticking()[0].front(), 0.025F);
   EXPECT_EQ(second.under({0}).sticking()[0].front(), 0);
