@@ -109,13 +109,13 @@ std::optional<Place> read_place(const RecipeTable& until, const Frame& frame) {
   return place;
 }
 
-// " at (1 um, 0 nm)" of a condition at one place.
+// " at (1 um, 0 nm)" of a condition at one place, " at x = 1 um" in two dimensions.
 std::string place_text(const EndCondition& condition, const Frame& frame) {
   if (!condition.place) return "";
   const auto [x, y] = *condition.place;
   const std::string first = format_quantity(x, Dimension::length);
   return frame.two_dimensional
-             ? " at " + first
+             ? " at x = " + first
              : fmt::format(" at ({}, {})", first, format_quantity(y, Dimension::length));
 }
 

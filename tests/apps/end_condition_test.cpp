@@ -166,7 +166,7 @@ TEST(EndCondition, SaysWhatItWaitsForAndWhere) {
   EXPECT_EQ(text_of(condition, materials, {}), "SiO2 exposed");
   condition.place = {1000, -20};
   EXPECT_EQ(text_of(condition, materials, {}), "SiO2 exposed at (1 um, -20 nm)");
-  EXPECT_EQ(text_of(condition, materials, {.two_dimensional = true}), "SiO2 exposed at 1 um");
+  EXPECT_EQ(text_of(condition, materials, {.two_dimensional = true}), "SiO2 exposed at x = 1 um");
 }
 
 // The mean over a surface with noise of 1 % is not what ends the step, but its highest point.
@@ -375,8 +375,10 @@ TEST_F(EndConditionRun, IsPrintedAndForeseenByCheck) {
     EXPECT_NEAR(check["ends"][0]["expected_s"].get<double>(), each.end, 0.05 * each.end);
     EXPECT_LT(check["time_steps"].get<double>(), 60);
   }
-  EXPECT_THAT(scarp("check " + path("r.toml")).out,
-              HasSubstr("#   film: a thickness of 7.77 nm, after about 7.77 s, at most 100 s\n"));
+  EXPECT_THAT(
+      scarp("check " + path("r.toml")).out,
+      HasSubstr(
+          "#   film: a thickness of 7.77 nm at x = 0 nm, after about 7.77 s, at most 100 s\n"));
 }
 
 /// Rounds of 2 nm and 1 nm of oxide, as long as a condition wants.

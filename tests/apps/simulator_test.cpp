@@ -125,7 +125,7 @@ material = "Si3N4"
 [[step.step]]
 model = "isotropic"
 duration = "30 s"
-etch_rate = { SiO2 = "1 nm/s", Si3N4 = "1 nm/s", default = "0" }
+etch_rate = { SiO2 = "1 nm/s", Si3N4 = "1 nm/s", default = "0 nm/s" }
 )");
   EXPECT_LE(layers.stack.size(), 3U);
   EXPECT_NEAR(highest_point(layers), 0, 0.1);
