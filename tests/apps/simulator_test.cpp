@@ -18,6 +18,7 @@
 #include "core/temporary_folder.h"
 #include "flux/solve.h"
 #include "levelset/layer_steps.h"
+#include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {
@@ -104,7 +105,7 @@ directional_etch_rate = "1 nm/s"
 
 // Two films in each round, and both are stripped.
 TEST(Layers, ThatAreGoneDoNotPileUpInCycles) {
-  const Layers layers = final_layers(R"(
+  const State end = final_state(read_text(R"(
 [domain]
 spacing = "5 nm"
 extent = ["100 nm"]
@@ -126,9 +127,9 @@ material = "Si3N4"
 model = "isotropic"
 duration = "30 s"
 etch_rate = { SiO2 = "1 nm/s", Si3N4 = "1 nm/s", default = "0 nm/s" }
-)");
-  EXPECT_LE(layers.stack.size(), 3U);
-  EXPECT_NEAR(highest_point(layers), 0, 0.1);
+)"));
+  EXPECT_LE(end.layers.stack.size(), 3U);
+  EXPECT_NEAR(highest_point(end.layers), 0, 0.1);
 }
 
 TEST(Directional, EtchKeepsSlopesAndSinksEverythingAlike) {
