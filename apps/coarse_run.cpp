@@ -11,8 +11,9 @@ namespace scarp {
 
 namespace {
 
-// A few seconds.
+// A few seconds, as the first time step tells; surfaces grow.
 constexpr double most_work = 5e6;
+constexpr double most_growth = 2;
 constexpr double work_per_facet = 10;
 constexpr std::uint64_t ray_count = 1 << 12;
 constexpr int coarsest = 8;
@@ -89,7 +90,7 @@ CoarseRun::CoarseRun(const Recipe& recipe, const State& start, double work)
     : recipe_(recipe),
       coarse_(coarser(recipe, coarsening(recipe.frame, work))),
       state_(on_grid(start, coarse_.frame)),
-      work_left_(most_work) {}
+      work_left_(most_growth * most_work) {}
 
 bool CoarseRun::reach(std::size_t step) {
   while (state_.step < step) {
