@@ -215,11 +215,12 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
               {"gather", FluxOptions::Engine::gather}});
   auto* rays =
       command
-          .add_option("--rays", options.rays,
-                      "Number of rays; no target then. forward: of particles from the source, in "
-                      "whole batches of 32; gather: of rays from all facets together, at "
-                      "most this many, but 4 or more from each piece of a facet (facets "
-                      "are cut until no edge is longer than 3 spacings, into 1024 at most)")
+          .add_option(
+              "--rays", options.rays,
+              "Number of rays; no target then. forward: of particles from the source, in "
+              "whole batches of 32; gather: of rays from all facets together, at "
+              "most this many, but 4096 or more in all and 4 from each piece of a facet (facets "
+              "are cut until no edge is longer than 3 spacings, into 1024 at most)")
           ->transform(count());
   command
       .add_option("--target-error", options.target_error,
@@ -229,7 +230,8 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
   command
       .add_option("--max-rays", options.max_rays,
                   "Cap on the rays for the target, with the same least numbers as --rays: 32 "
-                  "(forward), 4 from each piece of the surface (gather)")
+                  "(forward), 4096 in all and 4 from each piece of the surface (gather) "
+                  "(default: 2^28)")
       ->transform(count());
   command.add_option(
       "--spacing", options.spacing,

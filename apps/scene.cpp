@@ -275,7 +275,9 @@ void renumber_materials(FieldMesh& surface, std::span<const std::string> names, 
     numbers.push_back(static_cast<float>(number_in(scene, name)));
   for (FacetArray& field : surface.fields) {
     if (field.name != material_field) continue;
-    for (float& value : field.values) value = numbers[static_cast<std::size_t>(value)];
+    for (float& value : field.values)
+      if (value >= 0 && value < static_cast<float>(numbers.size()))
+        value = numbers[static_cast<std::size_t>(value)];
   }
 }
 

@@ -55,7 +55,7 @@ std::vector<std::string> material_names_of(const RunRecord& run, const SavedWafe
 
 /// Gives the materials of a surface the numbers that they have in a scene of several runs.
 ///
-/// Shape: names by their numbers in the surface.
+/// Shape: names by their numbers in the surface; a number without a name stays.
 void renumber_materials(FieldMesh& surface, std::span<const std::string> names, Scene& scene);
 
 /// Adds what lies below the surfaces of a pane, from the states of its outputs.

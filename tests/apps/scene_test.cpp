@@ -80,14 +80,14 @@ TEST(Scene, TheLastOutputAlwaysStays) {
 // Recipes number materials of their own from the same number on.
 TEST(Scene, MaterialsOfAnotherRunGetNumbersOfTheirOwn) {
   Scene scene{.material_names = {"Si", "SiO2", "liner"}};
-  FieldMesh surface{
-      .mesh = triangle(),
-      .fields = {{.name = "speed_nm_s", .values = {2}}, {.name = "material", .values = {2, 1, 3}}}};
+  FieldMesh surface{.mesh = triangle(),
+                    .fields = {{.name = "speed_nm_s", .values = {2}},
+                               {.name = "material", .values = {2, 1, 3, 9}}}};
   const std::vector<std::string> names{"Si", "SiO2", "seed", "liner"};
   renumber_materials(surface, names, scene);
   EXPECT_THAT(scene.material_names, ElementsAre("Si", "SiO2", "liner", "seed"));
   EXPECT_THAT(surface.fields[0].values, ElementsAre(2));
-  EXPECT_THAT(surface.fields[1].values, ElementsAre(3, 1, 2));
+  EXPECT_THAT(surface.fields[1].values, ElementsAre(3, 1, 2, 9));
 }
 
 TEST_F(SceneHtml, SaysWhatWasLeftOut) {
