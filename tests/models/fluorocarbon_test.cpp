@@ -150,6 +150,8 @@ TEST(Fluorocarbon, MaterialsHaveYieldsOfTheirOwn) {
   EXPECT_EQ(names(""), (List{"removal", "sputter_Si", "enhanced_Si", "sputter_mask"}));
   EXPECT_EQ(names("enhanced_amplitude = { SiO2 = 0.05 , default = 0.03 }\n").size(), 5U);
   EXPECT_EQ(names("sputter_factor = { SiO2 = 2, default = 9.3 }\n").size(), 5U);
+  // Of the polymer there is none: ions take it off by its removal.
+  EXPECT_EQ(names("sputter_factor = { polymer = 2, default = 9.3 }\n").size(), 4U);
   const std::string dense = radicals(1e5, 0) + "evaporation = 0\n";
   FluorocarbonPoint faster(dense + "enhanced_amplitude = { SiO2 = 0.0722, default = 0 }\n", "SiO2");
   FluorocarbonPoint slower(dense, "SiO2");
