@@ -127,7 +127,7 @@ ComparedValue compared(const BaselineValue& stored, double time,
   if (found == now.end()) return result;
   result.second = {.count = 1, .mean = found->value};
   result.difference = found->value - stored.value;
-  const double size = std::abs(result.difference);
+  const double size = std::abs(*result.difference);
   result.verdict = judge(size, stored.tolerance, size, std::nullopt);
   return result;
 }

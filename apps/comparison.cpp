@@ -136,7 +136,7 @@ ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
   if (error) result.std_error = error->std_error;
   result.tolerance = tolerance_of(value, result.first.mean, spacing, allowed);
   if (result.tolerance) {
-    const double size = std::abs(result.difference);
+    const double size = std::abs(*result.difference);
     result.verdict =
         judge(size, *result.tolerance, size, error ? std::optional(error->chance) : std::nullopt);
   }

@@ -49,7 +49,7 @@ struct ComparedValue {
   std::string name;
   Sample first{};
   Sample second{};
-  double difference = 0;  ///< second less first
+  std::optional<double> difference{};  ///< second less first, where both have it
   std::optional<double> std_error{};
   std::optional<double> tolerance{};
   Verdict verdict = Verdict::none;

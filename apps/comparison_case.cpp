@@ -83,12 +83,14 @@ std::string pictures_of(const std::array<RunRecord, 2>& runs,
 std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::size_t most_bytes) {
   if (!wanted.contour.empty()) return "";
   const std::array runs{read_run(wanted.first_runs.front()), read_run(wanted.second_runs.front())};
-  const std::array wafers{read_wafer(runs[0].outputs.back().state),
-                          read_wafer(runs[1].outputs.back().state)};
-  const Frame& frame = wafers[0].layers.frame;
-  if (frame.two_dimensional || wafers[1].layers.frame.two_dimensional) return "";
-  const std::array names{material_names_of(runs[0], wafers[0]),
-                         material_names_of(runs[1], wafers[1])};
+  Frame frame;
+  std::array<std::vector<std::string>, 2> names;
+  for (const std::size_t n : {1, 0}) {
+    const SavedWafer wafer = read_wafer(runs[n].outputs.back().state);
+    frame = wafer.layers.frame;
+    if (frame.two_dimensional) return "";
+    names[n] = material_names_of(runs[n], wafer);
+  }
   Scene scene{.material_names = names[0],
               .panes = {{.name = wanted.first}, {.name = wanted.second}}};
   const std::array records{&runs[0], &runs[1]};

@@ -51,7 +51,7 @@ ordered_json json_of(const ComparedValue& value) {
           {"name", value.name},
           {"first", json_of(value.first)},
           {"second", json_of(value.second)},
-          {"difference", value.difference},
+          {"difference", json_of(value.difference)},
           {"std_error", json_of(value.std_error)},
           {"tolerance", json_of(value.tolerance)},
           {"verdict", name_of(value.verdict)}};

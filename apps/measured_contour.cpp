@@ -106,7 +106,7 @@ class ContourValues {
     result.second = {.count = 1, .mean = *second};
     result.difference = *second - first;
     result.tolerance = allowed_.length_cells * spacing_ + allowed_.length_part * std::abs(first);
-    const double size = std::abs(result.difference);
+    const double size = std::abs(*result.difference);
     result.verdict = judge(size, *result.tolerance, size, std::nullopt);
     return result;
   }

@@ -19,8 +19,6 @@ namespace scarp {
 
 namespace {
 
-constexpr std::uint64_t most_rays = std::uint64_t{1} << 32;  // fixed-point sums hold as many
-
 void check(bool valid, const std::string& message) {
   if (!valid) throw InputError(message);
 }

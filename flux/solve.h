@@ -22,6 +22,9 @@ std::shared_ptr<KeptHits> keep_hits();
 /// directions and places alike, or from the surface alone.
 bool can_keep_hits(const Species& species);
 
+/// The most rays of a species: fixed-point sums hold as many.
+inline constexpr std::uint64_t most_rays = std::uint64_t{1} << 32;
+
 /// Units: lengths as in the mesh.
 struct FluxOptions {
   enum class Engine {

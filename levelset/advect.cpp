@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/quantity.h"
 #include "levelset/band.h"
 #include "levelset/differences.h"
 #include "levelset/lax_friedrichs.h"
@@ -206,8 +207,7 @@ void require_finite(const Layers& layers, const std::vector<float>& speed) {
     if (!std::isfinite(speed[n])) {
       const Vec3d r = layers.frame.node_position(
           node_at(leaves[n / leaf_size], static_cast<int>(n % leaf_size)));
-      throw NumericalError("speed is not finite at (" + std::to_string(r.x) + ", " +
-                           std::to_string(r.y) + ", " + std::to_string(r.z) + ") nm");
+      throw NumericalError("speed is not finite at " + rounded_place(Vec3d(r)) + " nm");
     }
   }
 }

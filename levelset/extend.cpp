@@ -360,27 +360,25 @@ class SpeedAt {
 
   float of(const LayerSpeeds& layer, const Vec3f& normal) const {
     if (factors_.empty()) return speed_on_facet(layer.speed[point_.triangle], point_);
-    float speed = speed_on_facet(layer.parts[0][point_.triangle], point_);
-    for (std::size_t k = 0; k < factors_.size(); ++k)
-      speed +=
-          factors_[k].value(normal) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
+    float speed = part(layer, 0, normal);
+    for (std::size_t k = 1; k <= factors_.size(); ++k) speed += part(layer, k, normal);
     return speed;
   }
 
-  /// Whether the parts of its speed take each other away, but for a tenth.
-  bool cancels(const LayerSpeeds& layer) const {
-    float net = speed_on_facet(layer.parts[0][point_.triangle], point_);
-    float gross = std::abs(net);
-    for (std::size_t k = 0; k < factors_.size(); ++k) {
-      const float part =
-          factors_[k].value(normal_) * speed_on_facet(layer.parts[1 + k][point_.triangle], point_);
-      net += part;
-      gross += std::abs(part);
-    }
-    return std::abs(net) < 0.1F * gross;
+  /// Whether the parts of a speed that of() gave take each other away, but for a tenth.
+  bool cancels(const LayerSpeeds& layer, float speed) const {
+    float gross = 0;
+    for (std::size_t k = 0; k <= factors_.size(); ++k) gross += std::abs(part(layer, k, normal_));
+    return std::abs(speed) < 0.1F * gross;
   }
 
  private:
+  // The isotropic one, and then that of each factor.
+  float part(const LayerSpeeds& layer, std::size_t k, const Vec3f& normal) const {
+    const float amplitude = speed_on_facet(layer.parts[k][point_.triangle], point_);
+    return k == 0 ? amplitude : factors_[k - 1].value(normal) * amplitude;
+  }
+
   const ClosestPoint& point_;
   std::span<const AngularFactor> factors_;
   Vec3f normal_;
@@ -505,7 +503,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTr
       }
     }
     // With parts that nearly cancel the least error of the normal would be scaled, too.
-    const bool adds = mean != speed && speed_at.cancels(of_seen);
+    const bool adds = mean != speed && speed_at.cancels(of_seen, speed);
     const float scale = adds || speed == 0 ? 1.0F : mean / speed;
     for (std::size_t v = 0; v <= factors.size(); ++v) {
       values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);

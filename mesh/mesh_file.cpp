@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/quantity.h"
 #include "core/read_file.h"
 #include "core/triangulate.h"
 #include "mesh/mesh_format.h"
@@ -58,8 +59,7 @@ void check_vertices(const std::string& name, const RawMesh& mesh) {
       return name + ": vertex " + std::to_string(v) + " (counted from 0) ";
     };
     if (!std::isfinite(r.x) || !std::isfinite(r.y) || !std::isfinite(r.z)) {
-      throw InputError(where() + "at (" + std::to_string(r.x) + ", " + std::to_string(r.y) + ", " +
-                       std::to_string(r.z) + ") is not finite");
+      throw InputError(where() + "at " + rounded_place(Vec3d(r)) + " is not finite");
     }
     if (std::max({std::abs(r.x), std::abs(r.y), std::abs(r.z)}) > largest_coordinate) {
       throw InputError(where() +

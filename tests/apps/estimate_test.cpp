@@ -143,5 +143,14 @@ TEST(Estimate, TakesIonsAtTheirMeanEnergyAndKinksAtTheirSpeed) {
   EXPECT_EQ(estimate({(ions + "\"sputter\"\n").c_str()}).time_steps, 57);
 }
 
+// The trench is deeper by each cycle, and so is the surface on which the run goes ahead to the last
+// one. Fluxes take 135 000 rays on average, by those of the first cycle it would be 17 000.
+TEST(SlowEstimate, GoesAheadToTheLastCycleOfADeepTrench) {
+  const CostEstimate cost =
+      estimate_cost(read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/bosch_trench.toml", {}));
+  EXPECT_GT(cost.rays_per_time_step, 135e3 / 2);
+  EXPECT_LT(cost.rays_per_time_step, 135e3 * 2);
+}
+
 }  // namespace
 }  // namespace scarp
