@@ -7,6 +7,10 @@ set(BUILD_SHARED_LIBS ${saved_shared_libs})
 
 find_package(TBB REQUIRED)
 find_package(Eigen3 REQUIRED)
+# Without vectors, whose sums depend on how many a machine has: the same bits everywhere.
+add_library(eigen INTERFACE)
+target_link_libraries(eigen INTERFACE Eigen3::Eigen)
+target_compile_definitions(eigen INTERFACE EIGEN_DONT_VECTORIZE EIGEN_DONT_PARALLELIZE)
 find_package(tomlplusplus REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)

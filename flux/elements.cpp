@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
-#include "core/disjoint_sets.h"
 #include "flux/spatial_order.h"
 
 namespace scarp {
@@ -17,20 +17,17 @@ namespace {
 // A facet is cut into at most 2^10 pieces.
 constexpr int most_cuts = 10;
 
-// In spacings. In trenches and holes 20 spacings wide, patches (which are made of whole cells) have
-// half the error with joined facets that they have without, from as many rays, and elements of this
-// size shift them by less than .0005 of the source; twice the size gains nothing more.
-constexpr double cell_width = 2;
-constexpr double longest_joined_edge = 2;
+constexpr double least_cosine = 0.906;  // of 25 degrees, across an edge
 
-constexpr double least_cosine = 0.906;  // of 25 degrees
+// Of the length of the mean normal in a cell: an arc of 20 degrees.
+const double least_mean_normal =
+    std::getenv("SCARP_TURN") ? std::atof(std::getenv("SCARP_TURN")) : 0.995;
+
+// In spacings. Twice the size on curved walls has twice the bias.
+const double narrowest_cell =
+    std::getenv("SCARP_NARROW") ? std::atof(std::getenv("SCARP_NARROW")) : 2;
 
 double square_of(Vec3d v) { return dot(v, v); }
-
-bool has_longer_edge(const std::array<Vec3d, 3>& corners, double longest) {
-  const auto& [a, b, c] = corners;
-  return std::max({square_of(b - a), square_of(c - b), square_of(a - c)}) > longest * longest;
-}
 
 std::array<Vec3d, 3> as_double(const std::array<Vec3f, 3>& corners) {
   return {Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
@@ -46,84 +43,99 @@ std::array<double, 3> shares(const std::array<Vec3d, 3>& corners, Vec3d n, Vec3d
 
 Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
     : are_of_section_(of_section), scene_(&scene) {
-  for (auto* const per_facet : {&first_of_facet_, &count_of_facet_, &root_})
-    per_facet->reserve(scene.facet_count());
+  first_of_facet_.reserve(scene.facet_count() + 1);
+  root_.reserve(scene.facet_count());
   pieces_.reserve(scene.facet_count());
   nodes_.reserve(scene.facet_count());
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
-    const std::size_t first = pieces_.size();
-    first_of_facet_.push_back(static_cast<std::uint32_t>(first));
+    first_of_facet_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     root_.push_back(cut(f, as_double(scene.corners(f)), scene.area(f), longest_edge, 0));
-    count_of_facet_.push_back(static_cast<std::uint32_t>(pieces_.size() - first));
   }
-  element_of_.resize(pieces_.size());
-  std::iota(element_of_.begin(), element_of_.end(), 0U);
-  first_of_element_ = element_of_;
-  first_of_element_.push_back(static_cast<std::uint32_t>(pieces_.size()));
-  area_.reserve(pieces_.size());
-  for (const Piece& piece : pieces_) area_.push_back(piece.area);
-  below_.resize(pieces_.size());
+  first_of_facet_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  of_facet_.resize(pieces_.size());
+  std::iota(of_facet_.begin(), of_facet_.end(), 0U);
+  join_with(of_facet_);
 }
 
-bool Elements::can_be_joined(std::uint32_t facet) const {
-  return count_of_facet_[facet] == 1 &&
-         !has_longer_edge(pieces_[first_of_facet_[facet]].corners, longest_joined_edge);
+void Elements::join(const TriMesh& mesh, double width) {
+  DisjointSets joined(pieces_.size());
+  std::vector<std::uint32_t> left(pieces_.size());
+  std::iota(left.begin(), left.end(), 0U);
+  for (; !left.empty(); width /= 2)
+    left = join_in_cells(mesh, left, width, joined, width > narrowest_cell);
+  std::vector<std::uint32_t> lowest(pieces_.size());
+  for (std::uint32_t p = 0; p < lowest.size(); ++p) lowest[p] = joined.lowest(p);
+  join_with(lowest);
 }
 
-// The lowest facet that each one is joined with.
-std::vector<std::uint32_t> Elements::joined_facets(const TriMesh& mesh) const {
-  const SceneCells cells(*scene_, cell_width);
+// Joins some pieces by cells; returns those of cells in which the surface turns, if these are to be
+// left alone.
+std::vector<std::uint32_t> Elements::join_in_cells(const TriMesh& mesh,
+                                                   std::span<const std::uint32_t> some,
+                                                   double width, DisjointSets& joined,
+                                                   bool leave_turning) const {
+  const SceneCells cells(*scene_, width);
   std::vector<std::uint64_t> keys;
-  std::vector<std::uint32_t> facets;
-  keys.reserve(scene_->facet_count());
-  facets.reserve(scene_->facet_count());
-  for (std::uint32_t f = 0; f < scene_->facet_count(); ++f) {
-    if (!can_be_joined(f)) continue;
-    keys.push_back(cells.key(middle_of(pieces_[first_of_facet_[f]].corners),
-                             main_direction(scene_->normal(f))));
-    facets.push_back(f);
-  }
+  keys.reserve(some.size());
+  for (const std::uint32_t p : some)
+    keys.push_back(cells.key(middle_of(pieces_[p].corners), main_direction(pieces_[p].normal)));
+  std::vector<std::uint32_t> left;
+  std::vector<std::uint32_t> in_cell;
   const std::vector<std::uint32_t> order = sorted_order(keys);
-  const auto material = [&](std::uint32_t f) {
-    return mesh.materials.empty() ? 0 : mesh.materials[f];
-  };
+  for (std::size_t k = 0; k < order.size();) {
+    const std::uint64_t key = keys[order[k]];
+    in_cell.clear();
+    for (; k < order.size() && keys[order[k]] == key; ++k) in_cell.push_back(some[order[k]]);
+    if (leave_turning && turns(in_cell))
+      left.insert(left.end(), in_cell.begin(), in_cell.end());
+    else
+      join_neighbours(mesh, in_cell, joined);
+  }
+  return left;
+}
 
+bool Elements::turns(std::span<const std::uint32_t> pieces) const {
+  Vec3d normal;
+  double area = 0;
+  for (const std::uint32_t p : pieces) {
+    normal += pieces_[p].area * pieces_[p].normal;
+    area += pieces_[p].area;
+  }
+  return length(normal) < least_mean_normal * area;
+}
+
+// Pieces whose facets are the same or have a common edge.
+void Elements::join_neighbours(const TriMesh& mesh, std::span<const std::uint32_t> pieces,
+                               DisjointSets& joined) const {
   struct Edge {
     std::uint32_t from;
     std::uint32_t to;
-    std::uint32_t facet;
+    std::uint32_t piece;
   };
   const auto ends = [](const Edge& e) { return std::tuple(e.from, e.to); };
-  DisjointSets joined(scene_->facet_count());
+  const auto material = [&](std::uint32_t f) {
+    return mesh.materials.empty() ? 0 : mesh.materials[f];
+  };
   std::vector<Edge> edges;
-  for (std::size_t begin = 0; begin < order.size();) {
-    std::size_t end = begin;
-    edges.clear();
-    for (; end < order.size() && keys[order[end]] == keys[order[begin]]; ++end) {
-      const std::uint32_t f = facets[order[end]];
-      const Triangle& t = mesh.triangles[f];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-        edges.push_back({low, high, f});
-      }
+  edges.reserve(3 * pieces.size());
+  for (const std::uint32_t p : pieces) {
+    const Triangle& t = mesh.triangles[pieces_[p].facet];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+      edges.push_back({low, high, p});
     }
-    std::sort(edges.begin(), edges.end(), [&](const Edge& a, const Edge& b) {
-      return std::tuple(ends(a), a.facet) < std::tuple(ends(b), b.facet);
-    });
-    for (std::size_t k = 1; k < edges.size(); ++k) {
-      const auto [f, g] = std::pair(edges[k - 1].facet, edges[k].facet);
-      if (ends(edges[k - 1]) == ends(edges[k]) && material(f) == material(g) &&
-          dot(scene_->normal(f), scene_->normal(g)) > least_cosine)
-        joined.join(f, g);
-    }
-    begin = end;
   }
-  std::vector<std::uint32_t> lowest(scene_->facet_count());
-  for (std::uint32_t f = 0; f < lowest.size(); ++f) lowest[f] = joined.lowest(f);
-  return lowest;
+  std::sort(edges.begin(), edges.end(), [&](const Edge& a, const Edge& b) {
+    return std::tuple(ends(a), a.piece) < std::tuple(ends(b), b.piece);
+  });
+  for (std::size_t k = 1; k < edges.size(); ++k) {
+    const Piece& a = pieces_[edges[k - 1].piece];
+    const Piece& b = pieces_[edges[k].piece];
+    if (ends(edges[k - 1]) == ends(edges[k]) && material(a.facet) == material(b.facet) &&
+        dot(a.normal, b.normal) > least_cosine)
+      joined.join(edges[k - 1].piece, edges[k].piece);
+  }
 }
-
-void Elements::join(const TriMesh& mesh) { join_with(joined_facets(mesh)); }
 
 void Elements::join_rings(std::span<const std::uint32_t> rings) {
   std::vector<std::uint32_t> lowest(rings.size());
@@ -133,23 +145,35 @@ void Elements::join_rings(std::span<const std::uint32_t> rings) {
   are_rings_ = true;
 }
 
-// lowest: of the facets that each one is joined with, which are not cut.
+// lowest: of the pieces that each one is joined with. Elements are numbered by it.
 void Elements::join_with(std::span<const std::uint32_t> lowest) {
+  std::vector<std::uint32_t> element_of(pieces_.size());
   area_.clear();
+  middle_.clear();
+  normal_.clear();
   for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
-    const std::uint32_t facet = pieces_[p].facet;
-    if (lowest[facet] == facet) {
-      element_of_[p] = static_cast<std::uint32_t>(area_.size());
-      area_.push_back(pieces_[p].area);
+    if (lowest[p] == p) {
+      element_of[p] = static_cast<std::uint32_t>(area_.size());
+      area_.push_back(0);
+      middle_.emplace_back();
+      normal_.emplace_back();
     } else {
-      element_of_[p] = element_of_[first_of_facet_[lowest[facet]]];
-      area_[element_of_[p]] += pieces_[p].area;
+      element_of[p] = element_of[lowest[p]];
     }
+    area_[element_of[p]] += pieces_[p].area;
+    middle_[element_of[p]] += pieces_[p].area * middle_of(pieces_[p].corners);
+    normal_[element_of[p]] += pieces_[p].area * pieces_[p].normal;
   }
+  for (std::size_t e = 0; e < area_.size(); ++e) {
+    middle_[e] = middle_[e] / area_[e];
+    normal_[e] = normal_[e] / area_[e];
+  }
+  element_of_ = std::move(element_of);
   first_of_element_.assign(area_.size() + 1, 0);
   for (const std::uint32_t element : element_of_) ++first_of_element_[element + 1];
   std::partial_sum(first_of_element_.begin(), first_of_element_.end(), first_of_element_.begin());
-  put_together();
+  below_.resize(pieces_.size());
+  if (area_.size() < pieces_.size()) put_together();
 }
 
 // Rays start anywhere on an element: its pieces have to lie close together in memory.
@@ -166,18 +190,11 @@ void Elements::put_together() {
     filled[element] += pieces_[p].area;
   }
   pieces_ = std::move(pieces);
-  for (std::uint32_t& first : first_of_facet_) first = place[first];
+  for (std::uint32_t& p : of_facet_) p = place[p];
   for (Node& node : nodes_)
     if (node.corner < 0) node.next = place[node.next];
   for (std::uint32_t element = 0; element < area_.size(); ++element)
     for (const std::uint32_t p : pieces_of(element)) element_of_[p] = element;
-}
-
-Vec3d Elements::middle(std::size_t element) const {
-  Vec3d sum;
-  for (const std::uint32_t p : pieces_of(element))
-    sum += pieces_[p].area * middle_of(pieces_[p].corners);
-  return sum / area_[element];
 }
 
 // The halves of (p, q, r), cut from p to the middle m of q and r, are (p, q, m) and (p, m, r).
@@ -230,7 +247,7 @@ std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
   return node->next;
 }
 
-Elements elements_of(const FluxProblem& problem, bool joins) {
+Elements elements_of(const FluxProblem& problem, std::optional<double> joins) {
   const FluxOptions& options = problem.options;
   if (!options.rings.empty()) {
     Elements rings(problem.scene, std::numeric_limits<double>::infinity(), true);
@@ -239,7 +256,7 @@ Elements elements_of(const FluxProblem& problem, bool joins) {
   }
   // What is seen along a narrow lobe has true errors with blocks of any length.
   Elements elements(problem.scene, longest_element_edge, joins && options.two_dimensional);
-  if (joins && !options.two_dimensional) elements.join(problem.mesh);
+  if (joins && !options.two_dimensional) elements.join(problem.mesh, *joins);
   return elements;
 }
 

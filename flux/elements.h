@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "core/tri_mesh.h"
 #include "core/vec3.h"
 #include "flux/problem.h"
@@ -19,12 +21,12 @@ inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
 /// In spacings: flux is taken as constant on an element.
 inline constexpr double longest_element_edge = 3;
 
-/// The surface of a scene in elements, on which flux may be taken as constant where it is
-/// re-emitted: large facets of a simplified mesh span places with quite different flux, and small
-/// ones, such as marching cubes give, hardly differ from their neighbours.
+/// The surface of a scene in elements, the unknowns of the exchange: large facets of a simplified
+/// mesh span places with quite different flux, and small ones, such as marching cubes give, hardly
+/// differ from their neighbours.
 ///
 /// A facet is cut through the middle of its longest edge until all edges are short enough: that
-/// gives the pieces. An element is a piece, or several short facets that are joined.
+/// gives the pieces. An element is a piece, or several neighbours that are joined.
 ///
 /// Units: as in the scene, grid spacings.
 class Elements {
@@ -40,11 +42,11 @@ class Elements {
   /// of_section: they lie one after another along a cross-section, so they are few.
   Elements(const RayScene& scene, double longest_edge, bool of_section = false);
 
-  /// Joins neighbours by edges that are no longer than two spacings, have middles in the same cell
-  /// of two spacings, normals within 25 degrees and in the same main direction, and the same
-  /// material. That makes one equation of about eight facets of marching cubes, and one well spread
-  /// set of rays.
-  void join(const TriMesh& mesh);
+  /// Joins pieces by the edges of their facets if they have middles in the same cubic cell, the
+  /// same main direction and material, and normals within 25 degrees across an edge. Cells have the
+  /// given width in spacings, half of it where the surface turns by more than about 20 degrees in
+  /// one. A mesh of marching cubes and its simplified one so have about as many elements. Once.
+  void join(const TriMesh& mesh, double width);
 
   /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.
   void join_rings(std::span<const std::uint32_t> rings);
@@ -85,13 +87,18 @@ class Elements {
   std::span<const double> areas_below(std::size_t element) const {
     return std::span(below_).subspan(first_of_element_[element], pieces_of(element).size());
   }
-  Vec3d middle(std::size_t element) const;
+  std::size_t facet_count() const { return scene_->facet_count(); }
+  std::size_t piece_count() const { return pieces_.size(); }
+  Vec3d middle(std::size_t element) const { return middle_[element]; }
+  /// The mean by area of its normals.
+  Vec3d normal(std::size_t element) const { return normal_[element]; }
   /// The mean by area of what each of its facets has.
   template <class OfFacet>
   double mean(std::size_t element, const OfFacet& of_facet) const;
 
-  Pieces pieces_of_facet(std::size_t facet) const {
-    return {first_of_facet_[facet], first_of_facet_[facet] + count_of_facet_[facet]};
+  std::span<const std::uint32_t> pieces_of_facet(std::size_t facet) const {
+    return std::span(of_facet_).subspan(first_of_facet_[facet],
+                                        first_of_facet_[facet + 1] - first_of_facet_[facet]);
   }
   /// The part of a piece in its facet.
   double share_of_facet(std::size_t piece) const {
@@ -124,28 +131,34 @@ class Elements {
 
   std::uint32_t cut(std::uint32_t facet, const std::array<Vec3d, 3>& corners, double area,
                     double longest_edge, int depth);
-  std::vector<std::uint32_t> joined_facets(const TriMesh& mesh) const;
-  bool can_be_joined(std::uint32_t facet) const;
+  std::vector<std::uint32_t> join_in_cells(const TriMesh& mesh, std::span<const std::uint32_t> some,
+                                           double width, DisjointSets& joined,
+                                           bool leave_turning) const;
+  bool turns(std::span<const std::uint32_t> pieces) const;
+  void join_neighbours(const TriMesh& mesh, std::span<const std::uint32_t> pieces,
+                       DisjointSets& joined) const;
   void join_with(std::span<const std::uint32_t> lowest);
   void put_together();
 
-  std::vector<Piece> pieces_;  // those of an element together, and those of a facet
+  std::vector<Piece> pieces_;  // those of an element together
   std::vector<std::uint32_t> first_of_facet_;
-  std::vector<std::uint32_t> count_of_facet_;
-  std::vector<std::uint32_t> root_;  // per facet: its node
+  std::vector<std::uint32_t> of_facet_;  // pieces by facet
+  std::vector<std::uint32_t> root_;      // per facet: its node
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> element_of_;  // per piece
   std::vector<double> below_;              // per piece: area of those before it in its element
   std::vector<std::uint32_t> first_of_element_;
   std::vector<double> area_;
+  std::vector<Vec3d> middle_;
+  std::vector<Vec3d> normal_;
   bool are_rings_ = false;
   bool are_of_section_;
   const RayScene* scene_;
 };
 
-/// Elements as rays are sent from them; joins: whether small facets are joined, as they are not in
-/// two dimensions, nor where there are rings.
-Elements elements_of(const FluxProblem& problem, bool joins);
+/// Elements as rays are sent from them; joins: in cells of which width pieces are joined, if they
+/// are, but in two dimensions and where there are rings.
+Elements elements_of(const FluxProblem& problem, std::optional<double> joins);
 
 template <class OfFacet>
 double Elements::mean(std::size_t element, const OfFacet& of_facet) const {
@@ -158,7 +171,7 @@ double Elements::mean(std::size_t element, const OfFacet& of_facet) const {
 
 template <class OfElement>
 double Elements::mean_on_facet(std::size_t facet, const OfElement& of_element) const {
-  const Pieces pieces = pieces_of_facet(facet);
+  const auto pieces = pieces_of_facet(facet);
   if (pieces.size() == 1) return of_element(element_of_[pieces.front()]);
   double sum = 0;
   for (const std::uint32_t p : pieces) sum += pieces_[p].area * of_element(element_of_[p]);

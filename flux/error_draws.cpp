@@ -115,7 +115,7 @@ void mean_draws_on_facet(const RayPlan& plan, std::size_t facet, std::span<const
   const auto row_of = [&](std::uint32_t piece) {
     return of_ranks.subspan(plan.rank_of(elements.element_of(piece)) * draw_count, draws.size());
   };
-  const Elements::Pieces pieces = elements.pieces_of_facet(facet);
+  const auto pieces = elements.pieces_of_facet(facet);
   if (pieces.size() == 1) {
     std::ranges::copy(row_of(pieces.front()), draws.begin());
     return;

@@ -1,12 +1,14 @@
 #include "flux/facet_values.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
 #include <span>
 
 #include "core/parallel.h"
-#include "flux/reconstruct.h"
 
 namespace scarp {
 
@@ -18,91 +20,165 @@ constexpr std::size_t grain = 256;  // elements
 // neighbours there is none across, and slivers with few rays, close by as they are, make none.
 constexpr double ridge = 0.03;
 
-}  // namespace
+constexpr double least_cosine = 0.766;  // of 40 degrees
+constexpr double least_square = 1e-6;   // of a distance in spacings
 
-// The slope of a plane through an element's value that fits those of its neighbours best, each
-// counted by its area over its distance squared.
-class FacetValues::SlopeFit {
+// Numbers of places, the same for the same place to the last bit. Vertices of pieces are exact sums
+// of vertices of the mesh, so that those of neighbours are the same.
+class Places {
  public:
-  SlopeFit(const Elements& elements, std::span<const Vec3d> middles, const SmoothCorners& corners)
-      : elements_(elements), middles_(middles), corners_(corners) {}
+  explicit Places(std::size_t most)
+      : slots_(std::bit_ceil(2 * most + 1), none), mask_(slots_.size() - 1) {}
 
-  /// Adds the neighbours of an element.
-  void fit(std::uint32_t element, std::vector<Neighbour>& neighbours);
+  std::uint32_t number(Vec3d r) {
+    for (std::size_t slot = hash(r);; ++slot) {
+      std::uint32_t& number = slots_[slot & mask_];
+      if (number == none) {
+        number = static_cast<std::uint32_t>(places_.size());
+        places_.push_back(r);
+      }
+      if (places_[number] == r) return number;
+    }
+  }
+  std::size_t count() const { return places_.size(); }
 
  private:
-  void find_neighbours(std::uint32_t element);
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
 
-  const Elements& elements_;
-  std::span<const Vec3d> middles_;  // of elements
-  const SmoothCorners& corners_;
-  std::vector<std::uint32_t> found_;
-  std::vector<Vec3d> slopes_;
+  // Adding zero makes one zero of both.
+  static std::size_t hash(Vec3d r) {
+    std::uint64_t bits = 0;
+    for (const double x : {r.x, r.y, r.z}) {
+      bits = (bits ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15U;
+      bits ^= bits >> 32;
+    }
+    return bits;
+  }
+
+  std::vector<std::uint32_t> slots_;
+  std::size_t mask_;
+  std::vector<Vec3d> places_;
 };
 
-// Pieces of facets that are cut may lie far away.
-void FacetValues::SlopeFit::find_neighbours(std::uint32_t element) {
-  found_.clear();
+}  // namespace
+
+// Which elements touch, and the slope of a plane through an element's number that fits those of its
+// neighbours best, each counted by its area over its distance squared.
+class FacetValues::Neighbours {
+ public:
+  Neighbours(const TriMesh& mesh, const Elements& elements);
+
+  /// Adds the neighbours of an element, which are found in their order.
+  void fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const;
+
+ private:
+  std::vector<std::uint32_t> of(std::uint32_t element) const;
+  bool are_smooth(const Elements::Piece& a, const Elements::Piece& b) const {
+    const auto& materials = mesh_.materials;
+    return (materials.empty() || materials[a.facet] == materials[b.facet]) &&
+           dot(a.normal, b.normal) > least_cosine;
+  }
+
+  const TriMesh& mesh_;
+  const Elements& elements_;
+  std::vector<std::array<std::uint32_t, 3>> places_;  // per piece: of its corners
+  std::vector<std::uint32_t> first_;                  // per place
+  std::vector<std::uint32_t> pieces_;                 // around each
+};
+
+FacetValues::Neighbours::Neighbours(const TriMesh& mesh, const Elements& elements)
+    : mesh_(mesh), elements_(elements), places_(elements.piece_count()) {
+  Places places(3 * places_.size());
+  for (std::size_t p = 0; p < places_.size(); ++p)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      places_[p][corner] = places.number(elements.piece(p).corners[corner]);
+  first_.resize(places.count() + 1);
+  for (const auto& of_piece : places_)
+    for (const std::uint32_t place : of_piece) ++first_[place + 1];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  pieces_.resize(first_.back());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t p = 0; p < places_.size(); ++p)
+    for (const std::uint32_t place : places_[p]) pieces_[next[place]++] = p;
+}
+
+std::vector<std::uint32_t> FacetValues::Neighbours::of(std::uint32_t element) const {
+  std::vector<std::uint32_t> found;
   for (const std::uint32_t p : elements_.pieces_of(element)) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint32_t set = corners_.sets_of(elements_.piece(p).facet)[corner];
-      for (const SmoothCorners::Member& each : corners_.members(set)) {
-        const Elements::Pieces pieces = elements_.pieces_of_facet(each.facet);
-        const std::uint32_t other = elements_.element_of(pieces.front());
-        if (pieces.size() == 1 && other != element &&
-            std::ranges::find(found_, other) == found_.end())
-          found_.push_back(other);
+    for (const std::uint32_t place : places_[p]) {
+      for (std::uint32_t k = first_[place]; k < first_[place + 1]; ++k) {
+        const std::uint32_t other = elements_.element_of(pieces_[k]);
+        if (other != element && are_smooth(elements_.piece(p), elements_.piece(pieces_[k])) &&
+            std::ranges::find(found, other) == found.end())
+          found.push_back(other);
       }
     }
   }
+  std::ranges::sort(found);
+  return found;
 }
 
-void FacetValues::SlopeFit::fit(std::uint32_t element, std::vector<Neighbour>& neighbours) {
-  find_neighbours(element);
-  slopes_.clear();
-  std::array<Vec3d, 3> squares{};  // the normal equations
-  for (const std::uint32_t neighbour : found_) {
-    const Vec3d d = middles_[neighbour] - middles_[element];
+void FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const {
+  const std::vector<std::uint32_t> found = of(element);
+  Eigen::Matrix3d squares = ridge * Eigen::Matrix3d::Identity();  // of the normal equations
+  std::vector<Eigen::Vector3d> weighted;
+  for (const std::uint32_t neighbour : found) {
+    const Vec3d between = elements_.middle(neighbour) - elements_.middle(element);
+    // Nothing changes across a section.
+    const Eigen::Vector3d d(between.x, elements_.are_of_section() ? 0 : between.y, between.z);
     const double weight = std::min(1.0, elements_.area(neighbour) / elements_.area(element));
-    slopes_.push_back(weight / dot(d, d) * d);
-    for (int axis = 0; axis < 3; ++axis)
-      squares[static_cast<std::size_t>(axis)] += slopes_.back()[axis] * d;
+    // One around the other tells no slope.
+    weighted.emplace_back(d.squaredNorm() > least_square ? weight / d.squaredNorm() * d : 0 * d);
+    squares += weighted.back() * d.transpose();
   }
-  for (int axis = 0; axis < 3; ++axis) squares[static_cast<std::size_t>(axis)][axis] += ridge;
-  const auto& [a, b, c] = squares;
-  const Vec3d bc = cross(b, c);
-  const Vec3d ca = cross(c, a);
-  const Vec3d ab = cross(a, b);
-  const double determinant = dot(a, bc);
-  for (std::size_t k = 0; k < found_.size(); ++k) {
-    const Vec3d sum = slopes_[k];
-    const Vec3d slope = (sum.x * bc + sum.y * ca + sum.z * ab) / determinant;
-    neighbours.push_back({found_[k], Vec3f(slope)});
+  const Eigen::LLT<Eigen::Matrix3d> fit(squares);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Eigen::Vector3d slope = fit.solve(weighted[k]);
+    neighbours.push_back({found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()})});
   }
 }
 
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
-    : element_of_(mesh.triangles.size(), is_by_itself),
-      from_middle_(mesh.triangles.size()),
-      first_(elements.count() + 1) {
-  const SmoothCorners corners(mesh);
-  std::vector<Vec3d> middles(elements.count());
-  for (std::size_t e = 0; e < middles.size(); ++e) middles[e] = elements.middle(e);
+    : first_(elements.count() + 1) {
+  find_parts(elements);
+  if (!elements.are_rings()) find_planes(mesh, elements);
+}
+
+// Pieces of a facet that are in the same element follow each other, or nearly.
+void FacetValues::find_parts(const Elements& elements) {
+  const std::size_t facet_count = elements.facet_count();
+  first_part_.reserve(facet_count + 1);
+  parts_.reserve(facet_count);
+  first_part_.push_back(0);
+  for (std::size_t f = 0; f < facet_count; ++f) {
+    const std::size_t first = parts_.size();
+    for (const std::uint32_t p : elements.pieces_of_facet(f)) {
+      const std::uint32_t element = elements.element_of(p);
+      const double share = elements.share_of_facet(p);
+      const Vec3d offset =
+          share * (middle_of(elements.piece(p).corners) - elements.middle(element));
+      const auto begin = parts_.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto part = std::find_if(begin, parts_.end(),
+                                     [&](const Part& each) { return each.element == element; });
+      if (part == parts_.end()) {
+        parts_.push_back({element, static_cast<float>(share), Vec3f(offset)});
+      } else {
+        part->share += static_cast<float>(share);
+        part->offset += Vec3f(offset);
+      }
+    }
+    first_part_.push_back(parts_.size());
+  }
+}
+
+void FacetValues::find_planes(const TriMesh& mesh, const Elements& elements) {
+  const Neighbours touching(mesh, elements);
   std::vector<std::vector<Neighbour>> of_range((elements.count() + grain - 1) / grain);
   parallel_for(elements.count(), grain, [&](std::size_t begin, std::size_t end) {
-    SlopeFit slope(elements, middles, corners);
     std::vector<Neighbour>& neighbours = of_range[begin / grain];
     for (std::size_t e = begin; e < end; ++e) {
-      const auto element = static_cast<std::uint32_t>(e);
       const std::size_t earlier = neighbours.size();
-      if (elements.pieces_of(e).size() > 1 && !elements.are_rings()) {
-        slope.fit(element, neighbours);
-        for (const std::uint32_t p : elements.pieces_of(e)) {
-          const Elements::Piece& piece = elements.piece(p);
-          element_of_[piece.facet] = element;
-          from_middle_[piece.facet] = Vec3f(middle_of(piece.corners) - middles[e]);
-        }
-      }
+      touching.fit(static_cast<std::uint32_t>(e), neighbours);
       first_[e + 1] = neighbours.size() - earlier;
     }
   });

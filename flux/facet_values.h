@@ -1,7 +1,7 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/tri_mesh.h"
@@ -9,42 +9,65 @@
 
 namespace scarp {
 
-/// Values on facets from those on elements: where facets are joined, on a plane through the middle
-/// of their element that fits its neighbours (by SmoothCorners) best, so that the mean over an
-/// element is its own; elsewhere, and on rings, the mean over a facet's elements.
+/// Values within elements from one number for each: on a plane through the middle of the element
+/// that fits its neighbours best, so that the mean over an element is its own number. On rings, and
+/// where an element has no neighbour, constant.
+///
+/// Neighbours are elements with a common vertex, the same material and normals within 40 degrees
+/// there.
 class FacetValues {
  public:
   FacetValues(const TriMesh& mesh, const Elements& elements);
 
-  std::size_t facet_count() const { return element_of_.size(); }
-  /// What a facet has more than its element, of a quantity given by element, is the sum of weight
-  /// times quantity over the calls use(element, weight).
+  std::size_t facet_count() const { return first_part_.size() - 1; }
+
+  /// The slope of the plane of an element.
+  template <class OfElement>
+  Vec3d slope(std::size_t element, const OfElement& of_element) const {
+    Vec3d sum;
+    const double here = of_element(element);
+    for (std::size_t k = first_[element]; k < first_[element + 1]; ++k)
+      sum += (of_element(neighbours_[k].element) - here) * Vec3d(neighbours_[k].slope);
+    return sum;
+  }
+
+  /// A facet or a part of it that is in one element.
+  struct Part {
+    std::uint32_t element = 0;
+    float share = 0;  ///< of the area of the facet
+    Vec3f offset{};   ///< of its middle from that of the element, times the share
+  };
+  std::span<const Part> parts_of(std::size_t facet) const {
+    return std::span(parts_).subspan(first_part_[facet],
+                                     first_part_[facet + 1] - first_part_[facet]);
+  }
+
+  /// What a facet part has more than its share of its element's number, is the sum of weight times
+  /// number over the calls use(element, weight).
   template <class Use>
-  void for_each_beyond(std::size_t facet, const Use& use) const {
-    const std::uint32_t element = element_of_[facet];
-    if (element == is_by_itself) return;
-    const Vec3f from_middle = from_middle_[facet];
+  void for_each_beyond(const Part& part, const Use& use) const {
     double sum = 0;
-    for (std::size_t k = first_[element]; k < first_[element + 1]; ++k) {
-      const double weight = dot(Vec3d(from_middle), Vec3d(neighbours_[k].slope));
+    for (std::size_t k = first_[part.element]; k < first_[part.element + 1]; ++k) {
+      const double weight = dot(Vec3d(part.offset), Vec3d(neighbours_[k].slope));
       use(neighbours_[k].element, weight);
       sum += weight;
     }
-    use(element, -sum);
+    use(part.element, -sum);
   }
 
  private:
-  static constexpr std::uint32_t is_by_itself = ~std::uint32_t{0};
-
   struct Neighbour {
     std::uint32_t element;
     Vec3f slope;  // of the element's plane, for a difference of 1
   };
-  class SlopeFit;
+  class Neighbours;
 
-  std::vector<std::uint32_t> element_of_;  // per facet: that it is joined to
-  std::vector<Vec3f> from_middle_;         // per facet: its middle from that of its element
-  std::vector<std::size_t> first_;         // per element
+  void find_parts(const Elements& elements);
+  void find_planes(const TriMesh& mesh, const Elements& elements);
+
+  std::vector<std::size_t> first_part_;  // per facet
+  std::vector<Part> parts_;
+  std::vector<std::size_t> first_;  // per element
   std::vector<Neighbour> neighbours_;
 };
 

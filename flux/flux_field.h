@@ -67,6 +67,8 @@ struct FluxField {
                            ///< with particles that go on)
   std::uint64_t segments = 0;  ///< straight flights, side crossings not counted
   double error = 0;            ///< root mean square patch error, see FluxOptions::target_error
+  double bias = 0;  ///< the part of the error, or of response_error if there is one, that
+                    ///< the size of elements leaves; of gathered fluxes
   std::optional<double> response_error{};  ///< see FluxOptions::responses
   double max_facet_error = 0;  ///< largest standard error of a facet divided by max(flux, 0.05)
   std::optional<RayCap> missed_by{};  ///< the target, because of it

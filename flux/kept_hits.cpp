@@ -9,10 +9,16 @@ namespace {
 // Two chemistries by turns with two patterns each, in up to four rounds.
 constexpr std::size_t most_views = 16;
 
+// Whether a view is what the rays of a plan see.
+bool sends(const View& view, const RayPlan& plan) {
+  return std::ranges::equal(view.matrix.first, plan.first(),
+                            [](auto rays, auto of_set) { return rays == of_set * set_count; });
+}
+
 }  // namespace
 
 std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems,
-                                           const RayPlan& plan,
+                                           const RayPlan& plan, double width,
                                            std::shared_ptr<const View> earlier) {
   const auto send = [&] {
     sent_ += plan.total() - earlier->matrix.rays.size();
@@ -22,12 +28,12 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
   if (!std::ranges::all_of(problems, can_keep)) return send();
   Known now{.materials = problems.front().mesh.materials,
             .have_source = {},
-            .total = plan.total(),
+            .width = width,
             .view = nullptr};
   for (const FluxProblem& problem : problems) now.have_source.push_back(problem.has_source());
   const auto found = std::ranges::find_if(known_, [&](const Known& known) {
-    return known.total == now.total && known.have_source == now.have_source &&
-           known.materials == now.materials;
+    return known.width == width && known.have_source == now.have_source &&
+           known.materials == now.materials && sends(*known.view, plan);
   });
   if (found == known_.end()) {
     now.view = send();

@@ -13,18 +13,19 @@ namespace scarp {
 
 /// What gathered rays met on one mesh, for solutions that send the same ones again.
 ///
-/// Rays are a function of mesh, seed, time step and how many there are in all, so whether they were
-/// sent or remembered changes no bit of a flux, and they are counted either way. Those that
-/// tell from where to aim at the sky, one per element, are sent anew. Only rays to the same sky
-/// are: those of species that come evenly from all directions, or from the surface alone.
+/// Rays are a function of mesh, seed, time step, elements and how many each of these sends, so
+/// whether they were sent or remembered changes no bit of a flux, and they are counted either way.
+/// Those that tell from where to aim at the sky, one per element, are sent anew. Only rays to the
+/// same sky are: those of species that come evenly from all directions, or from the surface alone.
 ///
 /// The facets may change their materials, which decide what is joined; the last few patterns are
 /// remembered.
 class KeptHits {
  public:
   /// As scarp::look.
+  /// width: of the cells in which elements are joined.
   std::shared_ptr<const View> look(std::span<const FluxProblem> problems, const RayPlan& plan,
-                                   std::shared_ptr<const View> earlier);
+                                   double width, std::shared_ptr<const View> earlier);
 
   /// Rays that were sent, not remembered.
   std::uint64_t sent() const { return sent_; }
@@ -33,7 +34,7 @@ class KeptHits {
   struct Known {
     std::vector<MaterialId> materials;
     std::vector<bool> have_source;
-    std::uint64_t total = 0;  ///< of rays
+    double width = 0;  ///< of the cells of elements
     std::shared_ptr<const View> view;
   };
   std::deque<Known> known_;  ///< the oldest first

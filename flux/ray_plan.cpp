@@ -55,8 +55,10 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
   for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
   rank_of_facet_.resize(scene.facet_count(), is_cut);
   for (std::uint32_t f = 0; f < rank_of_facet_.size(); ++f) {
-    const Elements::Pieces pieces = elements.pieces_of_facet(f);
-    if (pieces.size() == 1) rank_of_facet_[f] = rank_of_[elements.element_of(pieces.front())];
+    const auto pieces = elements.pieces_of_facet(f);
+    const std::uint32_t element = elements.element_of(pieces.front());
+    if (std::ranges::all_of(pieces, [&](auto p) { return elements.element_of(p) == element; }))
+      rank_of_facet_[f] = rank_of_[element];
   }
   make_blocks(scene);
   rays_.resize(keys.size());
@@ -129,6 +131,16 @@ bool RayPlan::is_parted(std::uint32_t rank) const {
   if (!elements_->are_of_section() || rank == 0) return false;
   return length(elements_->middle(element_at_[rank]) - elements_->middle(element_at_[rank - 1])) >
          far;
+}
+
+void RayPlan::weigh(std::span<const double> densities) {
+  surface_ = 0;
+  for (std::size_t w = 0; w < windows_.size(); ++w) {
+    for (std::uint32_t rank = windows_[w].front().begin; rank < windows_[w].back().end; ++rank) {
+      share_[element_at_[rank]] *= densities[w];
+      surface_ += share_[element_at_[rank]];
+    }
+  }
 }
 
 void RayPlan::aim_at_sky(const Window& window) {

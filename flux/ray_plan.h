@@ -29,13 +29,19 @@ class RayPlan {
   RayPlan(const RayPlan&) = delete;
   RayPlan& operator=(const RayPlan&) = delete;
 
-  /// As many rays per area everywhere, since errors are judged on patches of the same area, or, of
-  /// rings, per length of the section, since patches are as wide everywhere: even
-  /// numbers, from 8 in a set on multiples of 4, everywhere multiples of rays_per_skyward where
-  /// they aim at the sky, mixed from block to block for the right mean (powers of two make better
-  /// sets, but a mixture of two of them has 3 to 8 % more error than as many rays in sets of nearly
-  /// one size). Never fewer on any element than before, and together at most cap unless the least
-  /// sets of all elements are more.
+  /// From now on as many rays per share, where a share is an area, or of rings a length of the
+  /// section, times the density that the rays of a window's elements are to have.
+  ///
+  /// Shape: one per window, > 0.
+  void weigh(std::span<const double> densities);
+
+  /// As many rays per share everywhere: at first per area, since errors are judged on patches of
+  /// the same area, or, of rings, per length of the section, since patches are as wide everywhere.
+  /// Even numbers, from 8 in a set on multiples of 4, everywhere multiples of rays_per_skyward
+  /// where they aim at the sky, mixed from block to block for the right mean (powers of two make
+  /// better sets, but a mixture of two of them has 3 to 8 % more error than as many rays in sets of
+  /// nearly one size). Never fewer on any element than before, and together at most cap unless the
+  /// least sets of all elements are more.
   void grow(double rays_per_share, std::uint64_t cap);
 
   const Elements& elements() const { return *elements_; }
@@ -81,6 +87,8 @@ class RayPlan {
   /// Whether no element sends more, however many are asked for.
   bool is_full() const;
   std::uint64_t total() const { return first_.back() * set_count; }
+  /// Number of rays in one set of all ranks before each, and of all.
+  std::span<const std::uint64_t> first() const { return first_; }
 
  private:
   static constexpr std::uint32_t is_cut = ~std::uint32_t{0};
@@ -106,7 +114,7 @@ class RayPlan {
   double surface_ = 0;
   std::vector<std::uint32_t> element_at_;
   std::vector<std::uint32_t> rank_of_;
-  std::vector<std::uint32_t> rank_of_facet_;  // is_cut where it has several pieces
+  std::vector<std::uint32_t> rank_of_facet_;  // is_cut where it has several
   std::vector<Block> blocks_;
   std::vector<Window> windows_;
   std::vector<std::uint32_t> block_of_;  // per rank

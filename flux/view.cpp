@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/parallel.h"
 
@@ -45,6 +46,14 @@ class Viewer {
   void view_by_lobe(std::size_t begin, std::size_t end, std::size_t problem, View& view) const;
   std::uint32_t seen(std::size_t rank) const;
   std::uint64_t new_rays() const;
+  // Nearly along a facet what is seen changes by less: hills around hide it.
+  Vec3d along_light(const Shot& shot) const {
+    constexpr double least_cosine = 0.2;
+    return shot.u / std::max(dot(shot.u, problems_.front().normal(shot.ray.from)), least_cosine);
+  }
+  Vec3d middle_of_rank(std::size_t rank) const {
+    return plan_.elements().middle(plan_.element_at(rank));
+  }
 
   std::span<const FluxProblem> problems_;
   const RayPlan& plan_;
@@ -75,11 +84,20 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const auto& [rank, index, set, image] = shots[i].name;
     const float weight = shots[i].weight;
-    view.matrix.rays[(plan_.first(rank) + index) * set_count + set] = {hit_of(flights[i]), weight};
+    const std::size_t ray = (plan_.first(rank) + index) * set_count + set;
+    const std::uint32_t hit = hit_of(flights[i]);
+    view.matrix.rays[ray] = {hit, weight};
+    if (hit < element_count) view.places[ray] = Vec3f(flights[i].r - middle_of_rank(hit));
     if (flights[i].end != Flight::End::sky) continue;
-    for (std::size_t p = 0; p < problems_.size(); ++p)
-      view.direct[p][rank * set_count + set] +=
+    view.places[ray] = Vec3f(shots[i].ray.r - middle_of_rank(rank));
+    const Vec3f per_cosine(along_light(shots[i]));
+    view.skyward[rank] += weight * per_cosine;
+    for (std::size_t p = 0; p < problems_.size(); ++p) {
+      const float seen =
           weight * static_cast<float>(sky_weight(shots[i], flights[i], problems_[p]));
+      view.direct[p][rank * set_count + set] += seen;
+      view.light[p][rank] += seen * per_cosine;
+    }
   }
 }
 
@@ -124,6 +142,26 @@ void scale_rows(ExchangeMatrix& matrix) {
   });
 }
 
+std::vector<Vec3f> moments_of(const View& view) {
+  const ExchangeMatrix& matrix = view.matrix;
+  const ExchangeRows& rows = view.rows;
+  std::vector<Vec3f> moments(rows.seen.size());
+  parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
+    std::vector<Vec3d> of_hit(matrix.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto rays = matrix.row(i);
+      for (std::size_t k = 0; k < rays.size(); ++k) {
+        if (rays[k].hit >= matrix.size()) continue;
+        const double part = matrix.scale[i][k % set_count] * static_cast<double>(rays[k].weight);
+        of_hit[rays[k].hit] += part * Vec3d(view.places[matrix.first[i] + k]);
+      }
+      for (std::uint64_t k = rows.first[i]; k < rows.first[i + 1]; ++k)
+        moments[k] = Vec3f(std::exchange(of_hit[rows.seen[k].hit], Vec3d{}));
+    }
+  });
+  return moments;
+}
+
 View Viewer::look() const {
   View view;
   const std::size_t size = plan_.size();
@@ -133,8 +171,13 @@ View Viewer::look() const {
   for (std::size_t rank = 0; rank <= size; ++rank)
     matrix.first[rank] = plan_.first(rank) * set_count;
   matrix.rays.resize(plan_.total());
+  view.places.resize(plan_.total());
   view.direct = earlier_.direct;
   view.direct.resize(problems_.size(), std::vector<float>(size * set_count));
+  view.skyward = earlier_.skyward;
+  view.skyward.resize(size);
+  view.light = earlier_.light;
+  view.light.resize(problems_.size(), std::vector<Vec3f>(size));
 
   const std::size_t grain =
       std::max<std::size_t>(1, pool_size * size / std::max<std::uint64_t>(1, new_rays()));
@@ -144,7 +187,10 @@ View Viewer::look() const {
           std::span(matrix.rays)
               .subspan(matrix.first[rank], matrix.first[rank + 1] - matrix.first[rank]);
       std::ranges::fill(row, ExchangeMatrix::Ray{static_cast<std::uint32_t>(rank), 0});
-      if (seen(rank) > 0) std::ranges::copy(earlier_.matrix.row(rank), row.begin());
+      if (seen(rank) == 0) continue;
+      std::ranges::copy(earlier_.matrix.row(rank), row.begin());
+      std::copy_n(&earlier_.places[earlier_.matrix.first[rank]], seen(rank) * set_count,
+                  &view.places[matrix.first[rank]]);
     }
     view_by_lambert(begin, end, view);
     for (std::size_t p = 0; p < problems_.size(); ++p)
@@ -152,6 +198,7 @@ View Viewer::look() const {
   });
   scale_rows(matrix);
   view.rows = ExchangeRows(matrix);
+  view.moments = moments_of(view);
   view.flights = earlier_.flights + new_rays();
   for (const FluxProblem& problem : problems_)
     if (is_looked_for(problem)) view.flights += new_rays();
@@ -197,6 +244,28 @@ SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row) {
   for (WeightSums& of_set : sums)
     of_set.lacking = static_cast<double>(rays.size() / set_count) - of_set.sky - of_set.others;
   return sums;
+}
+
+std::vector<Vec3d> change_with_normal(const View& view, std::size_t problem,
+                                      std::span<const double> flux) {
+  std::vector<Vec3d> change(flux.size());
+  const std::vector<float>& direct = view.direct[problem];
+  parallel_for(flux.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t rank = begin; rank < end; ++rank) {
+      const auto rays = static_cast<double>(view.matrix.row(rank).size());
+      double sky = 0;
+      double from_source = 0;
+      const SetSums sums = sums_of_sets(view.matrix, rank);
+      for (std::size_t set = 0; set < set_count; ++set) {
+        sky += sums[set].sky / rays;
+        from_source += static_cast<double>(direct[rank * set_count + set]) / rays;
+      }
+      const double elsewhere = sky < 1 ? std::max(flux[rank] - from_source, 0.0) / (1 - sky) : 0;
+      change[rank] =
+          (Vec3d(view.light[problem][rank]) - elsewhere * Vec3d(view.skyward[rank])) / rays;
+    }
+  });
+  return change;
 }
 
 View look(std::span<const FluxProblem> problems, const RayPlan& plan, const View& earlier) {

@@ -25,7 +25,17 @@ struct View {
   /// unless a set of theirs met nothing but the sky. A ray without weight has its own rank as hit.
   ExchangeMatrix matrix{};
   ExchangeRows rows{};  ///< of the matrix
+  /// By ray of the matrix: where it met an element, from the middle of that; where one to the sky
+  /// started, from the middle of its own. Units: spacings.
+  std::vector<Vec3f> places{};
+  std::vector<Vec3f> moments{};  ///< by entry of rows.seen: the sum of parts times places
   std::vector<std::vector<float>> direct{};
+  /// By rank, the sum over rays that reached the sky of their weights times their direction over
+  /// the cosine to the normal; of each problem the same times what they see. Divided by the number
+  /// of rays these are the vectors by which the sky in view, and the direct flux, change with the
+  /// normal.
+  std::vector<Vec3f> skyward{};
+  std::vector<std::vector<Vec3f>> light{};
   std::uint64_t flights = 0;
 };
 
@@ -37,6 +47,13 @@ struct WeightSums {
 };
 using SetSums = std::array<WeightSums, set_count>;
 SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row);
+
+/// How the flux of a problem changes with the normal, on every element: straight from the source,
+/// and because of what is seen in place of the sky, taken as equally bright everywhere.
+///
+/// Shape: by rank, the flux and the result.
+std::vector<Vec3d> change_with_normal(const View& view, std::size_t problem,
+                                      std::span<const double> flux);
 
 /// Whether rays leave along the lobe of a problem's source as well.
 bool is_looked_for(const FluxProblem& problem);

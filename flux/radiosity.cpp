@@ -1,0 +1,75 @@
+#include "flux/radiosity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/parallel.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 512;  // elements
+
+// The second one moves the flux by what the first one's change of slopes brings: 1 % of the bias of
+// constants.
+constexpr int slope_solves = 2;
+
+// Of the root of an element's area: how far its ends are from its middle.
+constexpr double reach_of_root = 1.0;
+
+}  // namespace
+
+Radiosity::Radiosity(const RayPlan& plan, const FacetValues& values, const View& view,
+                     std::span<const float> reemitted, std::span<const double> emission,
+                     const ExchangeSolver& exchange, std::vector<double> first)
+    : plan_(plan),
+      values_(values),
+      view_(view),
+      reemitted_(reemitted),
+      emission_(emission),
+      exchange_(exchange),
+      first_(std::move(first)),
+      slopes_(plan.size()) {}
+
+void Radiosity::solve(double tolerance, std::span<const double> start) {
+  if (start.empty()) {
+    flux_ = exchange_.solve<double>(first_, 1, tolerance);
+    constant_ = flux_;
+  } else {
+    flux_.assign(start.begin(), start.end());
+  }
+  for (int k = 0; k < slope_solves; ++k) {
+    find_slopes();
+    flux_ = exchange_.solve<double>(right_side(), 1, tolerance, flux_);
+  }
+}
+
+// Flatter where the plane would go below zero.
+void Radiosity::find_slopes() {
+  const Elements& elements = plan_.elements();
+  parallel_for(plan_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t rank = begin; rank < end; ++rank) {
+      const std::uint32_t element = plan_.element_at(rank);
+      const Vec3d slope =
+          values_.slope(element, [&](std::size_t e) { return leaves(plan_.rank_of(e)); });
+      const double change = length(slope) * reach_of_root * std::sqrt(elements.area(element));
+      const double most = std::max(leaves(rank), 0.0);
+      slopes_[rank] = change > most ? (most / change) * slope : slope;
+    }
+  });
+}
+
+std::vector<double> Radiosity::right_side() const {
+  std::vector<double> sum = first_;
+  const ExchangeRows& rows = view_.rows;
+  parallel_for(sum.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t rank = begin; rank < end; ++rank)
+      for (std::uint64_t k = rows.first[rank]; k < rows.first[rank + 1]; ++k)
+        sum[rank] += dot(Vec3d(view_.moments[k]), slopes_[rows.seen[k].hit]);
+  });
+  return sum;
+}
+
+}  // namespace scarp

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/vec3.h"
+#include "flux/exchange.h"
+#include "flux/facet_values.h"
+#include "flux/ray_plan.h"
+#include "flux/view.h"
+
+namespace scarp {
+
+/// The flux on elements, each of which sends what it does not keep, and what it emits, along a
+/// plane: its mean, and the slope that its neighbours say.
+///
+/// With constants in place of planes the flux deep down has a bias of second order in the size of
+/// elements, everywhere of one sign. Planes remove it, at the cost of two more solves from a good
+/// start.
+///
+/// Shape: all by rank, as of the plan, the view and the solver.
+class Radiosity {
+ public:
+  /// All but first have to outlive it.
+  /// first: what every element sees of the source and of the means that elements emit.
+  Radiosity(const RayPlan& plan, const FacetValues& values, const View& view,
+            std::span<const float> reemitted, std::span<const double> emission,
+            const ExchangeSolver& exchange, std::vector<double> first);
+
+  /// start: a flux to go on from; zero where nothing arrives.
+  /// Throws: as ExchangeSolver::solve.
+  void solve(double tolerance, std::span<const double> start = {});
+
+  /// What hardly sees anything may come out a little below zero.
+  const std::vector<double>& flux() const { return flux_; }
+  /// The same with constants in place of planes, unless it was solved from a start.
+  const std::vector<double>& flux_of_constants() const { return constant_; }
+  /// Units: flux per spacing.
+  const std::vector<Vec3d>& slopes() const { return slopes_; }
+  double leaves(std::size_t rank) const {
+    return static_cast<double>(reemitted_[rank]) * flux_[rank] + emission_[rank];
+  }
+
+ private:
+  void find_slopes();
+  std::vector<double> right_side() const;
+
+  const RayPlan& plan_;
+  const FacetValues& values_;
+  const View& view_;
+  std::span<const float> reemitted_;
+  std::span<const double> emission_;
+  const ExchangeSolver& exchange_;
+  std::vector<double> first_;
+  std::vector<double> flux_;
+  std::vector<double> constant_;
+  std::vector<Vec3d> slopes_;
+};
+
+}  // namespace scarp
