@@ -73,6 +73,12 @@ class FacetValues::Neighbours {
 
  private:
   std::vector<std::uint32_t> of(std::uint32_t element) const;
+  // Nothing changes across a section.
+  Vec3d away(std::uint32_t element, std::uint32_t other) const {
+    Vec3d d = elements_.middle(other) - elements_.middle(element);
+    if (elements_.are_of_section()) d.y = 0;
+    return d;
+  }
   bool are_smooth(const Elements::Piece& a, const Elements::Piece& b) const {
     const auto& materials = mesh_.materials;
     return (materials.empty() || materials[a.facet] == materials[b.facet]) &&
@@ -114,6 +120,11 @@ std::vector<std::uint32_t> FacetValues::Neighbours::of(std::uint32_t element) co
       }
     }
   }
+  // One around the other tells no slope.
+  std::erase_if(found, [&](std::uint32_t other) {
+    const Vec3d d = away(element, other);
+    return dot(d, d) < least_square;
+  });
   std::ranges::sort(found);
   return found;
 }
@@ -123,18 +134,17 @@ void FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>&
   Eigen::Matrix3d squares = ridge * Eigen::Matrix3d::Identity();  // of the normal equations
   std::vector<Eigen::Vector3d> weighted;
   for (const std::uint32_t neighbour : found) {
-    const Vec3d between = elements_.middle(neighbour) - elements_.middle(element);
-    // Nothing changes across a section.
-    const Eigen::Vector3d d(between.x, elements_.are_of_section() ? 0 : between.y, between.z);
+    const Vec3d between = away(element, neighbour);
+    const Eigen::Vector3d d(between.x, between.y, between.z);
     const double weight = std::min(1.0, elements_.area(neighbour) / elements_.area(element));
-    // One around the other tells no slope.
-    weighted.emplace_back(d.squaredNorm() > least_square ? weight / d.squaredNorm() * d : 0 * d);
+    weighted.emplace_back(weight / d.squaredNorm() * d);
     squares += weighted.back() * d.transpose();
   }
   const Eigen::LLT<Eigen::Matrix3d> fit(squares);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Eigen::Vector3d slope = fit.solve(weighted[k]);
-    neighbours.push_back({found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()})});
+    neighbours.push_back({found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()}),
+                          Vec3f(away(element, found[k]))});
   }
 }
 

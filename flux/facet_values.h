@@ -31,6 +31,20 @@ class FacetValues {
     return sum;
   }
 
+  /// What the neighbours of an element have more than its plane over their distance squared: half a
+  /// second derivative, mean over them all.
+  template <class OfElement>
+  double bend(std::size_t element, Vec3d slope, const OfElement& of_element) const {
+    double sum = 0;
+    const double here = of_element(element);
+    const std::size_t count = first_[element + 1] - first_[element];
+    for (std::size_t k = first_[element]; k < first_[element + 1]; ++k) {
+      const Vec3d d(neighbours_[k].away);
+      sum += (of_element(neighbours_[k].element) - here - dot(slope, d)) / dot(d, d);
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0;
+  }
+
   /// A facet or a part of it that is in one element.
   struct Part {
     std::uint32_t element = 0;
@@ -59,6 +73,7 @@ class FacetValues {
   struct Neighbour {
     std::uint32_t element;
     Vec3f slope;  // of the element's plane, for a difference of 1
+    Vec3f away;   // its middle from that of the element
   };
   class Neighbours;
 

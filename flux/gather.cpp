@@ -26,8 +26,9 @@ constexpr double first_rays_per_element = 8;
 constexpr double first_rays_per_deep_element = 16;
 
 // Of the cells in which elements are joined, in spacings: from the first one half of it until what
-// their size leaves is no more than this part of the target.
+// their size leaves is no more than this part of the target. A fixed number of rays has no target.
 constexpr double widest_cell = 8;
+constexpr double cell_of_fixed_rays = 2;
 constexpr double narrowest_cell = 1;
 constexpr double most_bias = 1.0 / 3;
 
@@ -113,9 +114,7 @@ class OnFacets {
   struct Changes {
     double by_planes = 0;  ///< of what elements send
     double by_tilts = 0;   ///< of facets from their elements
-    /// How far the flux may be from its planes. Where it falls off as exponentials do, as it does
-    /// along walls, its second derivative is the square of the first one over itself: of noise
-    /// there is much less in the first derivative.
+    /// How far the flux is from its planes, as far as neighbours show that it bends.
     double beyond_planes = 0;
   };
   /// Shape: by rank, the flux with constants.
@@ -135,7 +134,8 @@ class OnFacets {
   struct Plane {
     Vec3d slope;
     double part = 1;  // of what neighbours say of the slope; less where the flux would be negative
-    double squares = 0;  // the mean of squares of what the plane has more than its middle
+    double bend = 0;
+    double square = 0;  // of distances from the middle, mean
   };
   std::vector<Plane> planes_;
 };
@@ -165,8 +165,11 @@ void OnFacets::find_plane(std::size_t e) {
   for (const std::uint32_t p : elements.pieces_of(e))
     if (here + beyond(p) < 0) plane.part = std::min(plane.part, rounding_room * here / -beyond(p));
   plane.slope = plane.part * plane.slope;
-  for (const std::uint32_t p : elements.pieces_of(e))
-    plane.squares += elements.piece(p).area / elements.area(e) * beyond(p) * beyond(p);
+  plane.bend = values_.bend(e, plane.slope, [&](std::size_t other) { return of_element(other); });
+  for (const std::uint32_t p : elements.pieces_of(e)) {
+    const Vec3d away = middle_of(elements.piece(p).corners) - elements.middle(e);
+    plane.square += elements.piece(p).area / elements.area(e) * dot(away, away);
+  }
 }
 
 // What a facet gets more than its element because of its normal.
@@ -206,10 +209,9 @@ OnFacets::Changes OnFacets::changes(std::size_t facet, std::span<const double> c
     const double here = of_element(part.element);
     sum.by_planes += share * (here - constants[plan_.rank_of(part.element)]);
     sum.by_tilts += share * by_tilt(part.element, facet);
-    if (here <= 0) continue;
     const Plane& plane = planes_[part.element];
-    const double beyond = dot(Vec3d(part.offset), plane.slope) / share;
-    sum.beyond_planes += share * (beyond * beyond - plane.squares) / (2 * here);
+    const Vec3d away = Vec3d(part.offset) / share;
+    sum.beyond_planes += share * plane.bend * (dot(away, away) - plane.square);
   }
   return sum;
 }
@@ -690,9 +692,8 @@ void Gathering::look() {
 bool Gathering::is_too_wide(const Round& round) const {
   constexpr double soon = 10;
   const bool are_joined = width_ && !options_.two_dimensional && options_.rings.empty();
-  if (!are_joined || *width_ <= narrowest_cell) return false;
-  const double target = options_.rays > 0 ? round.error : options_.target_error;
-  return round.bias > most_bias * target && round.error < soon * round.bias;
+  if (!are_joined || options_.rays > 0 || *width_ <= narrowest_cell) return false;
+  return round.bias > most_bias * options_.target_error && round.error < soon * round.bias;
 }
 
 std::optional<std::vector<FluxField>> Gathering::solve() {
@@ -720,7 +721,8 @@ std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settl
   if (problems.empty()) return {};
   if (std::ranges::any_of(problems, is_looked_for))
     return *Gathering(problems, settle, std::nullopt).solve();
-  for (double width = widest_cell;; width /= 2)
+  const bool is_fixed = problems.front().options.rays > 0;
+  for (double width = is_fixed ? cell_of_fixed_rays : widest_cell;; width /= 2)
     if (auto fields = Gathering(problems, settle, width).solve()) return std::move(*fields);
 }
 

@@ -15,7 +15,7 @@ namespace scarp {
 /// plane: its mean, and the slope that its neighbours say.
 ///
 /// With constants in place of planes the flux deep down has a bias of second order in the size of
-/// elements, everywhere of one sign. Planes remove it, at the cost of two more solves from a good
+/// elements, everywhere of one sign. Planes remove it, at the cost of a few more solves from a good
 /// start.
 ///
 /// Shape: all by rank, as of the plan, the view and the solver.

@@ -68,7 +68,7 @@ TEST(JoinedElements, AreMadeOfNeighboursInACell) {
     if (corners(shape.mesh, f)[0].z < -9.5) shape.mesh.materials[f] = 1;
   const RayScene scene = scene_of(shape);
   Elements elements(scene, 3);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   EXPECT_LT(elements.count(), 0.2 * static_cast<double>(scene.facet_count()));
   std::vector<int> seen(scene.facet_count());
   for (std::uint32_t e = 0; e < elements.count(); ++e) {
@@ -91,12 +91,36 @@ TEST(JoinedElements, AreMadeOfNeighboursInACell) {
   EXPECT_THAT(seen, ::testing::Each(1));
 }
 
-TEST(JoinedElements, LeaveLongFacetsAlone) {
-  const Shape shape = exact::flat_wafer(30, 12);  // edges of 2.5 and 3.5
+// Whether a mesh is fine or simplified hardly changes how many unknowns there are.
+TEST(JoinedElements, AreMadeOfPiecesOfLongFacetsAsWell) {
+  for (const int cells : {1, 4, 32}) {
+    const Shape shape = exact::flat_wafer(32, cells);
+    const RayScene scene = scene_of(shape);
+    Elements elements(scene, 3);
+    elements.join(shape.mesh, 4);
+    EXPECT_EQ(elements.count(), 64U) << cells;
+    for (std::uint32_t e = 0; e < elements.count(); ++e) EXPECT_NEAR(elements.area(e), 16, 8);
+  }
+}
+
+// A quarter of a cylinder with a radius of 16 spacings turns by 28 degrees in a cell of 8.
+TEST(JoinedElements, AreSmallerWhereTheSurfaceTurns) {
+  Builder builder;
+  for (int k = 0; k < 32; ++k) {
+    const auto at = [&](int n) {
+      const double angle = (n / 32.0 - 0.5) * std::numbers::pi / 2;
+      return Vec3d{16 * std::sin(angle), 0, 16 * std::cos(angle)};
+    };
+    builder.grid(at(k), at(k + 1) - at(k), 1, {0, 16, 0}, 16);
+  }
+  const Shape shape{builder.mesh, {.lower = {-16, 0}, .upper = {16, 16}}};
   const RayScene scene = scene_of(shape);
-  Elements elements(scene, 4);
-  elements.join(shape.mesh);
-  EXPECT_EQ(elements.count(), scene.facet_count());
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 8);
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    EXPECT_GT(length(elements.normal(e)), 0.99);
+    EXPECT_LT(elements.area(e), 8 * 5);
+  }
 }
 
 // Both slopes of a roof of 20 degrees face upwards.
@@ -108,7 +132,7 @@ TEST(JoinedElements, EndAtAnEdge) {
   const Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {10, 8}}};
   const RayScene scene = scene_of(shape);
   Elements elements(scene, 3);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   EXPECT_LT(elements.count(), 0.3 * static_cast<double>(scene.facet_count()));
   for (std::uint32_t e = 0; e < elements.count(); ++e) {
     const auto pieces = elements.pieces_of(e);
@@ -126,7 +150,7 @@ TEST(JoinedElements, AreConnected) {
   const Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {8, 8}}};
   const RayScene scene = scene_of(shape);
   Elements elements(scene, 3);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   for (std::uint32_t e = 0; e < elements.count(); ++e) {
     const auto pieces = elements.pieces_of(e);
     for (const std::uint32_t p : pieces)
@@ -140,7 +164,7 @@ TEST(JoinedElements, TakeMeansByArea) {
   const Shape shape = exact::fine_trench();
   const RayScene scene = scene_of(shape);
   Elements elements(scene, 3);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   for (std::uint32_t e = 0; e < elements.count(); ++e) {
     double sum = 0;
     for (const std::uint32_t p : elements.pieces_of(e))

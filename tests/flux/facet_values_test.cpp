@@ -9,13 +9,17 @@ namespace {
 
 class OnAWafer : public ::testing::Test {
  protected:
-  OnAWafer() { elements_.join(shape_.mesh); }
+  OnAWafer() { elements_.join(shape_.mesh, 2); }
 
   double on_facet(const FacetValues& values, std::uint32_t f, Vec3d slope) const {
     const auto of_element = [&](std::uint32_t e) { return 3 + dot(slope, elements_.middle(e)); };
-    double value = elements_.mean_on_facet(f, of_element);
-    values.for_each_beyond(
-        f, [&](std::uint32_t element, double weight) { value += weight * of_element(element); });
+    double value = 0;
+    for (const FacetValues::Part& part : values.parts_of(f)) {
+      value += static_cast<double>(part.share) * of_element(part.element);
+      values.for_each_beyond(part, [&](std::uint32_t element, double weight) {
+        value += weight * of_element(element);
+      });
+    }
     return value;
   }
   Vec3d middle(std::uint32_t f) const {
@@ -55,6 +59,21 @@ TEST_F(OnAWafer, TheMeanOfAnElementIsKept) {
   }
 }
 
+// Elements are then parts of one facet, or of few.
+TEST(FacetValues, KeepASlopeWithinLongFacets) {
+  const exact::Shape shape = exact::flat_wafer(64, 2);
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  const FacetValues values(shape.mesh, elements);
+  const Vec3d slope{0.3, -0.2, 0};
+  for (std::size_t e = 0; e < elements.count(); ++e) {
+    const Vec3d found =
+        values.slope(e, [&](std::size_t other) { return 3 + dot(slope, elements.middle(other)); });
+    EXPECT_LT(length(found - slope), 0.03 * length(slope)) << e;
+  }
+}
+
 // Nothing is smoothed across an edge.
 TEST(FacetValues, OfAnElementAtAnEdgeDoNotKnowTheOtherSide) {
   exact::Builder builder;
@@ -63,13 +82,15 @@ TEST(FacetValues, OfAnElementAtAnEdgeDoNotKnowTheOtherSide) {
   const exact::Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {4, 4}}};
   const RayScene scene = scene_of(shape);
   Elements elements(scene, 3);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   const FacetValues values(shape.mesh, elements);
   for (std::uint32_t f = 0; f < scene.facet_count(); ++f) {
-    values.for_each_beyond(f, [&](std::uint32_t element, double) {
-      const std::uint32_t other = elements.piece(elements.pieces_of(element).front()).facet;
-      EXPECT_EQ(scene.normal(other).z, scene.normal(f).z);
-    });
+    for (const FacetValues::Part& part : values.parts_of(f)) {
+      values.for_each_beyond(part, [&](std::uint32_t element, double) {
+        const std::uint32_t other = elements.piece(elements.pieces_of(element).front()).facet;
+        EXPECT_EQ(scene.normal(other).z, scene.normal(f).z);
+      });
+    }
   }
 }
 

@@ -118,7 +118,7 @@ TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {
   const RayScene scene(shape.mesh, shape.sides, 1);
   Elements elements(scene, longest_element_edge);
   EXPECT_EQ(RayPlan(scene, elements).least_total(), 4 * elements.count());
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   RayPlan plan(scene, elements);
   EXPECT_EQ(plan.least_total(), 8 * elements.count());
   plan.grow(0, 1);

@@ -190,7 +190,7 @@ TEST(JoinedViews, SendRaysFromAllFacetsOfAnElement) {
                             .species = gas,
                             .options = options};
   Elements elements(scene, longest_element_edge);
-  elements.join(shape.mesh);
+  elements.join(shape.mesh, 2);
   RayPlan plan(scene, elements);
   plan.grow(64, 1'000'000);
   const Shooter shooter(problem, plan, Shooter::Law::lambert);
