@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/peak_memory.h"
 #include "core/quantity.h"
+#include "flux/embree_tree.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
 #include "levelset/symmetry.h"
@@ -343,7 +344,9 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["threads"] = thread_count();
   summary["machine"] = machine_name();
   summary["versions"] = {
-      {"scarp", SCARP_VERSION}, {"openvdb", SCARP_OPENVDB_VERSION}, {"compiler", __VERSION__}};
+      {"scarp", SCARP_VERSION}, {"openvdb", SCARP_OPENVDB_VERSION}, {"embree", embree_version()},
+      {"compiler", __VERSION__}};
+  summary["embree"] = embree_configuration();
   return summary.dump(2) + "\n";
 }
 

@@ -5,6 +5,7 @@ set(saved_shared_libs ${BUILD_SHARED_LIBS})
 find_package(OpenVDB REQUIRED)
 set(BUILD_SHARED_LIBS ${saved_shared_libs})
 
+find_package(embree 3 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(tomlplusplus REQUIRED)
@@ -16,7 +17,6 @@ find_package(pugixml REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(GTest REQUIRED)
-find_package(benchmark REQUIRED)
 find_package(Threads REQUIRED)
 
 # xxHash of Debian 12 ships no CMake file.
