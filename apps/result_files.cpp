@@ -343,9 +343,10 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["peak_memory_mb"] = peak_memory_mb();
   summary["threads"] = thread_count();
   summary["machine"] = machine_name();
-  summary["versions"] = {
-      {"scarp", SCARP_VERSION}, {"openvdb", SCARP_OPENVDB_VERSION}, {"embree", embree_version()},
-      {"compiler", __VERSION__}};
+  summary["versions"] = {{"scarp", SCARP_VERSION},
+                         {"openvdb", SCARP_OPENVDB_VERSION},
+                         {"embree", embree_version()},
+                         {"compiler", __VERSION__}};
   summary["embree"] = embree_configuration();
   return summary.dump(2) + "\n";
 }

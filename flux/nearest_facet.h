@@ -83,8 +83,7 @@ class NearestFacet {
     const double c = depth(facet.corners[2]);
     const double nearest = std::min(std::min(a, b), c);
     const double farthest = std::max(std::max(a, b), c);
-    const double on_plane =
-        dot(facet.normal, Vec3d(facet.corners[0]) - r_) / dot(facet.normal, u_);
+    const double on_plane = dot(facet.normal, Vec3d(facet.corners[0]) - r_) / dot(facet.normal, u_);
     const double at_most = on_plane <= farthest ? on_plane : farthest;
     const double t = on_plane >= nearest ? at_most : nearest;
     if (is_near_box(facet, r_ + t * u_)) return t;
@@ -93,17 +92,18 @@ class NearestFacet {
 
   bool is_near_box(const SceneFacet& facet, Vec3d r) const {
     const auto& [a, b, c] = facet.corners;
-    const auto is_within = [&](double x, float x_a, float x_b, float x_c) {
-      return (x >= std::min(std::min(x_a, x_b), x_c) - room_) &
-             (x <= std::max(std::max(x_a, x_b), x_c) + room_);
+    const auto is_within = [this](double x, float x_a, float x_b, float x_c) {
+      return x >= std::min(std::min(x_a, x_b), x_c) - room_ &&
+             x <= std::max(std::max(x_a, x_b), x_c) + room_;
     };
-    return is_within(r.x, a.x, b.x, c.x) & is_within(r.y, a.y, b.y, c.y) &
+    return is_within(r.x, a.x, b.x, c.x) && is_within(r.y, a.y, b.y, c.y) &&
            is_within(r.z, a.z, b.z, c.z);
   }
 
   Vec3d r_;
   Vec3d u_;
-  // Of the view, z the longest of u. Members of memory, not branches: directions cannot be foreseen.
+  // Of the view, z the longest of u. Members of memory, not branches: directions cannot be
+  // foreseen.
   using Axis = float Vec3f::*;
   Axis axis_x_ = &Vec3f::x;
   Axis axis_y_ = &Vec3f::y;
@@ -119,12 +119,7 @@ class NearestFacet {
 };
 
 inline NearestFacet::NearestFacet(const Ray& ray, double t_end, double room)
-    : r_(ray.r),
-      u_(ray.u),
-      from_(ray.from),
-      room_(room),
-      front_{.t = t_end},
-      back_{.t = t_end} {
+    : r_(ray.r), u_(ray.u), from_(ray.from), room_(room), front_{.t = t_end}, back_{.t = t_end} {
   constexpr std::array<Axis, 5> cyclic{&Vec3f::x, &Vec3f::y, &Vec3f::z, &Vec3f::x, &Vec3f::y};
   constexpr std::array<double Vec3d::*, 5> of_ray{&Vec3d::x, &Vec3d::y, &Vec3d::z, &Vec3d::x,
                                                   &Vec3d::y};
@@ -143,6 +138,7 @@ inline NearestFacet::NearestFacet(const Ray& ray, double t_end, double room)
 }
 
 inline bool NearestFacet::test(const SceneFacet& facet, std::uint32_t index) {
+  if (index == from_) return false;
   const Pair a = seen(facet.corners[0]);
   const Pair b = seen(facet.corners[1]);
   const Pair c = seen(facet.corners[2]);
@@ -152,7 +148,7 @@ inline bool NearestFacet::test(const SceneFacet& facet, std::uint32_t index) {
   const bool is_left = std::min(std::min(weight_a, weight_b), weight_c) >= 0;
   const bool is_right = std::max(std::max(weight_a, weight_b), weight_c) <= 0;
   // Outside, or seen edge on.
-  if ((is_left == is_right) | (index == from_)) return false;
+  if (is_left == is_right) return false;
   const double t = distance(facet, {weight_a, weight_b, weight_c});
   const bool is_front = is_left == goes_down_;
   Hit& hit = is_front ? front_ : back_;

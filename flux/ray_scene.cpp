@@ -50,9 +50,9 @@ using Lanes [[gnu::vector_size(4 * sizeof(double))]] = double;
 
 // A straight part of a flight, from one side to the next.
 struct RayScene::Part {
-  int side;       // that it ends at: an axis, or the diagonal
+  int side;  // that it ends at: an axis, or the diagonal
   double t_side;
-  double t_end;   // of the domain
+  double t_end;  // of the domain
 };
 
 RayScene::RayScene(const TriMesh& mesh, const Sides& sides, double spacing,

@@ -19,11 +19,11 @@ namespace scarp {
 
 /// A surface between the lateral sides of the domain, prepared for flights.
 ///
-/// Embree's tree proposes the facets on a flight (see EmbreeTree), and a test of our own whose signs
-/// are exact decides which is next: nothing slips between facets with a common edge or vertex, and
-/// of two facets at the same distance the lower index wins. The facet a flight starts from is none
-/// of its candidates, which takes the place of an offset of the origin. Sides are planes where the
-/// flight is mirrored or wrapped; they hold no geometry.
+/// Embree's tree proposes the facets on a flight (see EmbreeTree), and a test of our own whose
+/// signs are exact decides which is next: nothing slips between facets with a common edge or
+/// vertex, and of two facets at the same distance the lower index wins. The facet a flight starts
+/// from is none of its candidates, which takes the place of an offset of the origin. Sides are
+/// planes where the flight is mirrored or wrapped; they hold no geometry.
 ///
 /// Units: lengths in grid spacings, relative to the lower corner of the sides and the middle of
 /// the mesh's height.

@@ -27,6 +27,7 @@ constexpr double side = 40;
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> sets{"", "isa=sse2"};
   if (__builtin_cpu_supports("avx2") != 0) sets.emplace_back("isa=avx2");
+  if (__builtin_cpu_supports("avx512vl") != 0) sets.emplace_back("isa=avx512");
   return sets;
 }
 
@@ -46,7 +47,8 @@ Vec3d random_direction(RandomStream& random) {
 
 SceneFacet facet_of(Vec3d a, Vec3d b, Vec3d c) {
   const std::array<Vec3f, 3> corners{Vec3f(a), Vec3f(b), Vec3f(c)};
-  const Vec3d n = cross(Vec3d(corners[1]) - Vec3d(corners[0]), Vec3d(corners[2]) - Vec3d(corners[0]));
+  const Vec3d n =
+      cross(Vec3d(corners[1]) - Vec3d(corners[0]), Vec3d(corners[2]) - Vec3d(corners[0]));
   return {corners, length(n) > 0 ? normalized(n) : Vec3d{0, 0, 1}};
 }
 

@@ -44,8 +44,7 @@ TEST(NearestFacet, OfTheSameDistanceTheLowerIndexCounts) {
 
 TEST(NearestFacet, TheFacetOfTheStartIsNoCandidate) {
   const std::vector<SceneFacet> facets{half_square(3, false), half_square(1, false)};
-  const NearestFacet nearest =
-      nearest_of(facets, {.r = {0.2, 0.3, 7}, .u = {0, 0, -1}, .from = 0});
+  const NearestFacet nearest = nearest_of(facets, {.r = {0.2, 0.3, 7}, .u = {0, 0, -1}, .from = 0});
   EXPECT_EQ(nearest.front().facet, 1U);
 }
 

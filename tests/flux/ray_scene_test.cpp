@@ -254,8 +254,8 @@ TEST(RayScene, SaysWhereAMeshReachesOverASide) {
 
 // Embree would leave out such facets and say nothing.
 TEST(RayScene, SaysWhichCornerIsNotFinite) {
-  for (const float z : {std::numeric_limits<float>::quiet_NaN(),
-                        std::numeric_limits<float>::infinity(), 1e30F}) {
+  for (const float z :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F}) {
     Shape shape = exact::flat_wafer(20, 2);
     shape.mesh.vertices[shape.mesh.triangles[3][1]].z = z;
     try {
