@@ -19,8 +19,9 @@ namespace scarp {
 /// facet that the exact test would take is tested before the search ends: also slivers, ridges and
 /// surfaces seen edge on, for which Embree's own triangles have no such bound. The choice is exact
 /// however close two facets are. Embree's instruction set, its threads and the shape of its tree
-/// decide only which facets are tested in vain. Source: Ize 2013, "Robust BVH ray traversal".
+/// decide only which facets are tested in vain.
 ///
+/// Source: Ize 2013, "Robust BVH ray traversal".
 /// Cost: .4 us per facet to build, 100 bytes of memory.
 class EmbreeTree {
  public:
