@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace scarp {
@@ -66,14 +68,14 @@ TEST(NearestFacet, BehindTheStartNothingIsMet) {
   EXPECT_EQ(nearest.t_nearest(), 100);
 }
 
-// From 5 to 15 along a ray that passes it at 10: its normal is wrong, and tells of 5.
+// Upright, met at 10 by an oblique ray; its normal is wrong, as a sliver's may be, and tells of 6.
 TEST(NearestFacet, ASliverIsMetWhereItIs) {
-  const Vec3d n = normalized(Vec3d{5, 0, -1});
-  const std::vector<SceneFacet> sliver{{{Vec3f{1, 1, -5}, {-1, -1, -15}, {-1, -1.001F, -15}}, n}};
-  const Ray down{.r = {-1e-4, -2e-4, 0}, .u = {0, 0, -1}};
-  const NearestFacet nearest = nearest_of(sliver, down);
+  const float x = std::sqrt(50.0F);
+  const std::vector<SceneFacet> sliver{{{Vec3f{x, -1, -2}, {x, -1, -12}, {x, 1, -7}}, {0, 0, 1}}};
+  const NearestFacet nearest =
+      nearest_of(sliver, {.r = {0, 0, 0}, .u = normalized(Vec3d{1, 0, -1})});
   EXPECT_EQ(std::min(nearest.front().facet, nearest.back().facet), 0U);
-  EXPECT_NEAR(nearest.t_nearest(), 10, 0.01);
+  EXPECT_NEAR(nearest.t_nearest(), 10, 1e-5);
 }
 
 }  // namespace
