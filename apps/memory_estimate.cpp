@@ -56,8 +56,8 @@ RunSize size_of(double facets, const Recipe& recipe) {
   for (const ProcessStep& step : recipe.steps)
     if (step.model) species = std::max(species, step.model->species().size());
   return {.facets_full = facets,
-          .facets = std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets
-                                                                     : facets,
+          .facets =
+              std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets : facets,
           .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
 }
 

@@ -449,8 +449,8 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 }
 
 RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
-                                       const Recipe& recipe, const StageTimer& total,
-                                       double wall_seconds) {
+                                      const Recipe& recipe, const StageTimer& total,
+                                      double wall_seconds) {
   const RunTotals totals{.output_times = written_.output_times,
                          .rows_hash = rows_hash_.hex(),
                          .flux = flux_target(file("metrics.csv"), recipe),

@@ -79,8 +79,9 @@ PatchMeans::PatchMeans(const TriMesh& facets, double width)
       for (int axis = 0; axis < 3; ++axis) {
         const double lower = std::floor(middle[axis]);
         const bool is_upper = ((corner >> axis) & 1U) != 0;
-        key = key << node_bits | static_cast<std::uint32_t>(static_cast<int>(lower) + (is_upper ? 1 : 0) +
-                                                            (1 << (node_bits - 1)));
+        key = key << node_bits |
+              static_cast<std::uint32_t>(static_cast<int>(lower) + (is_upper ? 1 : 0) +
+                                         (1 << (node_bits - 1)));
         share *= is_upper ? middle[axis] - lower : 1 - (middle[axis] - lower);
       }
       const auto number = numbers.try_emplace(key, numbers.size());

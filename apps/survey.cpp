@@ -103,8 +103,7 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
 
 void make_facets(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
   const auto measurement = result.timer.measure("simplify");
-  result.simplify_choice =
-      simplify_choice(recipe, current_step(state, recipe), result.facets_full);
+  result.simplify_choice = simplify_choice(recipe, current_step(state, recipe), result.facets_full);
   result.simplify_bound = simplify_bound(state, recipe, result.simplify_choice);
   if (keep_mesh(surface, state, recipe, result)) return;
   result.made_at = state.time_step;

@@ -296,8 +296,7 @@ TriangleTree::TriangleTree(const TriMesh& mesh) {
   }
 }
 
-TriangleTree::Neighbourhood TriangleTree::neighbourhood(const Box& box,
-                                                        double max_distance) const {
+TriangleTree::Neighbourhood TriangleTree::neighbourhood(const Box& box, double max_distance) const {
   Neighbourhood near;
   if (nodes_.empty()) return near;
   near.centre_ = 0.5 * (box.lower + box.upper);
@@ -490,7 +489,8 @@ ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neigh
                                        const Choice& choice, std::uint32_t guess) const {
   Closest<Choice> closest(r, max_distance, choice);
   const std::uint32_t guessed_slot = guess == ClosestPoint::none ? guess : slots_[guess];
-  if (guess != ClosestPoint::none) closest.offer(in_double(triangles_[guessed_slot].corners), guess);
+  if (guess != ClosestPoint::none)
+    closest.offer(in_double(triangles_[guessed_slot].corners), guess);
 
   const Vec3f at(r - near.centre_);
   const std::size_t count = near.slots_.size();

@@ -18,8 +18,8 @@ struct ClosestPoint {
   Vec3d point;
   std::array<double, 3> barycentric{};  ///< weights of the triangle's corners, sum 1
   double distance = std::numeric_limits<double>::infinity();
-  /// No other triangle, whichever way it faces, is as near or nearer, not even but for rounding: for
-  /// every direction that the triangle faces along it is the answer. Only closest_facing tells.
+  /// No other triangle, whichever way it faces, is as near or nearer, not even but for rounding:
+  /// for every direction that the triangle faces along it is the answer. Only closest_facing tells.
   bool is_alone = false;
 
   bool found() const { return triangle != none; }
@@ -102,8 +102,8 @@ class TriangleTree::Neighbourhood {
 
   Vec3d centre_;
   std::vector<std::uint32_t> slots_;
-  /// Boxes of the triangles about the centre: all lower x, then upper x, lower y and so on. Grown by
-  /// more than what single precision rounds.
+  /// Boxes of the triangles about the centre: all lower x, then upper x, lower y and so on. Grown
+  /// by more than what single precision rounds.
   std::vector<float> boxes_;
 };
 

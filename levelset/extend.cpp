@@ -143,9 +143,9 @@ ClosestPoint Extension::kept_answer(const Question& asked, std::uint32_t kept) c
 /// Asks at the node and, near periodic sides, at its images.
 ClosestPoint Extension::search(const Question& asked, const TriangleTree::Neighbourhood& near,
                                std::uint32_t guess) const {
-  ClosestPoint best = asked.has_direction() ? tree_.closest_facing(asked.r, asked.gradient,
-                                                                   asked.limit, near, guess)
-                                            : tree_.closest(asked.r, asked.limit, near);
+  ClosestPoint best = asked.has_direction()
+                          ? tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess)
+                          : tree_.closest(asked.r, asked.limit, near);
   for (const double shift_x : asked.shifts_x) {
     for (const double shift_y : asked.shifts_y) {
       if (shift_x == 0 && shift_y == 0) continue;

@@ -84,10 +84,10 @@ TEST(SimplifyChoice, IsLeftToTheRecipe) {
   EXPECT_THAT(open.resolved, HasSubstr("enabled = \"auto\""));
   EXPECT_TRUE(read_text(open.resolved).simplify_where_it_pays);
   EXPECT_TRUE(open.simplify.has_value());
-  EXPECT_FALSE(
-      read_text(silicon_wafer + "[simplify]\nenabled = \"auto\"\n[[step]]\nmodel = \"isotropic\"\n"
-                                "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n")
-          .simplify.has_value());
+  EXPECT_FALSE(read_text(silicon_wafer +
+                         "[simplify]\nenabled = \"auto\"\n[[step]]\nmodel = \"isotropic\"\n"
+                         "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n")
+                   .simplify.has_value());
 }
 
 TEST(SimplifyChoice, MemoryIsThatOfTheFullMeshWhereAStepMayHaveIt) {
@@ -133,6 +133,17 @@ TEST_F(SimplifyChoiceOfARun, IsToldByStep) {
                               Not(HasSubstr("step \"deepen\", t")),
                               HasSubstr(fmt::format("simplification was left out of {} of {} ",
                                                     left_out, summary("r")["time_steps"].dump()))));
+}
+
+TEST_F(SimplifyChoiceOfARun, IsForeseenByCheck) {
+  write("r.toml", trench(wide, "\"auto\""));
+  const nlohmann::json left_out =
+      json_of(scarp("check --json " + path("r.toml")))["simplify_left_out"];
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_EQ(left_out[0]["name"], "widen");
+  EXPECT_EQ(left_out[0]["reason"], "no_rays");
+  EXPECT_THAT(scarp("check " + path("r.toml")).out,
+              HasSubstr("# The mesh of step \"widen\" is not simplified: the step traces no rays"));
 }
 
 TEST_F(SimplifyChoiceOfARun, IsTheSameAfterAnInterruption) {

@@ -124,7 +124,8 @@ TEST(Extend, NothingMovesInAClosedVoid) {
   EXPECT_EQ(speed_at(layers, field, 26, 20, -9), 0);
 }
 
-/// A trench with slanted walls and a ridge in it, whose surface lies somewhat further out; periodic.
+/// A trench with slanted walls and a ridge in it, whose surface lies somewhat further out;
+/// periodic.
 Layers grown_trench(double distance) {
   const Frame frame{.spacing = 1, .cells = {40, 24}, .boundary = {Boundary::periodic, {}}};
   return single_layer(
@@ -199,8 +200,8 @@ TEST(Extend, CarriesTheAmplitudesOfFactors) {
   const auto rising = corner_speeds(mesh, [](Vec3f r) { return -1 - 0.02F * r.x; });
   const LayerSpeeds speeds{.speed = rising, .parts = {even, rising}};
   FacetTree facets(mesh);
-  const SpeedField field = extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {&beam, 1},
-                                         0.1, close_facets);
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {&beam, 1}, 0.1, close_facets);
   ASSERT_EQ(field.angular.size(), 1U);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
   for (int i = 0; i <= 20; ++i) {
