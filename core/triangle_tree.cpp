@@ -377,10 +377,10 @@ struct TriangleFacing {
   }
 };
 
-// The best triangle so far, and how near others come to it.
+// The nearest triangles so far: those that may still be as near as the nearest, but for rounding.
 //
-// Of triangles as near, but for rounding, twice as much is looked at as counts: so that one that is
-// alone is so whichever is found first.
+// Which of them answers is chosen at the end, so that it does not depend on the order in which they
+// are found. Twice as much is kept as counts as equal: what is alone is so for every direction.
 template <class Choice>
 class Closest {
  public:
@@ -393,38 +393,55 @@ class Closest {
 
   // No triangle further away than the root of this can be the answer, or as near.
   double bound() const { return bound_; }
-  bool found() const { return best_.found(); }
+  bool found() const { return count_ > 0; }
 
-  void offer(const std::array<Vec3d, 3>& p, std::uint32_t id) {
+  void offer(const std::array<Vec3d, 3>& p, std::uint32_t id, std::uint32_t slot) {
     const bool is_accepted = choice_.accepts(p);
     if (!is_accepted && !Choice::knows_rivals) return;
     const Weights w = closest_weights(r_, p);
     const Vec3d gap = r_ - weighted(p, w);
     const double square = dot(gap, gap);
     if (square > square_ + 2 * as_near_) return;
-    if (!is_accepted || square > square_ + as_near_) {
+    if (!is_accepted) {
       rival_ = std::min(rival_, square);
       return;
     }
-    const bool is_nearer = square < square_ - as_near_;
-    if (best_.found()) rival_ = std::min(rival_, is_nearer ? square_ : square);
-    if (!is_nearer && best_.found() && !choice_.prefers(p, corners_, id < best_.triangle)) return;
-    set_square(std::min(square_, square));
-    best_.barycentric = w;
-    best_.triangle = id;
-    corners_ = p;
+    if (square <= square_) set_square(square);
+    drop(2 * as_near_);
+    // Of equal ones that there is no room for the lowest stays.
+    if (count_ == nearest_.size()) {
+      if (id > nearest_.back().id) return;
+      --count_;
+    }
+    nearest_[count_++] = {w, square, id, slot};
   }
 
-  ClosestPoint result() const {
-    ClosestPoint result = best_;
-    if (!result.found()) return result;
-    result.point = weighted(corners_, result.barycentric);
+  template <class Corners>
+  ClosestPoint result(const Corners& corners_of) {
+    ClosestPoint result;
+    if (!found()) return result;
+    result.is_alone = Choice::knows_rivals && count_ == 1 && rival_ > square_ + 2 * as_near_;
+    drop(as_near_);
+    std::size_t best = 0;
+    for (std::size_t n = 1; n < count_; ++n)
+      if (choice_.prefers(corners_of(nearest_[n].slot), corners_of(nearest_[best].slot),
+                          nearest_[n].id < nearest_[best].id))
+        best = n;
+    result.triangle = nearest_[best].id;
+    result.barycentric = nearest_[best].weights;
+    result.point = weighted(corners_of(nearest_[best].slot), result.barycentric);
     result.distance = std::sqrt(square_);
-    result.is_alone = Choice::knows_rivals && rival_ > square_ + 2 * as_near_;
     return result;
   }
 
  private:
+  struct Near {
+    Weights weights;
+    double square;
+    std::uint32_t id;
+    std::uint32_t slot;
+  };
+
   // A little, so that rounding of a box distance never hides a triangle at the same distance.
   static constexpr double slack = 1 + 1e-12;
 
@@ -434,15 +451,24 @@ class Closest {
     bound_ = square * slack + 2 * as_near_;
   }
 
+  // What is further away than the nearest by more than that.
+  void drop(double more) {
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < count_; ++n)
+      if (nearest_[n].square <= square_ + more) nearest_[kept++] = nearest_[n];
+    count_ = kept;
+  }
+
   Vec3d r_;
   Choice choice_;
   double rounding_;
   double square_;
   double as_near_ = 0;  // what squares may differ by, once a triangle is found
   double bound_;
-  double rival_ = std::numeric_limits<double>::infinity();  // the least square of the others
-  ClosestPoint best_;
-  std::array<Vec3d, 3> corners_{};
+  double rival_ = std::numeric_limits<double>::infinity();  // of those that are not accepted
+  // As many as meet at a vertex, but for meshes with copies of triangles.
+  std::array<Near, Choice::rounding == 0 ? 1 : 16> nearest_;
+  std::size_t count_ = 0;
 };
 
 }  // namespace
@@ -458,6 +484,7 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& ch
   std::array<Entry, max_stack> stack;
   int depth = 0;
   Closest<Choice> closest(r, max_distance, choice);
+  const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
   stack[depth++] = {squared_distance(r, nodes_[0].lower, nodes_[0].upper), 0};
   while (depth > 0) {
     const Entry entry = stack[--depth];
@@ -475,11 +502,11 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& ch
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      closest.offer(in_double(triangles_[i].corners), triangles_[i].id);
-      if (Choice::is_first_enough && closest.found()) return closest.result();
+      closest.offer(in_double(triangles_[i].corners), triangles_[i].id, i);
+      if (Choice::is_first_enough && closest.found()) return closest.result(corners_of);
     }
   }
-  return closest.result();
+  return closest.result(corners_of);
 }
 
 // Boxes are compared in single precision, many at a time: they only tell which triangles are not
@@ -488,9 +515,9 @@ template <class Choice>
 ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neighbourhood& near,
                                        const Choice& choice, std::uint32_t guess) const {
   Closest<Choice> closest(r, max_distance, choice);
+  const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
   const std::uint32_t guessed_slot = guess == ClosestPoint::none ? guess : slots_[guess];
-  if (guess != ClosestPoint::none)
-    closest.offer(in_double(triangles_[guessed_slot].corners), guess);
+  if (guess != ClosestPoint::none) closest.offer(corners_of(guessed_slot), guess, guessed_slot);
 
   const Vec3f at(r - near.centre_);
   const std::size_t count = near.slots_.size();
@@ -512,10 +539,10 @@ ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neigh
       if (!(squares[n] <= 1.00001 * closest.bound())) continue;
       const std::uint32_t slot = near.slots_[first + n];
       if (slot == guessed_slot) continue;
-      closest.offer(in_double(triangles_[slot].corners), triangles_[slot].id);
+      closest.offer(corners_of(slot), triangles_[slot].id, slot);
     }
   }
-  return closest.result();
+  return closest.result(corners_of);
 }
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
