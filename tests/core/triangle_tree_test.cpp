@@ -198,6 +198,28 @@ TEST(TriangleTree, AGuessChangesNoAnswer) {
   }
 }
 
+// Far from the origin the triangles around a node of a plane are as near but for rounding, each by
+// a little more or less.
+TEST(TriangleTree, NoGuessDecidesBetweenTrianglesThatAreAsNear) {
+  const int n = 24;
+  TriMesh mesh = wavy_sheet(n);
+  RandomStream random({.seed = 11});
+  for (Vec3f& r : mesh.vertices)
+    r = {100 * r.x + 4321.7F, 100 * r.y - 7654.3F, 2e-4F * random.uniform()};
+  const TriangleTree tree(mesh);
+  for (const Vec3f& v : mesh.vertices) {
+    const Vec3d r = Vec3d(v) + Vec3d{0, 0, 63.556};
+    Box box;
+    box.add(r);
+    const TriangleTree::Neighbourhood near = tree.neighbourhood(box, 200);
+    const std::uint32_t expected = tree.closest_facing(r, {0, 0, 1}, 200).triangle;
+    for (std::uint32_t guess = 0; guess < mesh.triangles.size(); ++guess) {
+      if (length(corners(mesh, guess)[0] - Vec3d(v)) > 300) continue;
+      ASSERT_EQ(tree.closest_facing(r, {0, 0, 1}, 200, near, guess).triangle, expected);
+    }
+  }
+}
+
 // Half of the places lie above nodes of the sheet or their edges, where several are as near.
 TEST(TriangleTree, WhatIsAloneAnswersForEveryDirectionThatItFaces) {
   const int n = 24;
