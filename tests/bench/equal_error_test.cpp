@@ -76,12 +76,12 @@ TEST(BringToEqualError, TheWorseOneIsRefinedUntilItIsNot) {
 
 TEST(BringToEqualError, OneThatOvershootsIsFollowedByTheOther) {
   Method first = measured(0.2, 0.4);
-  Method second = measured(0.25, 0.4);
+  Method second = measured(0.2, 0.44);
 
   EXPECT_TRUE(bring_to_equal_error(first, second, measure));
 
   EXPECT_EQ(first.target, 0.2);
-  EXPECT_EQ(second.target, 0.2);
+  EXPECT_EQ(second.target, 0.22);
 }
 
 TEST(BringToEqualError, ThirdHalvingIsTheLast) {
