@@ -8,7 +8,7 @@
 // the part of the domain that symmetry leaves. A case runs with its own target, three seeds in turn
 // with and without simplification, so that both meet the same neighbours. If their errors differ by
 // more than two standard errors, the worse one runs again with half its target, at most three
-// times. Then the case fails: it has no speed-up, and the exit code is 1.
+// times. Then the case fails: it has no speed-up, and the exit code is 2.
 //
 // Time is CPU time of the process in survey() and advance(), which are all stages of a time step:
 // other programs lengthen it little, and files and metrology are not in it. Within a call the
@@ -21,7 +21,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
