@@ -23,30 +23,39 @@ inline MeanValue mean_of(std::span<const double> values) {
   return {.mean = mean, .std_error = std::sqrt(squares / (count * (count - 1)))};
 }
 
-enum class Worse { neither, first, second };
-
-/// Which of two errors is greater by more than two standard errors of their difference.
-inline Worse worse_of(const MeanValue& first, const MeanValue& second) {
-  const double difference = first.mean - second.mean;
-  if (std::abs(difference) <= 2 * std::hypot(first.std_error, second.std_error))
-    return Worse::neither;
-  return difference > 0 ? Worse::first : Worse::second;
+/// Whether an error is greater than another one by more than two standard errors of the difference.
+inline bool is_worse(const MeanValue& error, const MeanValue& than) {
+  return error.mean - than.mean > 2 * std::hypot(error.std_error, than.std_error);
 }
 
-/// Measures the worse one again with half its target, at most three times in all, until neither is
-/// worse. Returns whether the errors are equal in the end.
+/// Measures the worse one again with half its target, at most three times, until it is not worse.
+/// Returns whether it came to that.
 ///
-/// Measured has an `error` (MeanValue) and a `target`; measure(measured, target) replaces one.
+/// Where it has become better than the other one, it is replaced by what lies between its last two
+/// measurements at the error of the other one: halvings are too coarse to meet an error that is
+/// known to a few per cent.
+///
+/// Measured has an `error` (MeanValue) and a `target`; measure(measured, target) replaces one;
+/// between(before, after, weight) is found by its argument, with the weight of the latter.
 template <class Measured, class Measure>
 bool bring_to_equal_error(Measured& first, Measured& second, const Measure& measure) {
   constexpr int most_halvings = 3;
+  const bool first_is_worse = is_worse(first.error, second.error);
+  if (!first_is_worse && !is_worse(second.error, first.error)) return true;
+  Measured& refined = first_is_worse ? first : second;
+  const MeanValue other = (first_is_worse ? second : first).error;
   for (int halving = 0; halving < most_halvings; ++halving) {
-    const Worse worse = worse_of(first.error, second.error);
-    if (worse == Worse::neither) return true;
-    Measured& refined = worse == Worse::first ? first : second;
-    measure(refined, refined.target / 2);
+    const Measured before = refined;
+    measure(refined, before.target / 2);
+    if (is_worse(refined.error, other)) continue;
+    if (is_worse(other, refined.error)) {
+      refined = between(before, refined,
+                        std::log(before.error.mean / other.mean) /
+                            std::log(before.error.mean / refined.error.mean));
+    }
+    return true;
   }
-  return worse_of(first.error, second.error) == Worse::neither;
+  return false;
 }
 
 }  // namespace scarp::bench

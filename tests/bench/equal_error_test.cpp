@@ -23,28 +23,36 @@ TEST(MeanOf, OneValueHasNone) {
   EXPECT_EQ(value.std_error, 0);
 }
 
-TEST(WorseOf, TwoStandardErrorsOfTheDifferenceDecide) {
-  const MeanValue first{.mean = 1, .std_error = 0.3};
-  const auto second = [](double mean) { return MeanValue{.mean = mean, .std_error = 0.4}; };
+TEST(IsWorse, TwoStandardErrorsOfTheDifferenceDecide) {
+  const MeanValue error{.mean = 1, .std_error = 0.3};
+  const auto other = [](double mean) { return MeanValue{.mean = mean, .std_error = 0.4}; };
 
-  EXPECT_EQ(worse_of(first, second(1.99)), Worse::neither);
-  EXPECT_EQ(worse_of(first, second(0.01)), Worse::neither);
-  EXPECT_EQ(worse_of(first, second(2.01)), Worse::second);
-  EXPECT_EQ(worse_of(first, second(-0.01)), Worse::first);
+  EXPECT_FALSE(is_worse(error, other(0.01)));
+  EXPECT_TRUE(is_worse(error, other(-0.01)));
+  EXPECT_FALSE(is_worse(error, other(3)));
 }
 
-/// Something whose error is a floor and what its target adds, known to .01.
+/// Something whose error is a floor and what its target adds, known to .01. Its work is a power of
+/// its error.
 struct Method {
   double floor = 0;
   double target = 0;
   MeanValue error{};
+  double work = 0;
   int measurements = 0;
 };
 
 void measure(Method& method, double target) {
   method.target = target;
   method.error = {.mean = method.floor + target, .std_error = 0.01};
+  method.work = std::pow(method.error.mean, -2);
   ++method.measurements;
+}
+
+Method between(const Method& before, const Method& after, double weight) {
+  Method method = after;
+  method.work = std::pow(before.work, 1 - weight) * std::pow(after.work, weight);
+  return method;
 }
 
 Method measured(double floor, double target) {
@@ -74,14 +82,25 @@ TEST(BringToEqualError, TheWorseOneIsRefinedUntilItIsNot) {
   EXPECT_EQ(second.measurements, 3);
 }
 
-TEST(BringToEqualError, OneThatOvershootsIsFollowedByTheOther) {
-  Method first = measured(0.2, 0.4);
-  Method second = measured(0.2, 0.44);
+TEST(BringToEqualError, OneThatBecomesBetterIsTakenBetweenItsLastTwo) {
+  Method first = measured(0, 0.3);
+  Method second = measured(0, 0.8);
 
   EXPECT_TRUE(bring_to_equal_error(first, second, measure));
 
-  EXPECT_EQ(first.target, 0.2);
-  EXPECT_EQ(second.target, 0.22);
+  EXPECT_EQ(second.measurements, 3);
+  EXPECT_NEAR(second.work, std::pow(0.3, -2), 1e-9);
+  EXPECT_EQ(first.measurements, 1);
+}
+
+TEST(BringToEqualError, TheFirstMayBeTheWorseOne) {
+  Method first = measured(0.2, 0.2);
+  Method second = measured(0.2, 0.1);
+
+  EXPECT_TRUE(bring_to_equal_error(first, second, measure));
+
+  EXPECT_EQ(first.target, 0.1);
+  EXPECT_EQ(second.measurements, 1);
 }
 
 TEST(BringToEqualError, ThirdHalvingIsTheLast) {
