@@ -8,9 +8,9 @@
 // the part of the domain that symmetry leaves. A case runs with its own target, three seeds in turn
 // with and without simplification, so that both meet the same neighbours. If their errors differ by
 // more than two standard errors, the worse one runs again with half its target, at most three
-// times. If it becomes better than the other one, it counts as what lies between its last two
-// targets, by powers of the error. If it stays worse, the case fails: it has no speed-up, and the
-// exit code is 2.
+// times. A halving that goes too far would flatter the other one: what has a smaller error then
+// counts as what lies between its last two targets, by powers of the error. If it stays worse, the
+// case fails: it has no speed-up, and the exit code is 2.
 //
 // Time is CPU time of the process in survey() and advance(), which are all stages of a time step:
 // other programs lengthen it little, and files and metrology are not in it. Within a call the

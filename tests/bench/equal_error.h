@@ -31,9 +31,8 @@ inline bool is_worse(const MeanValue& error, const MeanValue& than) {
 /// Measures the worse one again with half its target, at most three times, until it is not worse.
 /// Returns whether it came to that.
 ///
-/// Where it has become better than the other one, it is replaced by what lies between its last two
-/// measurements at the error of the other one: halvings are too coarse to meet an error that is
-/// known to a few per cent.
+/// A halving may go too far, which would flatter the other one: what has then a smaller error is
+/// replaced by what lies between its last two measurements at the error of the other one.
 ///
 /// Measured has an `error` (MeanValue) and a `target`; measure(measured, target) replaces one;
 /// between(before, after, weight) is found by its argument, with the weight of the latter.
@@ -48,7 +47,7 @@ bool bring_to_equal_error(Measured& first, Measured& second, const Measure& meas
     const Measured before = refined;
     measure(refined, before.target / 2);
     if (is_worse(refined.error, other)) continue;
-    if (is_worse(other, refined.error)) {
+    if (refined.error.mean < other.mean) {
       refined = between(before, refined,
                         std::log(before.error.mean / other.mean) /
                             std::log(before.error.mean / refined.error.mean));

@@ -103,6 +103,16 @@ TEST(BringToEqualError, TheFirstMayBeTheWorseOne) {
   EXPECT_EQ(second.measurements, 1);
 }
 
+TEST(BringToEqualError, WithinTheNoiseAHalvingThatGoesTooFarFlattersNobody) {
+  Method first = measured(0, 0.09);
+  Method second = measured(0, 0.16);
+
+  EXPECT_TRUE(bring_to_equal_error(first, second, measure));
+
+  EXPECT_FALSE(is_worse({.mean = 0.09, .std_error = 0.01}, {.mean = 0.08, .std_error = 0.01}));
+  EXPECT_NEAR(second.work, std::pow(0.09, -2), 1e-9);
+}
+
 TEST(BringToEqualError, ThirdHalvingIsTheLast) {
   Method first = measured(0.1, 0.1);
   Method second = measured(0.5, 0.8);
