@@ -138,7 +138,8 @@ fs::path result_file(const Case& of) {
 struct Measured {
   std::string name;
   Overrides changes{};
-  double target = 0;  ///< flux.target_error
+  double target = 0;          ///< flux.target_error
+  bool interpolated = false;  ///< between two targets
   MeanValue error{};
   double seconds = 0;
   double facets = 0;
@@ -166,6 +167,7 @@ Measured between(const Measured& before, const Measured& after, double weight) {
   Measured result{.name = after.name,
                   .changes = after.changes,
                   .target = mean(before.target, after.target),
+                  .interpolated = true,
                   .error = {mean(before.error.mean, after.error.mean),
                             std::max(before.error.std_error, after.error.std_error)},
                   .facets = mean(before.facets, after.facets),
@@ -201,6 +203,7 @@ Json json_of(const Measured& measured) {
           {"std_error", measured.error.std_error},
           {"facets", measured.facets},
           {"target_error", measured.target},
+          {"interpolated", measured.interpolated},
           {"time_steps", measured.time_steps},
           {"rays", measured.rays},
           {"stages", stages}};
@@ -239,9 +242,10 @@ constexpr const char* stage_names[]{"surface", "simplify", "flux", "map", "advec
 
 std::string row_of(const std::string& name, const Json& measured, const std::string& speedup) {
   std::string row =
-      fmt::format("| {} | {:.2f} s | {:.4f} ± {:.4f} | {:.0f} | {:.3g} | {:.0f} |", name,
+      fmt::format("| {} | {:.2f} s | {:.4f} ± {:.4f} | {:.0f} | {}{:.3g} | {:.0f} |", name,
                   measured["time_s"].get<double>(), measured["error"].get<double>(),
                   measured["std_error"].get<double>(), measured["facets"].get<double>(),
+                  measured["interpolated"].get<bool>() ? "≈ " : "",
                   measured["target_error"].get<double>(), measured["time_steps"].get<double>());
   for (const char* stage : stage_names)
     row += fmt::format(" {:.2f} |", measured["stages"].value(stage, 0.0));
