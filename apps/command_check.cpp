@@ -28,6 +28,20 @@ nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
   return ends;
 }
 
+nlohmann::ordered_json left_out_of(const CostEstimate& cost, const Recipe& recipe) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const auto& [step, choice] : cost.left_out)
+    steps.push_back(
+        {{"step", step}, {"name", recipe.steps[step].name}, {"reason", cell_of(choice)}});
+  return steps;
+}
+
+void print_left_out(const CostEstimate& cost, const Recipe& recipe) {
+  for (const auto& [step, choice] : cost.left_out)
+    fmt::print("# The mesh of step \"{}\" is not simplified: {}\n", recipe.steps[step].name,
+               reason_of(choice));
+}
+
 void print_ends(const CostEstimate& cost, const Recipe& recipe) {
   if (cost.ends.empty()) return;
   fmt::print("# Ends of steps, as the start geometry would go on:\n");
@@ -87,6 +101,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"threads", thread_count()},
                                         {"at_most", cost.at_most},
                                         {"mirror_planes", names_of(found.planes)},
+                                        {"simplify_left_out", left_out_of(cost, recipe)},
                                         {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -94,6 +109,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   fmt::print("{}\n", recipe.resolved);
   if (const std::string text = symmetry_text(recipe, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
+  print_left_out(cost, recipe);
   print_ends(cost, recipe);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);

@@ -31,7 +31,11 @@ struct Variant {
 };
 
 constexpr const char* full_mesh = "simplify.enabled=false";
-constexpr const char* simplified_mesh = "simplify.enabled=true";
+
+/// What a recipe that leaves it open whether to simplify stands for is compared as that.
+const char* simplified_mesh(const Recipe& recipe) {
+  return recipe.simplify_where_it_pays ? "simplify.enabled=\"auto\"" : "simplify.enabled=true";
+}
 
 /// Of a slice of what has two dimensions. Spacings; the answer does not depend on it.
 constexpr double slice_length = 4;
@@ -57,7 +61,8 @@ Variant in_mode(const std::string& mode, const Frame& frame) {
 }
 
 /// The first is what the others are compared with.
-std::vector<Variant> variants_of(const CompareArguments& arguments, const Frame& frame) {
+std::vector<Variant> variants_of(const CompareArguments& arguments, const Recipe& recipe) {
+  const Frame& frame = recipe.frame;
   if (!arguments.modes.empty()) {
     const std::size_t comma = arguments.modes.find(',');
     return {in_mode(arguments.modes.substr(0, comma), frame),
@@ -67,9 +72,9 @@ std::vector<Variant> variants_of(const CompareArguments& arguments, const Frame&
   for (const std::string& method : arguments.methods)
     variants.push_back(
         {.name = method,
-         .overrides = {simplified_mesh, fmt::format("simplify.method=\"{}\"", method)}});
+         .overrides = {simplified_mesh(recipe), fmt::format("simplify.method=\"{}\"", method)}});
   if (arguments.methods.empty())
-    variants.push_back({.name = "simplified", .overrides = {simplified_mesh}});
+    variants.push_back({.name = "simplified", .overrides = {simplified_mesh(recipe)}});
   return variants;
 }
 
@@ -181,7 +186,7 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);
-  const std::vector<Variant> variants = variants_of(arguments, recipe.frame);
+  const std::vector<Variant> variants = variants_of(arguments, recipe);
   const std::uint64_t seed = recipe.flux.seed;
   // What cannot be run is told before anything is.
   for (const Variant& variant : variants) runner.recipe_of(variant, seed);

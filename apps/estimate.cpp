@@ -345,6 +345,8 @@ class Estimator {
       ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
     cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
+    if (first.simplify_choice != SimplifyChoice::simplify)
+      cost_.left_out.emplace_back(n, first.simplify_choice);
     output_seconds_ = seconds_of_output(state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
     const std::size_t first_facets_full = first.facets_full;

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/memory_estimate.h"
 #include "apps/recipe.h"
+#include "apps/simplify_choice.h"
 
 namespace scarp {
 
@@ -39,6 +41,8 @@ struct CostEstimate {
   double flux_seconds = 0;  ///< of them those that fluxes take
   /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
   bool at_most = false;
+  /// Of steps whose mesh is not simplified at their beginning, repeated ones once.
+  std::vector<std::pair<std::size_t, SimplifyChoice>> left_out{};
   std::vector<ExpectedEnd> ends{};  ///< of steps with an end condition, repeated ones once
 };
 

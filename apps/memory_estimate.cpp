@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/simplify_choice.h"
 #include "core/error.h"
 #include "levelset/slope.h"
 
@@ -48,10 +49,15 @@ MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size)
 RunSize size_of(double facets, const Recipe& recipe) {
   const bool keeps_rays = recipe.flux.engine != FluxOptions::Engine::forward;
   std::size_t species = 0;
+  const auto is_simplified = [&](const ProcessStep& step) {
+    return recipe.simplify && simplify_choice(recipe, step, static_cast<std::size_t>(facets)) ==
+                                  SimplifyChoice::simplify;
+  };
   for (const ProcessStep& step : recipe.steps)
     if (step.model) species = std::max(species, step.model->species().size());
   return {.facets_full = facets,
-          .facets = recipe.simplify ? simplified_part * facets : facets,
+          .facets =
+              std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets : facets,
           .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
 }
 

@@ -126,13 +126,19 @@ void read_materials(const RecipeTable& table, Materials& materials) {
   }
 }
 
-std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Frame& frame) {
+// What becomes of meshes: nothing without options.
+struct Simplification {
+  std::optional<SimplifyOptions> options{};
+  bool where_it_pays = false;
+};
+
+Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
   const Choices<SimplifyMethod> methods{{"curvature", SimplifyMethod::curvature},
                                         {"paper", SimplifyMethod::paper},
                                         {"lindstrom-turk", SimplifyMethod::lindstrom_turk},
                                         {"length", SimplifyMethod::length}};
-  const bool enabled = table.flag("enabled", !frame.two_dimensional);
-  if (enabled && frame.two_dimensional) {
+  const std::optional<bool> enabled = table.flag_or("auto", "enabled", !frame.two_dimensional);
+  if (enabled == true && frame.two_dimensional) {
     table.error("enabled", "the mesh of a cross-section is not simplified; leave this out");
   }
   const double h = frame.spacing;
@@ -154,8 +160,8 @@ std::optional<SimplifyOptions> read_simplify(const RecipeTable& table, const Fra
   const double remove = table.fraction("remove", "1");
   if (remove < 1) options.remove = remove;
   options.measure = false;  // max_error proves the distance
-  if (!enabled) return std::nullopt;
-  return options;
+  if (enabled == false || frame.two_dimensional) return {};
+  return {.options = options, .where_it_pays = !enabled};
 }
 
 // Units: bytes.
@@ -637,7 +643,9 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
     if (file.ok()) check_geometry(root, shapes, recipe);
   }
 
-  recipe.simplify = read_simplify(root.table("simplify"), recipe.frame);
+  const Simplification simplification = read_simplify(root.table("simplify"), recipe.frame);
+  recipe.simplify = simplification.options;
+  recipe.simplify_where_it_pays = simplification.where_it_pays;
   recipe.flux = read_flux(root.table("flux"), recipe.frame);
   recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
   recipe.dear_flux =

@@ -68,6 +68,7 @@ struct Recipe {
   std::vector<Shape> geometry;  ///< empty where there is a start
   std::optional<StartState> start;
   std::optional<SimplifyOptions> simplify;
+  bool simplify_where_it_pays = false;  ///< see simplify_choice()
   FluxOptions flux;
   double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
   double dear_flux = 0;         ///< wall time of all fluxes from which a run warns; s

@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/peak_memory.h"
 #include "core/quantity.h"
+#include "flux/embree_tree.h"
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
 #include "levelset/symmetry.h"
@@ -276,6 +277,7 @@ std::string metrics_head(const Recipe& recipe) {
       "solid_volume_nm3,growth_nm3_per_s";
   for (const std::string& name : coverage_names(recipe))
     head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
+  if (recipe.simplify_where_it_pays) head += ",simplify_left_out";
   return head + ",time_step\n";
 }
 
@@ -305,6 +307,7 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   row += ',' + (is_end_of_round ? cause_of(*of_row.round_end, after.ends[step]) : "");
   row += fmt::format(",{}", survey.made_at);
   row += area_cells(survey, of_row.model.get(), recipe);
+  if (recipe.simplify_where_it_pays) row += ',' + cell_of(survey.simplify_choice);
   return row + fmt::format(",{}\n", after.time_step - 1);
 }
 
@@ -328,6 +331,8 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
                      {"target", target > 0 ? nlohmann::ordered_json(target) : nullptr},
                      {"largest_error", flux.largest},
                      {"time_steps_missed", flux.missed}};
+  summary["simplify_left_out"] = {{"no_rays", totals.left_out.no_rays},
+                                  {"few_facets", totals.left_out.few_facets}};
   summary["metrology"] =
       metrology_json(metrology, {.materials = recipe.materials, .options = recipe.metrology});
   summary["void_count"] = count_of(survey.gas.voids);
@@ -342,8 +347,11 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["peak_memory_mb"] = peak_memory_mb();
   summary["threads"] = thread_count();
   summary["machine"] = machine_name();
-  summary["versions"] = {
-      {"scarp", SCARP_VERSION}, {"openvdb", SCARP_OPENVDB_VERSION}, {"compiler", __VERSION__}};
+  summary["versions"] = {{"scarp", SCARP_VERSION},
+                         {"openvdb", SCARP_OPENVDB_VERSION},
+                         {"embree", embree_version()},
+                         {"compiler", __VERSION__}};
+  summary["embree"] = embree_configuration();
   return summary.dump(2) + "\n";
 }
 

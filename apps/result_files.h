@@ -6,6 +6,7 @@
 #include "apps/flux_target.h"
 #include "apps/picture.h"
 #include "apps/section.h"
+#include "apps/simplify_choice.h"
 #include "apps/simulator.h"
 
 namespace scarp {
@@ -62,6 +63,7 @@ struct RunTotals {
   std::vector<double> output_times;
   std::string rows_hash;  ///< see write_restart()
   FluxTarget flux;
+  LeftOutCount left_out;
   StageTimer stages;
   double wall_seconds = 0;
 };

@@ -448,21 +448,21 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
   });
 }
 
-FluxTarget ResultFolder::write_summary(const State& state, const Survey& survey,
-                                       const Recipe& recipe, const StageTimer& total,
-                                       double wall_seconds) {
-  const FluxTarget flux = flux_target(file("metrics.csv"), recipe);
+RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
+                                      const Recipe& recipe, const StageTimer& total,
+                                      double wall_seconds) {
+  const RunTotals totals{.output_times = written_.output_times,
+                         .rows_hash = rows_hash_.hex(),
+                         .flux = flux_target(file("metrics.csv"), recipe),
+                         .left_out = left_out_count(file("metrics.csv")),
+                         .stages = total,
+                         .wall_seconds = wall_seconds};
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe);
-    write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe,
-                                                  {.output_times = written_.output_times,
-                                                   .rows_hash = rows_hash_.hex(),
-                                                   .flux = flux,
-                                                   .stages = total,
-                                                   .wall_seconds = wall_seconds}));
+    write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe, totals));
   });
-  return flux;
+  return totals;
 }
 
 }  // namespace scarp

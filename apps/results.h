@@ -70,9 +70,9 @@ class ResultFolder {
   void append_metrics(const State& after, std::size_t step, const Survey& survey, const Move& move,
                       const Recipe& recipe);
 
-  /// summary.json; marks the run as complete. Returns what it says of the error of the flux.
-  FluxTarget write_summary(const State& state, const Survey& survey, const Recipe& recipe,
-                           const StageTimer& total, double wall_seconds);
+  /// summary.json; marks the run as complete. Returns what it says of the run.
+  RunTotals write_summary(const State& state, const Survey& survey, const Recipe& recipe,
+                          const StageTimer& total, double wall_seconds);
 
  private:
   /// True when a run has begun here: its metrics.csv is there from the first moment to the last.

@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "apps/estimate.h"
 #include "apps/flux_target.h"
@@ -135,6 +136,12 @@ void tell_flux_error(const FluxTarget& flux, const Log& log) {
   }
 }
 
+void tell_left_out(const LeftOutCount& count, const Log& log) {
+  if (count.sum() == 0) return;
+  log.info(fmt::format("simplification was left out of {} of {}", count.sum(),
+                       counted(count.time_steps, "time step")));
+}
+
 // When checkpoints between outputs are due.
 class CheckpointClock {
  public:
@@ -175,6 +182,7 @@ class Observer {
   Observer(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
 
   void look_at(const State& state, const Survey& now, const VoidChanges& changes) {
+    tell_left_out(state, now);
     tell_missed_targets(state, now);
     tell_unfit_coverages(state, now);
     tell_voids(state, now, changes);
@@ -251,6 +259,15 @@ class Observer {
                     step.name, step.model_name, names));
   }
 
+  // Of a step that repeats, once.
+  void tell_left_out(const State& state, const Survey& now) {
+    if (now.simplify_choice == SimplifyChoice::simplify) return;
+    const ProcessStep& step = current_step(state, recipe_);
+    if (!left_out_.emplace(step.model.get(), now.simplify_choice).second) return;
+    log_.info(fmt::format("step \"{}\", t = {:.4g} s: the mesh is not simplified: {}", step.name,
+                          state.time, reason_of(now.simplify_choice)));
+  }
+
   void tell_missed_targets(const State& state, const Survey& now) {
     if (warned_ == step_number(state)) return;
     for (const FluxField& flux : now.flux) {
@@ -318,6 +335,7 @@ class Observer {
   };
   Movement movement_;
   std::set<const SurfaceModel*> still_models_;
+  std::set<std::pair<const SurfaceModel*, SimplifyChoice>> left_out_;
 
   std::size_t warned_ = 0;  // in which step
   std::size_t warned_of_coverages_ = 0;
@@ -396,7 +414,9 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   watchdog.sum_up();
   if (!finished(state, recipe)) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  tell_flux_error(folder.write_summary(state, now, recipe, total, wall.count()), options.log);
+  const RunTotals totals = folder.write_summary(state, now, recipe, total, wall.count());
+  tell_left_out(totals.left_out, options.log);
+  tell_flux_error(totals.flux, options.log);
   return RunEnd::complete;
 }
 

@@ -20,6 +20,7 @@
 #include "core/error.h"
 #include "core/huge_pages.h"
 #include "core/parallel.h"
+#include "flux/embree_tree.h"
 
 namespace scarp {
 
@@ -46,6 +47,7 @@ ExitCode read_and_execute(int argc, char** argv) {
 
 ExitCode run_command_line(int argc, char** argv) {
   for (int n = 1; n < argc; ++n) require_utf8(argv[n]);
+  static_cast<void>(embree_configuration());  // refused before there is anything to lose
   const ExitCode code = read_and_execute(argc, argv);
   // A result that did not reach its reader is no result.
   if (!std::cout.flush() || std::fflush(stdout) != 0) {

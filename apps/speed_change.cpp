@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <tuple>
+#include <cstdint>
+#include <unordered_map>
 
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
@@ -67,23 +67,24 @@ class PatchMeans {
 
 PatchMeans::PatchMeans(const TriMesh& facets, double width)
     : shares_(facets.triangles.size()), facet_areas_(facet_areas(facets)) {
-  std::map<std::tuple<int, int, int, int>, std::size_t> numbers;
+  constexpr int node_bits = 20;  // of an index; grids have fewer patches along an axis
+  std::unordered_map<std::uint64_t, std::size_t> numbers;  // of nodes with a direction
   for (std::size_t f = 0; f < shares_.size(); ++f) {
     const auto [a, b, c] = corners(facets, f);
     const Vec3d middle = (a + b + c) / (3 * width);
     const int direction = main_direction(area_vector(facets, f));
     for (unsigned corner = 0; corner < 8; ++corner) {
-      std::array<int, 3> node{};
+      auto key = static_cast<std::uint64_t>(direction);
       double share = 1;
       for (int axis = 0; axis < 3; ++axis) {
         const double lower = std::floor(middle[axis]);
         const bool is_upper = ((corner >> axis) & 1U) != 0;
-        const auto at = static_cast<std::size_t>(axis);
-        node[at] = static_cast<int>(lower) + (is_upper ? 1 : 0);
+        key = key << node_bits |
+              static_cast<std::uint32_t>(static_cast<int>(lower) + (is_upper ? 1 : 0) +
+                                         (1 << (node_bits - 1)));
         share *= is_upper ? middle[axis] - lower : 1 - (middle[axis] - lower);
       }
-      const auto number =
-          numbers.try_emplace({direction, node[0], node[1], node[2]}, numbers.size());
+      const auto number = numbers.try_emplace(key, numbers.size());
       shares_[f][corner] = {number.first->second, share};
     }
   }

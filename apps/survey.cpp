@@ -62,10 +62,10 @@ TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result
 
 // How far the facets may lie from the surface; a film loses none of its thickness by those that it
 // is seen on. Units: nm.
-double simplify_bound(const State& state, const Recipe& recipe) {
+double simplify_bound(const State& state, const Recipe& recipe, SimplifyChoice choice) {
   constexpr double part_of_film = 0.05;
   constexpr float least_film = 0.5F;  // spacings
-  if (!recipe.simplify) return 0;
+  if (!recipe.simplify || choice != SimplifyChoice::simplify) return 0;
   const double of_film = part_of_film * thinnest_film(state.layers, least_film);
   return std::min(recipe.simplify->max_error.value_or(infinity), of_film);
 }
@@ -103,11 +103,12 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
 
 void make_facets(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
   const auto measurement = result.timer.measure("simplify");
-  result.simplify_bound = simplify_bound(state, recipe);
+  result.simplify_choice = simplify_choice(recipe, current_step(state, recipe), result.facets_full);
+  result.simplify_bound = simplify_bound(state, recipe, result.simplify_choice);
   if (keep_mesh(surface, state, recipe, result)) return;
   result.made_at = state.time_step;
   result.facets = std::move(surface);
-  if (!recipe.simplify) return;
+  if (!recipe.simplify || result.simplify_choice != SimplifyChoice::simplify) return;
   SimplifyOptions options = *recipe.simplify;
   if (options.max_error) options.max_error = result.simplify_bound;
   SimplifyResult coarse = simplify(result.facets, options);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/coverages.h"
+#include "apps/simplify_choice.h"
 #include "apps/speed_change.h"
 #include "apps/state.h"
 #include "core/stage_timer.h"
@@ -37,6 +38,7 @@ struct Survey {
   std::size_t facets_full = 0;
   Box extent;         ///< of the surface before it is simplified
   double volume = 0;  ///< of the solid from z = 0 up to it, of the whole wafer; nm^3
+  SimplifyChoice simplify_choice = SimplifyChoice::simplify;
   double simplify_max_distance = 0;
   TriMesh facets;
   std::uint32_t made_at = 0;         ///< the time step that the facets were made in

@@ -5,6 +5,7 @@ set(saved_shared_libs ${BUILD_SHARED_LIBS})
 find_package(OpenVDB REQUIRED)
 set(BUILD_SHARED_LIBS ${saved_shared_libs})
 
+find_package(embree 3 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(Eigen3 REQUIRED)
 # Without vectors, whose sums depend on how many a machine has: the same bits everywhere.
@@ -20,8 +21,12 @@ find_package(pugixml REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(GTest REQUIRED)
-find_package(benchmark REQUIRED)
 find_package(Threads REQUIRED)
+
+# Its vector code rounds otherwise than plain code does, and otherwise again with another instruction set.
+add_library(eigen INTERFACE)
+target_link_libraries(eigen INTERFACE Eigen3::Eigen)
+target_compile_definitions(eigen INTERFACE EIGEN_DONT_VECTORIZE EIGEN_DONT_PARALLELIZE)
 
 # xxHash of Debian 12 ships no CMake file.
 find_path(XXHASH_INCLUDE xxhash.h REQUIRED)

@@ -173,6 +173,23 @@ bool RecipeTable::flag(std::string_view key, std::optional<bool> fallback) const
   return value;
 }
 
+std::optional<bool> RecipeTable::flag_or(std::string_view word, std::string_view key,
+                                         bool fallback) const {
+  const auto item = find(*node_, key);
+  if (item && item->value.kind == TomlValue::Kind::text && item->value.text == word) {
+    node_->record->set(key, toml_string(word));
+    return std::nullopt;
+  }
+  bool value = fallback;
+  if (item && item->value.kind == TomlValue::Kind::flag) {
+    value = item->value.flag;
+  } else if (item) {
+    note(*item, described(item->value) + " is not true, false or " + toml_string(word));
+  }
+  node_->record->set(key, value ? "true" : "false");
+  return value;
+}
+
 std::string RecipeTable::text(std::string_view key,
                               std::optional<std::string_view> fallback) const {
   const auto item = find(*node_, key);

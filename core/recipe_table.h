@@ -63,6 +63,8 @@ class RecipeTable {
   double quantity(std::string_view key, Dimension dimension, const Limits& limits = {}) const;
   std::int64_t integer(std::string_view key, const Limits& limits = {}) const;
   bool flag(std::string_view key, std::optional<bool> fallback = {}) const;
+  /// true or false; nothing for a word that leaves it open.
+  std::optional<bool> flag_or(std::string_view word, std::string_view key, bool fallback) const;
   std::string text(std::string_view key, std::optional<std::string_view> fallback = {}) const;
 
   /// A length, or a number that counts a given length ("in grid spacings"). Limits hold for the

@@ -122,8 +122,6 @@ std::array<Vec3d, 3> in_double(const std::array<Vec3f, 3>& p) {
 
 }  // namespace
 
-const TriangleTree::Start TriangleTree::root{.nodes = {0}, .count = 1};
-
 ClosestPoint closest_on_triangle(Vec3d r, const std::array<Vec3d, 3>& corners) {
   ClosestPoint result;
   result.barycentric = closest_weights(r, corners);
@@ -289,41 +287,60 @@ TriangleTree::TriangleTree(const TriMesh& mesh) {
   if (mesh.triangles.empty()) return;
   const Builder builder(mesh, nodes_);
   triangles_.reserve(builder.items.size());
+  slots_.resize(builder.items.size());
   for (const Builder::Item& item : builder.items) {
     const Triangle& t = mesh.triangles[item.id];
+    slots_[item.id] = static_cast<std::uint32_t>(triangles_.size());
     triangles_.push_back(
         {{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, item.id});
   }
 }
 
-TriangleTree::Start TriangleTree::start(const Box& box, double max_distance) const {
+TriangleTree::Neighbourhood TriangleTree::neighbourhood(const Box& box, double max_distance) const {
+  Neighbourhood near;
+  if (nodes_.empty()) return near;
+  near.centre_ = 0.5 * (box.lower + box.upper);
+  const Vec3d half = 0.5 * (box.upper - box.lower);
   // A little more than asked for, so that rounding does not hide a triangle at that distance.
   const double reach = max_distance * (1 + 1e-9);
-  const auto is_near = [&](std::uint32_t n) {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (nodes_[n].lower[axis] > box.upper[axis] + reach ||
-          nodes_[n].upper[axis] < box.lower[axis] - reach) {
+  const auto is_near = [&](const auto& lower, const auto& upper) {
+    for (int axis = 0; axis < 3; ++axis)
+      if (lower[axis] > box.upper[axis] + reach || upper[axis] < box.lower[axis] - reach)
         return false;
-      }
-    }
     return true;
   };
-  Start found;
-  if (nodes_.empty()) return found;
-  found.count = 1;
-  // Nodes become their children, those far away left out, as long as there is room for both.
-  for (std::size_t n = 0; n < found.count;) {
-    const Node& node = nodes_[found.nodes[n]];
-    if (node.count > 0 || found.count == found.nodes.size()) {
-      ++n;
+  std::vector<FloatBox> boxes;
+  std::array<std::uint32_t, max_stack> stack{};
+  int depth = 1;
+  while (depth > 0) {
+    const Node& node = nodes_[stack[--depth]];
+    if (!is_near(node.lower, node.upper)) continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first + 1;
+      stack[depth++] = node.first;
       continue;
     }
-    found.nodes[n] = found.nodes[--found.count];
-    for (const std::uint32_t child : {node.first, node.first + 1}) {
-      if (is_near(child)) found.nodes[found.count++] = child;
+    for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
+      FloatBox around;
+      for (const Vec3f& corner : triangles_[slot].corners) around.add(corner);
+      if (!is_near(around.lower, around.upper)) continue;
+      near.slots_.push_back(slot);
+      boxes.push_back(around);
     }
   }
-  return found;
+  // Of what lies beyond all points it does not matter how far: that keeps numbers small.
+  const double largest = std::max({half.x, half.y, half.z}) + reach;
+  const double margin = 1e-5 * largest;
+  near.boxes_.resize(6 * boxes.size());
+  auto* value = near.boxes_.data();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto about_centre = [&](float place, double grown) {
+      return static_cast<float>(std::clamp(place - near.centre_[axis], -largest, largest) + grown);
+    };
+    for (const FloatBox& each : boxes) *value++ = about_centre(each.lower[axis], -margin);
+    for (const FloatBox& each : boxes) *value++ = about_centre(each.upper[axis], margin);
+  }
+  return near;
 }
 
 namespace {
@@ -332,6 +349,7 @@ namespace {
 struct AnyTriangle {
   static constexpr double rounding = 0;
   static constexpr bool is_first_enough = false;
+  static constexpr bool knows_rivals = false;
   bool accepts(const std::array<Vec3d, 3>&) const { return true; }
   bool prefers(const std::array<Vec3d, 3>&, const std::array<Vec3d, 3>&, bool is_lower) const {
     return is_lower;
@@ -345,7 +363,8 @@ struct FirstTriangle : AnyTriangle {
 
 struct TriangleFacing {
   static constexpr bool is_first_enough = false;
-  static constexpr double rounding = 1e-14;  // of a place, relative to it
+  static constexpr bool knows_rivals = true;  // those that are not accepted as well
+  static constexpr double rounding = 1e-14;   // of a place, relative to it
   Vec3d direction;
 
   static Vec3d normal(const std::array<Vec3d, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
@@ -358,13 +377,105 @@ struct TriangleFacing {
   }
 };
 
+// The nearest triangles so far: those that may still be as near as the nearest, but for rounding.
+//
+// Which of them answers is chosen at the end, so that it does not depend on the order in which they
+// are found. Twice as much is kept as counts as equal: what is alone is so for every direction.
+template <class Choice>
+class Closest {
+ public:
+  Closest(Vec3d r, double max_distance, const Choice& choice)
+      : r_(r),
+        choice_(choice),
+        rounding_(Choice::rounding * (std::abs(r.x) + std::abs(r.y) + std::abs(r.z))),
+        square_(max_distance * max_distance),
+        bound_(square_ * slack) {}
+
+  // No triangle further away than the root of this can be the answer, or as near.
+  double bound() const { return bound_; }
+  bool found() const { return count_ > 0; }
+
+  void offer(const std::array<Vec3d, 3>& p, std::uint32_t id, std::uint32_t slot) {
+    const bool is_accepted = choice_.accepts(p);
+    if (!is_accepted && !Choice::knows_rivals) return;
+    const Weights w = closest_weights(r_, p);
+    const Vec3d gap = r_ - weighted(p, w);
+    const double square = dot(gap, gap);
+    if (square > square_ + 2 * as_near_) return;
+    if (!is_accepted) {
+      rival_ = std::min(rival_, square);
+      return;
+    }
+    if (square <= square_) set_square(square);
+    drop(2 * as_near_);
+    // Of equal ones that there is no room for the lowest stays.
+    if (count_ == nearest_.size()) {
+      if (id > nearest_.back().id) return;
+      --count_;
+    }
+    nearest_[count_++] = {w, square, id, slot};
+  }
+
+  template <class Corners>
+  ClosestPoint result(const Corners& corners_of) {
+    ClosestPoint result;
+    if (!found()) return result;
+    result.is_alone = Choice::knows_rivals && count_ == 1 && rival_ > square_ + 2 * as_near_;
+    drop(as_near_);
+    std::size_t best = 0;
+    for (std::size_t n = 1; n < count_; ++n)
+      if (choice_.prefers(corners_of(nearest_[n].slot), corners_of(nearest_[best].slot),
+                          nearest_[n].id < nearest_[best].id))
+        best = n;
+    result.triangle = nearest_[best].id;
+    result.barycentric = nearest_[best].weights;
+    result.point = weighted(corners_of(nearest_[best].slot), result.barycentric);
+    result.distance = std::sqrt(square_);
+    return result;
+  }
+
+ private:
+  struct Near {
+    Weights weights;
+    double square;
+    std::uint32_t id;
+    std::uint32_t slot;
+  };
+
+  // A little, so that rounding of a box distance never hides a triangle at the same distance.
+  static constexpr double slack = 1 + 1e-12;
+
+  void set_square(double square) {
+    square_ = square;
+    as_near_ = rounding_ * (2 * std::sqrt(square) + rounding_);
+    bound_ = square * slack + 2 * as_near_;
+  }
+
+  // What is further away than the nearest by more than that.
+  void drop(double more) {
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < count_; ++n)
+      if (nearest_[n].square <= square_ + more) nearest_[kept++] = nearest_[n];
+    count_ = kept;
+  }
+
+  Vec3d r_;
+  Choice choice_;
+  double rounding_;
+  double square_;
+  double as_near_ = 0;  // what squares may differ by, once a triangle is found
+  double bound_;
+  double rival_ = std::numeric_limits<double>::infinity();  // of those that are not accepted
+  // As many as meet at a vertex, but for meshes with copies of triangles.
+  std::array<Near, Choice::rounding == 0 ? 1 : 16> nearest_;
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
 template <class Choice>
-ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& from,
-                                  const Choice& choice) const {
-  ClosestPoint best;
-  if (nodes_.empty()) return best;
+ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& choice) const {
+  if (nodes_.empty()) return {};
 
   struct Entry {
     double square;
@@ -372,29 +483,12 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
   };
   std::array<Entry, max_stack> stack;
   int depth = 0;
-  // A little slack, so that rounding of a box distance never hides a triangle at the same distance.
-  constexpr double slack = 1 + 1e-12;
-  const double rounding = Choice::rounding * (std::abs(r.x) + std::abs(r.y) + std::abs(r.z));
-  double best_square = max_distance * max_distance;
-  double as_near = 0;  // what squares may differ by
-  double bound = best_square * slack;
-  Weights best_weights{};
-  std::uint32_t best_slot = 0;
-
-  // The nearest last: it is looked at first.
-  for (std::size_t n = 0; n < from.count; ++n) {
-    const Node& node = nodes_[from.nodes[n]];
-    const Entry entry{squared_distance(r, node.lower, node.upper), from.nodes[n]};
-    if (entry.square > bound) continue;
-    int place = depth++;
-    for (; place > 0 && stack[place - 1].square < entry.square; --place) {
-      stack[place] = stack[place - 1];
-    }
-    stack[place] = entry;
-  }
+  Closest<Choice> closest(r, max_distance, choice);
+  const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
+  stack[depth++] = {squared_distance(r, nodes_[0].lower, nodes_[0].upper), 0};
   while (depth > 0) {
     const Entry entry = stack[--depth];
-    if (entry.square > bound) continue;
+    if (entry.square > closest.bound()) continue;
     const Node& node = nodes_[entry.node];
     if (node.count == 0) {
       const std::uint32_t child = node.first;
@@ -403,57 +497,73 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Start& fro
                     child + 1};
       const Entry& nearer = a.square <= b.square ? a : b;
       const Entry& further = a.square <= b.square ? b : a;
-      if (further.square <= bound) stack[depth++] = further;
-      if (nearer.square <= bound) stack[depth++] = nearer;
+      if (further.square <= closest.bound()) stack[depth++] = further;
+      if (nearer.square <= closest.bound()) stack[depth++] = nearer;
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const LeafTriangle& triangle = triangles_[i];
-      const std::array<Vec3d, 3> p = in_double(triangle.corners);
-      if (!choice.accepts(p)) continue;
-      const Weights w = closest_weights(r, p);
-      const Vec3d gap = r - weighted(p, w);
-      const double square = dot(gap, gap);
-      if (square > best_square + as_near) continue;
-      const bool is_nearer = square < best_square - as_near;
-      if (!is_nearer && best.found() &&
-          !choice.prefers(p, in_double(triangles_[best_slot].corners), triangle.id < best.triangle))
-        continue;
-      best_square = std::min(best_square, square);
-      as_near = rounding * (2 * std::sqrt(best_square) + rounding);
-      bound = best_square * slack + as_near;
-      best_weights = w;
-      best_slot = i;
-      best.triangle = triangle.id;
-      if constexpr (Choice::is_first_enough) return best;
+      closest.offer(in_double(triangles_[i].corners), triangles_[i].id, i);
+      if (Choice::is_first_enough && closest.found()) return closest.result(corners_of);
     }
   }
-  if (!best.found()) return best;
-  best.barycentric = best_weights;
-  best.point = weighted(in_double(triangles_[best_slot].corners), best_weights);
-  best.distance = std::sqrt(best_square);
-  return best;
+  return closest.result(corners_of);
+}
+
+// Boxes are compared in single precision, many at a time: they only tell which triangles are not
+// worth a look. The answer is that of the exact comparison of all others.
+template <class Choice>
+ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neighbourhood& near,
+                                       const Choice& choice, std::uint32_t guess) const {
+  Closest<Choice> closest(r, max_distance, choice);
+  const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
+  const std::uint32_t guessed_slot = guess == ClosestPoint::none ? guess : slots_[guess];
+  if (guess != ClosestPoint::none) closest.offer(corners_of(guessed_slot), guess, guessed_slot);
+
+  const Vec3f at(r - near.centre_);
+  const std::size_t count = near.slots_.size();
+  constexpr std::size_t most_at_once = 64;
+  std::array<float, most_at_once> squares;
+  for (std::size_t first = 0; first < count; first += most_at_once) {
+    const std::size_t some = std::min(most_at_once, count - first);
+    squares.fill(0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* const lower = near.boxes_.data() + 2 * axis * count + first;
+      const float* const upper = lower + count;
+      const float place = at[static_cast<int>(axis)];
+      for (std::size_t n = 0; n < some; ++n) {
+        const float away = std::max(std::max(lower[n] - place, place - upper[n]), 0.0F);
+        squares[n] += away * away;
+      }
+    }
+    for (std::size_t n = 0; n < some; ++n) {
+      if (!(squares[n] <= 1.00001 * closest.bound())) continue;
+      const std::uint32_t slot = near.slots_[first + n];
+      if (slot == guessed_slot) continue;
+      closest.offer(corners_of(slot), triangles_[slot].id, slot);
+    }
+  }
+  return closest.result(corners_of);
 }
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
-  return closest(r, max_distance, root);
-}
-
-ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Start& from) const {
-  return search(r, max_distance, from, AnyTriangle{});
+  return search(r, max_distance, AnyTriangle{});
 }
 
 bool TriangleTree::is_within(Vec3d r, double max_distance) const {
-  return search(r, max_distance, root, FirstTriangle{}).found();
+  return search(r, max_distance, FirstTriangle{}).found();
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance) const {
-  return closest_facing(r, direction, max_distance, root);
+  return search(r, max_distance, TriangleFacing{direction});
+}
+
+ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Neighbourhood& near) const {
+  return search_near(r, max_distance, near, AnyTriangle{}, ClosestPoint::none);
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance,
-                                          const Start& from) const {
-  return search(r, max_distance, from, TriangleFacing{direction});
+                                          const Neighbourhood& near, std::uint32_t guess) const {
+  return search_near(r, max_distance, near, TriangleFacing{direction}, guess);
 }
 
 }  // namespace scarp

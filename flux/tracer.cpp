@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 
 #include "core/parallel.h"
 #include "flux/sampling.h"
@@ -111,7 +112,6 @@ class Tracer::Pool {
 struct Tracer::Arrivals {
   static constexpr std::size_t most = CosineSamples::most;
   static_assert(most == RandomStreams::Blocks::most);
-  static_assert(most >= RayScene::Traffic::block_size);
 
   std::array<Particle, most> particles;
   std::array<std::uint32_t, most> sticking;  // out of unit_weight
@@ -215,54 +215,52 @@ void Tracer::trace_pools(std::uint64_t count, const Start& start, const Send& se
   });
 }
 
-// The flights of a pool; what arrives goes to the next.
-class Tracer::PoolTraffic final : public RayScene::Traffic {
- public:
-  PoolTraffic(const Tracer& tracer, Pool& pool, Pool& next, Books& books)
-      : tracer_(tracer), pool_(pool), order_(pool.order()), next_(next), books_(books) {}
-
-  void depart(std::uint32_t first, std::span<Ray> rays) override {
-    for (Ray& ray : rays) {
-      if (first + ahead < order_.size()) __builtin_prefetch(&pool_[order_[first + ahead]]);
-      ray = ray_of(pool_[order_[first++]]);
-    }
-  }
-
-  void land(std::span<const Landing> landings) override {
-    // Whether a flight arrives cannot be foreseen: no branch asks.
-    std::array<const Landing*, block_size> arrived;
-    std::size_t arrived_count = 0;
-    for (const Landing& landing : landings) {
-      const Flight::End end = landing.flight.end;
-      books_.counts.ended[static_cast<std::size_t>(end)] += particle(landing).weight;
-      arrived[arrived_count] = &landing;
-      arrived_count += end == Flight::End::front ? 1 : 0;
-    }
-    for (std::size_t k = 0; k < arrived_count; ++k) tracer_.prefetch(arrived[k]->flight.facet);
-    for (std::size_t k = 0; k < arrived_count; ++k)
-      tracer_.arrive(particle(*arrived[k]), arrived[k]->flight, arrivals_, books_.arrivals);
-    tracer_.send_on(arrivals_, next_, books_.counts);
-  }
-
- private:
-  const Particle& particle(const Landing& landing) const { return pool_[order_[landing.number]]; }
-
-  const Tracer& tracer_;
-  const Pool& pool_;
-  std::vector<std::uint32_t> order_;
-  Pool& next_;
-  Books& books_;
-  Arrivals arrivals_;
+// Particles of a pool that fly together, and what each did.
+struct Tracer::Flying {
+  std::array<const Particle*, Arrivals::most> particles;
+  std::array<Ray, Arrivals::most> rays;
+  std::array<Flight, Arrivals::most> flights;
+  std::size_t count = 0;
+  Arrivals arrivals;
 };
 
 // All particles of a pool fly once, then all that go on fly again.
 void Tracer::trace_pool(Pool& pool, Books& books) const {
   Pool next(problem_.scene, pool.size());
+  const auto flying = std::make_unique<Flying>();
   for (; pool.size() > 0; std::swap(pool, next), next.clear()) {
     books.counts.segments += static_cast<std::int64_t>(pool.size());
-    PoolTraffic traffic(*this, pool, next, books);
-    problem_.scene.fly(static_cast<std::uint32_t>(pool.size()), traffic);
+    const std::vector<std::uint32_t> order = pool.order();
+    for (std::size_t first = 0; first < order.size(); first += flying->count) {
+      flying->count = std::min(flying->particles.size(), order.size() - first);
+      for (std::size_t k = 0; k < flying->count; ++k) {
+        if (first + k + ahead < order.size()) __builtin_prefetch(&pool[order[first + k + ahead]]);
+        flying->particles[k] = &pool[order[first + k]];
+        flying->rays[k] = ray_of(*flying->particles[k]);
+      }
+      const auto flights = std::span(flying->flights).first(flying->count);
+      problem_.scene.fly(std::span(flying->rays).first(flying->count), flights);
+      land(*flying, next, books);
+    }
   }
+}
+
+// What arrives goes to the next pool.
+void Tracer::land(Flying& flying, Pool& next, Books& books) const {
+  // Whether a flight arrives cannot be foreseen: no branch asks.
+  std::array<std::uint32_t, Arrivals::most> arrived;
+  std::size_t arrived_count = 0;
+  for (std::size_t k = 0; k < flying.count; ++k) {
+    const Flight::End end = flying.flights[k].end;
+    books.counts.ended[static_cast<std::size_t>(end)] += flying.particles[k]->weight;
+    arrived[arrived_count] = static_cast<std::uint32_t>(k);
+    arrived_count += end == Flight::End::front ? 1 : 0;
+  }
+  const auto landed = std::span(arrived).first(arrived_count);
+  for (const std::uint32_t k : landed) prefetch(flying.flights[k].facet);
+  for (const std::uint32_t k : landed)
+    arrive(*flying.particles[k], flying.flights[k], flying.arrivals, books.arrivals);
+  send_on(flying.arrivals, next, books.counts);
 }
 
 // Asks for what arrive() will need from memory.

@@ -84,12 +84,13 @@ class Tracer {
   };
 
   class Pool;
-  class PoolTraffic;
+  struct Flying;
   struct Arrivals;
 
   template <class Send>
   void trace_pools(std::uint64_t count, const Start& start, const Send& send);
   void trace_pool(Pool& pool, Books& books) const;
+  void land(Flying& flying, Pool& next, Books& books) const;
   void prefetch(std::size_t facet) const;
   void arrive(const Particle& particle, const Flight& flight, Arrivals& arrivals,
               SharedSums::Buffer& sums) const;

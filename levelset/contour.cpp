@@ -1,5 +1,7 @@
 #include "levelset/contour.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -93,32 +95,16 @@ struct Parabola {
 Parabola fit_parabola(std::span<const double> x, std::span<const double> y) {
   const auto count = static_cast<double>(x.size());
   Parabola fit{.centre = std::accumulate(x.begin(), x.end(), 0.0) / count};
-  std::array<double, 5> moment{};
-  std::array<double, 3> right{};
+  // The normal equations.
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (std::size_t n = 0; n < x.size(); ++n) {
-    double power = 1;
-    for (std::size_t k = 0; k < moment.size(); ++k) {
-      moment[k] += power;
-      if (k < right.size()) right[k] += power * y[n];
-      power *= x[n] - fit.centre;
-    }
+    const double u = x[n] - fit.centre;
+    const Eigen::Vector3d powers{1, u, u * u};
+    matrix += powers * powers.transpose();
+    right += y[n] * powers;
   }
-  // The normal equations, with the first moment 0: by Cramer's rule.
-  const auto determinant = [](const std::array<std::array<double, 3>, 3>& m) {
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-           m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  };
-  std::array<std::array<double, 3>, 3> matrix{};
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 3; ++column) matrix[row][column] = moment[row + column];
-  const double whole = determinant(matrix);
-  std::array<double, 3> solution{};
-  for (std::size_t column = 0; column < 3 && whole != 0; ++column) {
-    auto replaced = matrix;
-    for (std::size_t row = 0; row < 3; ++row) replaced[row][column] = right[row];
-    solution[column] = determinant(replaced) / whole;
-  }
+  const Eigen::Vector3d solution = matrix.ldlt().solve(right);
   fit.c0 = solution[0];
   fit.c1 = solution[1];
   fit.c2 = solution[2];
@@ -214,37 +200,24 @@ struct Circle {
 std::optional<Circle> fit_circle(std::span<const Point> points) {
   if (points.size() < 4) return std::nullopt;
   const auto count = static_cast<double>(points.size());
-  double mean_x = 0;
-  double mean_z = 0;
-  for (const auto& [x, z] : points) {
-    mean_x += x / count;
-    mean_z += z / count;
+  const auto place = [](const Point& point) { return Eigen::Vector2d(point[0], point[1]); };
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Point& point : points) mean += place(point) / count;
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d rest = Eigen::Vector2d::Zero();
+  for (const Point& point : points) {
+    const Eigen::Vector2d away = place(point) - mean;
+    squares += away * away.transpose();
+    rest += 0.5 * away.squaredNorm() * away;
   }
-  double xx = 0;
-  double xz = 0;
-  double zz = 0;
-  double x_rest = 0;
-  double z_rest = 0;
-  for (const auto& [x, z] : points) {
-    const double u = x - mean_x;
-    const double v = z - mean_z;
-    xx += u * u;
-    xz += u * v;
-    zz += v * v;
-    x_rest += 0.5 * u * (u * u + v * v);
-    z_rest += 0.5 * v * (u * u + v * v);
-  }
-  const double determinant = xx * zz - xz * xz;
-  if (!(determinant > 0)) return std::nullopt;
-  const double u = (x_rest * zz - z_rest * xz) / determinant;
-  const double v = (z_rest * xx - x_rest * xz) / determinant;
-  Circle circle{.z = mean_z + v, .radius = std::sqrt(u * u + v * v + (xx + zz) / count)};
-  double squares = 0;
-  for (const auto& [x, z] : points) {
-    const double away = std::hypot(x - mean_x - u, z - circle.z) - circle.radius;
-    squares += away * away;
-  }
-  circle.deviation = std::sqrt(squares / count);
+  if (!(squares.determinant() > 0)) return std::nullopt;
+  const Eigen::Vector2d centre = squares.inverse() * rest;
+  Circle circle{.z = mean[1] + centre[1],
+                .radius = std::sqrt(centre.squaredNorm() + squares.trace() / count)};
+  double deviations = 0;
+  for (const Point& point : points)
+    deviations += std::pow((place(point) - mean - centre).norm() - circle.radius, 2);
+  circle.deviation = std::sqrt(deviations / count);
   return circle;
 }
 

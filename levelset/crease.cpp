@@ -1,5 +1,7 @@
 #include "levelset/crease.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -184,8 +186,8 @@ namespace {
 
 /// A cut of one side of a face, in the plane of the face.
 struct FaceCut {
-  std::array<double, 2> point{};
-  std::array<double, 2> normal{};
+  Eigen::Vector2d point;
+  Eigen::Vector2d normal;
 };
 
 /// The cut of the edge from `node` along `axis`, as seen in the face.
@@ -202,23 +204,20 @@ FaceCut face_cut(const Band& band, std::array<int, 3> node, int axis, std::array
 }
 
 std::optional<std::array<float, 2>> tangents_meet(const FaceCut& a, const FaceCut& b) {
-  const double length_a = std::hypot(a.normal[0], a.normal[1]);
-  const double length_b = std::hypot(b.normal[0], b.normal[1]);
-  const double lengths = length_a * length_b;
-  const double cosine = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1];
-  const double sine = a.normal[0] * b.normal[1] - a.normal[1] * b.normal[0];
-  if (lengths < 0.25 || cosine > smooth_cosine * lengths || std::abs(sine) < least_sine * lengths) {
+  const double lengths = a.normal.norm() * b.normal.norm();
+  Eigen::Matrix2d normals;
+  normals << a.normal.transpose(), b.normal.transpose();
+  const double sine = normals.determinant();
+  if (lengths < 0.25 || a.normal.dot(b.normal) > smooth_cosine * lengths ||
+      std::abs(sine) < least_sine * lengths) {
     return std::nullopt;
   }
-  const double offset_a = a.normal[0] * a.point[0] + a.normal[1] * a.point[1];
-  const double offset_b = b.normal[0] * b.point[0] + b.normal[1] * b.point[1];
-  const std::array<double, 2> meeting{(offset_a * b.normal[1] - offset_b * a.normal[1]) / sine,
-                                      (a.normal[0] * offset_b - b.normal[0] * offset_a) / sine};
+  const Eigen::Vector2d offsets{a.normal.dot(a.point), b.normal.dot(b.point)};
+  const Eigen::Vector2d meeting = normals.inverse() * offsets;
   // A corner beyond the face is drawn back to its border, towards the middle of the two cuts.
+  const Eigen::Vector2d middle = 0.5 * (a.point + b.point);
   double share = 1;
-  std::array<double, 2> middle{};
   for (int n = 0; n < 2; ++n) {
-    middle[n] = 0.5 * (a.point[n] + b.point[n]);
     const double bound = meeting[n] > middle[n] ? 1 - margin : margin;
     const double way = meeting[n] - middle[n];
     if (way != 0) {
@@ -230,7 +229,7 @@ std::optional<std::array<float, 2>> tangents_meet(const FaceCut& a, const FaceCu
     corner[n] = static_cast<float>(middle[n] + share * (meeting[n] - middle[n]));
   }
   for (const FaceCut& cut : {a, b}) {
-    if (std::hypot(corner[0] - cut.point[0], corner[1] - cut.point[1]) < least_distance) {
+    if ((Eigen::Vector2d(corner[0], corner[1]) - cut.point).norm() < least_distance) {
       return std::nullopt;
     }
   }
@@ -268,22 +267,16 @@ std::optional<std::array<float, 2>> face_corner(const Band& band, std::array<int
 }
 
 Vec3d meeting_point(std::span<const Tangent> planes, Vec3d start) {
-  // Normal equations of sum (n . (x - p))^2 + pull (x - start)^2, by Cramer's rule.
-  Vec3d row_x{pull, 0, 0};
-  Vec3d row_y{0, pull, 0};
-  Vec3d row_z{0, 0, pull};
-  Vec3d right;
+  // Normal equations of sum (n . (x - p))^2 + pull (x - start)^2.
+  Eigen::Matrix3d matrix = pull * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const Tangent& plane : planes) {
-    const Vec3d n = plane.normal;
-    row_x += n.x * n;
-    row_y += n.y * n;
-    row_z += n.z * n;
-    right += dot(n, plane.point - start) * n;
+    const Eigen::Vector3d n(plane.normal.x, plane.normal.y, plane.normal.z);
+    matrix += n * n.transpose();
+    right += dot(plane.normal, plane.point - start) * n;
   }
-  const double determinant = dot(row_x, cross(row_y, row_z));
-  return start + Vec3d{dot(right, cross(row_y, row_z)), dot(right, cross(row_z, row_x)),
-                       dot(right, cross(row_x, row_y))} /
-                     determinant;
+  const Eigen::Vector3d away = matrix.llt().solve(right);
+  return start + Vec3d{away.x(), away.y(), away.z()};
 }
 
 }  // namespace scarp

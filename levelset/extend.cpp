@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -37,6 +38,19 @@ struct NearNode {
   const float* phi;          ///< in a Block
 };
 
+/// What a node asks the facets: for the closest one within the limit.
+struct Question {
+  Vec3d r;
+  Vec3d gradient;  ///< which way the facet has to face
+  double limit;
+  ImageShifts shifts_x;
+  ImageShifts shifts_y;
+
+  /// On a ridge of phi, midway between two surfaces, the gradient says nothing.
+  bool has_direction() const { return length(gradient) > least_gradient; }
+  bool has_images() const { return shifts_x.count * shifts_y.count > 1; }
+};
+
 class Extension {
  public:
   /// values_at(node, closest point, values) is asked at nodes next to the surface.
@@ -45,7 +59,7 @@ class Extension {
 
   /// distance: of facets from the surface. A surface further from a node than phi says by more than
   /// that is not its own.
-  Extension(const Layers& layers, const OpenGas& gas, const FacetTree& facets, double distance,
+  Extension(const Layers& layers, const OpenGas& gas, FacetTree& facets, double distance,
             ValuesAt values_at)
       : layers_(layers),
         frame_(layers.frame),
@@ -53,6 +67,7 @@ class Extension {
         gas_(gas),
         facets_(facets.facets),
         tree_(facets.tree),
+        kept_(facets.kept),
         distance_(distance),
         values_at_(std::move(values_at)) {}
 
@@ -64,16 +79,15 @@ class Extension {
 
  private:
   void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
-  TriangleTree::Start search_start(const Leaf& leaf, const LeafMask& nodes) const;
+  TriangleTree::Neighbourhood neighbourhood(const Leaf& leaf, const LeafMask& nodes) const;
   double limit(float phi) const {
     // A node next to the surface has a vertex on one of its edges, whatever corners facets cut off.
     return std::max(std::abs(phi), 0.5F) * frame_.spacing + distance_;
   }
-  ClosestPoint query(const NearNode& at, const TriangleTree::Start& start,
-                     const ClosestPoint& last) const;
-  ClosestPoint closest(Vec3d r, Vec3d gradient, double limit,
-                       const TriangleTree::Start& start) const;
-  double bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const;
+  Question question(const NearNode& at) const;
+  ClosestPoint kept_answer(const Question& asked, std::uint32_t kept) const;
+  ClosestPoint search(const Question& asked, const TriangleTree::Neighbourhood& near,
+                      std::uint32_t guess) const;
   bool is_void(const NearNode& at) const;
 
   const Layers& layers_;
@@ -82,6 +96,7 @@ class Extension {
   const OpenGas& gas_;
   const TriMesh& facets_;
   const TriangleTree& tree_;
+  KeptFacets& kept_;
   double distance_;
   ValuesAt values_at_;
 };
@@ -100,18 +115,44 @@ void take_closer(const ClosestPoint& candidate, ClosestPoint& best) {
   }
 }
 
-/// Asks at r and, near periodic sides, at its images.
-ClosestPoint Extension::closest(Vec3d r, Vec3d gradient, double limit,
-                                const TriangleTree::Start& start) const {
-  // On a ridge of phi, midway between two surfaces, the gradient says nothing.
-  const bool has_direction = length(gradient) > least_gradient;
-  ClosestPoint best;
-  for (const double shift_x : image_shifts(frame_, 0, r.x, limit)) {
-    for (const double shift_y : image_shifts(frame_, 1, r.y, limit)) {
-      const Vec3d image = r + Vec3d{shift_x, shift_y, 0};
-      const TriangleTree::Start& from = shift_x == 0 && shift_y == 0 ? start : TriangleTree::root;
-      take_closer(has_direction ? tree_.closest_facing(image, gradient, limit, from)
-                                : tree_.closest(image, limit, from),
+Question Extension::question(const NearNode& at) const {
+  // In two dimensions both rows of nodes ask at the same point.
+  const Vec3d r{frame_.node_position(0, at.index[0]),
+                frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
+                frame_.node_position(2, at.index[2])};
+  const double within = limit(*at.phi);
+  return {.r = r,
+          .gradient = central_gradient(at.phi),
+          .limit = within,
+          .shifts_x = image_shifts(frame_, 0, r.x, within),
+          .shifts_y = image_shifts(frame_, 1, r.y, within)};
+}
+
+/// What a search would find, if that is known without one.
+ClosestPoint Extension::kept_answer(const Question& asked, std::uint32_t kept) const {
+  if (kept == ClosestPoint::none || !asked.has_direction() || asked.has_images()) return {};
+  const std::array<Vec3d, 3> triangle = corners(facets_, kept);
+  if (!(dot(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]), asked.gradient) > 0))
+    return {};
+  ClosestPoint point = closest_on_triangle(asked.r, triangle);
+  if (!(point.distance <= asked.limit)) return {};
+  point.triangle = kept;
+  return point;
+}
+
+/// Asks at the node and, near periodic sides, at its images.
+ClosestPoint Extension::search(const Question& asked, const TriangleTree::Neighbourhood& near,
+                               std::uint32_t guess) const {
+  ClosestPoint best = asked.has_direction()
+                          ? tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess)
+                          : tree_.closest(asked.r, asked.limit, near);
+  for (const double shift_x : asked.shifts_x) {
+    for (const double shift_y : asked.shifts_y) {
+      if (shift_x == 0 && shift_y == 0) continue;
+      const Vec3d r = asked.r + Vec3d{shift_x, shift_y, 0};
+      const double within = std::min(asked.limit, 1.000001 * best.distance);
+      take_closer(asked.has_direction() ? tree_.closest_facing(r, asked.gradient, within)
+                                        : tree_.closest(r, within),
                   best);
     }
   }
@@ -142,15 +183,6 @@ bool Extension::is_void(const NearNode& at) const {
   return any_gas;
 }
 
-/// A distance within which the closest point is sure to be found: that to the facet which answered
-/// for the node before. It spares the search most of the tree.
-double Extension::bound(Vec3d r, Vec3d gradient, const ClosestPoint& last) const {
-  if (!last.found() || !(dot(area_vector(facets_, last.triangle), gradient) > 0)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return 1.000001 * closest_on_triangle(r, corners(facets_, last.triangle)).distance;
-}
-
 void Extension::query_leaf(std::size_t n, Block& block,
                            std::vector<std::vector<float>>& fields) const {
   const Leaf& leaf = band_.leaves()[n];
@@ -160,9 +192,10 @@ void Extension::query_leaf(std::size_t n, Block& block,
   if (nodes == LeafMask{}) {
     return;
   }
-  const TriangleTree::Start start = search_start(leaf, nodes);
+  const std::span<std::uint32_t> kept = kept_.of_leaf(n);
+  std::optional<TriangleTree::Neighbourhood> near;
+  std::uint32_t last = ClosestPoint::none;
   std::vector<float> values(fields.size());
-  ClosestPoint last;
   for_each_node(nodes, [&](int node) {
     const int i = node >> 6;
     const int j = (node >> 3) & 7;
@@ -181,9 +214,17 @@ void Extension::query_leaf(std::size_t n, Block& block,
     }
     std::fill(values.begin(), values.end(), 0.0F);
     if (!is_void(at)) {
-      last = query(at, start, last);
-      if (last.found()) {
-        values_at_(at, last, values);
+      const Question asked = question(at);
+      std::uint32_t& known = kept[static_cast<std::size_t>(node)];
+      ClosestPoint point = kept_answer(asked, known);
+      if (!point.found()) {
+        if (!near) near = neighbourhood(leaf, nodes);
+        point = search(asked, *near, last);
+        known = point.is_alone && !asked.has_images() ? point.triangle : ClosestPoint::none;
+      }
+      if (point.found()) {
+        last = point.triangle;
+        values_at_(at, point, values);
       }
     }
     for (std::size_t v = 0; v < values.size(); ++v) {
@@ -192,8 +233,9 @@ void Extension::query_leaf(std::size_t n, Block& block,
   });
 }
 
-/// Where the searches of some nodes of a leaf begin.
-TriangleTree::Start Extension::search_start(const Leaf& leaf, const LeafMask& nodes) const {
+/// Of some nodes of a leaf.
+TriangleTree::Neighbourhood Extension::neighbourhood(const Leaf& leaf,
+                                                     const LeafMask& nodes) const {
   Box box;
   float largest = 0;
   for_each_node(nodes, [&](int node) {
@@ -201,18 +243,7 @@ TriangleTree::Start Extension::search_start(const Leaf& leaf, const LeafMask& no
     box.add({r.x, frame_.two_dimensional ? 0.0 : r.y, r.z});
     largest = std::max(largest, std::abs(leaf.phi[node]));
   });
-  return tree_.start(box, limit(largest));
-}
-
-/// The closest point to a node next to the surface; last answered for the node before.
-ClosestPoint Extension::query(const NearNode& at, const TriangleTree::Start& start,
-                              const ClosestPoint& last) const {
-  // In two dimensions both rows of nodes ask at the same point.
-  const Vec3d r{frame_.node_position(0, at.index[0]),
-                frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
-                frame_.node_position(2, at.index[2])};
-  const Vec3d gradient = central_gradient(at.phi);
-  return closest(r, gradient, std::min(limit(*at.phi), bound(r, gradient, last)), start);
+  return tree_.neighbourhood(box, limit(largest));
 }
 
 /// The larger of two speeds in magnitude; of equal ones the one that etches.
@@ -307,6 +338,7 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
   for (std::vector<float>& field : fields) {
     field.assign(band_.leaves().size() * leaf_size, no_value);
   }
+  kept_.prepare(band_);
   parallel_for(band_.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
@@ -448,7 +480,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   };
   SpeedField field;
   const double distance = close_facets * layers.frame.spacing;
-  const FacetTree tree(facets);
+  FacetTree tree(facets);
   field.speed = std::move(Extension(layers, gas, tree, distance, speed_at).run(1).front());
   update_max_speed(layers, field);
   return field;
@@ -460,11 +492,11 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   for (const CornerSpeeds& speeds : speeds_of_layers) {
     parts.push_back({.speed = speeds});
   }
-  return extend_speeds(layers, gas, FacetTree(facets), parts, {}, dt,
-                       close_facets * layers.frame.spacing);
+  FacetTree tree(facets);
+  return extend_speeds(layers, gas, tree, parts, {}, dt, close_facets * layers.frame.spacing);
 }
 
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTree& facets,
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt, double distance) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());

@@ -7,6 +7,7 @@
 #include "core/tri_mesh.h"
 #include "core/triangle_tree.h"
 #include "levelset/connectivity.h"
+#include "levelset/kept_facets.h"
 #include "levelset/layers.h"
 #include "levelset/speed_field.h"
 
@@ -18,13 +19,14 @@ inline constexpr double close_facets = 0.5;
 /// Speeds at the three corners of every facet. Units: nm/s.
 using CornerSpeeds = std::vector<std::array<float, 3>>;
 
-/// Facets that speeds are carried from, once or often, and what finds the closest of them. Keeps
-/// the mesh.
+/// Facets that speeds are carried from, once or often, what finds the closest of them, and which
+/// ones these were. Refers to the mesh.
 struct FacetTree {
   explicit FacetTree(const TriMesh& mesh) : facets(mesh), tree(mesh) {}
 
   const TriMesh& facets;
   TriangleTree tree;
+  KeptFacets kept{};
 };
 
 /// Carries speeds from the facets of a mesh to the nodes of the band.
@@ -64,8 +66,9 @@ struct LayerSpeeds {
 /// the surface some time before: how far they may be from it is told. A film beside a wall that
 /// stays where it is has one speed, without a normal (contact_line.h).
 ///
+/// Speeds do not depend on what facets keeps; it spares most queries of all calls but the first.
 /// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const FacetTree& facets,
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
                          std::span<const AngularFactor> factors, double dt, double distance);
 

@@ -1,5 +1,6 @@
 #include "levelset/gds.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -229,16 +230,14 @@ Library read_library(const std::filesystem::path& file, std::string_view content
 
 /// A linear map and a shift.
 struct Placement {
-  std::array<double, 4> matrix{1, 0, 0, 1};
-  Point2 shift{};
+  Eigen::Matrix2d matrix = Eigen::Matrix2d::Identity();
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
 
   Point2 operator()(const Point2& r) const {
-    return {matrix[0] * r[0] + matrix[1] * r[1] + shift[0],
-            matrix[2] * r[0] + matrix[3] * r[1] + shift[1]};
+    const Eigen::Vector2d place = matrix * Eigen::Vector2d(r[0], r[1]) + shift;
+    return {place[0], place[1]};
   }
-  double scale() const {
-    return std::sqrt(std::abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
-  }
+  double scale() const { return std::sqrt(std::abs(matrix.determinant())); }
 };
 
 /// First mirrored about the x axis, then magnified, turned and shifted; turns by quarters are
@@ -253,15 +252,13 @@ Placement placement_of(const Element& element, const Point2& at) {
   }
   const double m = element.magnification;
   const double y = element.mirrored ? -m : m;
-  return {{m * cosine, -y * sine, m * sine, y * cosine}, at};
+  Placement placement{.shift = {at[0], at[1]}};
+  placement.matrix << m * cosine, -y * sine, m * sine, y * cosine;
+  return placement;
 }
 
 Placement combined(const Placement& outer, const Placement& inner) {
-  const auto& a = outer.matrix;
-  const auto& b = inner.matrix;
-  return {{a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2],
-           a[2] * b[1] + a[3] * b[3]},
-          outer(inner.shift)};
+  return {outer.matrix * inner.matrix, outer.matrix * inner.shift + outer.shift};
 }
 
 Point2 moved(const Point2& r, const Point2& u, double s) {

@@ -124,7 +124,7 @@ TEST_F(ResultsReference, HasTheFilesOfAFolder) {
 
 TEST_F(ResultsReference, HasTheColumnsOfTables) {
   std::set<std::string> described_columns = described("metrics.csv");
-  for (const char* name : {"covered_NAME_nm2", "carried_NAME_nm2"})
+  for (const char* name : {"covered_NAME_nm2", "carried_NAME_nm2", "simplify_left_out"})
     EXPECT_EQ(described_columns.erase(name), 1U);
   EXPECT_EQ(described_columns, columns("metrics.csv"));
   EXPECT_EQ(described("profile_NNNN.csv"), columns("profile_0000.csv"));

@@ -18,13 +18,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <numeric>
-#include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -36,10 +32,11 @@
 #include "core/peak_memory.h"
 #include "core/temporary_folder.h"
 #include "levelset/extract_surface.h"
-#include "mesh/distance.h"
 #include "tests/apps/columns.h"
 #include "tests/bench/bench_main.h"
+#include "tests/bench/equal_error.h"
 #include "tests/bench/svg_plot.h"
+#include "tests/bench/whole_run.h"
 
 namespace scarp::bench {
 namespace {
@@ -133,32 +130,17 @@ Finished finished_run(const Case& of, const Overrides& changes) {
   return result;
 }
 
-double distance_between(const TriMesh& a, const TriMesh& b, double spacing) {
-  const SurfaceDistance distance = surface_distance(a, b, spacing);
-  return (distance.forward.mean + distance.reverse.mean) / (2 * spacing);
-}
-
 struct Row {
   std::string name;
   Finished run;
-  double error = 0;                 ///< spacings
-  std::optional<double> std_error;  ///< of the mean over seeds
+  MeanValue error{};  ///< spacings
 };
 
 void print(const Row& row) {
   fmt::print("  {:34} {:8.1f} s {:6} time steps {:9.2g} rays {:8.3f}{} spacings off\n", row.name,
-             row.run.seconds, row.run.time_steps, row.run.rays, row.error,
-             row.std_error ? fmt::format(" +- {:.3f}", *row.std_error) : "");
+             row.run.seconds, row.run.time_steps, row.run.rays, row.error.mean,
+             row.error.std_error > 0 ? fmt::format(" +- {:.3f}", row.error.std_error) : "");
   std::fflush(stdout);
-}
-
-/// The standard error of a mean of several values.
-double std_error_of_mean(std::span<const double> values) {
-  const auto count = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
-  double squares = 0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt(squares / (count * (count - 1)));
 }
 
 /// Time and memory by spacing, coarse first: the peak of the process is then that of the last run.
@@ -254,19 +236,18 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
       read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
   const TriMesh reference = reference_of(of);
   const auto run_with = [&](const std::string& name, const Overrides& changes) {
-    Row row{.name = name, .run = {}, .std_error = {}};
+    Row row{.name = name, .run = {}};
     std::vector<double> errors;
     for (int seed = 1; seed <= settings.seeds; ++seed) {
       Overrides of_seed = changes;
       of_seed.push_back(fmt::format("flux.seed={}", seed));
       const Finished run = finished_run(of, of_seed);
       errors.push_back(distance_between(run.surface, reference, spacing));
-      row.error += errors.back() / settings.seeds;
       row.run.seconds += run.seconds / settings.seeds;
       row.run.rays += run.rays / settings.seeds;
       row.run.time_steps = run.time_steps;
     }
-    if (errors.size() > 1) row.std_error = std_error_of_mean(errors);
+    row.error = mean_of(errors);
     if (!settings.json) print(row);
     return row;
   };
@@ -278,19 +259,19 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
   plain_of_case.insert(plain_of_case.end(), of.plain.begin(), of.plain.end());
   const Row loop = run_with("plain loop", plain_of_case);
   nlohmann::ordered_json result{{"speedup", loop.run.seconds / ours.run.seconds},
-                                {"profile_error", ours.error},
-                                {"plain_error", loop.error}};
+                                {"profile_error", ours.error.mean},
+                                {"plain_error", loop.error.mean}};
   if (settings.equal_error) {
     Row equal = loop;
     double cfl = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).cfl;
-    for (int halving = 0; halving < 3 && equal.error > ours.error; ++halving) {
+    for (int halving = 0; halving < 3 && equal.error.mean > ours.error.mean; ++halving) {
       cfl /= 2;
       Overrides shorter = plain_of_case;
       shorter.push_back(fmt::format("advection.cfl={}", cfl));
       equal = run_with(fmt::format("plain loop, advection.cfl = {}", cfl), shorter);
     }
     result["speedup_to_equal_error"] = equal.run.seconds / ours.run.seconds;
-    result["equal_error"] = equal.error;
+    result["equal_error"] = equal.error.mean;
   }
   if (!settings.json) {
     for (const auto& [name, value] : result.items())

@@ -104,7 +104,7 @@ TEST(TriangleTree, AgreesWhereNodesAreLarge) {
   }
 }
 
-TEST(TriangleTree, AnswersDoNotDependOnWhereASearchStarts) {
+TEST(TriangleTree, ANeighbourhoodHoldsTheAnswersToItsPoints) {
   const TriMesh mesh = wavy_sheet(80);
   const TriangleTree tree(mesh);
   RandomStream random({.seed = 7});
@@ -119,12 +119,12 @@ TEST(TriangleTree, AnswersDoNotDependOnWhereASearchStarts) {
           5 * Vec3d{random.uniform_double(), random.uniform_double(), random.uniform_double()};
       box.add(r);
     }
-    const TriangleTree::Start start = tree.start(box, limit);
+    const TriangleTree::Neighbourhood near = tree.neighbourhood(box, limit);
     for (const Vec3d& r : points) {
       const ClosestPoint expected = tree.closest(r, limit);
       found += expected.found() ? 1 : 0;
-      EXPECT_EQ(tree.closest(r, limit, start).triangle, expected.triangle);
-      EXPECT_EQ(tree.closest_facing(r, {0, 0, 1}, limit, start).triangle,
+      EXPECT_EQ(tree.closest(r, limit, near).triangle, expected.triangle);
+      EXPECT_EQ(tree.closest_facing(r, {0, 0, 1}, limit, near).triangle,
                 tree.closest_facing(r, {0, 0, 1}, limit).triangle);
     }
   }
@@ -168,6 +168,81 @@ TEST(TriangleTree, FacingQueriesSkipTrianglesThatLookAway) {
   EXPECT_EQ(tree.closest_facing(r, {0, 0, 1}).triangle, 0U);
   EXPECT_EQ(tree.closest_facing(r, {0, 0, -1}).triangle, 1U);
   EXPECT_FALSE(tree.closest_facing(r, {1, 0, 0}).found());
+}
+
+Vec3d random_direction(RandomStream& random) {
+  return {random.uniform_double() - 0.5, random.uniform_double() - 0.5,
+          random.uniform_double() - 0.5};
+}
+
+TEST(TriangleTree, AGuessChangesNoAnswer) {
+  const TriMesh mesh = wavy_sheet(24);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 8});
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3d r = random_point(random, 24);
+    const Vec3d u = random_direction(random);
+    const ClosestPoint expected = tree.closest_facing(r, u, 5);
+    Box box;
+    box.add(r);
+    box.add(r + random_direction(random));
+    const TriangleTree::Neighbourhood near = tree.neighbourhood(box, 5);
+    const auto guess = static_cast<std::uint32_t>(random.uniform_double() *
+                                                  static_cast<double>(mesh.triangles.size()));
+    for (const std::uint32_t each : {guess, expected.triangle}) {
+      const ClosestPoint found = tree.closest_facing(r, u, 5, near, each);
+      ASSERT_EQ(found.triangle, expected.triangle);
+      ASSERT_EQ(found.point, expected.point);
+      ASSERT_EQ(found.is_alone, expected.is_alone);
+    }
+  }
+}
+
+// Far from the origin the triangles around a node of a plane are as near but for rounding, each by
+// a little more or less.
+TEST(TriangleTree, NoGuessDecidesBetweenTrianglesThatAreAsNear) {
+  const int n = 24;
+  TriMesh mesh = wavy_sheet(n);
+  RandomStream random({.seed = 11});
+  for (Vec3f& r : mesh.vertices)
+    r = {100 * r.x + 4321.7F, 100 * r.y - 7654.3F, 2e-4F * random.uniform()};
+  const TriangleTree tree(mesh);
+  for (const Vec3f& v : mesh.vertices) {
+    const Vec3d r = Vec3d(v) + Vec3d{0, 0, 63.556};
+    Box box;
+    box.add(r);
+    const TriangleTree::Neighbourhood near = tree.neighbourhood(box, 200);
+    const std::uint32_t expected = tree.closest_facing(r, {0, 0, 1}, 200).triangle;
+    for (std::uint32_t guess = 0; guess < mesh.triangles.size(); ++guess) {
+      if (length(corners(mesh, guess)[0] - Vec3d(v)) > 300) continue;
+      ASSERT_EQ(tree.closest_facing(r, {0, 0, 1}, 200, near, guess).triangle, expected);
+    }
+  }
+}
+
+// Half of the places lie above nodes of the sheet or their edges, where several are as near.
+TEST(TriangleTree, WhatIsAloneAnswersForEveryDirectionThatItFaces) {
+  const int n = 24;
+  const TriMesh mesh = wavy_sheet(n);
+  const TriangleTree tree(mesh);
+  RandomStream random({.seed = 10});
+  int alone = 0;
+  int with_rivals = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Vec3d r = random_point(random, n);
+    if (i % 2 == 0) r.x = std::round(r.x);
+    if (i % 4 == 0) r.y = std::round(r.y);
+    const ClosestPoint found = tree.closest_facing(r, random_direction(random));
+    (found.is_alone ? alone : with_rivals) += found.found() ? 1 : 0;
+    if (!found.is_alone) continue;
+    ASSERT_EQ(found.triangle, brute_force(mesh, r).triangle);
+    const Vec3d u = random_direction(random);
+    if (dot(area_vector(mesh, found.triangle), u) > 0) {
+      ASSERT_EQ(tree.closest_facing(r, u).triangle, found.triangle);
+    }
+  }
+  EXPECT_GT(alone, 500);
+  EXPECT_GT(with_rivals, 500);
 }
 
 // A floor and a wall, whose edge is what is closest to places below and beside both.

@@ -38,9 +38,15 @@ std::string included(const std::string& line) {
   return line.substr(begin + 1, line.find_first_of(">\"", begin + 1) - begin - 1);
 }
 
-std::vector<Include> includes() {
+std::vector<std::string> floors() {
+  std::vector<std::string> names;
+  for (const auto& [folder, below] : floors_below()) names.push_back(folder);
+  return names;
+}
+
+std::vector<Include> includes(const std::vector<std::string>& folders = floors()) {
   std::vector<Include> found;
-  for (const auto& [folder, below] : floors_below()) {
+  for (const std::string& folder : folders) {
     for (const auto& entry :
          fs::recursive_directory_iterator(fs::path(SCARP_SOURCE_DIR) / folder)) {
       if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
@@ -78,9 +84,10 @@ TEST(Floors, AFileIncludesItsOwnFolderAndFloorsBelow) {
 }
 
 // Which files include a header that starts with one of the given names.
-std::set<fs::path> files_that_include(const std::vector<std::string>& starts) {
+std::set<fs::path> files_that_include(const std::vector<std::string>& starts,
+                                      const std::vector<std::string>& folders = floors()) {
   std::set<fs::path> files;
-  for (const Include& include : includes()) {
+  for (const Include& include : includes(folders)) {
     for (const std::string& start : starts) {
       if (starts_with(include.header, start)) files.insert(include.file);
     }
@@ -90,6 +97,20 @@ std::set<fs::path> files_that_include(const std::vector<std::string>& starts) {
 
 TEST(Floors, OpenVdbIsSeenInOneSourceFileOnly) {
   EXPECT_EQ(files_that_include({"openvdb/"}), (std::set<fs::path>{"levelset/vdb.cpp"}));
+}
+
+TEST(Floors, EmbreeIsSeenInOneSourceFileOnly) {
+  EXPECT_EQ(files_that_include({"embree3/", "embree4/"}),
+            (std::set<fs::path>{"flux/embree_tree.cpp"}));
+}
+
+// A dependency that nothing includes is none.
+TEST(Floors, EachPackageIsIncludedBySomething) {
+  EXPECT_FALSE(files_that_include({"openvdb/"}).empty());
+  EXPECT_FALSE(files_that_include({"embree3/"}).empty());
+  EXPECT_FALSE(files_that_include({"tbb/", "oneapi/tbb"}).empty());
+  EXPECT_FALSE(files_that_include({"Eigen/", "eigen3/"}).empty());
+  EXPECT_FALSE(files_that_include({"gtest/"}, {"tests"}).empty());
 }
 
 TEST(Floors, TheTomlParserIsSeenInOneFileOfCoreOnly) {

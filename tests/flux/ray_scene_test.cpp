@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -90,9 +91,10 @@ TEST(RayScene, FindsTheNearestOfAllFacets) {
   EXPECT_GT(hits, 500);
 }
 
-// More rays than are under way at once, in any number of groups, some of them over many sides.
-TEST(RayScene, FliesManyTogetherAsEachAlone) {
-  const RayScene scene = scene_of(rough_surface(3, 64));
+// In any number of groups, some of them over many sides.
+TEST(RayScene, FliesManyTogetherAsEachAloneWithAllInstructions) {
+  const Shape shape = rough_surface(3, 64);
+  const RayScene scene = scene_of(shape);
   RandomStream random({.seed = 4});
   std::vector<Ray> rays;
   for (int i = 0; i < 5000; ++i) {
@@ -101,10 +103,9 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   }
   std::vector<Flight> together(rays.size());
   scene.fly(rays, together);
-  std::vector<Flight> by_avx2(rays.size());
-  scene.fly(rays, by_avx2, RayScene::Instructions::avx2);
-  std::vector<Flight> by_sse2(rays.size());
-  scene.fly(rays, by_sse2, RayScene::Instructions::sse2);
+  const RayScene by_sse2(shape.mesh, shape.sides, 1, "isa=sse2");
+  const RayScene by_sse42(shape.mesh, shape.sides, 1, "isa=sse4.2");
+  const RayScene by_avx(shape.mesh, shape.sides, 1, "isa=avx");
   std::vector<Flight> in_groups(rays.size());
   for (std::size_t first = 0, count = 1; first < rays.size(); first += count, ++count) {
     count = std::min(count, rays.size() - first);
@@ -112,11 +113,12 @@ TEST(RayScene, FliesManyTogetherAsEachAlone) {
   }
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Flight alone = scene.fly(rays[i]);
-    for (const Flight* flight : {&together[i], &by_avx2[i], &by_sse2[i], &in_groups[i]}) {
-      ASSERT_EQ(flight->end, alone.end);
-      ASSERT_EQ(flight->facet, alone.facet);
-      ASSERT_EQ(flight->r, alone.r);
-      ASSERT_EQ(flight->u, alone.u);
+    for (const Flight& flight : {together[i], in_groups[i], by_sse2.fly(rays[i]),
+                                 by_sse42.fly(rays[i]), by_avx.fly(rays[i])}) {
+      ASSERT_EQ(flight.end, alone.end);
+      ASSERT_EQ(flight.facet, alone.facet);
+      ASSERT_EQ(flight.r, alone.r);
+      ASSERT_EQ(flight.u, alone.u);
     }
   }
 }
@@ -247,6 +249,21 @@ TEST(RayScene, SaysWhereAMeshReachesOverASide) {
     FAIL() << "no error";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("at (20, "), HasSubstr("x goes from 0 to 15")));
+  }
+}
+
+// Embree would leave out such facets and say nothing.
+TEST(RayScene, SaysWhichCornerIsNotFinite) {
+  for (const float z :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F}) {
+    Shape shape = exact::flat_wafer(20, 2);
+    shape.mesh.vertices[shape.mesh.triangles[3][1]].z = z;
+    try {
+      scene_of(shape);
+      FAIL() << "no error";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("flux: a corner of facet "), HasSubstr("finite")));
+    }
   }
 }
 

@@ -124,6 +124,42 @@ TEST(Extend, NothingMovesInAClosedVoid) {
   EXPECT_EQ(speed_at(layers, field, 26, 20, -9), 0);
 }
 
+/// A trench with slanted walls and a ridge in it, whose floors have grown and whose walls have not;
+/// periodic.
+Layers grown_trench(double distance) {
+  const Frame frame{.spacing = 1, .cells = {40, 24}, .boundary = {Boundary::periodic, {}}};
+  return single_layer(
+      frame,
+      [=](Vec3d r) {
+        const double opening = 9.37 + 0.2 * r.z + std::sin(0.4 * r.y) - std::abs(r.x);
+        const double floor = r.z + 10.6 - distance;
+        const double trench = std::max(r.z - 0.3 - distance, std::min(opening, floor));
+        const double ridge = std::max(std::abs(r.x + 0.1 * r.z) - 1.6, r.z + 3.1 - distance);
+        return std::min(trench, ridge);
+      },
+      -20, 8);
+}
+
+// As the surface moves past nodes their gradients turn, and facets as near as others or that faced
+// away before come to answer.
+TEST(Extend, FacetsThatAreKeptChangeNoSpeed) {
+  const TriMesh mesh = extract_surface(grown_trench(0));
+  // Another one on each facet: it shows which of them answered.
+  LayerSpeeds speeds{.speed = CornerSpeeds(mesh.triangles.size())};
+  for (std::size_t f = 0; f < speeds.speed.size(); ++f)
+    speeds.speed[f].fill(1 + static_cast<float>(f));
+  FacetTree kept(mesh);
+  for (const double distance : {0.0, 0.3, 0.7, 1.1, 1.4, 1.1, 0.2}) {
+    const Layers layers = grown_trench(distance);
+    const auto speeds_from = [&](FacetTree& facets) {
+      return extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {}, 0.1, 2).speed;
+    };
+    FacetTree anew(mesh);
+    EXPECT_TRUE(speeds_from(kept) == speeds_from(anew)) << distance;
+    EXPECT_TRUE(speeds_from(kept) == speeds_from(anew)) << distance;
+  }
+}
+
 // A floor that has sunk below the facets left walls behind it, whose nodes are as near to the old
 // floor as to the old walls.
 TEST(Extend, WallsThatAFloorLeavesBehindMoveAsTheWalls) {
@@ -142,7 +178,8 @@ TEST(Extend, WallsThatAFloorLeavesBehindMoveAsTheWalls) {
       const float speed = normalized(area_vector(mesh, f)).z > 0.7 ? -1.0F : -0.1F;
       speeds.speed.push_back({speed, speed, speed});
     }
-    return extend_speeds(layers, open_gas(layers), FacetTree(mesh), {&speeds, 1}, {}, 0.1, 2);
+    FacetTree facets(mesh);
+    return extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {}, 0.1, 2);
   };
   const SpeedField field = field_of();
   // Columns 15 - 7 and 15 + 7 lie in the gas.
@@ -165,8 +202,9 @@ TEST(Extend, CarriesTheAmplitudesOfFactors) {
   const auto even = corner_speeds(mesh, [](Vec3f) { return -0.5F; });
   const auto rising = corner_speeds(mesh, [](Vec3f r) { return -1 - 0.02F * r.x; });
   const LayerSpeeds speeds{.speed = rising, .parts = {even, rising}};
-  const SpeedField field = extend_speeds(layers, open_gas(layers), FacetTree(mesh), {&speeds, 1},
-                                         {&beam, 1}, 0.1, close_facets);
+  FacetTree facets(mesh);
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {&beam, 1}, 0.1, close_facets);
   ASSERT_EQ(field.angular.size(), 1U);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
   for (int i = 0; i <= 20; ++i) {
@@ -205,8 +243,9 @@ PassedFilm passed_film(double thickness, const std::array<std::array<float, 2>, 
     speeds.push_back({.speed = everywhere(isotropic + amplitude),
                       .parts = {everywhere(isotropic), everywhere(amplitude)}});
   }
-  const SpeedField field = extend_speeds(layers, open_gas(layers), FacetTree(mesh), speeds,
-                                         {&beam, 1}, 0.6, close_facets);
+  FacetTree facets(mesh);
+  const SpeedField field =
+      extend_speeds(layers, open_gas(layers), facets, speeds, {&beam, 1}, 0.6, close_facets);
   const SpeedField amplitude{.speed = field.angular[0].amplitude};
   return {speed_at(layers, field, 4, 4, 0), speed_at(layers, amplitude, 4, 4, 0), field.max_speed};
 }

@@ -141,8 +141,8 @@ void grow_by_normal(Layers& layers, const AngularFactor& rate, double duration) 
                        .parts = {CornerSpeeds(normals.size(), {0, 0, 0}),
                                  CornerSpeeds(normals.size(), {amplitude, amplitude, amplitude})}};
     }
-    advect(layers,
-           extend_speeds(layers, gas, FacetTree(mesh), speeds, {&rate, 1}, dt, close_facets), dt);
+    FacetTree facets(mesh);
+    advect(layers, extend_speeds(layers, gas, facets, speeds, {&rate, 1}, dt, close_facets), dt);
   }
 }
 

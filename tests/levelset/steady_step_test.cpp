@@ -109,7 +109,8 @@ struct Wafer {
   }
 
   SpeedField speeds() const {
-    return extend_speeds(layers, gas, FacetTree(facets), of_layers, {}, dt, close_facets);
+    FacetTree tree(facets);
+    return extend_speeds(layers, gas, tree, of_layers, {}, dt, close_facets);
   }
 
   void step(const Motion& motion, Scheme scheme) {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/frame.h"
+#include "core/tri_mesh.h"
+
+namespace scarp::bench {
+
+/// CPU time to make a scene and to fly in it, and how many flights.
+struct TraceTime {
+  double cpu_seconds = 0;
+  std::uint64_t segments = 0;
+};
+
+/// Follows particles of a cosine source until they stick (probability .1) or leave; facets re-emit
+/// them by the cosine law. Emission and reflection are not timed.
+///
+/// Units: lengths in spacings.
+TraceTime trace_time(const TriMesh& mesh, const Sides& sides, std::uint64_t particles);
+
+}  // namespace scarp::bench
