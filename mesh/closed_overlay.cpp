@@ -83,16 +83,18 @@ bool ClosedOverlay::lay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec
     const DoubleLanes old_area = cross2(ax - cx, ay - cy, bx - cx, by - cy);
     bad |= counts & ~((area > all_lanes(0.0)) & (old_area > all_lanes(0.0)));
 
-    const DoubleLanes old_c = area / old_area;
-    const DoubleLanes old_a = cross2(bx, by, cx, cy) / old_area;
+    const DoubleLanes inverse = 1.0 / area;
+    const DoubleLanes old_inverse = 1.0 / old_area;
+    const DoubleLanes old_c = area * old_inverse;
+    const DoubleLanes old_a = cross2(bx, by, cx, cy) * old_inverse;
     const DoubleLanes old_b = one - old_c - old_a;
     merged.offer(lane_min(old_c, lane_min(old_a, old_b)), old_c * cz + old_a * az + old_b * bz,
                  number, counts);
     const auto offer_new = [&](const Flat& p, PlaceLanes& place) {
       const DoubleLanes px = all_lanes(p.x);
       const DoubleLanes py = all_lanes(p.y);
-      const DoubleLanes of_a = cross2(px, py, bx, by) / area;
-      const DoubleLanes of_b = cross2(ax, ay, px, py) / area;
+      const DoubleLanes of_a = cross2(px, py, bx, by) * inverse;
+      const DoubleLanes of_b = cross2(ax, ay, px, py) * inverse;
       place.offer(lane_min(lane_min(of_a, of_b), one - of_a - of_b), of_a * az + of_b * bz, number,
                   counts);
     };

@@ -35,6 +35,9 @@ constexpr double least_share = 0.01;
 /// Passes are counted in a byte; there are about ten.
 constexpr std::uint8_t most_passes = 100;
 
+/// Before the first pass; 0 is before that.
+constexpr std::uint8_t first_pass = 1;
+
 /// Costs by their order of magnitude, eight parts to each factor of two.
 class Histogram {
  public:
@@ -80,6 +83,7 @@ class CollapsePasses {
   void find_terms(std::uint32_t v);
   std::vector<Candidates> rank(const Blocks& blocks);
   void rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates);
+  void list_edges(const Blocks& blocks, std::uint32_t block, std::vector<std::uint32_t>& edges);
   bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   float tied_cost(std::uint32_t h) const;
   std::uint32_t run_pass();
@@ -116,7 +120,7 @@ class CollapsePasses {
   std::vector<std::uint32_t> merged_into_;  ///< per vertex
   bool has_kept_ = false;                   ///< facets
   float limit_ = 0;                         ///< on the costs of the last pass
-  std::uint8_t pass_ = 1;
+  std::uint8_t pass_ = first_pass;
 };
 
 /// Collapses edges of a block.
@@ -134,7 +138,10 @@ class CollapsePasses::Worker {
 
   /// From cheap to dear, up to a bin of costs.
   void run(std::span<const std::uint32_t> edges, std::uint32_t last_bin) {
-    for (const std::uint32_t h : sorted(edges, last_bin)) {
+    const std::vector<std::uint32_t> in_order = sorted(edges, last_bin);
+    for (std::size_t i = 0; i < in_order.size(); ++i) {
+      fetch_ahead(in_order, i);
+      const std::uint32_t h = in_order[i];
       const std::uint32_t u = mesh_.topology.origin(h);
       if (u == HalfEdges::none) continue;
       const std::uint32_t v = mesh_.topology.target(h);
@@ -166,6 +173,19 @@ class CollapsePasses::Worker {
     return result;
   }
 
+  /// Asks for the memory of edges whose turn comes soon: those of one cost lie anywhere.
+  void fetch_ahead(std::span<const std::uint32_t> edges, std::size_t i) const {
+    constexpr std::size_t far = 12;
+    constexpr std::size_t near = 6;
+    if (i + far < edges.size()) mesh_.topology.prefetch(edges[i + far]);
+    if (i + near >= edges.size()) return;
+    const std::uint32_t u = mesh_.topology.origin(edges[i + near]);
+    if (u == HalfEdges::none) return;
+    prefetch(&all_.terms_[u]);
+    prefetch(&all_.floats_.r[u]);
+    prefetch(&all_.floats_.normals[HalfEdges::facet(edges[i + near])]);
+  }
+
   void refuse(std::uint32_t h) { all_.cost_[h] = never; }
 
   void try_free(std::uint32_t h, std::uint32_t u, std::uint32_t v) {
@@ -185,6 +205,7 @@ class CollapsePasses::Worker {
 
   bool allows(std::uint32_t h, Vec3d r) {
     if (!star_.gather(mesh_.topology, h)) return false;
+    for (int i = 0; i < star_.star().count; ++i) prefetch(&all_.terms_[star_.star().ring[i]]);
     star_.place_at(mesh_, all_.floats_, FloatMesh::record(r));
     if (!keeps_lengths() || !star_.keeps_facets(mesh_)) return false;
     if (!all_.has_kept_ && star_.exceeds(all_.floats_, bound_)) {
@@ -340,7 +361,7 @@ CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeS
       terms_(mesh.r.size()),
       cost_(mesh.topology.half_edge_count(), never),
       ranked_in_(cost_.size(), 0),
-      changed_in_(mesh.r.size(), pass_),
+      changed_in_(mesh.r.size(), first_pass),
       merged_in_(mesh.r.size(), 0),
       tied_(mesh.r.size(), 1),
       at_seam_(mesh.r.size(), 0),
@@ -402,31 +423,49 @@ void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block,
           wanted ? stretched(cost, topology.origin(h), topology.target(h), square) : never;
     });
   };
-  for (const std::uint32_t u : blocks.vertices(block)) {
-    bool at_seam = false;
-    topology.for_each_outgoing(u, [&](std::uint32_t h) {
-      const std::uint32_t v = topology.target(h);
-      at_seam |= !blocks.holds(block, v);
-      // Of an inner edge the half edge from the lower end stands for it.
-      const std::uint32_t o = topology.opposite(h);
-      if (o != HalfEdges::none ? v < u : mesh_.edge(h) != h) return;
-      ++candidates.edge_count;
-      candidates.edges.push_back(h);
-      if (!is_stale(h, u, v)) return;
-      ranked_in_[h] = static_cast<std::uint8_t>(pass_ - 1);
-      if ((tied_[u] | tied_[v]) != 0) {
-        cost_[h] = tied_cost(h);
-        return;
-      }
-      costs.add(h, edge(u, v), terms_[u], terms_[v], normal(HalfEdges::facet(h)),
-                normal(HalfEdges::facet(o)));
-      if (costs.is_full()) finish();
-    });
-    at_seam_[u] = at_seam ? 1 : 0;
+  list_edges(blocks, block, candidates.edges);
+  candidates.edge_count = candidates.edges.size();
+  for (const std::uint32_t h : candidates.edges) {
+    const std::uint32_t u = topology.origin(h);
+    const std::uint32_t v = topology.target(h);
+    if (!is_stale(h, u, v)) continue;
+    ranked_in_[h] = static_cast<std::uint8_t>(pass_ - 1);
+    if ((tied_[u] | tied_[v]) != 0) {
+      cost_[h] = tied_cost(h);
+      continue;
+    }
+    costs.add(h, edge(u, v), terms_[u], terms_[v], normal(HalfEdges::facet(h)),
+              normal(HalfEdges::facet(topology.opposite(h))));
+    if (costs.is_full()) finish();
   }
   finish();
   std::erase_if(candidates.edges, [&](std::uint32_t h) { return cost_[h] == never; });
   for (const std::uint32_t h : candidates.edges) candidates.costs.add(cost_[h]);
+}
+
+/// Edges whose lower end lies in the block; at boundaries, those that begin there.
+void CollapsePasses::list_edges(const Blocks& blocks, std::uint32_t block,
+                                std::vector<std::uint32_t>& edges) {
+  const HalfEdges& topology = mesh_.topology;
+  edges.resize(4 * blocks.vertices(block).size() + 2);
+  std::size_t count = 0;
+  for (const std::uint32_t u : blocks.vertices(block)) {
+    std::uint32_t at_seam = 0;
+    topology.for_each_outgoing(u, [&](std::uint32_t h) {
+      const std::uint32_t v = topology.target(h);
+      at_seam |= blocks.holds(block, v) ? 0 : 1;
+      // Written anyway, and kept or not: half of all are not, in no order that could be foreseen.
+      if (count == edges.size()) edges.resize(2 * count);
+      edges[count] = h;
+      count += topology.opposite(h) == HalfEdges::none || u < v ? 1 : 0;
+    });
+    at_seam_[u] = static_cast<std::uint8_t>(at_seam);
+  }
+  edges.resize(count);
+  if (!mesh_.has_twins()) return;
+  std::erase_if(edges, [&](std::uint32_t h) {
+    return topology.opposite(h) == HalfEdges::none && mesh_.edge(h) != h;
+  });
 }
 
 std::vector<CollapsePasses::Candidates> CollapsePasses::rank(const Blocks& blocks) {

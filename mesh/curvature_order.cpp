@@ -70,8 +70,8 @@ struct Spokes {
 }  // namespace
 
 CurvatureOrder::CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, EdgeSizes sizes,
-                               double shape_weight, Rank rank)
-    : points_(points), sizes_(std::move(sizes)), shape_weight_(shape_weight), rank_(rank) {
+                               double shape_weight)
+    : points_(points), sizes_(std::move(sizes)), shape_weight_(shape_weight) {
   const double twice_area = parallel_reduce(
       mesh.normals.size(), grain, 0.0,
       [&](std::size_t begin, std::size_t end) {
@@ -84,7 +84,7 @@ CurvatureOrder::CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, 
   // mean square is h^2 / 6. The cost has h^2 times twice the area.
   points_per_area_ = twice_area > 0 ? mesh.live_vertices / twice_area : 0;
   points_per_cost_ = optimism * points_per_area_ / 6;
-  if (rank_ == Rank::exact && shape_weight_ > 0) find_shapes(mesh);
+  if (shape_weight_ > 0) find_shapes(mesh);
 }
 
 void CurvatureOrder::find_shapes(const CollapseMesh& mesh) {

@@ -23,12 +23,9 @@ class CurvatureOrder {
  public:
   static constexpr bool by_cost = true;
 
-  enum class Rank { estimated, exact };
-
   /// shape_weight: squared length that a facet of the worst shape (facet_shape.h) weighs for each
   /// of the points that facets here have on average. The points have to outlive the order.
-  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, EdgeSizes sizes, double shape_weight,
-                 Rank rank = Rank::exact);
+  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, EdgeSizes sizes, double shape_weight);
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const {
     return sizes_.wanted(mesh, h, squared_length);
@@ -42,7 +39,6 @@ class CurvatureOrder {
   }
   const EdgeSizes& sizes() const { return sizes_; }
   double shape_weight() const { return shape_weight_; }
-  bool ranks_exactly() const { return rank_ == Rank::exact; }
   double exact_key(const CollapseMesh& mesh, const CollapseChecks& checks) const;
   void accept(const CollapseMesh& mesh, const CollapseChecks& checks);
   void merged(std::uint32_t u, std::uint32_t v) { sizes_.merged(u, v); }
@@ -60,7 +56,6 @@ class CurvatureOrder {
   double shape_weight_;
   double points_per_area_;  ///< twice the area
   double points_per_cost_;
-  Rank rank_;
   std::vector<float> shapes_;  ///< per facet; empty where they weigh nothing
 };
 
