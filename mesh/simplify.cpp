@@ -263,7 +263,6 @@ double run_curvature_to(std::uint32_t target, const SimplifyOptions& options,
 double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
                      CollapseMesh& work, CollapseChecks& checks) {
   EdgeSizes sizes = sizes_of(options, is_feature, work);
-  if(getenv("NF")) sizes.field.clear();
   const std::uint32_t before = work.live_vertices;
   LargeVector<Vec3d> places = work.r;
   const std::vector<std::uint32_t> merged_into = collapse_in_passes(work, checks, sizes);
