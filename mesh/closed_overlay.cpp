@@ -139,9 +139,8 @@ void ClosedOverlay::offer_dying(const Flat& a, const Flat& b, const Flat& c, dou
 int ClosedOverlay::old_edges(std::span<const double> old_error, std::span<Edge> edges) const {
   int edge_count = 0;
   const auto add = [&](const Flat& from, const Flat& to, double error_a, double error_b) {
-    edges[edge_count++] = {from,
-                           {to.x - from.x, to.y - from.y, to.z - from.z},
-                           std::max(error_a, error_b)};
+    edges[edge_count++] = {
+        from, {to.x - from.x, to.y - from.y, to.z - from.z}, std::max(error_a, error_b)};
   };
   if (is_vertex_) {
     for (int i = 0; i < count_; ++i) {

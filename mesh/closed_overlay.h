@@ -17,8 +17,8 @@ class ClosedOverlay {
  public:
   static constexpr int capacity = 30;  ///< facets of a star
 
-  /// The surfaces when the edge or vertex of the star goes to r, seen along the unit vector n. False
-  /// if they are not height fields that cover the same part of the plane, once.
+  /// The surfaces when the edge or vertex of the star goes to r, seen along the unit vector n.
+  /// False if they are not height fields that cover the same part of the plane, once.
   bool lay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n);
 
   /// For each facet after the collapse: the greatest number of the old facets that it meets, and
@@ -65,7 +65,7 @@ class ClosedOverlay {
   int count_ = 0;
   bool is_vertex_ = false;  ///< whose star it is; else that of an edge
   int at_origin_ = 0;       ///< so many facets are at u, the others at v
-  Row x_;              ///< of the ring, which is repeated at the end
+  Row x_;                   ///< of the ring, which is repeated at the end
   Row y_;
   Row z_;
   Flat u_;

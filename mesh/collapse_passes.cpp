@@ -290,9 +290,9 @@ class CollapsePasses::Worker {
       return;
     }
     const Vec3d r = all_.placement_.place(mesh_, h, rule).r;
-    const bool fits = checks_.gather(mesh_, h, r) &&
-                      (twin == HalfEdges::none ||
-                       twin_checks_->gather(mesh_, twin, mesh_.twin_place(h, r)));
+    const bool fits =
+        checks_.gather(mesh_, h, r) &&
+        (twin == HalfEdges::none || twin_checks_->gather(mesh_, twin, mesh_.twin_place(h, r)));
     // What surrounds it may be changing.
     if (fits && !is_mine(twin)) return;
     if (fits && keeps_tied(h, twin)) {
@@ -396,8 +396,7 @@ bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v)
   }
   if (ranked_in_[h] >= changed) return false;
   // Far from its turn the old rank will do.
-  const bool can_wait =
-      ranked_in_[h] != 0 && cost_[h] < never && cost_[h] > stale_is_dear * limit_;
+  const bool can_wait = ranked_in_[h] != 0 && cost_[h] < never && cost_[h] > stale_is_dear * limit_;
   return !can_wait;
 }
 
@@ -412,15 +411,13 @@ float CollapsePasses::tied_cost(std::uint32_t h) const {
                    mesh_.topology.origin(h), mesh_.topology.target(h), static_cast<float>(square));
 }
 
-void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block,
-                                Candidates& candidates) {
+void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates) {
   const HalfEdges& topology = mesh_.topology;
   EdgeCosts costs;
   const auto finish = [&] {
     costs.finish([&](std::uint32_t h, float cost, float square) {
       const bool wanted = !sizes_.has_limits() || sizes_.wanted(mesh_, h, square);
-      cost_[h] =
-          wanted ? stretched(cost, topology.origin(h), topology.target(h), square) : never;
+      cost_[h] = wanted ? stretched(cost, topology.origin(h), topology.target(h), square) : never;
     });
   };
   list_edges(blocks, block, candidates.edges);
@@ -488,8 +485,7 @@ std::uint32_t CollapsePasses::run_pass() {
     costs.add(each.costs);
     edge_count += each.edge_count;
   }
-  const std::uint32_t last_bin =
-      costs.bin_beyond(share_of_pass * static_cast<double>(edge_count));
+  const std::uint32_t last_bin = costs.bin_beyond(share_of_pass * static_cast<double>(edge_count));
   limit_ = Histogram::upper_end(last_bin);
 
   std::vector<std::uint32_t> removed(blocks.count(), 0);

@@ -25,7 +25,8 @@ class CurvatureOrder {
 
   /// shape_weight: squared length that a facet of the worst shape (facet_shape.h) weighs for each
   /// of the points that facets here have on average. The points have to outlive the order.
-  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, EdgeSizes sizes, double shape_weight);
+  CurvatureOrder(const CollapseMesh& mesh, TrackedPoints& points, EdgeSizes sizes,
+                 double shape_weight);
 
   bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const {
     return sizes_.wanted(mesh, h, squared_length);

@@ -52,10 +52,10 @@ struct FloatPlaced {
   float cost;
 };
 
-/// edge: from u to v; a and b: normals of its two facets. Always inline: in the loop of EdgeCosts it
-/// is done for four edges at once.
-[[gnu::always_inline]] inline FloatPlaced place_merged(Vec3f edge, const FloatTerms& u, const FloatTerms& v, Vec3f a,
-                                Vec3f b) {
+/// edge: from u to v; a and b: normals of its two facets. Always inline: in the loop of EdgeCosts
+/// it is done for four edges at once.
+[[gnu::always_inline]] inline FloatPlaced place_merged(Vec3f edge, const FloatTerms& u,
+                                                       const FloatTerms& v, Vec3f a, Vec3f b) {
   // As in placement.cpp.
   constexpr float faint = 3e-6F;
   constexpr float tie_break = 1e-10F;

@@ -17,8 +17,8 @@ namespace scarp {
 /// makes edges of up to two. The limits are hard: what is as long as its limit is not collapsed,
 /// and no edge gets longer than twice its limit, or than one that it replaces.
 struct EdgeSizes {
-  std::vector<float> field;                                 ///< soft, per vertex, or empty
-  std::vector<float> limit;                                 ///< hard, per vertex, or empty
+  std::vector<float> field;                                ///< soft, per vertex, or empty
+  std::vector<float> limit;                                ///< hard, per vertex, or empty
   double l_max = std::numeric_limits<double>::infinity();  ///< hard
 
   bool has_limits() const {

@@ -59,8 +59,8 @@ struct Pass {
   void flip(CollapseMesh& mesh, CollapseChecks& checks, std::uint32_t h) const {
     checks.gather_flip(mesh, h);
     const Star& star = checks.star();
-    const double shapes = shape_weight * points.per_facet(star) *
-                          shape_growth_of_flip(mesh, star, checks.normals());
+    const double shapes =
+        shape_weight * points.per_facet(star) * shape_growth_of_flip(mesh, star, checks.normals());
     // The distances cannot fall by more than they are.
     if (shapes >= points.sum_of_squares(star)) return;
     if (mesh.is_border(h) || !sizes.allows_flip(mesh, star)) return;

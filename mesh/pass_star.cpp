@@ -70,7 +70,7 @@ void PassStar::place_at(const CollapseMesh& mesh, const FloatMesh& floats, Float
     const Vec3f input(Vec3d(mesh.input_normals[star_.facet[i]]));
     input_normals_.put(i, input.x, input.y, input.z);
   }
-  // What lies beyond the end is a copy of the first facet, so that it changes no answer.
+  // What lies beyond the end is not asked for, but worked on.
   for (int i = count; i < count + 2 * float_lanes && i < padded; ++i) {
     ring_.put(i, ring_.x[i - count], ring_.y[i - count], ring_.z[i - count]);
     old_normals_.put(i, old_normals_.x[0], old_normals_.y[0], old_normals_.z[0]);
@@ -169,10 +169,12 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
     const FloatMask sliver_turns =
         (square < squared_limit(sliver) * scale) &
         disagree(with_around, square * around_square, lowest_cosine_of_sliver);
-    bad |= flat | thinner | (was_needle & needle_turns) | (~was_needle & turns) | sliver_turns;
+    const FloatMask counts = number < all_lanes(static_cast<float>(count));
+    bad |= counts &
+           (flat | thinner | (was_needle & needle_turns) | (~was_needle & turns) | sliver_turns);
     const FloatMask turns_in_all =
-        disagree(dot3(nx, ny, nz, ix, iy, iz), square * dot3(ix, iy, iz, ix, iy, iz),
-                 lowest_cosine_in_all);
+        counts & disagree(dot3(nx, ny, nz, ix, iy, iz), square * dot3(ix, iy, iz, ix, iy, iz),
+                          lowest_cosine_in_all);
     any_turned |= turns_in_all;
     std::memcpy(&turned[i], &turns_in_all, sizeof turns_in_all);
   }
@@ -194,7 +196,9 @@ bool PassStar::is_chamfer(const CollapseMesh& mesh, int i) const {
 
 bool PassStar::makes_no_fold(const CollapseMesh& mesh, const FloatMesh& floats) const {
   const int count = star_.count;
-  const auto vector = [](const Rows& rows, int i) { return Vec3f{rows.x[i], rows.y[i], rows.z[i]}; };
+  const auto vector = [](const Rows& rows, int i) {
+    return Vec3f{rows.x[i], rows.y[i], rows.z[i]};
+  };
   for (int i = 0; i < count; ++i) {
     const Vec3f n = vector(normals_, i);
     const Vec3f old_n = vector(old_normals_, i);

@@ -90,12 +90,12 @@ class PassStar {
   bool is_chamfer(const CollapseMesh& mesh, int i) const;
 
   Star star_;
-  int at_origin_ = 0;     ///< so many facets are at u, the others at v
-  FloatRecord u_{};       ///< from the merged vertex
+  int at_origin_ = 0;  ///< so many facets are at u, the others at v
+  FloatRecord u_{};    ///< from the merged vertex
   FloatRecord v_{};
-  Rows ring_;             ///< from the merged vertex; the first one is repeated at the end
-  Rows normals_;          ///< after the collapse
-  Rows old_normals_;      ///< before it
+  Rows ring_;         ///< from the merged vertex; the first one is repeated at the end
+  Rows normals_;      ///< after the collapse
+  Rows old_normals_;  ///< before it
   Rows input_normals_;
   Row error_;
 };

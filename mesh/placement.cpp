@@ -122,9 +122,8 @@ LindstromTurkPlacement::Volume LindstromTurkPlacement::volume_around(const Colla
   const Vec3d edge = mesh.r[v] - mesh.r[u];
   const VertexTerms of_u = terms(mesh, u);
   const VertexTerms of_v = terms(mesh, v);
-  Volume volume{.q = {.H = of_v.H, .g = of_v.H * edge, .k = 0},
-                .n = of_u.n + of_v.n,
-                .d = dot(of_v.n, edge)};
+  Volume volume{
+      .q = {.H = of_v.H, .g = of_v.H * edge, .k = 0}, .n = of_u.n + of_v.n, .d = dot(of_v.n, edge)};
   volume.q.k = dot(edge, volume.q.g);
   volume.q.H.add(1, of_u.H);
   // Those of the edge were counted twice; both ends lie in them, so g, k and d have no part of
@@ -170,8 +169,7 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
 
 void LindstromTurkPlacement::collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t) {
   terms_[u] = found_terms(mesh, u);
-  mesh.topology.for_each_neighbour(u,
-                                   [&](std::uint32_t w) { terms_[w] = found_terms(mesh, w); });
+  mesh.topology.for_each_neighbour(u, [&](std::uint32_t w) { terms_[w] = found_terms(mesh, w); });
 }
 
 GarlandHeckbertPlacement::GarlandHeckbertPlacement(const CollapseMesh& mesh)

@@ -56,6 +56,17 @@ Fan::Nearest nearest_around(const CollapseMesh& mesh, std::uint32_t v, std::uint
   return nearest;
 }
 
+/// The same with the facets around the neighbours of the vertex.
+Fan::Nearest nearest_in_two_rings(const CollapseMesh& mesh, std::uint32_t v, std::uint32_t f,
+                                  Vec3d p) {
+  Fan::Nearest nearest = nearest_around(mesh, v, f, p);
+  mesh.topology.for_each_neighbour(v, [&](std::uint32_t w) {
+    const Fan::Nearest other = nearest_around(mesh, w, f, p);
+    if (other.squared_distance < nearest.squared_distance) nearest = other;
+  });
+  return nearest;
+}
+
 /// The facet that p lies over, by a walk from v over edges that p lies beyond.
 Fan::Nearest walk(const CollapseMesh& mesh, std::uint32_t v, Vec3d p) {
   constexpr int most_steps = 16;
@@ -159,7 +170,7 @@ TrackedPoints::TrackedPoints(const CollapseMesh& mesh)
 }
 
 TrackedPoints::TrackedPoints(const CollapseMesh& mesh, LargeVector<Vec3d> places,
-                             std::span<const std::uint32_t> merged_into)
+                             std::span<const std::uint32_t> merged_into, double bound)
     : places_(std::move(places)),
       next_(places_.size(), HalfEdges::none),
       first_(mesh.normals.size(), HalfEdges::none),
@@ -171,7 +182,11 @@ TrackedPoints::TrackedPoints(const CollapseMesh& mesh, LargeVector<Vec3d> places
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
       std::uint32_t last = v;
       while (merged_into[last] != last) last = merged_into[last];
-      if (mesh.topology.outgoing(last) != HalfEdges::none) nearest[v] = walk(mesh, last, places_[v]);
+      if (mesh.topology.outgoing(last) == HalfEdges::none) continue;
+      nearest[v] = walk(mesh, last, places_[v]);
+      if (nearest[v].squared_distance > bound * bound) {
+        nearest[v] = nearest_in_two_rings(mesh, last, nearest[v].facet, places_[v]);
+      }
     }
   });
   for (std::uint32_t v = 0; v < places_.size(); ++v) {

@@ -55,9 +55,10 @@ class TrackedPoints {
 
   /// Of the places that the vertices of a mesh had before its edges were collapsed. merged_into:
   /// for each vertex the one that it went into last, or itself. Each place belongs to the facet
-  /// that a walk from there ends at.
+  /// that a walk from there ends at; beyond the bound, which no place is from the mesh, it is
+  /// looked for all around.
   TrackedPoints(const CollapseMesh& mesh, LargeVector<Vec3d> places,
-                std::span<const std::uint32_t> merged_into);
+                std::span<const std::uint32_t> merged_into, double bound);
 
   /// By how much the sum of the squared distances grows when a star becomes a fan. The fan has to
   /// belong to the star.
