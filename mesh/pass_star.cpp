@@ -276,26 +276,26 @@ bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
   for (int i = 0; i < count; i += float_lanes, number += all_lanes(float{float_lanes})) {
     const FloatMask counts = number < all_lanes(static_cast<float>(count));
     const FloatMask at_v = number >= all_lanes(static_cast<float>(at_origin_));
-    const auto [ax, ay, az] = load_rows(flat, i);
-    const auto [bx, by, bz] = load_rows(flat, i + 1);
+    const Lanes3 a = load_rows(flat, i);
+    const Lanes3 b = load_rows(flat, i + 1);
     const FloatLanes error = load(&error_[i]);
     const FloatLanes cx = at_v ? all_lanes(v.x) : all_lanes(u.x);
     const FloatLanes cy = at_v ? all_lanes(v.y) : all_lanes(u.y);
     const FloatLanes cz = at_v ? all_lanes(v.z) : all_lanes(u.z);
-    const FloatLanes area = ax * by - ay * bx;
-    const FloatLanes old_area = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx);
+    const FloatLanes area = a.x * b.y - a.y * b.x;
+    const FloatLanes old_area = (a.x - cx) * (b.y - cy) - (a.y - cy) * (b.x - cx);
     bad |= counts & ~((area > zero) & (old_area > zero));
     const FloatLanes inverse = one / area;
     const FloatLanes old_inverse = one / old_area;
     const FloatLanes of_c = area * old_inverse;
-    const FloatLanes of_a = (bx * cy - by * cx) * old_inverse;
+    const FloatLanes of_a = (b.x * cy - b.y * cx) * old_inverse;
     const FloatLanes of_b = one - of_c - of_a;
-    merged.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * az + of_b * bz, error,
+    merged.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * a.z + of_b * b.z, error,
                  counts);
     const auto offer_new = [&](Vec3f p, Best& best) {
-      const FloatLanes new_a = (all_lanes(p.x) * by - all_lanes(p.y) * bx) * inverse;
-      const FloatLanes new_b = (ax * all_lanes(p.y) - ay * all_lanes(p.x)) * inverse;
-      best.offer(lane_min(lane_min(new_a, new_b), one - new_a - new_b), new_a * az + new_b * bz,
+      const FloatLanes new_a = (all_lanes(p.x) * b.y - all_lanes(p.y) * b.x) * inverse;
+      const FloatLanes new_b = (a.x * all_lanes(p.y) - a.y * all_lanes(p.x)) * inverse;
+      best.offer(lane_min(lane_min(new_a, new_b), one - new_a - new_b), new_a * a.z + new_b * b.z,
                  zero, counts);
     };
     offer_new(u, over_u);
