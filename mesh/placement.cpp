@@ -1,5 +1,6 @@
 #include "mesh/placement.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -120,8 +121,9 @@ LindstromTurkPlacement::Volume LindstromTurkPlacement::volume_around(const Colla
                                                                      std::uint32_t u,
                                                                      std::uint32_t v) const {
   const Vec3d edge = mesh.r[v] - mesh.r[u];
-  const VertexTerms of_u = terms(mesh, u);
-  const VertexTerms of_v = terms(mesh, v);
+  std::array<VertexTerms, 2> found;
+  const VertexTerms& of_u = terms(mesh, u, found[0]);
+  const VertexTerms& of_v = terms(mesh, v, found[1]);
   Volume volume{
       .q = {.H = of_v.H, .g = of_v.H * edge, .k = 0}, .n = of_u.n + of_v.n, .d = dot(of_v.n, edge)};
   volume.q.k = dot(edge, volume.q.g);

@@ -48,8 +48,9 @@ class LindstromTurkPlacement {
   };
   LindstromTurkPlacement() : measure_(Measure::distance) {}
   VertexTerms found_terms(const CollapseMesh& mesh, std::uint32_t v) const;
-  VertexTerms terms(const CollapseMesh& mesh, std::uint32_t v) const {
-    return terms_.empty() ? found_terms(mesh, v) : terms_[v];
+  /// Those that are remembered, or else `found`, filled in.
+  const VertexTerms& terms(const CollapseMesh& mesh, std::uint32_t v, VertexTerms& found) const {
+    return terms_.empty() ? found = found_terms(mesh, v) : terms_[v];
   }
 
   /// The volume under the facets of the edge h from u to v, or from v to u: n r = d keeps it. All
