@@ -101,6 +101,9 @@ class CollapsePasses {
     const FloatRecord& n = floats_.normals[f];
     return {n.x, n.y, n.z};
   }
+  float stretched(float cost, std::uint32_t u, std::uint32_t v, float squared_length) const {
+    return cost * static_cast<float>(sizes_.stretch(u, v, squared_length));
+  }
 
   CollapseMesh& mesh_;
   CollapseChecks& checks_;
@@ -191,7 +194,7 @@ class CollapsePasses::Worker {
         place_merged(edge, all_.terms_[u], all_.terms_[v], all_.normal(HalfEdges::facet(h)),
                      all_.normal(HalfEdges::facet(mesh_.topology.opposite(h))));
     // Dearer now, after the changes of this pass: perhaps in the next one.
-    if (!(placed.cost <= slack * all_.limit_)) return;
+    if (!(all_.stretched(placed.cost, u, v, dot(edge, edge)) <= slack * all_.limit_)) return;
     const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r));
     if (allows(h, r)) {
       collapse_free(h, r);
@@ -404,7 +407,8 @@ float CollapsePasses::tied_cost(std::uint32_t h) const {
   const std::uint32_t twin = mesh_.twin_edge(h);
   if (!sizes_.wanted(mesh_, h, square)) return never;
   if (twin != HalfEdges::none && !sizes_.wanted(mesh_, twin, square)) return never;
-  return static_cast<float>(placement_.place(mesh_, h, rule).cost);
+  return stretched(static_cast<float>(placement_.place(mesh_, h, rule).cost),
+                   mesh_.topology.origin(h), mesh_.topology.target(h), static_cast<float>(square));
 }
 
 void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates) {
@@ -413,7 +417,7 @@ void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candi
   const auto finish = [&] {
     costs.finish([&](std::uint32_t h, float cost, float square) {
       const bool wanted = !sizes_.has_limits() || sizes_.wanted(mesh_, h, square);
-      cost_[h] = wanted ? cost : never;
+      cost_[h] = wanted ? stretched(cost, topology.origin(h), topology.target(h), square) : never;
     });
   };
   list_edges(blocks, block, candidates.edges);

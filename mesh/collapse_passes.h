@@ -18,8 +18,7 @@ namespace scarp {
 ///
 /// Edges between free vertices go through the checks of pass_star.h first. Those at sides, borders
 /// and boundaries, also in periodic pairs, go through CollapseChecks alone. Nothing goes that the
-/// proven bound does not allow. Of the sizes only the limits count: whatever the order, the bound
-/// decides how fine the mesh stays where.
+/// proven bound does not allow.
 ///
 /// Returns for each vertex the one that it went into last, or itself.
 ///

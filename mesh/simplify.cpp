@@ -131,12 +131,6 @@ double mean_spacing(const TriMesh& mesh) {
   return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
 }
 
-/// Whether it matters what is a feature: also for the spacing, where that is not given.
-bool asks_for_features(const SimplifyOptions& options, std::uint32_t target) {
-  if (options.method == SimplifyMethod::paper) return true;
-  return options.method == SimplifyMethod::curvature && (target > 0 || !(options.spacing > 0));
-}
-
 bool uses_features(SimplifyMethod method) {
   return method == SimplifyMethod::paper || method == SimplifyMethod::curvature;
 }
@@ -219,8 +213,10 @@ void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_featu
   }
 }
 
-EdgeSizes limits_of(const SimplifyOptions& options, const CollapseMesh& work) {
-  return {.field = {},
+EdgeSizes sizes_of(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+                   const CollapseMesh& work) {
+  return {.field = graded_sizes(work.topology, is_feature, *options.l0, *options.step_length,
+                                options.spacing),
           .limit = with_copies<float>(options.size_limit, work.topology),
           .l_max = options.l_max > 0 ? options.l_max : unlimited};
 }
@@ -251,10 +247,7 @@ double run_curvature_to(std::uint32_t target, const SimplifyOptions& options,
   using Placement = LindstromTurkPlacement;
   const double shape_weight = shape_weight_of(options);
   TrackedPoints points(work);
-  EdgeSizes sizes = limits_of(options, work);
-  sizes.field =
-      graded_sizes(work.topology, is_feature, *options.l0, *options.step_length, options.spacing);
-  CurvatureOrder order(work, points, std::move(sizes), shape_weight);
+  CurvatureOrder order(work, points, sizes_of(options, is_feature, work), shape_weight);
   const std::uint32_t before = work.live_vertices;
   do {
     // Its memory is gone before the sweeps need theirs.
@@ -266,10 +259,10 @@ double run_curvature_to(std::uint32_t target, const SimplifyOptions& options,
   return finish_curvature(order.sizes(), shape_weight, work, checks, points);
 }
 
-/// As far as the bound allows: whatever the order, it decides how fine the mesh stays where, so
-/// there is no size field. Returns as finish_curvature().
-double run_curvature(const SimplifyOptions& options, CollapseMesh& work, CollapseChecks& checks) {
-  EdgeSizes sizes = limits_of(options, work);
+/// As far as the bound allows. Returns as finish_curvature().
+double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+                     CollapseMesh& work, CollapseChecks& checks) {
+  EdgeSizes sizes = sizes_of(options, is_feature, work);
   const std::uint32_t before = work.live_vertices;
   LargeVector<Vec3d> places = work.r;
   const std::vector<std::uint32_t> merged_into = collapse_in_passes(work, checks, sizes);
@@ -349,9 +342,8 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
       work, share_of_zero_area * wanted.max_error.value_or(default_max_error * spacing));
 
   std::vector<bool> is_feature(work.r.size(), false);
-  if (asks_for_features(wanted, target)) {
-    is_feature = features_of(work, wanted, wanted.method == SimplifyMethod::paper ? target : 0);
-  }
+  if (wanted.method == SimplifyMethod::paper) is_feature = features_of(work, wanted, target);
+  if (wanted.method == SimplifyMethod::curvature) is_feature = features_of(work, wanted, 0);
   const SimplifyOptions options = resolved(wanted, work, is_feature);
 
   CollapseChecks checks(work, error_limit(options, restraint.highest_bound, moved),
@@ -362,7 +354,7 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   if (options.method == SimplifyMethod::curvature) {
     attempt.tracked_distance =
         moved + (target > 0 ? run_curvature_to(target, options, is_feature, work, checks)
-                            : run_curvature(options, work, checks));
+                            : run_curvature(options, is_feature, work, checks));
   } else if (options.placement == PlacementMethod::garland_heckbert) {
     run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
   } else {
