@@ -32,6 +32,15 @@ DoubleLanes cross2(DoubleLanes ax, DoubleLanes ay, DoubleLanes bx, DoubleLanes b
 }  // namespace
 
 bool ClosedOverlay::lay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n) {
+  project(mesh, star, r, n);
+  is_vertex_ = star.dying_count() == 0;
+  // An end without facets of its own is no inner vertex of a surface.
+  if (is_vertex_ ? at_origin_ < count_ : at_origin_ == 0 || at_origin_ == count_) return false;
+  if (!find_places()) return false;
+  return is_vertex_ || look_at_dying();
+}
+
+void ClosedOverlay::project(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n) {
   const Vec3d other = std::abs(n.x) < 0.6   ? Vec3d{1, 0, 0}
                       : std::abs(n.y) < 0.6 ? Vec3d{0, 1, 0}
                                             : Vec3d{0, 0, 1};
@@ -57,10 +66,10 @@ bool ClosedOverlay::lay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec
   }
   u_ = flat(star.u);
   v_ = flat(star.v);
-  is_vertex_ = star.dying_count() == 0;
-  // An end without facets of its own is no inner vertex of a surface.
-  if (is_vertex_ ? at_origin_ < count_ : at_origin_ == 0 || at_origin_ == count_) return false;
+}
 
+/// False if a facet is turned over.
+bool ClosedOverlay::find_places() {
   PlaceLanes merged;
   PlaceLanes u;
   PlaceLanes v;
@@ -109,9 +118,12 @@ bool ClosedOverlay::lay(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec
   merged_in_old_ = best(merged);
   u_in_new_ = best(u);
   v_in_new_ = best(v);
-  if (is_vertex_) return true;
+  return true;
+}
 
-  // The facets that die lie between the last facet of one end and the first of the other.
+/// The facets that die lie between the last facet of one end and the first of the other. False if
+/// one of them is turned over.
+bool ClosedOverlay::look_at_dying() {
   const Flat first = ring(0);
   const Flat second = ring(at_origin_);
   const auto area_of = [](const Flat& a, const Flat& b, const Flat& c) {

@@ -57,6 +57,9 @@ class ClosedOverlay {
     Row error;
   };
 
+  void project(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n);
+  bool find_places();
+  bool look_at_dying();
   void offer_dying(const Flat& a, const Flat& b, const Flat& c, double area, int facet);
   Flat ring(int i) const { return {x_[i], y_[i], z_[i]}; }
   int old_edges(std::span<const double> old_error, std::span<Edge> edges) const;

@@ -14,9 +14,7 @@ namespace scarp {
 /// the vertices of the input and the surface goes first, with a little for the shape of the facets.
 ///
 /// The exact sum is asked only of edges that an estimate ranks first: the squared distance between
-/// the present surface and the next one, by area, and the shapes as they will be. Where only the
-/// bound stops it, all that the bound allows is collapsed sooner or later, and the estimate alone
-/// ranks as well.
+/// the present surface and the next one, by area, and the shapes as they will be.
 ///
 /// Sizes of edges as in EdgeSizes.
 class CurvatureOrder {

@@ -214,45 +214,40 @@ bool PassStar::makes_no_fold(const CollapseMesh& mesh, const FloatMesh& floats) 
   return true;
 }
 
-bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
-  const int count = star_.count;
-  const FloatRecord& first_dying = floats.normals[star_.dying[0]];
-  const FloatRecord& second_dying = floats.normals[star_.dying[1]];
-  Vec3f n{first_dying.x + second_dying.x, first_dying.y + second_dying.y,
-          first_dying.z + second_dying.z};
-  for (int i = 0; i < count; ++i) {
-    n += Vec3f{old_normals_.x[i], old_normals_.y[i], old_normals_.z[i]};
+/// The star seen along its mean normal: where the merged vertex and the two ends lie on the other
+/// surface, and how high that is there.
+class PassStar::Heights {
+ public:
+  Heights(const PassStar& star, const FloatMesh& floats)
+      : star_(star),
+        first_dying_(floats.normals[star.star_.dying[0]]),
+        second_dying_(floats.normals[star.star_.dying[1]]) {
+    project();
   }
-  n = normalized(n);
-  const Vec3f other = std::abs(n.x) < 0.6F   ? Vec3f{1, 0, 0}
-                      : std::abs(n.y) < 0.6F ? Vec3f{0, 1, 0}
-                                             : Vec3f{0, 0, 1};
-  const Vec3f e = normalized(cross(other, n));
-  const Vec3f f = cross(n, e);
-  Rows flat;
-  for (int i = 0; i < count; i += float_lanes) {
-    const auto [x, y, z] = load_rows(ring_, i);
-    store(&flat.x[i], dot3(x, y, z, all_lanes(e.x), all_lanes(e.y), all_lanes(e.z)));
-    store(&flat.y[i], dot3(x, y, z, all_lanes(f.x), all_lanes(f.y), all_lanes(f.z)));
-    store(&flat.z[i], dot3(x, y, z, all_lanes(n.x), all_lanes(n.y), all_lanes(n.z)));
-  }
-  for (int i = count; i < count + float_lanes + 1 && i < padded; ++i) {
-    flat.put(i, flat.x[i - count], flat.y[i - count], flat.z[i - count]);
-  }
-  const auto flat_of = [&](const FloatRecord& a) {
-    const Vec3f r{a.x, a.y, a.z};
-    return Vec3f{dot(r, e), dot(r, f), dot(r, n)};
-  };
-  const Vec3f u = flat_of(u_);
-  const Vec3f v = flat_of(v_);
 
-  const FloatLanes zero{};
-  const FloatLanes one = all_lanes(1.0F);
-  const FloatLanes lowest = all_lanes(-1e30F);
-  struct Best {
-    FloatLanes inside;
-    FloatLanes height;
-    FloatLanes error;
+  /// False if one of the surfaces is no height field.
+  bool find();
+
+  /// After find().
+  bool exceed(float limit) const {
+    const float dying = std::max(first_dying_.w, second_dying_.w);
+    return differs(over_u_.best().height, u_.z, std::max(largest(u_error_), dying), limit) ||
+           differs(over_v_.best().height, v_.z, std::max(largest(v_error_), dying), limit) ||
+           merged_exceeds(limit);
+  }
+
+ private:
+  /// The facet that a place is in, or least outside of: the lowest of its weights there, its
+  /// height, and its number.
+  struct Place {
+    float inside;
+    float height;
+    float error;
+  };
+  struct Places {
+    FloatLanes inside = all_lanes(-1e30F);
+    FloatLanes height{};
+    FloatLanes error{};
 
     void offer(FloatLanes at, FloatLanes z, FloatLanes e, FloatMask counts) {
       const FloatMask better = counts & (at > inside);
@@ -260,28 +255,81 @@ bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
       height = better ? z : height;
       error = better ? e : error;
     }
-    int lane() const {
-      int best = 0;
-      for (int i = 1; i < float_lanes; ++i) best = inside[i] > inside[best] ? i : best;
-      return best;
+    Place best() const {
+      int lane = 0;
+      for (int i = 1; i < float_lanes; ++i) lane = inside[i] > inside[lane] ? i : lane;
+      return {inside[lane], height[lane], error[lane]};
     }
   };
-  Best merged{lowest, zero, zero};
-  Best over_u{lowest, zero, zero};
-  Best over_v{lowest, zero, zero};
-  FloatLanes u_error = zero;
-  FloatLanes v_error = zero;
+
+  static float largest(FloatLanes lanes) {
+    return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
+  }
+  static bool differs(float height, float z, float error, float limit) {
+    return std::abs(height - z) + error > limit;
+  }
+
+  void project();
+  bool merged_exceeds(float limit) const;
+  static void offer_dying(const std::array<Vec3f, 3>& corners, float error, Place& place);
+
+  const PassStar& star_;
+  const FloatRecord& first_dying_;
+  const FloatRecord& second_dying_;
+  Rows flat_;  ///< of the ring; z: height
+  Vec3f u_;
+  Vec3f v_;
+  Places merged_;
+  Places over_u_;
+  Places over_v_;
+  FloatLanes u_error_{};
+  FloatLanes v_error_{};
+};
+
+void PassStar::Heights::project() {
+  const int count = star_.star_.count;
+  const Rows& old_normals = star_.old_normals_;
+  Vec3f n{first_dying_.x + second_dying_.x, first_dying_.y + second_dying_.y,
+          first_dying_.z + second_dying_.z};
+  for (int i = 0; i < count; ++i) n += Vec3f{old_normals.x[i], old_normals.y[i], old_normals.z[i]};
+  n = normalized(n);
+  const Vec3f other = std::abs(n.x) < 0.6F   ? Vec3f{1, 0, 0}
+                      : std::abs(n.y) < 0.6F ? Vec3f{0, 1, 0}
+                                             : Vec3f{0, 0, 1};
+  const Vec3f e = normalized(cross(other, n));
+  const Vec3f f = cross(n, e);
+  for (int i = 0; i < count; i += float_lanes) {
+    const auto [x, y, z] = load_rows(star_.ring_, i);
+    store(&flat_.x[i], dot3(x, y, z, all_lanes(e.x), all_lanes(e.y), all_lanes(e.z)));
+    store(&flat_.y[i], dot3(x, y, z, all_lanes(f.x), all_lanes(f.y), all_lanes(f.z)));
+    store(&flat_.z[i], dot3(x, y, z, all_lanes(n.x), all_lanes(n.y), all_lanes(n.z)));
+  }
+  for (int i = count; i < count + float_lanes + 1 && i < padded; ++i) {
+    flat_.put(i, flat_.x[i - count], flat_.y[i - count], flat_.z[i - count]);
+  }
+  const auto flat = [&](const FloatRecord& a) {
+    const Vec3f r{a.x, a.y, a.z};
+    return Vec3f{dot(r, e), dot(r, f), dot(r, n)};
+  };
+  u_ = flat(star_.u_);
+  v_ = flat(star_.v_);
+}
+
+bool PassStar::Heights::find() {
+  const int count = star_.star_.count;
+  const FloatLanes zero{};
+  const FloatLanes one = all_lanes(1.0F);
   FloatMask bad{};
   FloatLanes number = first_numbers;
   for (int i = 0; i < count; i += float_lanes, number += all_lanes(float{float_lanes})) {
     const FloatMask counts = number < all_lanes(static_cast<float>(count));
-    const FloatMask at_v = number >= all_lanes(static_cast<float>(at_origin_));
-    const Lanes3 a = load_rows(flat, i);
-    const Lanes3 b = load_rows(flat, i + 1);
-    const FloatLanes error = load(&error_[i]);
-    const FloatLanes cx = at_v ? all_lanes(v.x) : all_lanes(u.x);
-    const FloatLanes cy = at_v ? all_lanes(v.y) : all_lanes(u.y);
-    const FloatLanes cz = at_v ? all_lanes(v.z) : all_lanes(u.z);
+    const FloatMask at_v = number >= all_lanes(static_cast<float>(star_.at_origin_));
+    const Lanes3 a = load_rows(flat_, i);
+    const Lanes3 b = load_rows(flat_, i + 1);
+    const FloatLanes error = load(&star_.error_[i]);
+    const FloatLanes cx = at_v ? all_lanes(v_.x) : all_lanes(u_.x);
+    const FloatLanes cy = at_v ? all_lanes(v_.y) : all_lanes(u_.y);
+    const FloatLanes cz = at_v ? all_lanes(v_.z) : all_lanes(u_.z);
     const FloatLanes area = a.x * b.y - a.y * b.x;
     const FloatLanes old_area = (a.x - cx) * (b.y - cy) - (a.y - cy) * (b.x - cx);
     bad |= counts & ~((area > zero) & (old_area > zero));
@@ -290,53 +338,49 @@ bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
     const FloatLanes of_c = area * old_inverse;
     const FloatLanes of_a = (b.x * cy - b.y * cx) * old_inverse;
     const FloatLanes of_b = one - of_c - of_a;
-    merged.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * a.z + of_b * b.z, error,
-                 counts);
-    const auto offer_new = [&](Vec3f p, Best& best) {
+    merged_.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * a.z + of_b * b.z, error,
+                  counts);
+    const auto offer_new = [&](Vec3f p, Places& places) {
       const FloatLanes new_a = (all_lanes(p.x) * b.y - all_lanes(p.y) * b.x) * inverse;
       const FloatLanes new_b = (a.x * all_lanes(p.y) - a.y * all_lanes(p.x)) * inverse;
-      best.offer(lane_min(lane_min(new_a, new_b), one - new_a - new_b), new_a * a.z + new_b * b.z,
-                 zero, counts);
+      places.offer(lane_min(lane_min(new_a, new_b), one - new_a - new_b), new_a * a.z + new_b * b.z,
+                   zero, counts);
     };
-    offer_new(u, over_u);
-    offer_new(v, over_v);
-    u_error = lane_max(u_error, counts & ~at_v ? error : zero);
-    v_error = lane_max(v_error, counts & at_v ? error : zero);
+    offer_new(u_, over_u_);
+    offer_new(v_, over_v_);
+    u_error_ = lane_max(u_error_, counts & ~at_v ? error : zero);
+    v_error_ = lane_max(v_error_, counts & at_v ? error : zero);
   }
-  // No height fields: the bound knows another way.
-  if (any(bad)) return false;
-  const auto largest = [](FloatLanes lanes) {
-    return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
-  };
-  const auto differs = [&](const Best& best, float z, float error) {
-    return std::abs(best.height[best.lane()] - z) + error > limit;
-  };
-  const float dying = std::max(first_dying.w, second_dying.w);
-  if (differs(over_u, u.z, std::max(largest(u_error), dying)) ||
-      differs(over_v, v.z, std::max(largest(v_error), dying))) {
-    return true;
-  }
+  return !any(bad);
+}
 
-  // The merged vertex may also lie over one of the facets that die.
-  float inside = merged.inside[merged.lane()];
-  float height = merged.height[merged.lane()];
-  float error = merged.error[merged.lane()];
-  const auto offer_dying = [&](Vec3f a, Vec3f b, Vec3f c, float facet_error) {
-    const float inverse = 1 / ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-    const float of_a = (b.x * c.y - b.y * c.x) * inverse;
-    const float of_b = (c.x * a.y - c.y * a.x) * inverse;
-    const float of_c = 1 - of_a - of_b;
-    const float at = std::min(of_a, std::min(of_b, of_c));
-    if (inverse > 0 && at > inside) {
-      inside = at;
-      height = of_a * a.z + of_b * b.z + of_c * c.z;
-      error = facet_error;
-    }
-  };
-  offer_dying(u, v, Vec3f{flat.x[0], flat.y[0], flat.z[0]}, first_dying.w);
-  offer_dying(v, u, Vec3f{flat.x[at_origin_], flat.y[at_origin_], flat.z[at_origin_]},
-              second_dying.w);
-  return std::abs(height) + error > limit;
+/// The merged vertex may also lie over one of the facets that die.
+bool PassStar::Heights::merged_exceeds(float limit) const {
+  Place place = merged_.best();
+  const int second = star_.at_origin_;
+  offer_dying({u_, v_, Vec3f{flat_.x[0], flat_.y[0], flat_.z[0]}}, first_dying_.w, place);
+  offer_dying({v_, u_, Vec3f{flat_.x[second], flat_.y[second], flat_.z[second]}}, second_dying_.w,
+              place);
+  return differs(place.height, 0, place.error, limit);
+}
+
+void PassStar::Heights::offer_dying(const std::array<Vec3f, 3>& corners, float error,
+                                    Place& place) {
+  const auto& [a, b, c] = corners;
+  const float inverse = 1 / ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+  const float of_a = (b.x * c.y - b.y * c.x) * inverse;
+  const float of_b = (c.x * a.y - c.y * a.x) * inverse;
+  const float of_c = 1 - of_a - of_b;
+  const float inside = std::min(of_a, std::min(of_b, of_c));
+  if (inverse > 0 && inside > place.inside) {
+    place = {inside, of_a * a.z + of_b * b.z + of_c * c.z, error};
+  }
+}
+
+bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
+  Heights heights(*this, floats);
+  // Of what is no height field the bound knows by itself.
+  return heights.find() && heights.exceed(limit);
 }
 
 }  // namespace scarp

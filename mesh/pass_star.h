@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "core/huge_pages.h"
 #include "mesh/collapse_mesh.h"
@@ -56,8 +57,9 @@ class PassStar {
   /// CollapseChecks::makes_no_fold.
   bool makes_no_fold(const CollapseMesh& mesh, const FloatMesh& floats) const;
 
-  /// Whether ErrorBound will refuse: by its number where the merged vertex and the two ends lie,
-  /// which is the greatest in four of five cases. What it does not refuse is not proven.
+  /// Whether ErrorBound will refuse, as good as surely: by its number where the merged vertex and
+  /// the two ends lie, which is the greatest in four of five cases. What it does not refuse is not
+  /// proven.
   bool exceeds(const FloatMesh& floats, float limit) const;
 
   const Star& star() const { return star_; }
@@ -86,6 +88,8 @@ class PassStar {
   static Lanes3 load_rows(const Rows& rows, int i) {
     return {load(&rows.x[i]), load(&rows.y[i]), load(&rows.z[i])};
   }
+
+  class Heights;
 
   bool is_chamfer(const CollapseMesh& mesh, int i) const;
 
