@@ -44,6 +44,9 @@ struct HugePages {
   friend bool operator==(const HugePages&, const HugePages&) { return true; }
 };
 
+/// Asks for memory that will be read soon.
+inline void prefetch(const void* place) { __builtin_prefetch(place); }
+
 /// An array that is read in random order.
 template <class T>
 using LargeVector = std::vector<T, HugePages<T>>;

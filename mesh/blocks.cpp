@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/parallel.h"
 #include "mesh/cube_lattice.h"
@@ -79,15 +80,18 @@ Box Cubes::box_of(const CollapseMesh& mesh) {
 }
 
 double Cubes::size_of(const CollapseMesh& mesh) {
-  // Every 16th facet stands for all.
-  constexpr std::uint32_t stride = 16;
+  // Some living facets stand for all, of which there are two to a vertex.
+  constexpr std::uint32_t stride = 7;
   double twice_area = 0;
+  std::uint32_t count = 0;
   for (std::uint32_t f = 0; f < mesh.normals.size(); f += stride) {
-    if (mesh.topology.alive(f)) twice_area += length(mesh.normals[f]);
+    if (!mesh.topology.alive(f)) continue;
+    twice_area += length(mesh.normals[f]);
+    ++count;
   }
-  const double area = 0.5 * stride * twice_area;
-  const double vertices = std::max<double>(mesh.live_vertices, 1);
-  return std::sqrt(area * vertices_per_block / vertices);
+  // Of a few regular facets all that are looked at may be gone: then one cube holds all.
+  return count > 0 ? std::sqrt(twice_area / count * vertices_per_block)
+                   : std::numeric_limits<double>::max();
 }
 
 }  // namespace

@@ -2,65 +2,13 @@
 
 #include <cmath>
 
+#include "mesh/collapse_limits.h"
+
 namespace scarp {
 
 namespace {
 
-/// Cosine of the angle that the normal of a facet may turn by in one collapse.
-constexpr double lowest_cosine = 0.5;
-
-/// The same for all the moves of vertices together.
-constexpr double lowest_cosine_of_move = 0.87;
-
-/// The same for all collapses together, against where it and its neighbours faced in the input:
-/// many small turns make a large one. At the edge of a thin blade 45 degrees make a facet that
-/// stands across it.
-constexpr double lowest_cosine_in_all = 0.77;
-
-/// The same where no facet around faces away: a chamfer along a right-angled edge is turned by 45
-/// degrees against either side.
-constexpr double lowest_cosine_of_chamfer = 0.7;
-constexpr double lowest_cosine_around_chamfer = 0.3;
-
-/// The same for needles, against the mean normal around.
-constexpr double lowest_cosine_of_needle = 0.2;
-
-/// The same for what becomes a sliver.
-constexpr double lowest_cosine_of_sliver = 0.5;
-
-// Measures of shape: twice the area over the square of the longest edge, .87 for equal sides.
-
-/// A collapse may not leave a facet thinner than this, unless it was thinner before.
-constexpr double too_thin = 1e-3;
-
-/// The normal of a facet thinner than this may lie anywhere; it has to agree with its neighbours.
-constexpr double needle = 0.05;
-
-/// A facet thinner than this may stand up from the surface and still lie within the bound.
-constexpr double sliver = 0.2;
-
-/// What float coordinates cannot tell from no area at all.
-constexpr double without_area = 1e-5;
-
-/// Cosine between the normals of two neighbours that counts as a fold.
-constexpr double fold = -0.3;
-
-/// Whether the normals of two neighbours make a fold that is sharper than the one before.
-bool folds(Vec3d a, Vec3d b, Vec3d old_a, Vec3d old_b) {
-  const double d = dot(a, b);
-  if (!(d < 0)) return false;
-  const double squares = dot(a, a) * dot(b, b);
-  if (d * d < fold * fold * squares) return false;
-  const double old_d = dot(old_a, old_b);
-  // Both negative, so the greater square is the sharper fold.
-  return !(old_d < 0 && old_d * old_d * squares >= d * d * dot(old_a, old_a) * dot(old_b, old_b));
-}
-
-/// Whether the cosine between two vectors is at least the lowest one, which is positive.
-bool agree(Vec3d a, Vec3d b, double lowest) {
-  const double d = dot(a, b);
-  return d > 0 && d * d >= lowest * lowest * dot(a, a) * dot(b, b);
-}
+using namespace collapse_limits;
 
 double squared_longest_edge(Vec3d a, Vec3d b, Vec3d c) {
   return std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
@@ -110,13 +58,6 @@ void CollapseChecks::place_at(const CollapseMesh& mesh, Vec3d r) {
 bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h) {
   return mesh.topology.can_collapse(h) && keeps_off_sides(mesh, star_) && keeps_facets(mesh) &&
          makes_no_fold(mesh) && keeps_border(mesh, h);
-}
-
-bool CollapseChecks::keeps_bound(const CollapseMesh& mesh) {
-  if (bound_.allows(mesh, star_, place_)) return true;
-  // A higher bound would not move what is kept.
-  if (!bound_.keeps(star_)) bound_was_met_ = true;
-  return false;
 }
 
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
@@ -230,6 +171,13 @@ bool CollapseChecks::keeps_border(const CollapseMesh& mesh, std::uint32_t h) {
   new_border_shift_ = std::max({border_shift_[gone], border_shift_[stays], border_shift_[beyond]}) +
                       distance_to_segment(mesh.r[gone], mesh.r[stays], mesh.r[beyond]);
   return new_border_shift_ <= border_error_;
+}
+
+bool CollapseChecks::keeps_bound(const CollapseMesh& mesh, const Star& star, Vec3d r) {
+  if (bound_.allows(mesh, star, r)) return true;
+  // A higher bound would not move what is kept.
+  if (!bound_.keeps(star)) bound_was_met_ = true;
+  return false;
 }
 
 void CollapseChecks::accept(const CollapseMesh& mesh, std::uint32_t h) {

@@ -39,7 +39,13 @@ class CollapseChecks {
 
   /// The cheap part of allow(), and the dear one, to be asked after it. Both after gather().
   bool keeps_surface(const CollapseMesh& mesh, std::uint32_t h);
-  bool keeps_bound(const CollapseMesh& mesh);
+  bool keeps_bound(const CollapseMesh& mesh) { return keeps_bound(mesh, star_, place_); }
+
+  // The same for a star that the caller has gathered and checked otherwise: inside a closed rim,
+  // away from borders. With what the bound will say of its facets.
+  bool keeps_bound(const CollapseMesh& mesh, const Star& star, Vec3d r);
+  void accept(const Star& star) { bound_.accept(star); }
+  double error(std::uint32_t f) const { return bound_.error(f); }
 
   /// To be called right before the collapse that was allowed last.
   void accept(const CollapseMesh& mesh, std::uint32_t h);

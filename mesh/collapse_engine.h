@@ -361,7 +361,7 @@ class CollapseEngine {
     bool comes_later(std::uint32_t h, const Edges& edges) {
       if constexpr (has_exact_key<Order>) {
         Key& key = engine_.keys_[h];
-        if (key.is_exact() || !order_.ranks_exactly()) return false;
+        if (key.is_exact()) return false;
         double sum = order_.exact_key(mesh_, checks_);
         if (edges.is_pair()) sum += order_.exact_key(mesh_, *twin_checks_);
         const auto exact = static_cast<float>(sum);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "mesh/closed_overlay.h"
+
 namespace scarp {
 
 namespace {
@@ -294,11 +296,48 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
       return true;
     }
   }
+  if (star.closed && star.dying_count() != 1 && star.count <= ClosedOverlay::capacity) {
+    return allows_closed(mesh, star, r, n, simple);
+  }
+  return allows_open(mesh, star, r, n, simple);
+}
+
+bool ErrorBound::take_over(double simple, int count) {
+  double largest = 0;
+  for (int i = 0; i < count; ++i) {
+    proposed_[i] = std::min(simple, proposed_[i]);
+    largest = std::max(largest, proposed_[i]);
+  }
+  return largest <= limit_.limit;
+}
+
+bool ErrorBound::allows_closed(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n,
+                               double simple) {
+  ClosedOverlay overlay;
+  if (!overlay.lay(mesh, star, r, n)) {
+    std::fill_n(proposed_.begin(), star.count, simple);
+    return simple <= limit_.limit;
+  }
+  std::array<double, ClosedOverlay::capacity + 2> old_error;
+  for (int i = 0; i < star.count; ++i) old_error[i] = error_[star.facet[i]];
+  for (int i = 0; i < 2; ++i) {
+    const std::uint32_t f = star.dying[i];
+    old_error[star.count + i] = f == HalfEdges::none ? 0 : error_[f];
+  }
+  overlay.bound(old_error, proposed_);
+  return take_over(simple, star.count);
+}
+
+bool ErrorBound::allows_open(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n,
+                             double simple) {
   const Overlay overlay(mesh, star, r, n);
   if (!overlay.is_height_field(mesh)) {
     std::fill_n(proposed_.begin(), star.count, simple);
     return simple <= limit_.limit;
   }
+  const auto old_error = [&](int i) {
+    return i < star.count ? error_[star.facet[i]] : error_[star.dying[i - star.count]];
+  };
   std::array<double, Star::capacity> difference;
   std::array<double, Star::capacity> carried;
   std::fill_n(difference.begin(), star.count, 0.0);
@@ -307,12 +346,8 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
     difference[i] = std::max(difference[i], height);
     carried[i] = std::max(carried[i], old_error(old));
   });
-  double largest = 0;
-  for (int i = 0; i < star.count; ++i) {
-    proposed_[i] = std::min(simple, carried[i] + difference[i]);
-    largest = std::max(largest, proposed_[i]);
-  }
-  return largest <= limit_.limit;
+  for (int i = 0; i < star.count; ++i) proposed_[i] = carried[i] + difference[i];
+  return take_over(simple, star.count);
 }
 
 bool ErrorBound::allows_flip(const CollapseMesh& mesh, const Star& star) {

@@ -59,11 +59,19 @@ class ErrorBound {
   bool raise();
   double limit() const { return limit_.limit; }
 
+  /// The number of a facet; infinite if it has to stay.
+  double error(std::uint32_t f) const { return error_[f]; }
   /// The greatest number of the living facets.
   double largest(const HalfEdges& topology) const;
 
  private:
   ErrorBound(std::span<double> error, ErrorLimit limit) : error_(error), limit_(limit) {}
+
+  // Those of allows() for what lies inside a closed rim, and for the rest. simple: what the numbers
+  // are at most, whatever the shape.
+  bool allows_closed(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n, double simple);
+  bool allows_open(const CollapseMesh& mesh, const Star& star, Vec3d r, Vec3d n, double simple);
+  bool take_over(double simple, int count);
 
   /// The number of a facet that has to stay as it is.
   static constexpr double kept = std::numeric_limits<double>::infinity();

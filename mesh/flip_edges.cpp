@@ -27,7 +27,8 @@ double shape_growth_of_flip(const CollapseMesh& mesh, const Star& star,
 /// What a pass needs besides the mesh.
 struct Pass {
   TrackedPoints& points;
-  const CurvatureOrder& order;
+  const EdgeSizes& sizes;
+  double shape_weight;
   std::span<const Vec3d> reference;
   const Blocks& blocks;
 
@@ -58,11 +59,11 @@ struct Pass {
   void flip(CollapseMesh& mesh, CollapseChecks& checks, std::uint32_t h) const {
     checks.gather_flip(mesh, h);
     const Star& star = checks.star();
-    const double shapes = order.shape_weight() * points.per_facet(star) *
-                          shape_growth_of_flip(mesh, star, checks.normals());
+    const double shapes =
+        shape_weight * points.per_facet(star) * shape_growth_of_flip(mesh, star, checks.normals());
     // The distances cannot fall by more than they are.
     if (shapes >= points.sum_of_squares(star)) return;
-    if (mesh.is_border(h) || !order.allows_flip(mesh, star)) return;
+    if (mesh.is_border(h) || !sizes.allows_flip(mesh, star)) return;
     if (!checks.may_flip(mesh, h, reference)) return;
     if (!(shapes + points.growth(star, checks.fan(mesh)) < 0)) return;
     if (!mesh.topology.can_flip(h) || !keeps_off_sides(mesh, star)) return;
@@ -77,9 +78,10 @@ struct Pass {
 }  // namespace
 
 void flip_edges(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
-                const CurvatureOrder& order, std::span<const Vec3d> reference, int pass) {
+                const EdgeSizes& sizes, double shape_weight, std::span<const Vec3d> reference,
+                int pass) {
   const Blocks blocks(mesh, pass);
-  const Pass flips{points, order, reference, blocks};
+  const Pass flips{points, sizes, shape_weight, reference, blocks};
   parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
     for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
       flips.run(mesh, checks, block);

@@ -3,17 +3,18 @@
 #include <span>
 
 #include "mesh/collapse.h"
-#include "mesh/curvature_order.h"
+#include "mesh/edge_sizes.h"
 #include "mesh/tracked_points.h"
 
 namespace scarp {
 
-/// Flips every inner edge whose flip lowers what the order of the collapses weighs: the squared
-/// distances of the tracked points, and the shapes of the facets. Within the checks and the order's
-/// sizes; edges between two materials stay.
+/// Flips every inner edge whose flip lowers the sum of the squared distances of the tracked points
+/// and of the shapes of the facets. Within the checks and the sizes; edges between two materials
+/// stay.
 ///
-/// reference, pass: as for relocate().
+/// shape_weight, reference, pass: as for relocate().
 void flip_edges(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
-                const CurvatureOrder& order, std::span<const Vec3d> reference, int pass);
+                const EdgeSizes& sizes, double shape_weight, std::span<const Vec3d> reference,
+                int pass);
 
 }  // namespace scarp

@@ -198,8 +198,11 @@ void HalfEdges::close_facet(std::uint32_t h) {
     origin_[i] = none;
     opposite_[i] = none;
   }
-  // a ran from the tip to v, b from u to the tip.
-  choose_outgoing(tip, a != none ? a : next(b));
+  // a ran from the tip to v, b from u to the tip. What goes out of an inner vertex is as good as
+  // anything else; at the end of a boundary it was and stays the first.
+  if (a == none || b == none || facet(outgoing_[tip]) == f) {
+    choose_outgoing(tip, a != none ? a : next(b));
+  }
 }
 
 void HalfEdges::collapse(std::uint32_t h) {
@@ -208,6 +211,7 @@ void HalfEdges::collapse(std::uint32_t h) {
   const std::uint32_t o = opposite_[h];
   const std::uint32_t from_tip = opposite_[next(h)];
   const std::uint32_t to_tip = opposite_[previous(h)];
+  const bool is_inner = o != none && !on_boundary(u) && !on_boundary(v);
   // Turn around v before any link changes.
   std::uint32_t g = outgoing_[v];
   const std::uint32_t first = g;
@@ -220,7 +224,11 @@ void HalfEdges::collapse(std::uint32_t h) {
   if (o != none) close_facet(o);
   outgoing_[v] = none;
   // Linked now, so that it is enough to know one living half edge of u.
-  choose_outgoing(u, to_tip != none ? to_tip : next(from_tip));
+  if (is_inner) {
+    outgoing_[u] = to_tip;
+  } else {
+    choose_outgoing(u, to_tip != none ? to_tip : next(from_tip));
+  }
 }
 
 bool HalfEdges::can_flip(std::uint32_t h) const {

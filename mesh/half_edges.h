@@ -57,6 +57,12 @@ class HalfEdges {
     return opposite_[h] != none && opposite_[h] < h ? opposite_[h] : h;
   }
 
+  /// Asks for what is known of a half edge, to be used soon.
+  void prefetch(std::uint32_t h) const {
+    scarp::prefetch(&origin_[h]);
+    scarp::prefetch(&opposite_[h]);
+  }
+
   /// Calls visit(h) for every outgoing half edge of v, counter-clockwise; each belongs to one facet
   /// of v. The mesh must not change meanwhile.
   template <class Visit>

@@ -1,5 +1,6 @@
 #include "mesh/placement.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -92,7 +93,9 @@ void add_boundary(const CollapseMesh& mesh, std::uint32_t v, Vec3d frame,
 LindstromTurkPlacement::LindstromTurkPlacement(const CollapseMesh& mesh, Measure measure)
     : terms_(mesh.r.size()), measure_(measure) {
   parallel_for(terms_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) refresh(mesh, static_cast<std::uint32_t>(v));
+    for (std::size_t v = begin; v < end; ++v) {
+      terms_[v] = found_terms(mesh, static_cast<std::uint32_t>(v));
+    }
   });
 }
 
@@ -102,14 +105,15 @@ double LindstromTurkPlacement::weight(Vec3d n) const {
   return twice_area > 0 ? 1 / twice_area : 0;
 }
 
-void LindstromTurkPlacement::refresh(const CollapseMesh& mesh, std::uint32_t v) {
+LindstromTurkPlacement::VertexTerms LindstromTurkPlacement::found_terms(const CollapseMesh& mesh,
+                                                                        std::uint32_t v) const {
   VertexTerms terms;
   mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
     const Vec3d n = mesh.normals[HalfEdges::facet(h)];
     terms.H.add_outer(weight(n), n);
     terms.n += n;
   });
-  terms_[v] = terms;
+  return terms;
 }
 
 LindstromTurkPlacement::Volume LindstromTurkPlacement::volume_around(const CollapseMesh& mesh,
@@ -117,11 +121,13 @@ LindstromTurkPlacement::Volume LindstromTurkPlacement::volume_around(const Colla
                                                                      std::uint32_t u,
                                                                      std::uint32_t v) const {
   const Vec3d edge = mesh.r[v] - mesh.r[u];
-  Volume volume{.q = {.H = terms_[v].H, .g = terms_[v].H * edge, .k = 0},
-                .n = terms_[u].n + terms_[v].n,
-                .d = dot(terms_[v].n, edge)};
+  std::array<VertexTerms, 2> found;
+  const VertexTerms& of_u = terms(mesh, u, found[0]);
+  const VertexTerms& of_v = terms(mesh, v, found[1]);
+  Volume volume{
+      .q = {.H = of_v.H, .g = of_v.H * edge, .k = 0}, .n = of_u.n + of_v.n, .d = dot(of_v.n, edge)};
   volume.q.k = dot(edge, volume.q.g);
-  volume.q.H.add(1, terms_[u].H);
+  volume.q.H.add(1, of_u.H);
   // Those of the edge were counted twice; both ends lie in them, so g, k and d have no part of
   // them.
   for (const std::uint32_t side : {h, mesh.topology.opposite(h)}) {
@@ -164,8 +170,8 @@ Placed LindstromTurkPlacement::place(const CollapseMesh& mesh, std::uint32_t h, 
 }
 
 void LindstromTurkPlacement::collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t) {
-  refresh(mesh, u);
-  mesh.topology.for_each_neighbour(u, [&](std::uint32_t w) { refresh(mesh, w); });
+  terms_[u] = found_terms(mesh, u);
+  mesh.topology.for_each_neighbour(u, [&](std::uint32_t w) { terms_[w] = found_terms(mesh, w); });
 }
 
 GarlandHeckbertPlacement::GarlandHeckbertPlacement(const CollapseMesh& mesh)

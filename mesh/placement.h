@@ -35,6 +35,8 @@ class LindstromTurkPlacement {
   enum class Measure { volume, distance };
 
   explicit LindstromTurkPlacement(const CollapseMesh& mesh, Measure measure = Measure::volume);
+  /// By area, for few edges: it finds what it needs to know of a vertex when it is asked.
+  static LindstromTurkPlacement without_memory() { return {}; }
   Placed place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const;
   void collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t v);
 
@@ -44,7 +46,12 @@ class LindstromTurkPlacement {
     SymmetricMatrix H;  ///< r H r is the weighted sum of the squared volumes under r
     Vec3d n;            ///< n r is the sum of the volumes
   };
-  void refresh(const CollapseMesh& mesh, std::uint32_t v);
+  LindstromTurkPlacement() : measure_(Measure::distance) {}
+  VertexTerms found_terms(const CollapseMesh& mesh, std::uint32_t v) const;
+  /// Those that are remembered, or else `found`, filled in.
+  const VertexTerms& terms(const CollapseMesh& mesh, std::uint32_t v, VertexTerms& found) const {
+    return terms_.empty() ? found = found_terms(mesh, v) : terms_[v];
+  }
 
   /// The volume under the facets of the edge h from u to v, or from v to u: n r = d keeps it. All
   /// in the frame of u.
@@ -59,7 +66,7 @@ class LindstromTurkPlacement {
   /// What a facet with the normal n (twice the area vector) weighs.
   double weight(Vec3d n) const;
 
-  LargeVector<VertexTerms> terms_;
+  LargeVector<VertexTerms> terms_;  ///< per vertex, or empty
   Measure measure_;
 };
 

@@ -1,5 +1,6 @@
 #include "mesh/quadric.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 
@@ -49,30 +50,21 @@ void Subspace::intersect(Vec3d n, double d) {
 
 Vec3d minimum(const Quadric& q, double weight, Vec3d centre, const Subspace& subspace) {
   const int n = subspace.dimension;
-  // Half the gradient at the origin, and half the second derivatives, along the axes.
+  // Half the gradient at the origin, and half the second derivatives, along the axes; what goes
+  // along no axis stays where it is.
   const Vec3d gradient = q.H * subspace.origin - q.g + weight * (subspace.origin - centre);
-  double g[3]{};
-  double H[3][3]{};
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
   for (int i = 0; i < n; ++i) {
     g[i] = -dot(subspace.axis[i], gradient);
     const Vec3d row = q.H * subspace.axis[i];
-    for (int j = 0; j < n; ++j) H[i][j] = dot(row, subspace.axis[j]);
-    H[i][i] += weight;
+    for (int j = 0; j < n; ++j) H(i, j) = dot(row, subspace.axis[j]);
+    H(i, i) += weight;
   }
-  // Elimination without pivoting: the matrix is positive definite.
-  for (int i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j) {
-      const double factor = H[j][i] / H[i][i];
-      for (int k = i; k < n; ++k) H[j][k] -= factor * H[i][k];
-      g[j] -= factor * g[i];
-    }
-  }
+  // The matrix is positive definite.
+  const Eigen::Vector3d step = H.llt().solve(g);
   Vec3d r = subspace.origin;
-  for (int i = n - 1; i >= 0; --i) {
-    for (int k = i + 1; k < n; ++k) g[i] -= H[i][k] * g[k];
-    g[i] /= H[i][i];
-    r += g[i] * subspace.axis[i];
-  }
+  for (int i = 0; i < n; ++i) r += step[i] * subspace.axis[i];
   return r;
 }
 

@@ -88,7 +88,9 @@ Vec3d minimum(const Quadric& q, double weight, Vec3d centre, const Subspace& sub
 
 /// The same in the plane n r = d, or in all of space if n is zero: quicker.
 inline Vec3d minimum_on_plane(const Quadric& q, double weight, Vec3d centre, Vec3d n, double d) {
-  // H + weight = L D L^T, without pivoting: the matrix is positive definite.
+  // H + weight = L D L^T, without pivoting: the matrix is positive definite. Written out, as the
+  // Cholesky decomposition of Eigen takes square roots and has no such one without pivoting: with
+  // it all of `lindstrom-turk` takes 7 % longer.
   const double d1 = 1 / (q.H.xx + weight);
   const double l21 = q.H.xy * d1;
   const double l31 = q.H.xz * d1;

@@ -75,6 +75,33 @@ bool Star::gather(const HalfEdges& topology, std::uint32_t h) {
   return true;
 }
 
+int Star::gather_closed(const HalfEdges& topology, std::uint32_t h, int most) {
+  const std::uint32_t o = topology.opposite(h);
+  u = topology.origin(h);
+  v = topology.target(h);
+  dying = {HalfEdges::facet(h), HalfEdges::facet(o)};
+  closed = true;
+  count = 0;
+  // From one facet of the edge to the other, and back.
+  const auto add = [&](std::uint32_t from, std::uint32_t last, bool is_at_target) {
+    for (std::uint32_t g = topology.opposite(HalfEdges::previous(from)); g != last;
+         g = topology.opposite(HalfEdges::previous(g))) {
+      if (count == most) return false;
+      facet[count] = HalfEdges::facet(g);
+      rim[count] = HalfEdges::next(g);
+      at_target[count] = is_at_target;
+      ring[count] = topology.target(g);
+      ++count;
+    }
+    return true;
+  };
+  if (!add(h, HalfEdges::next(o), false)) return 0;
+  const int at_origin = count;
+  if (!add(o, HalfEdges::next(h), true)) return 0;
+  ring[count] = ring[0];
+  return at_origin;
+}
+
 bool Star::gather_vertex(const HalfEdges& topology, std::uint32_t vertex) {
   u = v = vertex;
   dying = {HalfEdges::none, HalfEdges::none};

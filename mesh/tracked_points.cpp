@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
@@ -19,6 +20,79 @@ void for_each_old_facet(const Star& star, const Visit& visit) {
 }
 
 double squared(double a) { return a * a; }
+
+Fan::Nearest nearest_on(const CollapseMesh& mesh, std::uint32_t f, Vec3d p) {
+  const HalfEdges& topology = mesh.topology;
+  const std::array<Vec3d, 3> corners{mesh.r[topology.origin(3 * f)],
+                                     mesh.r[topology.origin(3 * f + 1)],
+                                     mesh.r[topology.origin(3 * f + 2)]};
+  return {f, squared(closest_on_triangle(p, corners).distance)};
+}
+
+/// The half edge that p lies furthest beyond, seen along the normal of a facet; none if p lies over
+/// the facet.
+std::uint32_t edge_beyond(const CollapseMesh& mesh, std::uint32_t f, Vec3d p) {
+  const Vec3d n = mesh.normals[f];
+  std::uint32_t beyond = HalfEdges::none;
+  double lowest = 0;
+  for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+    const Vec3d r = mesh.r[mesh.topology.origin(h)];
+    const double weight = dot(cross(mesh.r[mesh.topology.target(h)] - r, p - r), n);
+    if (weight < lowest) {
+      lowest = weight;
+      beyond = h;
+    }
+  }
+  return beyond;
+}
+
+/// The nearest of the facets around a vertex and one other.
+Fan::Nearest nearest_around(const CollapseMesh& mesh, std::uint32_t v, std::uint32_t f, Vec3d p) {
+  Fan::Nearest nearest = nearest_on(mesh, f, p);
+  mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+    const Fan::Nearest other = nearest_on(mesh, HalfEdges::facet(h), p);
+    if (other.squared_distance < nearest.squared_distance) nearest = other;
+  });
+  return nearest;
+}
+
+/// The same with the facets around the neighbours of the vertex.
+Fan::Nearest nearest_in_two_rings(const CollapseMesh& mesh, std::uint32_t v, std::uint32_t f,
+                                  Vec3d p) {
+  Fan::Nearest nearest = nearest_around(mesh, v, f, p);
+  mesh.topology.for_each_neighbour(v, [&](std::uint32_t w) {
+    const Fan::Nearest other = nearest_around(mesh, w, f, p);
+    if (other.squared_distance < nearest.squared_distance) nearest = other;
+  });
+  return nearest;
+}
+
+/// The facet that p lies over, by a walk from v over edges that p lies beyond.
+Fan::Nearest walk(const CollapseMesh& mesh, std::uint32_t v, Vec3d p) {
+  constexpr int most_steps = 16;
+  std::uint32_t f = HalfEdges::facet(mesh.topology.outgoing(v));
+  if (p == mesh.r[v]) return {f, 0};
+  std::uint32_t before = HalfEdges::none;
+  for (int step = 0; step < most_steps; ++step) {
+    const std::uint32_t h = edge_beyond(mesh, f, p);
+    if (h == HalfEdges::none) {
+      const Vec3d n = mesh.normals[f];
+      const double height = dot(n, p - mesh.r[mesh.topology.origin(3 * f)]);
+      return {f, height * height / dot(n, n)};
+    }
+    const std::uint32_t across = mesh.topology.opposite(h);
+    // Along a ridge p lies over neither of the two facets.
+    if (across == HalfEdges::none || HalfEdges::facet(across) == before) break;
+    before = f;
+    f = HalfEdges::facet(across);
+  }
+  Fan::Nearest nearest = nearest_around(mesh, v, f, p);
+  if (before != HalfEdges::none) {
+    const Fan::Nearest other = nearest_on(mesh, before, p);
+    if (other.squared_distance < nearest.squared_distance) nearest = other;
+  }
+  return nearest;
+}
 
 }  // namespace
 
@@ -91,11 +165,41 @@ TrackedPoints::TrackedPoints(const CollapseMesh& mesh)
   for (std::uint32_t v = 0; v < places_.size(); ++v) {
     const std::uint32_t h = mesh.topology.outgoing(v);
     if (h == HalfEdges::none) continue;
-    const std::uint32_t f = HalfEdges::facet(h);
-    next_[v] = first_[f];
-    first_[f] = v;
-    ++count_[f];
+    add(v, {HalfEdges::facet(h), 0});
   }
+}
+
+TrackedPoints::TrackedPoints(const CollapseMesh& mesh, LargeVector<Vec3d> places,
+                             std::span<const std::uint32_t> merged_into, double bound)
+    : places_(std::move(places)),
+      next_(places_.size(), HalfEdges::none),
+      first_(mesh.normals.size(), HalfEdges::none),
+      count_(mesh.normals.size(), 0),
+      squares_(mesh.normals.size(), 0) {
+  std::vector<Fan::Nearest> nearest(places_.size());
+  constexpr std::size_t grain = 1024;
+  parallel_for(places_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
+      std::uint32_t last = v;
+      while (merged_into[last] != last) last = merged_into[last];
+      if (mesh.topology.outgoing(last) == HalfEdges::none) continue;
+      nearest[v] = walk(mesh, last, places_[v]);
+      if (nearest[v].squared_distance > bound * bound) {
+        nearest[v] = nearest_in_two_rings(mesh, last, nearest[v].facet, places_[v]);
+      }
+    }
+  });
+  for (std::uint32_t v = 0; v < places_.size(); ++v) {
+    if (nearest[v].facet != HalfEdges::none) add(v, nearest[v]);
+  }
+}
+
+void TrackedPoints::add(std::uint32_t point, const Fan::Nearest& nearest) {
+  const std::uint32_t f = nearest.facet;
+  next_[point] = first_[f];
+  first_[f] = point;
+  ++count_[f];
+  squares_[f] += nearest.squared_distance;
 }
 
 double TrackedPoints::growth(const Star& star, const Fan& fan) const {
@@ -137,11 +241,7 @@ void TrackedPoints::move(const Star& star, const Fan& fan) {
   while (chain != HalfEdges::none) {
     const std::uint32_t p = chain;
     chain = next_[p];
-    const Fan::Nearest nearest = fan.nearest(places_[p]);
-    next_[p] = first_[nearest.facet];
-    first_[nearest.facet] = p;
-    ++count_[nearest.facet];
-    squares_[nearest.facet] += nearest.squared_distance;
+    add(p, fan.nearest(places_[p]));
   }
 }
 

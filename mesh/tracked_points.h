@@ -53,6 +53,13 @@ class TrackedPoints {
  public:
   explicit TrackedPoints(const CollapseMesh& mesh);
 
+  /// Of the places that the vertices of a mesh had before its edges were collapsed. merged_into:
+  /// for each vertex the one that it went into last, or itself. Each place belongs to the facet
+  /// that a walk from there ends at; beyond the bound, which no place is from the mesh, it is
+  /// looked for all around.
+  TrackedPoints(const CollapseMesh& mesh, LargeVector<Vec3d> places,
+                std::span<const std::uint32_t> merged_into, double bound);
+
   /// By how much the sum of the squared distances grows when a star becomes a fan. The fan has to
   /// belong to the star.
   double growth(const Star& star, const Fan& fan) const;
@@ -77,6 +84,8 @@ class TrackedPoints {
   double largest(const CollapseMesh& mesh) const;
 
  private:
+  void add(std::uint32_t point, const Fan::Nearest& nearest);
+
   LargeVector<Vec3d> places_;         ///< per point, as the places of the mesh
   LargeVector<std::uint32_t> next_;   ///< per point: the next one of the same facet
   std::vector<std::uint32_t> first_;  ///< per facet: its first point

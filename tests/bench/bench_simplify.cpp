@@ -5,15 +5,17 @@
 //                        [--json] [-o DIR]
 //
 // Without files, surfaces that runs of scarp leave (tests/bench/surfaces). Sides are those of the
-// bounding box. --flux: instead, what 67 % fewer vertices save in the flux (sticking .1, to the
-// same error). --scaling: instead, cost and memory per vertex from 20 thousand to 5 million
-// vertices.
+// bounding box. What `curvature` costs on one thread where only the bound stops it, as in a run, is
+// measured on them and on the last full surface of configs/trench_deposition.toml. --flux: instead,
+// what 67 % fewer vertices save in the flux (sticking .1, to the same error). --scaling: instead,
+// cost and memory per vertex from 20 thousand to 5 million vertices.
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -21,6 +23,7 @@
 #include "core/parallel.h"
 #include "mesh/simplify.h"
 #include "tests/bench/bench_main.h"
+#include "tests/bench/cpu_time.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/simplify_flux.h"
 #include "tests/bench/simplify_row.h"
@@ -44,6 +47,9 @@ constexpr double shaped_weight = 3e-5;
 /// From small distances to good shapes, for the front between the two.
 constexpr double front_weights[]{3e-8,   1e-7,   3e-7, 1e-6, 7e-6, 1e-5,
                                  1.2e-5, 1.5e-5, 2e-5, 5e-5, 1e-4};
+
+/// The default of runs.
+constexpr double bound_of_runs = 0.1;
 
 constexpr double flux_reduction = 0.67;
 constexpr double flux_error = 0.01;
@@ -232,10 +238,34 @@ std::string table_of(const Surface& surface, const std::vector<Row>& rows) {
   return out;
 }
 
+/// CPU time of `curvature` per vertex removed within the bound of runs, everything counted, on one
+/// thread [us]; the least of the repeats.
+double cpu_us_per_removed(const TriMesh& mesh, int repeats) {
+  const ThreadLimit one(1);
+  const SimplifyOptions options{
+      .sides = sides_of(mesh), .spacing = 1, .max_error = bound_of_runs, .measure = false};
+  double least = std::numeric_limits<double>::infinity();
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    std::size_t left = 0;
+    const double seconds =
+        cpu_seconds_of([&] { left = simplify(mesh, options).mesh.vertices.size(); });
+    least = std::min(least, 1e6 * seconds / static_cast<double>(mesh.vertices.size() - left));
+  }
+  return least;
+}
+
+void add_cost(const Surface& surface, const Settings& settings, Json& result) {
+  constexpr const char* name = "curvature_cpu_us_per_removed";
+  const double cost = cpu_us_per_removed(surface.mesh, settings.repeats);
+  result["ratios"][surface.name][name] = cost;
+  if (!settings.json) fmt::print("{}: {} {:.2f}\n\n", surface.name, name, cost);
+}
+
 Json compare_surfaces(const Settings& settings) {
   Json result{{"ratios", Json::object()}, {"surfaces", Json::object()}};
   const std::vector<Method> methods = all_methods();
-  for (const Surface& surface : surfaces_of(settings.files)) {
+  const std::vector<Surface> surfaces = surfaces_of(settings.files);
+  for (const Surface& surface : surfaces) {
     Json ratios = Json::object();
     const std::vector<Row> rows = study(surface, methods, settings, ratios);
     result["ratios"][surface.name] = ratios;
@@ -248,6 +278,8 @@ Json compare_surfaces(const Settings& settings) {
     fmt::print("{}  table and plots: {}.txt, .svg\n", table, base.string());
     print(ratios);
   }
+  for (const Surface& surface : surfaces) add_cost(surface, settings, result);
+  add_cost(trench_deposition(), settings, result);
   return result;
 }
 

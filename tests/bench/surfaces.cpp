@@ -39,12 +39,12 @@ TriMesh read_packed(const std::filesystem::path& file) {
   return mesh;
 }
 
-/// What a recipe of tests/bench/surfaces leaves, in the unit of its spacing: computed once, then
-/// kept in build/bench_surfaces.
-TriMesh run_surface(const std::string& name) {
+/// What a recipe leaves, in the unit of its spacing: computed once, then kept in
+/// build/bench_surfaces.
+TriMesh run_surface(const std::filesystem::path& folder, const std::string& name) {
   namespace fs = std::filesystem;
   const fs::path root = SCARP_SOURCE_DIR;
-  const fs::path file = root / "tests/bench/surfaces" / (name + ".toml");
+  const fs::path file = root / folder / (name + ".toml");
   const fs::path kept = root / "build/bench_surfaces" / (name + ".ply");
   if (fs::exists(kept) && fs::last_write_time(kept) > fs::last_write_time(file)) {
     return read_mesh(kept);
@@ -75,9 +75,14 @@ std::vector<Surface> surfaces_of(const std::vector<std::string>& files) {
   }
   if (!surfaces.empty()) return surfaces;
   for (const char* name : {"vias", "trenches", "scallops"}) {
-    surfaces.push_back({name, run_surface(name)});
+    surfaces.push_back({name, run_surface("tests/bench/surfaces", name)});
   }
   return surfaces;
+}
+
+Surface trench_deposition() {
+  constexpr const char* name = "trench_deposition";
+  return {name, run_surface("configs", name)};
 }
 
 }  // namespace scarp::bench

@@ -26,4 +26,7 @@ inline double seconds_of(const std::function<void()>& work) {
 /// deep trenches after etching, a trench with scallops.
 std::vector<Surface> surfaces_of(const std::vector<std::string>& files);
 
+/// The last full surface of configs/trench_deposition.toml, in the unit of its spacing.
+Surface trench_deposition();
+
 }  // namespace scarp::bench

@@ -42,11 +42,10 @@ struct Flips {
   /// Returns the proven distance between the mesh before and after.
   double run(double shape_weight, double l_max = infinite, double max_error = infinite) {
     const LargeVector<Vec3d> reference = mesh.normals;
-    const CurvatureOrder order(mesh, points, {std::vector<float>(mesh.r.size(), 1), {}, l_max},
-                               shape_weight);
+    const EdgeSizes sizes{.field = {}, .limit = {}, .l_max = l_max};
     CollapseChecks limits(mesh, {max_error}, 1);
     for (int pass = 0; pass < 3; ++pass) {
-      flip_edges(mesh, limits, points, order, reference, pass);
+      flip_edges(mesh, limits, points, sizes, shape_weight, reference, pass);
     }
     return limits.proven_error(mesh.topology);
   }

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "core/random.h"
 #include "core/triangle_tree.h"
+#include "mesh/collapse_passes.h"
+#include "mesh/quality.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {
@@ -118,6 +121,35 @@ TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
   }
   EXPECT_GT(there_sum, 0.01);
   EXPECT_NEAR(points.largest(mesh), 0, 1e-7);
+}
+
+TEST(TrackedPoints, AreFoundAgainFromTheVerticesTheyWentInto) {
+  CollapseMesh mesh(landscape(), sides_of(landscape()));
+  LargeVector<Vec3d> places = mesh.r;
+  CollapseChecks checks(mesh, {0.1}, 0.1);
+  EdgeSizes sizes;
+  const std::vector<std::uint32_t> merged_into = collapse_in_passes(mesh, checks, sizes);
+  const TrackedPoints points(mesh, places, merged_into, 0.1);
+  const TriMesh simple = mesh.extract();
+  const TriangleTree tree(simple);
+  std::size_t count = 0;
+  std::size_t missed = 0;
+  for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
+    if (!mesh.topology.alive(f)) continue;
+    points.for_each(f, [&](Vec3d p) {
+      const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
+                                         mesh.r[mesh.topology.origin(3 * f + 1)],
+                                         mesh.r[mesh.topology.origin(3 * f + 2)]};
+      const double found = closest_on_triangle(p, corners).distance;
+      const double nearest = tree.closest(p + mesh.centre).distance;
+      EXPECT_GE(found, nearest - 1e-6);
+      missed += found > nearest + 1e-3 ? 1 : 0;
+      ++count;
+    });
+  }
+  EXPECT_EQ(count, places.size());
+  EXPECT_LT(missed, 0.02 * count);
+  EXPECT_LE(points.largest(mesh), 0.1);
 }
 
 }  // namespace
