@@ -152,10 +152,10 @@ void warn_of_coarse_spacing(const TriMesh& mesh) {
   }
   if (longest <= longest_of_cell * spacing) return;
   tell(fmt::format(
-      "warning: the mesh looks simplified, with edges up to {:.3g}, and the flux is taken as "
-      "constant on pieces up to {:.3g} long, which the errors do not know of: give the grid "
-      "spacing that it came from by --spacing\n",
-      longest, std::min(longest, 3 * spacing)));
+      "warning: the mesh looks simplified, with edges up to {:.3g}; errors are those of patches of "
+      "{:.3g}, four times a spacing guessed from its facets: give the grid spacing that it came "
+      "from by --spacing\n",
+      longest, 4 * spacing));
 }
 
 // Both engines have a least number of rays.
@@ -219,6 +219,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
       {"balance_error", flux.audit.balance_error()},
       {"balance_std_error", flux.audit.balance_std_error},
       {"error", flux.error},
+      {"bias", flux.bias},
       {"max_facet_error", flux.max_facet_error},
       {"target_reached", nullptr}};
   // Without a target there is none to be reached.

@@ -219,8 +219,8 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
               "--rays", options.rays,
               "Number of rays; no target then. forward: of particles from the source, in "
               "whole batches of 32; gather: of rays from all facets together, at "
-              "most this many, but 4096 or more in all and 4 from each piece of a facet (facets "
-              "are cut until no edge is longer than 3 spacings, into 1024 at most)")
+              "most this many, but 4096 or more in all and 8 from each element of about two "
+              "spacings")
           ->transform(count());
   command
       .add_option("--target-error", options.target_error,
@@ -230,13 +230,13 @@ void add_arguments(CLI::App& command, FluxArguments& arguments) {
   command
       .add_option("--max-rays", options.max_rays,
                   "Cap on the rays for the target, with the same least numbers as --rays: 32 "
-                  "(forward), 4096 in all and 4 from each piece of the surface (gather) "
+                  "(forward), 4096 in all and 8 from each element (gather) "
                   "(default: 2^28)")
       ->transform(count());
   command.add_option(
       "--spacing", options.spacing,
       "Grid spacing the mesh came from (default: from its facets, as if they had not been "
-      "simplified: on pieces of facets up to 3 spacings long the flux is constant)");
+      "simplified: it sets the size of the elements of a gathered flux)");
   command.add_option("--seed", options.seed, "Seed of the random numbers (default: 1)")
       ->check(not_negative());
   add_choice(command, "--boundary", "reflective (default) or periodic sides", arguments.boundary,

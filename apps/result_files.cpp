@@ -38,6 +38,7 @@ struct FluxTotals {
   std::uint64_t segments = 0;
   std::uint64_t rays = 0;
   double error = 0;
+  double bias = 0;
   double lost = 0;
   double balance_error = 0;
 };
@@ -48,6 +49,7 @@ FluxTotals totals_of(std::span<const FluxField> flux) {
     totals.segments += field.segments;
     totals.rays += field.rays;
     totals.error = std::max(totals.error, field.error);
+    totals.bias = std::max(totals.bias, field.bias);
     if (field.audit.emitted > 0) totals.lost += field.audit.lost() / field.audit.emitted;
     const double balance = field.audit.balance_error();
     if (std::abs(balance) > std::abs(totals.balance_error)) totals.balance_error = balance;
@@ -277,6 +279,7 @@ std::string metrics_head(const Recipe& recipe) {
       "solid_volume_nm3,growth_nm3_per_s";
   for (const std::string& name : coverage_names(recipe))
     head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
+  head += ",flux_bias";
   if (recipe.simplify_where_it_pays) head += ",simplify_left_out";
   return head + ",time_step\n";
 }
@@ -307,6 +310,7 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
   row += ',' + (is_end_of_round ? cause_of(*of_row.round_end, after.ends[step]) : "");
   row += fmt::format(",{}", survey.made_at);
   row += area_cells(survey, of_row.model.get(), recipe);
+  row += ',' + format_number(flux.bias);
   if (recipe.simplify_where_it_pays) row += ',' + cell_of(survey.simplify_choice);
   return row + fmt::format(",{}\n", after.time_step - 1);
 }

@@ -255,7 +255,7 @@ Elements elements_of(const FluxProblem& problem, std::optional<double> joins) {
     return rings;
   }
   // What is seen along a narrow lobe has true errors with blocks of any length.
-  Elements elements(problem.scene, longest_element_edge, joins && options.two_dimensional);
+  Elements elements(problem.scene, longest_piece_edge, joins && options.two_dimensional);
   if (joins && !options.two_dimensional) elements.join(problem.mesh, *joins);
   return elements;
 }

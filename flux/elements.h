@@ -18,8 +18,8 @@ inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
   return (corners[0] + corners[1] + corners[2]) / 3.0;
 }
 
-/// In spacings: flux is taken as constant on an element.
-inline constexpr double longest_element_edge = 3;
+/// In spacings: of pieces of facets.
+inline constexpr double longest_piece_edge = 3;
 
 /// The surface of a scene in elements, the unknowns of the exchange: large facets of a simplified
 /// mesh span places with quite different flux, and small ones, such as marching cubes give, hardly

@@ -41,6 +41,7 @@ constexpr double rough_tolerance = 1e-4;
 struct HalfDifferences {
   std::vector<double> flux;  // of direct flux plus re-emitted flux seen
   std::vector<double> out;   // of the part of rays that met no facet
+  std::vector<double> lost;  // of what leaves along these
 };
 
 double square(double x) { return x * x; }
@@ -49,6 +50,7 @@ double square(double x) { return x * x; }
 struct Told {
   double flux = 0;
   double out = 0;
+  double lost = 0;
 };
 
 // What a set lacks it takes from the other, as the rows of the matrix do.
@@ -58,6 +60,7 @@ std::array<Told, set_count> told_by_sets(const View& view, std::size_t row,
                                          const Radiosity& radiosity) {
   const ExchangeMatrix& matrix = view.matrix;
   std::array<Told, set_count> others{};
+  std::array<double, set_count> to_sky_beyond{};  // that leaves more than the mean
   const auto rays = matrix.row(row);
   const auto places = std::span(view.places).subspan(matrix.first[row], rays.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {
@@ -68,6 +71,8 @@ std::array<Told, set_count> told_by_sets(const View& view, std::size_t row,
           weight * (radiosity.leaves(hit) + dot(radiosity.slopes()[hit], Vec3d(places[k])));
     } else if (hit != matrix.size() + to_sky) {
       others[k % set_count].out += weight;
+    } else {
+      to_sky_beyond[k % set_count] += weight * dot(radiosity.slopes()[row], Vec3d(places[k]));
     }
   }
   const SetSums sums = sums_of_sets(matrix, row);
@@ -79,6 +84,7 @@ std::array<Told, set_count> told_by_sets(const View& view, std::size_t row,
     told[set] = {.flux = per_ray * (static_cast<double>(direct[set]) + others[set].flux +
                                     lacking * others[other].flux),
                  .out = per_ray * (sums[set].sky + others[set].out + lacking * others[other].out)};
+    told[set].lost = radiosity.leaves(row) * told[set].out + per_ray * to_sky_beyond[set];
   }
   return told;
 }
@@ -87,13 +93,15 @@ HalfDifferences half_differences(const View& view, const std::vector<float>& dir
                                  const Radiosity& radiosity) {
   static_assert(set_count == 2);
   const ExchangeMatrix& matrix = view.matrix;
-  HalfDifferences halves{std::vector<double>(matrix.size()), std::vector<double>(matrix.size())};
+  HalfDifferences halves{std::vector<double>(matrix.size()), std::vector<double>(matrix.size()),
+                         std::vector<double>(matrix.size())};
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto told =
           told_by_sets(view, i, std::span(direct).subspan(i * set_count, set_count), radiosity);
       halves.flux[i] = (told[0].flux - told[1].flux) / 2;
       halves.out[i] = (told[0].out - told[1].out) / 2;
+      halves.lost[i] = (told[0].lost - told[1].lost) / 2;
     }
   });
   return halves;
@@ -427,7 +435,7 @@ FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
   std::array<double, draw_count> totals{};
   const HalfDifferences& halves = halves_;
-  std::vector<float> out_errors = error_draws(halves.out).draws(0, draw_count);
+  std::vector<float> lost_errors = error_draws(halves.lost).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_.matrix, i);
     const std::uint32_t element = plan_.element_at(i);
@@ -443,14 +451,14 @@ FluxAudit Gathered::audit() const {
     audit.lost_below += leaving * ends[to_below];
     audit.lost_side_limit += leaving * ends[to_side_limit];
 
-    const auto of_out = std::span(out_errors).subspan(i * draw_count, draw_count);
-    draws_->known_sum().correct(of_out);
+    const auto of_lost = std::span(lost_errors).subspan(i * draw_count, draw_count);
+    draws_->known_sum().correct(of_lost);
     const auto of_flux = draws_->of_rank(i);
     const double on = error_parts()[i];
     const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       totals[draw] += area * static_cast<double>(of_flux[draw]) * (1 - on + on * out) +
-                      leaving * static_cast<double>(of_out[draw]);
+                      area * static_cast<double>(of_lost[draw]);
     }
   }
   double squares = 0;

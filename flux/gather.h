@@ -28,14 +28,19 @@ struct Settle {
 /// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
 /// others K, and both serve all species at once. Where hardly any sky is seen every fourth ray is
 /// aimed at it: these are the long flights along what is deep, on which the flux there depends.
-/// What an element (a piece of a facet no longer than three spacings, or some small facets
-/// together) re-emits is taken as constant on it; what arrives is linear across joined facets.
+/// Elements join facets and pieces of facets in cells of up to eight spacings, smaller ones where
+/// the surface turns (Elements). What an element re-emits is linear on it (Radiosity), and so is
+/// what arrives, which follows the normals of its facets as well. What the size of elements leaves
+/// is estimated and part of every error; where it exceeds a third of the target, cells are halved.
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its
 /// equation. Its square is averaged over elements nearby. The error of F takes in the errors of all
 /// equations: draws of them, with random signs, go through the exchange and give draws of the error
 /// of F.
+///
+/// The first round tells how much the rays of each part of the surface vary; the next rounds send
+/// as many from each as leads to the target with the fewest.
 ///
 /// Power cosine sources with n != 1 are also looked for by rays along the source's lobe; the two
 /// kinds are combined by the balance heuristic. Facets are not joined then, nor in two dimensions.
@@ -49,7 +54,7 @@ struct Settle {
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,
 ///         exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
-///         for the solves; 16 bytes per ray and 500 per element. Rounds that miss the target cost a
+///         for the solves; 40 bytes per ray and 700 per element. Rounds that miss the target cost a
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).

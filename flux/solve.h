@@ -59,11 +59,11 @@ struct FluxOptions {
   ///
   /// Forward: particles of each species, rounded up to whole batches of 32. Gather: rays from all
   /// facets together, which serve all species, shared out by area; at most as many, but never fewer
-  /// than about 4096, which tell their error, 4 from each piece of a facet with edges up to 3
-  /// spacings and 8 from small facets together (see Elements; twice of that with particles that go
-  /// on), even if that makes more. Rays along the lobe of a source with cosine
-  /// power != 1 are not counted. Ions and tilted sources: half of it for rays from facets, those
-  /// behind the facet included, half for particles that go on; all for rays if nothing does.
+  /// than about 4096, which tell their error, and 4 or 8 from each element (see Elements; twice of
+  /// that with particles that go on), even if that makes more. Elements are then two spacings wide.
+  /// Rays along the lobe of a source with cosine power != 1 are not counted. Ions and tilted
+  /// sources: half of it for rays from facets, those behind the facet included, half for particles
+  /// that go on; all for rays if nothing does.
   std::uint64_t rays = 0;
   /// The most rays for the target, counted as rays and with the same least numbers.
   std::uint64_t max_rays = std::uint64_t{1} << 28;

@@ -36,7 +36,7 @@ class ErrorDrawsTest : public ::testing::Test {
 
   exact::Shape shape_ = exact::flat_wafer(16, 16);
   RayScene scene_{shape_.mesh, shape_.sides, 1};
-  Elements elements_{scene_, longest_element_edge};
+  Elements elements_{scene_, longest_piece_edge};
   RayPlan plan_{scene_, elements_};
   FluxOptions options_{.sides = shape_.sides};
   std::vector<double> halves_ = std::vector<double>(plan_.size());

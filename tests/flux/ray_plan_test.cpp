@@ -17,7 +17,7 @@ namespace {
 TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
-  const Elements elements(scene, longest_element_edge);
+  const Elements elements(scene, longest_piece_edge);
   RayPlan plan(scene, elements);
   double surface = 0;
   for (std::size_t f = 0; f < scene.facet_count(); ++f) surface += scene.area(f);
@@ -43,7 +43,7 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
 TEST(RayPlan, IsFullWhereNoElementSendsMore) {
   const exact::Shape shape = exact::trench(1, 4, 4, 4);
   const RayScene scene(shape.mesh, shape.sides, 1);
-  const Elements elements(scene, longest_element_edge);
+  const Elements elements(scene, longest_piece_edge);
   RayPlan plan(scene, elements);
   const auto grow = [&](double rays) { plan.grow(rays / plan.surface(), std::uint64_t{1} << 40); };
   grow(1e5);
@@ -59,7 +59,7 @@ TEST(RayPlan, IsFullWhereNoElementSendsMore) {
 TEST(RayPlan, BlocksShareOutOneSequence) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
-  const Elements elements(scene, longest_element_edge);
+  const Elements elements(scene, longest_piece_edge);
   RayPlan plan(scene, elements);
   for (const double rays_per_area : {20.0, 30.0, 70.0}) {
     plan.grow(rays_per_area, 1'000'000);
@@ -90,7 +90,7 @@ TEST(RayPlan, BlocksShareOutOneSequence) {
 TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
-  const Elements elements(scene, longest_element_edge);
+  const Elements elements(scene, longest_piece_edge);
   RayPlan plan(scene, elements);
   const RayPlan::Window aimed = plan.windows()[2];
   plan.aim_at_sky(aimed);
@@ -116,7 +116,7 @@ TEST(RayPlan, AimsEveryFourthRayOfABlockAtTheSky) {
 TEST(RayPlan, SendsTwiceTheLeastSetsWhereFacetsAreJoined) {
   const exact::Shape shape = exact::flat_wafer(16, 16);
   const RayScene scene(shape.mesh, shape.sides, 1);
-  Elements elements(scene, longest_element_edge);
+  Elements elements(scene, longest_piece_edge);
   EXPECT_EQ(RayPlan(scene, elements).least_total(), 4 * elements.count());
   elements.join(shape.mesh, 2);
   RayPlan plan(scene, elements);

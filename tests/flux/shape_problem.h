@@ -30,7 +30,7 @@ struct ShapeProblem {
                       .sticking = sticking,
                       .species = species,
                       .options = options};
-  Elements elements{scene, longest_element_edge};
+  Elements elements{scene, longest_piece_edge};
 };
 
 }  // namespace scarp::exact

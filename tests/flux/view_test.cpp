@@ -189,7 +189,7 @@ TEST(JoinedViews, SendRaysFromAllFacetsOfAnElement) {
                             .sticking = sticking,
                             .species = gas,
                             .options = options};
-  Elements elements(scene, longest_element_edge);
+  Elements elements(scene, longest_piece_edge);
   elements.join(shape.mesh, 2);
   RayPlan plan(scene, elements);
   plan.grow(64, 1'000'000);
