@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <tuple>
@@ -20,14 +19,17 @@ constexpr int most_cuts = 10;
 constexpr double least_cosine = 0.906;  // of 25 degrees, across an edge
 
 // Of the length of the mean normal in a cell: an arc of 20 degrees.
-const double least_mean_normal =
-    std::getenv("SCARP_TURN") ? std::atof(std::getenv("SCARP_TURN")) : 0.995;
+constexpr double least_mean_normal = 0.995;
 
-// In spacings. Twice the size on curved walls has twice the bias.
-const double narrowest_cell =
-    std::getenv("SCARP_NARROW") ? std::atof(std::getenv("SCARP_NARROW")) : 2;
+// In spacings: cells are not halved further because the surface turns in them.
+constexpr double narrowest_cell = 2;
 
 double square_of(Vec3d v) { return dot(v, v); }
+
+bool has_longer_edge(const std::array<Vec3d, 3>& corners, double longest) {
+  const auto& [a, b, c] = corners;
+  return std::max({square_of(b - a), square_of(c - b), square_of(a - c)}) > longest * longest;
+}
 
 std::array<Vec3d, 3> as_double(const std::array<Vec3f, 3>& corners) {
   return {Vec3d(corners[0]), Vec3d(corners[1]), Vec3d(corners[2])};
@@ -58,6 +60,7 @@ Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
 }
 
 void Elements::join(const TriMesh& mesh, double width) {
+  cell_width_ = width;
   DisjointSets joined(pieces_.size());
   std::vector<std::uint32_t> left(pieces_.size());
   std::iota(left.begin(), left.end(), 0U);
@@ -76,16 +79,21 @@ std::vector<std::uint32_t> Elements::join_in_cells(const TriMesh& mesh,
                                                    bool leave_turning) const {
   const SceneCells cells(*scene_, width);
   std::vector<std::uint64_t> keys;
+  std::vector<std::uint32_t> short_ones;
   keys.reserve(some.size());
-  for (const std::uint32_t p : some)
+  short_ones.reserve(some.size());
+  for (const std::uint32_t p : some) {
+    if (has_longer_edge(pieces_[p].corners, width)) continue;
     keys.push_back(cells.key(middle_of(pieces_[p].corners), main_direction(pieces_[p].normal)));
+    short_ones.push_back(p);
+  }
   std::vector<std::uint32_t> left;
   std::vector<std::uint32_t> in_cell;
   const std::vector<std::uint32_t> order = sorted_order(keys);
   for (std::size_t k = 0; k < order.size();) {
     const std::uint64_t key = keys[order[k]];
     in_cell.clear();
-    for (; k < order.size() && keys[order[k]] == key; ++k) in_cell.push_back(some[order[k]]);
+    for (; k < order.size() && keys[order[k]] == key; ++k) in_cell.push_back(short_ones[order[k]]);
     if (leave_turning && turns(in_cell))
       left.insert(left.end(), in_cell.begin(), in_cell.end());
     else

@@ -45,12 +45,15 @@ class Elements {
   /// Joins pieces by the edges of their facets if they have middles in the same cubic cell, the
   /// same main direction and material, and normals within 25 degrees across an edge. Cells have the
   /// given width in spacings, half of it where the surface turns by more than about 20 degrees in
-  /// one. A mesh of marching cubes and its simplified one so have about as many elements. Once.
+  /// one. Pieces with an edge longer than the cell stay alone. A mesh of marching cubes and its
+  /// simplified one so have about as many elements. Once.
   void join(const TriMesh& mesh, double width);
 
   /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.
   void join_rings(std::span<const std::uint32_t> rings);
   bool are_rings() const { return are_rings_; }
+  /// Of the cells in which pieces were joined; 0 if they were not.
+  double cell_width() const { return cell_width_; }
   bool are_of_section() const { return are_of_section_; }
 
   std::size_t count() const { return area_.size(); }
@@ -87,7 +90,7 @@ class Elements {
   std::span<const double> areas_below(std::size_t element) const {
     return std::span(below_).subspan(first_of_element_[element], pieces_of(element).size());
   }
-  std::size_t facet_count() const { return scene_->facet_count(); }
+  const RayScene& scene() const { return *scene_; }
   std::size_t piece_count() const { return pieces_.size(); }
   Vec3d middle(std::size_t element) const { return middle_[element]; }
   /// The mean by area of its normals.
@@ -151,6 +154,7 @@ class Elements {
   std::vector<double> area_;
   std::vector<Vec3d> middle_;
   std::vector<Vec3d> normal_;
+  double cell_width_ = 0;
   bool are_rings_ = false;
   bool are_of_section_;
   const RayScene* scene_;

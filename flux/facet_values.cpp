@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -22,6 +23,9 @@ constexpr double ridge = 0.03;
 
 constexpr double least_cosine = 0.766;  // of 40 degrees
 constexpr double least_square = 1e-6;   // of a distance in spacings
+
+// Of what neighbours tell in a direction, where one as large as the element right there tells 1.
+constexpr double least_width = 0.3;
 
 // Numbers of places, the same for the same place to the last bit. Vertices of pieces are exact sums
 // of vertices of the mesh, so that those of neighbours are the same.
@@ -68,16 +72,31 @@ class FacetValues::Neighbours {
  public:
   Neighbours(const TriMesh& mesh, const Elements& elements);
 
-  /// Adds the neighbours of an element, which are found in their order.
-  void fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const;
+  /// Adds the neighbours of an element, which are found in their order; returns whether they lie
+  /// all around it.
+  bool fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const;
 
  private:
   std::vector<std::uint32_t> of(std::uint32_t element) const;
-  // Nothing changes across a section.
+  // To the nearest image. Nothing changes across a section.
   Vec3d away(std::uint32_t element, std::uint32_t other) const {
+    const RayScene& scene = elements_.scene();
     Vec3d d = elements_.middle(other) - elements_.middle(element);
+    for (int axis = 0; axis < 2; ++axis) {
+      const double width = scene.upper()[axis];
+      if (!scene.is_periodic(axis)) continue;
+      if (d[axis] > width / 2) d[axis] -= width;
+      if (d[axis] < -width / 2) d[axis] += width;
+    }
     if (elements_.are_of_section()) d.y = 0;
     return d;
+  }
+  // Upper and lower sides of a period are one.
+  Vec3d wrapped(Vec3d r) const {
+    const RayScene& scene = elements_.scene();
+    for (int axis = 0; axis < 2; ++axis)
+      if (scene.is_periodic(axis) && r[axis] == scene.upper()[axis]) r[axis] = 0;
+    return r;
   }
   bool are_smooth(const Elements::Piece& a, const Elements::Piece& b) const {
     const auto& materials = mesh_.materials;
@@ -97,7 +116,7 @@ FacetValues::Neighbours::Neighbours(const TriMesh& mesh, const Elements& element
   Places places(3 * places_.size());
   for (std::size_t p = 0; p < places_.size(); ++p)
     for (std::size_t corner = 0; corner < 3; ++corner)
-      places_[p][corner] = places.number(elements.piece(p).corners[corner]);
+      places_[p][corner] = places.number(wrapped(elements.piece(p).corners[corner]));
   first_.resize(places.count() + 1);
   for (const auto& of_piece : places_)
     for (const std::uint32_t place : of_piece) ++first_[place + 1];
@@ -129,7 +148,7 @@ std::vector<std::uint32_t> FacetValues::Neighbours::of(std::uint32_t element) co
   return found;
 }
 
-void FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const {
+bool FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const {
   const std::vector<std::uint32_t> found = of(element);
   Eigen::Matrix3d squares = ridge * Eigen::Matrix3d::Identity();  // of the normal equations
   std::vector<Eigen::Vector3d> weighted;
@@ -143,20 +162,24 @@ void FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>&
   const Eigen::LLT<Eigen::Matrix3d> fit(squares);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Eigen::Vector3d slope = fit.solve(weighted[k]);
-    neighbours.push_back({found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()}),
-                          Vec3f(away(element, found[k]))});
+    neighbours.push_back(
+        {found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()}), Vec3f(away(element, found[k]))});
   }
+  // The smallest one is that along the normal.
+  const Eigen::Vector3d widths =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares, Eigen::EigenvaluesOnly).eigenvalues();
+  return widths[1] > least_width;
 }
 
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
-    : first_(elements.count() + 1) {
+    : first_(elements.count() + 1), is_strip_(elements.count()) {
   find_parts(elements);
   if (!elements.are_rings()) find_planes(mesh, elements);
 }
 
 // Pieces of a facet that are in the same element follow each other, or nearly.
 void FacetValues::find_parts(const Elements& elements) {
-  const std::size_t facet_count = elements.facet_count();
+  const std::size_t facet_count = elements.scene().facet_count();
   first_part_.reserve(facet_count + 1);
   parts_.reserve(facet_count);
   first_part_.push_back(0);
@@ -188,7 +211,7 @@ void FacetValues::find_planes(const TriMesh& mesh, const Elements& elements) {
     std::vector<Neighbour>& neighbours = of_range[begin / grain];
     for (std::size_t e = begin; e < end; ++e) {
       const std::size_t earlier = neighbours.size();
-      touching.fit(static_cast<std::uint32_t>(e), neighbours);
+      is_strip_[e] = touching.fit(static_cast<std::uint32_t>(e), neighbours) ? 0 : 1;
       first_[e + 1] = neighbours.size() - earlier;
     }
   });

@@ -54,6 +54,10 @@ class RayScene {
   /// The source plane: one spacing above the highest vertex.
   double source_height() const { return source_height_; }
   double lowest() const { return lowest_; }
+  /// From where a flight leaves at the upper side along an axis, if it enters at the lower one.
+  bool is_periodic(int axis) const {
+    return boundary_[static_cast<std::size_t>(axis)] == Boundary::periodic;
+  }
   double source_area() const { return (has_diagonal_ ? 0.5 : 1) * upper_.x * upper_.y; }
   /// Whether the domain ends at x = y, too; see Sides.
   bool has_diagonal() const { return has_diagonal_; }

@@ -94,7 +94,7 @@ TEST_P(Shots, FindTheSkyFromTheBottomOfADeepTrench) {
   const double seen = std::sqrt(1 + 15.0 * 15.0) - 15;
   const Species sticky{.name = "gas"};
   RunningStatistics flux;
-  for (std::uint64_t seed = 1; seed <= 32; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 48; ++seed) {
     FluxOptions gathering = options;
     gathering.engine = FluxOptions::Engine::gather;
     gathering.spacing = 1;
