@@ -260,6 +260,7 @@ class Gathered {
   FluxSpread spread(const OnFacets& on_facets) const;
   double measure(const FluxSpread& spread) const;
   double unknown_of_strips(std::size_t facet) const;
+  double unknown_of_emission(std::size_t facet) const;
   FluxAudit audit() const;
   bool errors_stick_alike() const { return passed_on_.empty(); }
   // Of which elements pass on errors.
@@ -498,6 +499,18 @@ double Gathered::unknown_of_strips(std::size_t facet) const {
   return share * of_widest * square(plan_.elements().cell_width() / widest_cell);
 }
 
+// What single facets of an element emit more than all is seen nearby.
+double Gathered::unknown_of_emission(std::size_t facet) const {
+  constexpr double seen_nearby = 0.3;
+  const std::vector<float>& of_facets = problem_.species.emission;
+  if (of_facets.empty()) return 0;
+  double more = 0;
+  for (const FacetValues::Part& part : values_.parts_of(facet))
+    more += static_cast<double>(part.share) *
+            (static_cast<double>(of_facets[facet]) - emission_[plan_.rank_of(part.element)]);
+  return seen_nearby * std::abs(more);
+}
+
 double Gathered::bias_measure() const {
   constexpr double of_facets = 1.0 / 3;
   const OnFacets on_facets = this->on_facets();
@@ -512,8 +525,8 @@ double Gathered::bias_measure() const {
     if (flux == 0) continue;
     const double counts = responses.empty() ? 1 / std::max(flux, small_flux)
                                             : std::abs(static_cast<double>(responses.front()[f]));
-    const double of_strip = flux * unknown_of_strips(f);
-    squares += problem_.scene.area(f) * square(counts * std::hypot(each[0], each[2], of_strip));
+    const double of_others = flux * unknown_of_strips(f) + unknown_of_emission(f);
+    squares += problem_.scene.area(f) * square(counts * std::hypot(each[0], each[2], of_others));
     area += problem_.scene.area(f);
   }
   return area > 0 ? std::max(of_facets * std::sqrt(squares / area), measure(of_size)) : 0;
@@ -604,6 +617,7 @@ class Gathering {
   std::optional<std::vector<FluxField>> solve();
 
  private:
+  bool are_joined() const { return width_ && !options_.two_dimensional && options_.rings.empty(); }
   bool is_too_wide(const Round& round) const;
   void grow(double error);
   void look();
@@ -732,8 +746,7 @@ void Gathering::look() {
 // Long before the error has come down to what their size leaves, that is as well known as later.
 bool Gathering::is_too_wide(const Round& round) const {
   constexpr double soon = 10;
-  const bool are_joined = width_ && !options_.two_dimensional && options_.rings.empty();
-  if (!are_joined || options_.rays > 0 || *width_ <= narrowest_cell) return false;
+  if (!are_joined() || options_.rays > 0 || *width_ <= narrowest_cell) return false;
   return round.bias > most_bias * options_.target_error && round.error < soon * round.bias;
 }
 
@@ -749,7 +762,8 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
     }
     if (is_too_wide(round)) return std::nullopt;
     if (is_last_ || round.error <= options_.target_error) return std::move(round.fields);
-    if (is_first) plan_.weigh(round.densities);
+    // A narrow lobe has borders of shadows, which the few rays of a first round find by chance.
+    if (is_first && are_joined()) plan_.weigh(round.densities);
     grow(round.error);
   }
 }

@@ -58,16 +58,16 @@ void Radiosity::solve(double tolerance, std::span<const double> start) {
   }
 }
 
-// Flatter where the plane would go below zero.
+// Flatter where the plane would go below zero. What is emitted may have steps: it is constant.
 void Radiosity::find_slopes() {
   const Elements& elements = plan_.elements();
   parallel_for(plan_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t rank = begin; rank < end; ++rank) {
       const std::uint32_t element = plan_.element_at(rank);
       const Vec3d slope =
-          values_.slope(element, [&](std::size_t e) { return leaves(plan_.rank_of(e)); });
+          values_.slope(element, [&](std::size_t e) { return reemitted(plan_.rank_of(e)); });
       const double change = length(slope) * reach_of_root * std::sqrt(elements.area(element));
-      const double most = std::max(leaves(rank), 0.0);
+      const double most = std::max(reemitted(rank), 0.0);
       slopes_[rank] = change > most ? (most / change) * slope : slope;
     }
   });

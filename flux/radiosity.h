@@ -11,8 +11,8 @@
 
 namespace scarp {
 
-/// The flux on elements, each of which sends what it does not keep, and what it emits, along a
-/// plane: its mean, and the slope that its neighbours say.
+/// The flux on elements, each of which sends what it does not keep along a plane: its mean, and the
+/// slope that its neighbours say. What it emits of its own it sends evenly.
 ///
 /// With constants in place of planes the flux deep down has a bias of second order in the size of
 /// elements, everywhere of one sign. Planes remove it, at the cost of a few more solves from a good
@@ -37,11 +37,12 @@ class Radiosity {
   const std::vector<double>& flux_of_constants() const { return constant_; }
   /// Units: flux per spacing.
   const std::vector<Vec3d>& slopes() const { return slopes_; }
-  double leaves(std::size_t rank) const {
-    return static_cast<double>(reemitted_[rank]) * flux_[rank] + emission_[rank];
-  }
+  double leaves(std::size_t rank) const { return reemitted(rank) + emission_[rank]; }
 
  private:
+  double reemitted(std::size_t rank) const {
+    return static_cast<double>(reemitted_[rank]) * flux_[rank];
+  }
   void find_slopes();
   std::vector<double> right_side() const;
 

@@ -165,7 +165,7 @@ TEST(EmissionEngines, AgreeAndStateTrueErrors) {
       return exact::trace(shape, atoms, {.engine = engine, .rays = rays});
     };
     const FluxField forward = trace(Engine::forward, 1 << 18);
-    const FluxField gathered = trace(Engine::gather, 1 << 16);
+    const FluxField gathered = trace(Engine::gather, 1 << 17);
     EXPECT_EQ(gathered.engine, FluxEngine::gather);
     double squares = 0;
     int count = 0;
