@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "tests/flux/shapes.h"
 
 namespace scarp {
@@ -72,6 +75,41 @@ TEST(FacetValues, KeepASlopeWithinLongFacets) {
         values.slope(e, [&](std::size_t other) { return 3 + dot(slope, elements.middle(other)); });
     EXPECT_LT(length(found - slope), 0.03 * length(slope)) << e;
   }
+}
+
+// Over the seam of a period neighbours are as near as elsewhere.
+TEST(FacetValues, GoOnOverPeriodicSides) {
+  exact::Shape shape = exact::flat_wafer(16, 16);
+  const RayScene scene = scene_of(shape, Boundary::periodic);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  const FacetValues values(shape.mesh, elements);
+  const auto wave = [&](std::size_t e) {
+    return std::cos(2 * std::numbers::pi * elements.middle(e).x / 16);
+  };
+  const auto slope_of = [&](std::size_t e) { return values.slope(e, wave).x; };
+  // By differences over two cells.
+  for (std::size_t e = 0; e < elements.count(); ++e) {
+    const double x = elements.middle(e).x;
+    const auto at = [&](double there) { return std::cos(2 * std::numbers::pi * there / 16); };
+    EXPECT_NEAR(slope_of(e), (at(x + 4) - at(x - 4)) / 8, 0.02) << x;
+    EXPECT_FALSE(values.is_strip(e));
+  }
+}
+
+// The floor between two walls has neighbours along the trench only.
+TEST(FacetValues, KnowElementsWithoutNeighboursAcross) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {0, 0, -8}, 8, {0, 16, 0}, 16);
+  builder.grid({0, 0, -8}, {4, 0, 0}, 4, {0, 16, 0}, 16);
+  builder.grid({4, 0, -8}, {0, 0, 8}, 8, {0, 16, 0}, 16);
+  const exact::Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {4, 16}}};
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  const FacetValues values(shape.mesh, elements);
+  for (std::size_t e = 0; e < elements.count(); ++e)
+    EXPECT_EQ(values.is_strip(e), elements.normal(e).z > 0.5) << e;
 }
 
 // Nothing is smoothed across an edge.

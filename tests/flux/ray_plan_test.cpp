@@ -40,6 +40,31 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   EXPECT_EQ(plan.total(), full);
 }
 
+TEST(RayPlan, SendsRaysByTheDensitiesOfWindows) {
+  const exact::Shape shape = exact::trench(2);
+  const RayScene scene(shape.mesh, shape.sides, 1);
+  const Elements elements(scene, longest_piece_edge);
+  RayPlan plan(scene, elements);
+  std::vector<double> densities(plan.windows().size(), 1);
+  densities[1] = 4;
+  densities[2] = 0.25;
+  plan.weigh(densities);
+  plan.grow(40, 10'000'000);
+  const auto per_area = [&](std::size_t window) {
+    double rays = 0;
+    double area = 0;
+    const RayPlan::Window& blocks = plan.windows()[window];
+    for (std::uint32_t rank = blocks.front().begin; rank < blocks.back().end; ++rank) {
+      rays += plan.rays(rank);
+      area += elements.area(plan.element_at(rank));
+    }
+    return set_count * rays / area;
+  };
+  EXPECT_NEAR(per_area(0), 40, 4);
+  EXPECT_NEAR(per_area(1), 160, 16);
+  EXPECT_NEAR(per_area(2), 10, 2);
+}
+
 TEST(RayPlan, IsFullWhereNoElementSendsMore) {
   const exact::Shape shape = exact::trench(1, 4, 4, 4);
   const RayScene scene(shape.mesh, shape.sides, 1);

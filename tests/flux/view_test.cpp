@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/parallel.h"
 #include "core/running_statistics.h"
@@ -45,6 +46,32 @@ TEST_F(Views, DoNotDependOnTheNumberOfThreads) {
   }
   EXPECT_EQ(views[0].matrix.rays, views[1].matrix.rays);
   EXPECT_EQ(views[0].direct, views[1].direct);
+}
+
+// On a wall that sees the sky between the elevation a of the other wall's edge and the vertical,
+// the flux is (1 - sin a) / 2 and grows by cos(a) / 2 for each radian that it leans back; rays
+// closer to the wall than a cosine of 0.2 count less, which is 0.2 / pi.
+TEST(ChangeWithNormal, IsThatOfTheSkyAboveAWall) {
+  const exact::ShapeProblem trench(exact::trench(2), {.name = "gas"});
+  RayPlan plan(trench.scene, trench.elements);
+  plan.grow(64, 4'000'000);
+  const View view = look({&trench.problem, 1}, plan, {});
+  std::vector<double> flux(plan.size());
+  for (std::size_t i = 0; i < flux.size(); ++i)
+    flux[i] = static_cast<double>(view.direct[0][2 * i] + view.direct[0][2 * i + 1]) /
+              static_cast<double>(view.matrix.row(i).size());
+  const std::vector<Vec3d> change = change_with_normal(view, 0, flux);
+  RunningStatistics off;
+  for (std::size_t i = 0; i < flux.size(); ++i) {
+    const std::uint32_t e = plan.element_at(i);
+    const double depth = trench.scene.source_height() - 1 - trench.elements.middle(e).z;
+    if (std::abs(trench.elements.normal(e).x) < 0.9 || depth < 10 || depth > 30) continue;
+    const double cosine = 1 / std::hypot(1.0, depth / 20);
+    off.add(change[i].z - (cosine / 2 - 0.2 / std::numbers::pi));
+  }
+  EXPECT_GT(off.count(), 50U);
+  EXPECT_LT(off.std_error(), 0.003);
+  EXPECT_NEAR(off.mean(), 0, 4 * off.std_error());
 }
 
 /// A pit six times as deep as wide.

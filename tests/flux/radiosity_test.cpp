@@ -1,0 +1,66 @@
+#include "flux/radiosity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/flux/shape_problem.h"
+
+namespace scarp {
+namespace {
+
+/// What elements of one size find in a trench twenty spacings wide and five times as deep.
+struct Found {
+  double constants = 0;  ///< the mean flux over the walls
+  double planes = 0;
+  double steepest = 0;  ///< slope over flux
+};
+
+class Widths : public ::testing::Test, protected exact::ShapeProblem {
+ protected:
+  Widths() : ShapeProblem(exact::trench(5, 4, 16, 40), {.name = "gas", .sticking = {0.1F}}) {}
+
+  Found find(double width) const {
+    Elements joined(scene, longest_piece_edge);
+    joined.join(problem.mesh, width);
+    const FacetValues values(problem.mesh, joined);
+    RayPlan plan(scene, joined);
+    plan.grow(2e6 / plan.surface(), 4'000'000);
+    const View view = look({&problem, 1}, plan, {});
+    const std::vector<float> reemitted(plan.size(), 0.9F);
+    const std::vector<double> emission(plan.size());
+    const ExchangeSolver exchange(view.rows, reemitted);
+    std::vector<double> first(plan.size());
+    for (std::size_t i = 0; i < first.size(); ++i)
+      first[i] = static_cast<double>(view.direct[0][2 * i] + view.direct[0][2 * i + 1]) /
+                 static_cast<double>(view.matrix.row(i).size());
+    Radiosity radiosity(plan, values, view, reemitted, emission, exchange, first);
+    radiosity.solve(1e-7);
+    Found found;
+    double area = 0;
+    for (std::size_t rank = 0; rank < plan.size(); ++rank) {
+      const std::uint32_t e = plan.element_at(rank);
+      if (std::abs(joined.normal(e).x) < 0.9) continue;
+      area += joined.area(e);
+      found.constants += joined.area(e) * radiosity.flux_of_constants()[rank];
+      found.planes += joined.area(e) * radiosity.flux()[rank];
+      found.steepest =
+          std::max(found.steepest, length(radiosity.slopes()[rank]) / radiosity.flux()[rank]);
+    }
+    found.constants /= area;
+    found.planes /= area;
+    return found;
+  }
+};
+
+// Against elements of a spacing.
+TEST_F(Widths, OfPlanesHardlyMatterAsThoseOfConstantsDo) {
+  const Found fine = find(1);
+  const Found wide = find(8);
+  EXPECT_GT(wide.steepest, 0.01);
+  EXPECT_GT(std::abs(wide.constants - fine.planes), 0.003 * fine.planes);
+  EXPECT_LT(std::abs(wide.planes - fine.planes), 0.3 * std::abs(wide.constants - fine.planes));
+}
+
+}  // namespace
+}  // namespace scarp
