@@ -23,7 +23,7 @@ namespace scarp {
 
 namespace {
 
-constexpr double longest = 1e9;       // s, of a step: thirty years
+constexpr double longest = 1e9;  // s, of a step: thirty years
 constexpr double most_outputs = 10000;
 constexpr std::size_t most_cd_heights = 100;
 constexpr std::size_t most_sections = 100;

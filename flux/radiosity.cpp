@@ -56,6 +56,20 @@ void Radiosity::solve(double tolerance, std::span<const double> start) {
     std::swap(flux_, next);
     if (is_close(flux_, next, tolerance)) break;
   }
+  flux_ = seen_of(flux_);
+}
+
+// What elements see of a flux. Of a solution it is one: with the tolerance for each element by
+// itself, where the solver keeps that of all together; what sees nothing gets nothing.
+std::vector<double> Radiosity::seen_of(std::span<const double> flux) const {
+  std::vector<double> seen = right_side();
+  parallel_for(seen.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t rank = begin; rank < end; ++rank)
+      view_.rows.for_each_part(rank, [&](std::size_t hit, double part) {
+        seen[rank] += part * static_cast<double>(reemitted_[hit]) * flux[hit];
+      });
+  });
+  return seen;
 }
 
 // Flatter where the plane would go below zero. What is emitted may have steps: it is constant.

@@ -45,6 +45,7 @@ class Radiosity {
   }
   void find_slopes();
   std::vector<double> right_side() const;
+  std::vector<double> seen_of(std::span<const double> flux) const;
 
   const RayPlan& plan_;
   const FacetValues& values_;

@@ -253,9 +253,8 @@ TEST(StickingFeedbackTest, EmissionFollowsWhatCoversTheSurface) {
   const double expected = (1 - open) * covered.back() / (1 - (1 - open) * reemitted);
   EXPECT_NEAR(exact::mean_of(pit.mesh, flux[1].arrivals(), deep).value, expected, 0.01 * expected);
   const std::vector<float>& found = flux[1].arrivals().mean;
-  // What hardly gets anything is known as well as all are together.
   for (std::size_t f = 0; f < found.size(); ++f)
-    EXPECT_NEAR(last[f], found[f], 10 * feedback.tolerance * std::max(found[f], 0.1F)) << f;
+    EXPECT_NEAR(last[f], found[f], 10 * feedback.tolerance * found[f]) << f;
   const FluxAudit& audit = flux[1].audit;
   EXPECT_GT(audit.emitted, 0);
   EXPECT_NEAR(audit.balance_error(), 0, 4 * audit.balance_std_error + 1e-6);
