@@ -21,6 +21,9 @@ inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
 /// In spacings: of pieces of facets.
 inline constexpr double longest_piece_edge = 3;
 
+/// In spacings: of cells in which pieces are joined at most.
+inline constexpr double widest_cell = 8;
+
 /// The surface of a scene in elements, the unknowns of the exchange: large facets of a simplified
 /// mesh span places with quite different flux, and small ones, such as marching cubes give, hardly
 /// differ from their neighbours.
