@@ -173,8 +173,20 @@ bool FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>&
 
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
     : first_(elements.count() + 1), is_strip_(elements.count()) {
+  // A floor between walls may be one element across: its flux was seen to be off by 8 % in places
+  // where elements of the widest cells cover a floor of twenty spacings.
+  constexpr double of_widest = 0.08;
+  const double width = elements.cell_width() / widest_cell;
+  off_in_strip_ = of_widest * width * width;
   find_parts(elements);
   if (!elements.are_rings()) find_planes(mesh, elements);
+}
+
+double FacetValues::off_in_strips(std::size_t facet) const {
+  double share = 0;
+  for (const Part& part : parts_of(facet))
+    if (is_strip_[part.element] != 0) share += static_cast<double>(part.share);
+  return share * off_in_strip_;
 }
 
 // Pieces of a facet that are in the same element follow each other, or nearly.

@@ -20,9 +20,9 @@ class FacetValues {
   FacetValues(const TriMesh& mesh, const Elements& elements);
 
   std::size_t facet_count() const { return first_part_.size() - 1; }
-  /// Whether an element has hardly any neighbours across, as the floor of a narrow trench: then
-  /// nothing shows how its values change.
-  bool is_strip(std::size_t element) const { return is_strip_[element] != 0; }
+  /// The part of a facet's value that may be wrong where its elements have hardly any neighbours
+  /// across, as on the floor of a narrow trench: there nothing shows how values change.
+  double off_in_strips(std::size_t facet) const;
 
   /// The slope of the plane of an element.
   template <class OfElement>
@@ -86,7 +86,8 @@ class FacetValues {
   std::vector<std::size_t> first_part_;  // per facet
   std::vector<Part> parts_;
   std::vector<std::size_t> first_;  // per element
-  std::vector<char> is_strip_;      // per element
+  std::vector<char> is_strip_;      // per element: it has hardly any neighbours across
+  double off_in_strip_;             // part of a value
   std::vector<Neighbour> neighbours_;
 };
 

@@ -77,6 +77,9 @@ class Gathering {
 
  private:
   bool are_joined() const { return width_ && !options_.two_dimensional && options_.rings.empty(); }
+  bool any_emits() const;
+  bool may_halve_cells() const;
+  bool has_too_wide_strips() const;
   bool is_too_wide(const Round& round) const;
   void grow(double error);
   void look();
@@ -196,14 +199,37 @@ void Gathering::look() {
                         : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
 }
 
+bool Gathering::any_emits() const {
+  return std::ranges::any_of(problems_,
+                             [](const FluxProblem& p) { return !p.species.emission.empty(); });
+}
+
+bool Gathering::may_halve_cells() const {
+  return are_joined() && options_.rays == 0 && *width_ > narrowest_cell;
+}
+
+// Before any ray is sent: what makes a bias by itself, wherever flux arrives.
+bool Gathering::has_too_wide_strips() const {
+  if (!may_halve_cells() || !options_.responses.empty()) return false;
+  const RayScene& scene = problems_.front().scene;
+  double squares = 0;
+  double area = 0;
+  for (std::size_t f = 0; f < scene.facet_count(); ++f) {
+    squares += scene.area(f) * values_.off_in_strips(f) * values_.off_in_strips(f);
+    area += scene.area(f);
+  }
+  return facet_bias_counts * std::sqrt(squares / area) > most_bias * options_.target_error;
+}
+
 // Long before the error has come down to what their size leaves, that is as well known as later.
 bool Gathering::is_too_wide(const Round& round) const {
   constexpr double soon = 10;
-  if (!are_joined() || options_.rays > 0 || *width_ <= narrowest_cell) return false;
-  return round.bias > most_bias * options_.target_error && round.error < soon * round.bias;
+  return may_halve_cells() && round.bias > most_bias * options_.target_error &&
+         round.error < soon * round.bias;
 }
 
 std::optional<std::vector<FluxField>> Gathering::solve() {
+  if (has_too_wide_strips()) return std::nullopt;
   for (bool is_first = true;; is_first = false) {
     look();
     const bool settles_at_once = settle_.update && (is_first || is_last_);
@@ -215,8 +241,9 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
     }
     if (is_too_wide(round)) return std::nullopt;
     if (is_last_ || round.error <= options_.target_error) return std::move(round.fields);
-    // A narrow lobe has borders of shadows, which the few rays of a first round find by chance.
-    if (is_first && are_joined()) plan_.weigh(round.densities);
+    // Borders of shadows in a narrow lobe, and what a few facets emit, the few rays of a first
+    // round find by chance.
+    if (is_first && are_joined() && !any_emits()) plan_.weigh(round.densities);
     grow(round.error);
   }
 }

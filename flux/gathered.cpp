@@ -159,19 +159,6 @@ FluxSpread Gathered::bias() const {
           .count = bias_count};
 }
 
-// On patches, and on single facets, whose noise is larger, with a part of it. What normals change
-// on facets does not become less with smaller elements.
-//
-// A floor between walls may be one element across: its flux was seen to be off by 8 % in places
-// where elements of eight spacings cover a floor of twenty.
-double Gathered::unknown_of_strips(std::size_t facet) const {
-  constexpr double of_widest = 0.08;
-  double share = 0;
-  for (const FacetValues::Part& part : values_.parts_of(facet))
-    if (values_.is_strip(part.element)) share += static_cast<double>(part.share);
-  return share * of_widest * square(plan_.elements().cell_width() / widest_cell);
-}
-
 // What single facets of an element emit more than all is seen nearby.
 double Gathered::unknown_of_emission(std::size_t facet) const {
   constexpr double seen_nearby = 0.3;
@@ -184,8 +171,9 @@ double Gathered::unknown_of_emission(std::size_t facet) const {
   return seen_nearby * std::abs(more);
 }
 
+// On patches, and on single facets, whose noise is larger, with a part of it. What normals change
+// on facets does not become less with smaller elements.
 double Gathered::bias_measure() const {
-  constexpr double of_facets = 1.0 / 3;
   const FluxSpread of_size = bias();
   const auto responses = problem_.responses();
   double squares = 0;
@@ -197,11 +185,11 @@ double Gathered::bias_measure() const {
     if (flux == 0) continue;
     const double counts = responses.empty() ? 1 / std::max(flux, small_flux)
                                             : std::abs(static_cast<double>(responses.front()[f]));
-    const double of_others = flux * unknown_of_strips(f) + unknown_of_emission(f);
+    const double of_others = flux * values_.off_in_strips(f) + unknown_of_emission(f);
     squares += problem_.scene.area(f) * square(counts * std::hypot(each[0], each[2], of_others));
     area += problem_.scene.area(f);
   }
-  return area > 0 ? std::max(of_facets * std::sqrt(squares / area), measure(of_size)) : 0;
+  return area > 0 ? std::max(facet_bias_counts * std::sqrt(squares / area), measure(of_size)) : 0;
 }
 
 FluxSpread Gathered::spread() const {

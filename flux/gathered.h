@@ -13,6 +13,9 @@
 
 namespace scarp {
 
+/// How much a bias of single facets counts in bias_measure().
+inline constexpr double facet_bias_counts = 1.0 / 3;
+
 /// What the rays of all elements tell of one problem: the flux, its noise, what the size of
 /// elements leaves uncertain, and the balance of particles.
 class Gathered {
@@ -44,7 +47,6 @@ class Gathered {
   FluxSpread bias() const;
   FluxSpread spread() const;
   double measure(const FluxSpread& spread) const;
-  double unknown_of_strips(std::size_t facet) const;
   double unknown_of_emission(std::size_t facet) const;
   FluxAudit audit() const;
   bool errors_stick_alike() const { return passed_on_.empty(); }

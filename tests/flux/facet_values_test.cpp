@@ -93,7 +93,8 @@ TEST(FacetValues, GoOnOverPeriodicSides) {
     const double x = elements.middle(e).x;
     const auto at = [&](double there) { return std::cos(2 * std::numbers::pi * there / 16); };
     EXPECT_NEAR(slope_of(e), (at(x + 4) - at(x - 4)) / 8, 0.02) << x;
-    EXPECT_FALSE(values.is_strip(e));
+    for (const std::uint32_t p : elements.pieces_of(e))
+      EXPECT_EQ(values.off_in_strips(elements.piece(p).facet), 0);
   }
 }
 
@@ -108,8 +109,8 @@ TEST(FacetValues, KnowElementsWithoutNeighboursAcross) {
   Elements elements(scene, 3);
   elements.join(shape.mesh, 4);
   const FacetValues values(shape.mesh, elements);
-  for (std::size_t e = 0; e < elements.count(); ++e)
-    EXPECT_EQ(values.is_strip(e), elements.normal(e).z > 0.5) << e;
+  for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f)
+    EXPECT_DOUBLE_EQ(values.off_in_strips(f), scene.normal(f).z > 0.5 ? 0.02 : 0) << f;
 }
 
 // Nothing is smoothed across an edge.
