@@ -60,12 +60,19 @@ Elements::Elements(const RayScene& scene, double longest_edge, bool of_section)
 }
 
 void Elements::join(const TriMesh& mesh, double width) {
-  cell_width_ = width;
+  join(mesh, std::vector<float>(scene_->facet_count(), static_cast<float>(width)));
+}
+
+void Elements::join(const TriMesh& mesh, std::span<const float> widths) {
+  widths_.assign(widths.begin(), widths.end());
+  const auto [narrowest, widest] = std::ranges::minmax(widths);
   DisjointSets joined(pieces_.size());
-  std::vector<std::uint32_t> left(pieces_.size());
-  std::iota(left.begin(), left.end(), 0U);
-  for (; !left.empty(); width /= 2)
+  std::vector<std::uint32_t> left;
+  for (float width = widest; width >= narrowest || !left.empty(); width /= 2) {
+    for (std::uint32_t p = 0; p < pieces_.size(); ++p)
+      if (widths[pieces_[p].facet] == width) left.push_back(p);
     left = join_in_cells(mesh, left, width, joined, width > narrowest_cell);
+  }
   std::vector<std::uint32_t> lowest(pieces_.size());
   for (std::uint32_t p = 0; p < lowest.size(); ++p) lowest[p] = joined.lowest(p);
   join_with(lowest);
@@ -255,7 +262,7 @@ std::uint32_t Elements::piece_at(std::uint32_t facet, Vec3d r) const {
   return node->next;
 }
 
-Elements elements_of(const FluxProblem& problem, std::optional<double> joins) {
+Elements elements_of(const FluxProblem& problem, std::span<const float> widths) {
   const FluxOptions& options = problem.options;
   if (!options.rings.empty()) {
     Elements rings(problem.scene, std::numeric_limits<double>::infinity(), true);
@@ -263,8 +270,9 @@ Elements elements_of(const FluxProblem& problem, std::optional<double> joins) {
     return rings;
   }
   // What is seen along a narrow lobe has true errors with blocks of any length.
+  const bool joins = !widths.empty();
   Elements elements(problem.scene, longest_piece_edge, joins && options.two_dimensional);
-  if (joins && !options.two_dimensional) elements.join(problem.mesh, *joins);
+  if (joins && !options.two_dimensional) elements.join(problem.mesh, widths);
   return elements;
 }
 

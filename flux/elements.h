@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,7 +21,7 @@ inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
 inline constexpr double longest_piece_edge = 3;
 
 /// In spacings: of cells in which pieces are joined at most.
-inline constexpr double widest_cell = 8;
+inline constexpr float widest_cell = 8;
 
 /// The surface of a scene in elements, the unknowns of the exchange: large facets of a simplified
 /// mesh span places with quite different flux, and small ones, such as marching cubes give, hardly
@@ -46,17 +45,21 @@ class Elements {
   Elements(const RayScene& scene, double longest_edge, bool of_section = false);
 
   /// Joins pieces by the edges of their facets if they have middles in the same cubic cell, the
-  /// same main direction and material, and normals within 25 degrees across an edge. Cells have the
-  /// given width in spacings, half of it where the surface turns by more than about 20 degrees in
-  /// one. Pieces with an edge longer than the cell stay alone. A mesh of marching cubes and its
-  /// simplified one so have about as many elements. Once.
+  /// same main direction and material, and normals within 25 degrees across an edge. Cells are as
+  /// wide as given for a piece's facet, half of it where the surface turns by more than about 20
+  /// degrees in one. Pieces with an edge longer than the cell stay alone. A mesh of marching cubes
+  /// and its simplified one so have about as many elements. Once.
+  ///
+  /// Shape: one width per facet, in spacings, each a power of two times the others.
+  void join(const TriMesh& mesh, std::span<const float> widths);
+  /// With the same width for all.
   void join(const TriMesh& mesh, double width);
 
   /// Makes an element of each ring (see FluxOptions::rings). Of facets that are not cut.
   void join_rings(std::span<const std::uint32_t> rings);
   bool are_rings() const { return are_rings_; }
-  /// Of the cells in which pieces were joined; 0 if they were not.
-  double cell_width() const { return cell_width_; }
+  /// Of the cells in which the pieces of a facet were joined; 0 if they were not.
+  float cell_width(std::size_t facet) const { return widths_.empty() ? 0 : widths_[facet]; }
   bool are_of_section() const { return are_of_section_; }
 
   std::size_t count() const { return area_.size(); }
@@ -157,15 +160,17 @@ class Elements {
   std::vector<double> area_;
   std::vector<Vec3d> middle_;
   std::vector<Vec3d> normal_;
-  double cell_width_ = 0;
+  std::vector<float> widths_;  // per facet: of cells
   bool are_rings_ = false;
   bool are_of_section_;
   const RayScene* scene_;
 };
 
-/// Elements as rays are sent from them; joins: in cells of which width pieces are joined, if they
-/// are, but in two dimensions and where there are rings.
-Elements elements_of(const FluxProblem& problem, std::optional<double> joins);
+/// Elements as rays are sent from them; widths: of the cells in which pieces are joined, but in two
+/// dimensions and where there are rings.
+///
+/// Shape: as of Elements::join; none if pieces stay alone.
+Elements elements_of(const FluxProblem& problem, std::span<const float> widths);
 
 template <class OfFacet>
 double Elements::mean(std::size_t element, const OfFacet& of_facet) const {

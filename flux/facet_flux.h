@@ -32,6 +32,9 @@ class FacetFlux {
     double by_tilts = 0;   ///< of facets from their elements
     /// How far the flux is from its planes, as far as neighbours show that it bends.
     double beyond_planes = 0;
+    /// Of planes whose neighbours are all on one side: how far the flux is from them if it bends as
+    /// is usual where it has an end.
+    double by_one_side = 0;
   };
   /// Shape: by rank, the flux with constants.
   Changes changes(std::size_t facet, std::span<const double> constants) const;
@@ -40,6 +43,7 @@ class FacetFlux {
   double of_element(std::size_t e) const { return flux_[plan_.rank_of(e)]; }
   void find_plane(std::size_t e);
   double by_tilt(std::size_t e, std::size_t facet) const;
+  double along_one_side(Vec3d slope, Vec3d away, std::size_t e) const;
 
   const RayScene& scene_;
   const RayPlan& plan_;

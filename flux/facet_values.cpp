@@ -72,9 +72,13 @@ class FacetValues::Neighbours {
  public:
   Neighbours(const TriMesh& mesh, const Elements& elements);
 
-  /// Adds the neighbours of an element, which are found in their order; returns whether they lie
-  /// all around it.
-  bool fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const;
+  struct Around {
+    bool is_strip = false;
+    Vec3f one_side{};
+  };
+  /// Adds the neighbours of an element, which are found in their order; returns how they lie around
+  /// it.
+  Around fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const;
 
  private:
   std::vector<std::uint32_t> of(std::uint32_t element) const;
@@ -148,7 +152,10 @@ std::vector<std::uint32_t> FacetValues::Neighbours::of(std::uint32_t element) co
   return found;
 }
 
-bool FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>& neighbours) const {
+// A value that bends as much in all directions makes a slope wrong along the sum of slopes times
+// squared distances.
+FacetValues::Neighbours::Around FacetValues::Neighbours::fit(
+    std::uint32_t element, std::vector<Neighbour>& neighbours) const {
   const std::vector<std::uint32_t> found = of(element);
   Eigen::Matrix3d squares = ridge * Eigen::Matrix3d::Identity();  // of the normal equations
   std::vector<Eigen::Vector3d> weighted;
@@ -160,24 +167,34 @@ bool FacetValues::Neighbours::fit(std::uint32_t element, std::vector<Neighbour>&
     squares += weighted.back() * d.transpose();
   }
   const Eigen::LLT<Eigen::Matrix3d> fit(squares);
+  Vec3d by_bend;
+  double distances = 0;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Eigen::Vector3d slope = fit.solve(weighted[k]);
+    const Vec3d d = away(element, found[k]);
+    by_bend += dot(d, d) * Vec3d{slope.x(), slope.y(), slope.z()};
+    distances += length(d);
     neighbours.push_back(
         {found[k], Vec3f(Vec3d{slope.x(), slope.y(), slope.z()}), Vec3f(away(element, found[k]))});
   }
   // The smallest one is that along the normal.
   const Eigen::Vector3d widths =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares, Eigen::EigenvaluesOnly).eigenvalues();
-  return widths[1] > least_width;
+  const double most = distances > 0 ? static_cast<double>(found.size()) / distances : 0;
+  const Vec3d one_side = most * by_bend;
+  return {.is_strip = widths[1] <= least_width,
+          .one_side = Vec3f(one_side / std::max(1.0, length(one_side)))};
 }
 
 FacetValues::FacetValues(const TriMesh& mesh, const Elements& elements)
-    : first_(elements.count() + 1), is_strip_(elements.count()) {
+    : first_(elements.count() + 1), is_strip_(elements.count()), one_side_(elements.count()) {
   // A floor between walls may be one element across: its flux was seen to be off by 8 % in places
   // where elements of the widest cells cover a floor of twenty spacings.
-  constexpr double of_widest = 0.08;
-  const double width = elements.cell_width() / widest_cell;
-  off_in_strip_ = of_widest * width * width;
+  constexpr float of_widest = 0.08F;
+  for (std::size_t f = 0; f < elements.scene().facet_count(); ++f) {
+    const float width = elements.cell_width(f) / widest_cell;
+    off_in_strip_.push_back(of_widest * width * width);
+  }
   find_parts(elements);
   if (!elements.are_rings()) find_planes(mesh, elements);
 }
@@ -186,7 +203,7 @@ double FacetValues::off_in_strips(std::size_t facet) const {
   double share = 0;
   for (const Part& part : parts_of(facet))
     if (is_strip_[part.element] != 0) share += static_cast<double>(part.share);
-  return share * off_in_strip_;
+  return share * static_cast<double>(off_in_strip_[facet]);
 }
 
 // Pieces of a facet that are in the same element follow each other, or nearly.
@@ -223,7 +240,9 @@ void FacetValues::find_planes(const TriMesh& mesh, const Elements& elements) {
     std::vector<Neighbour>& neighbours = of_range[begin / grain];
     for (std::size_t e = begin; e < end; ++e) {
       const std::size_t earlier = neighbours.size();
-      is_strip_[e] = touching.fit(static_cast<std::uint32_t>(e), neighbours) ? 0 : 1;
+      const auto [is_strip, one_side] = touching.fit(static_cast<std::uint32_t>(e), neighbours);
+      is_strip_[e] = is_strip ? 1 : 0;
+      one_side_[e] = one_side;
       first_[e + 1] = neighbours.size() - earlier;
     }
   });

@@ -24,6 +24,10 @@ class FacetValues {
   /// across, as on the floor of a narrow trench: there nothing shows how values change.
   double off_in_strips(std::size_t facet) const;
 
+  /// How far the neighbours of an element lie on one side of it, and which: a vector of length 0,
+  /// all around, to 1.
+  Vec3d one_side(std::size_t element) const { return Vec3d(one_side_[element]); }
+
   /// The slope of the plane of an element.
   template <class OfElement>
   Vec3d slope(std::size_t element, const OfElement& of_element) const {
@@ -85,9 +89,10 @@ class FacetValues {
 
   std::vector<std::size_t> first_part_;  // per facet
   std::vector<Part> parts_;
-  std::vector<std::size_t> first_;  // per element
-  std::vector<char> is_strip_;      // per element: it has hardly any neighbours across
-  double off_in_strip_;             // part of a value
+  std::vector<std::size_t> first_;   // per element
+  std::vector<char> is_strip_;       // per element: it has hardly any neighbours across
+  std::vector<float> off_in_strip_;  // per facet: part of a value
+  std::vector<Vec3f> one_side_;      // per element
   std::vector<Neighbour> neighbours_;
 };
 

@@ -20,11 +20,14 @@ namespace {
 constexpr double first_rays_per_element = 8;
 constexpr double first_rays_per_deep_element = 16;
 
-// Of the cells in which elements are joined, in spacings: from the first one half of it until what
-// their size leaves is no more than this part of the target. A fixed number of rays has no target.
-constexpr double cell_of_fixed_rays = 2;
-constexpr double narrowest_cell = 1;
+// Of the cells in which elements are joined, in spacings: from the first one half of it where what
+// their size leaves is more than this part of the target. A fixed number of rays has no target.
+constexpr float cell_of_fixed_rays = 2;
+constexpr float narrowest_cell = 1;
 constexpr double most_bias = 1.0 / 3;
+
+// Of that, what an element has at most that is not narrowed.
+constexpr double share_of_most_bias = 0.5;
 
 constexpr double mean_tolerance = 1e-7;
 
@@ -36,6 +39,7 @@ struct Round {
   std::vector<FluxField> fields{};  ///< none if it is
   double error = 0;                 ///< the largest of all problems
   double bias = 0;
+  std::vector<float> biases{};      ///< by facet
   std::vector<double> densities{};  ///< of rays, by window, for the fewest in all
 };
 
@@ -69,18 +73,23 @@ std::vector<double> densities_for(const RayPlan& plan, std::span<const double> v
 // The elements of some problems, their rays and what these see.
 class Gathering {
  public:
-  Gathering(std::span<const FluxProblem> problems, const Settle& settle,
-            std::optional<double> width);
+  /// widths: see elements_of().
+  Gathering(std::span<const FluxProblem> problems, const Settle& settle, std::vector<float> widths);
 
-  /// Nothing if the elements are too wide for the target.
+  /// Nothing if some elements are too wide for the target.
   std::optional<std::vector<FluxField>> solve();
+  /// After that: narrower ones in their places.
+  const std::vector<float>& widths() const { return widths_; }
 
  private:
-  bool are_joined() const { return width_ && !options_.two_dimensional && options_.rings.empty(); }
+  bool are_joined() const {
+    return !widths_.empty() && !options_.two_dimensional && options_.rings.empty();
+  }
   bool any_emits() const;
-  bool may_halve_cells() const;
-  bool has_too_wide_strips() const;
-  bool is_too_wide(const Round& round) const;
+  void plan_first_rays();
+  bool narrow(std::span<const float> biases);
+  bool narrow_strips();
+  bool narrow_after(const Round& round);
   void grow(double error);
   void look();
   Round solve_round();
@@ -89,7 +98,7 @@ class Gathering {
   std::span<const FluxProblem> problems_;
   const FluxOptions& options_;
   const Settle& settle_;
-  std::optional<double> width_;
+  std::vector<float> widths_;
   Elements elements_;
   FacetValues values_;
   RayPlan plan_;
@@ -100,16 +109,18 @@ class Gathering {
 };
 
 Gathering::Gathering(std::span<const FluxProblem> problems, const Settle& settle,
-                     std::optional<double> width)
+                     std::vector<float> widths)
     : problems_(problems),
       options_(problems.front().options),
       settle_(settle),
-      width_(width),
-      elements_(elements_of(problems.front(), width)),
+      widths_(std::move(widths)),
+      elements_(elements_of(problems.front(), widths_)),
       values_(problems.front().mesh, elements_),
       plan_(problems.front().scene, elements_),
-      is_last_(options_.rays > 0) {
-  const std::uint64_t scouts = width ? aim_at_sky(problems.front(), plan_) : 0;
+      is_last_(options_.rays > 0) {}
+
+void Gathering::plan_first_rays() {
+  const std::uint64_t scouts = widths_.empty() ? 0 : aim_at_sky(problems_.front(), plan_);
   limit_ = ray_limit(options_, plan_.least_total(),
                      sizeof(ExchangeMatrix::Ray) + sizeof(ExchangeRows::Seen) + 2 * sizeof(Vec3f));
   view_ = std::make_shared<const View>(View{.flights = scouts});
@@ -154,11 +165,15 @@ Round Gathering::solve_round() {
     for (std::size_t p = 0; p < all.size(); ++p) all[p].pass_on_errors_by(passed_on[p]);
   }
   Round round;
+  round.biases.resize(values_.facet_count());
   std::vector<double> variances(plan_.windows().size());
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     if (p == all.size()) begin_next();
     all[p].add_variances(variances);
-    round.bias = std::max(round.bias, all[p].bias_measure());
+    const std::vector<float> biases = all[p].biases();
+    round.bias = std::max(round.bias, all[p].bias_measure(biases));
+    std::ranges::transform(biases, round.biases, round.biases.begin(),
+                           [](float a, float b) { return std::max(a, b); });
     if (is_last_) continue;
     all[p].draw(FluxDraws::at_once);
     round.error = std::max(round.error, all[p].target_measure());
@@ -195,7 +210,7 @@ void Gathering::grow(double error) {
 }
 
 void Gathering::look() {
-  view_ = options_.hits ? options_.hits->look(problems_, plan_, width_.value_or(0), view_)
+  view_ = options_.hits ? options_.hits->look(problems_, plan_, widths_, view_)
                         : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
 }
 
@@ -204,32 +219,56 @@ bool Gathering::any_emits() const {
                              [](const FluxProblem& p) { return !p.species.emission.empty(); });
 }
 
-bool Gathering::may_halve_cells() const {
-  return are_joined() && options_.rays == 0 && *width_ > narrowest_cell;
+// Halves the cells of elements whose biases, each with its share, are too large; whether there are
+// any. An element is narrowed as a whole.
+//
+// Shape: one bias per facet.
+bool Gathering::narrow(std::span<const float> biases) {
+  const double most = share_of_most_bias * most_bias * options_.target_error;
+  std::vector<char> is_narrowed(biases.size());
+  for (std::uint32_t e = 0; e < elements_.count(); ++e) {
+    double squares = 0;
+    for (const std::uint32_t p : elements_.pieces_of(e)) {
+      const auto bias = static_cast<double>(biases[elements_.piece(p).facet]);
+      squares += elements_.piece(p).area / elements_.area(e) * bias * bias;
+    }
+    if (squares <= most * most) continue;
+    for (const std::uint32_t p : elements_.pieces_of(e))
+      is_narrowed[elements_.piece(p).facet] = widths_[elements_.piece(p).facet] > narrowest_cell;
+  }
+  for (std::size_t f = 0; f < biases.size(); ++f)
+    if (is_narrowed[f] != 0) widths_[f] /= 2;
+  return std::ranges::find(is_narrowed, 1) != is_narrowed.end();
 }
 
 // Before any ray is sent: what makes a bias by itself, wherever flux arrives.
-bool Gathering::has_too_wide_strips() const {
-  if (!may_halve_cells() || !options_.responses.empty()) return false;
+bool Gathering::narrow_strips() {
+  if (!are_joined() || options_.rays > 0 || !options_.responses.empty()) return false;
   const RayScene& scene = problems_.front().scene;
+  std::vector<float> biases;
   double squares = 0;
   double area = 0;
-  for (std::size_t f = 0; f < scene.facet_count(); ++f) {
-    squares += scene.area(f) * values_.off_in_strips(f) * values_.off_in_strips(f);
+  for (std::size_t f = 0; f < values_.facet_count(); ++f) {
+    const double bias = facet_bias_counts * values_.off_in_strips(f);
+    biases.push_back(static_cast<float>(bias));
+    squares += scene.area(f) * bias * bias;
     area += scene.area(f);
   }
-  return facet_bias_counts * std::sqrt(squares / area) > most_bias * options_.target_error;
+  const double most = most_bias * options_.target_error;
+  return squares > most * most * area && narrow(biases);
 }
 
 // Long before the error has come down to what their size leaves, that is as well known as later.
-bool Gathering::is_too_wide(const Round& round) const {
+bool Gathering::narrow_after(const Round& round) {
   constexpr double soon = 10;
-  return may_halve_cells() && round.bias > most_bias * options_.target_error &&
-         round.error < soon * round.bias;
+  if (!are_joined() || options_.rays > 0) return false;
+  const bool is_biased = round.bias > most_bias * options_.target_error;
+  return is_biased && round.error < soon * round.bias && narrow(round.biases);
 }
 
 std::optional<std::vector<FluxField>> Gathering::solve() {
-  if (has_too_wide_strips()) return std::nullopt;
+  if (narrow_strips()) return std::nullopt;
+  plan_first_rays();
   for (bool is_first = true;; is_first = false) {
     look();
     const bool settles_at_once = settle_.update && (is_first || is_last_);
@@ -239,7 +278,7 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
       settle_sticking();
       round = solve_round();
     }
-    if (is_too_wide(round)) return std::nullopt;
+    if (narrow_after(round)) return std::nullopt;
     if (is_last_ || round.error <= options_.target_error) return std::move(round.fields);
     // Borders of shadows in a narrow lobe, and what a few facets emit, the few rays of a first
     // round find by chance.
@@ -254,11 +293,17 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
 // no neighbours aside that its noise would average with, and rays are cheap.
 std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle) {
   if (problems.empty()) return {};
-  if (std::ranges::any_of(problems, is_looked_for))
-    return *Gathering(problems, settle, std::nullopt).solve();
-  const bool is_fixed = problems.front().options.rays > 0;
-  for (double width = is_fixed ? cell_of_fixed_rays : widest_cell;; width /= 2)
-    if (auto fields = Gathering(problems, settle, width).solve()) return std::move(*fields);
+  std::vector<float> widths;
+  if (std::ranges::none_of(problems, is_looked_for)) {
+    const bool is_fixed = problems.front().options.rays > 0;
+    widths.assign(problems.front().scene.facet_count(),
+                  is_fixed ? cell_of_fixed_rays : widest_cell);
+  }
+  for (;;) {
+    Gathering gathering(problems, settle, std::move(widths));
+    if (auto fields = gathering.solve()) return std::move(*fields);
+    widths = gathering.widths();
+  }
 }
 
 }  // namespace scarp

@@ -210,7 +210,7 @@ class Solver {
 Solver::Solver(const FluxProblem& problem)
     : problem_(problem),
       options_(problem.options),
-      elements_(elements_of(problem, std::nullopt)),
+      elements_(elements_of(problem, {})),
       plan_(problem.scene, elements_, least_set),
       tracer_(problem) {
   const RayLimit limit = ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit));

@@ -13,7 +13,7 @@
 
 namespace scarp {
 
-/// How much a bias of single facets counts in bias_measure().
+/// How much a bias of single facets counts: their noise is larger than that of patches.
 inline constexpr double facet_bias_counts = 1.0 / 3;
 
 /// What the rays of all elements tell of one problem: the flux, its noise, what the size of
@@ -34,8 +34,11 @@ class Gathered {
   void draw(std::size_t count);
   /// What is compared with the target. After the first draw.
   double target_measure() const;
-  /// The part of it that smaller elements would remove.
-  double bias_measure() const;
+  /// What smaller elements would remove, by facet, as it counts in what is compared with the
+  /// target. What normals change on facets does not become less with smaller elements.
+  std::vector<float> biases() const;
+  /// The same of all together.
+  double bias_measure(std::span<const float> biases) const;
   /// By window, what each element's relative error of a single ray squared is, summed up.
   void add_variances(std::span<double> of_windows) const;
   FluxField field() const;
@@ -43,7 +46,7 @@ class Gathered {
  private:
   std::span<const double> flux() const { return flux_.by_rank(); }
   const FacetFlux& on_facets() const { return flux_.on_facets(); }
-  static constexpr std::size_t bias_count = 3;
+  static constexpr std::size_t bias_count = 4;
   FluxSpread bias() const;
   FluxSpread spread() const;
   double measure(const FluxSpread& spread) const;

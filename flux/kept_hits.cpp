@@ -18,7 +18,7 @@ bool sends(const View& view, const RayPlan& plan) {
 }  // namespace
 
 std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems,
-                                           const RayPlan& plan, double width,
+                                           const RayPlan& plan, std::span<const float> widths,
                                            std::shared_ptr<const View> earlier) {
   const auto send = [&] {
     sent_ += plan.total() - earlier->matrix.rays.size();
@@ -28,11 +28,11 @@ std::shared_ptr<const View> KeptHits::look(std::span<const FluxProblem> problems
   if (!std::ranges::all_of(problems, can_keep)) return send();
   Known now{.materials = problems.front().mesh.materials,
             .have_source = {},
-            .width = width,
+            .widths = {widths.begin(), widths.end()},
             .view = nullptr};
   for (const FluxProblem& problem : problems) now.have_source.push_back(problem.has_source());
   const auto found = std::ranges::find_if(known_, [&](const Known& known) {
-    return known.width == width && known.have_source == now.have_source &&
+    return known.widths == now.widths && known.have_source == now.have_source &&
            known.materials == now.materials && sends(*known.view, plan);
   });
   if (found == known_.end()) {

@@ -23,9 +23,10 @@ namespace scarp {
 class KeptHits {
  public:
   /// As scarp::look.
-  /// width: of the cells in which elements are joined.
+  /// widths: of the cells in which elements are joined, per facet.
   std::shared_ptr<const View> look(std::span<const FluxProblem> problems, const RayPlan& plan,
-                                   double width, std::shared_ptr<const View> earlier);
+                                   std::span<const float> widths,
+                                   std::shared_ptr<const View> earlier);
 
   /// Rays that were sent, not remembered.
   std::uint64_t sent() const { return sent_; }
@@ -34,7 +35,7 @@ class KeptHits {
   struct Known {
     std::vector<MaterialId> materials;
     std::vector<bool> have_source;
-    double width = 0;  ///< of the cells of elements
+    std::vector<float> widths;  ///< of the cells of elements
     std::shared_ptr<const View> view;
   };
   std::deque<Known> known_;  ///< the oldest first
