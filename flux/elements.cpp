@@ -91,7 +91,11 @@ std::vector<std::uint32_t> Elements::join_in_cells(const TriMesh& mesh,
   short_ones.reserve(some.size());
   for (const std::uint32_t p : some) {
     if (has_longer_edge(pieces_[p].corners, width)) continue;
-    keys.push_back(cells.key(middle_of(pieces_[p].corners), main_direction(pieces_[p].normal)));
+    const int direction = main_direction(pieces_[p].normal);
+    Vec3d r = middle_of(pieces_[p].corners);
+    // Along a wall flux changes less than down it.
+    if (direction / 2 < 2) r = {r.x / 2, r.y / 2, r.z};
+    keys.push_back(cells.key(r, direction));
     short_ones.push_back(p);
   }
   std::vector<std::uint32_t> left;

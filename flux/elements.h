@@ -20,8 +20,9 @@ inline Vec3d middle_of(const std::array<Vec3d, 3>& corners) {
 /// In spacings: of pieces of facets.
 inline constexpr double longest_piece_edge = 3;
 
-/// In spacings: of cells in which pieces are joined at most.
-inline constexpr float widest_cell = 8;
+/// In spacings: of cells in which pieces are joined at most, down walls and on floors; along walls
+/// cells are twice as long.
+inline constexpr float widest_cell = 4;
 
 /// The surface of a scene in elements, the unknowns of the exchange: large facets of a simplified
 /// mesh span places with quite different flux, and small ones, such as marching cubes give, hardly

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <tuple>
 
 #include "core/error.h"
 #include "flux/sobol.h"
@@ -31,6 +32,31 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
   return main_direction(scene.normal(elements.piece(elements.pieces_of(element).front()).facet));
 }
 
+// Elements of the same main direction, and of the floors and tops among them those of the same
+// height: what sees only the sky has nothing in common with what lies at the bottom of a hole.
+std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elements) {
+  constexpr double gap = 4;  // spacings, between two heights
+  constexpr int upward = 4;  // the first of two main directions
+  std::vector<std::uint32_t> order(elements.count());
+  std::iota(order.begin(), order.end(), 0U);
+  std::vector<int> directions;
+  for (const std::uint32_t e : order) directions.push_back(main_direction_of(scene, elements, e));
+  const auto height = [&](std::uint32_t e) {
+    return directions[e] < upward ? 0 : elements.middle(e).z;
+  };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(directions[a], height(a), a) < std::tuple(directions[b], height(b), b);
+  });
+  std::vector<std::uint32_t> groups(order.size());
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::uint32_t before = order[k - 1];
+    const bool is_next =
+        directions[order[k]] != directions[before] || height(order[k]) - height(before) > gap;
+    groups[order[k]] = groups[before] + (is_next ? 1 : 0);
+  }
+  return groups;
+}
+
 }  // namespace
 
 RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
@@ -46,10 +72,11 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
     keys[e] = curve_key({r.x / largest, r.y / largest, (r.z - scene.lowest()) / largest},
                         main_direction_of(scene, elements, static_cast<std::uint32_t>(e)));
   }
+  const std::vector<std::uint32_t> groups = groups_of(scene, elements);
   element_at_.resize(keys.size());
   std::iota(element_at_.begin(), element_at_.end(), 0U);
   std::sort(element_at_.begin(), element_at_.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
+    return std::tuple(groups[a], keys[a], a) < std::tuple(groups[b], keys[b], b);
   });
   rank_of_.resize(keys.size());
   for (std::uint32_t rank = 0; rank < keys.size(); ++rank) rank_of_[element_at_[rank]] = rank;
@@ -60,7 +87,7 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
     if (std::ranges::all_of(pieces, [&](auto p) { return elements.element_of(p) == element; }))
       rank_of_facet_[f] = rank_of_[element];
   }
-  make_blocks(scene);
+  make_blocks(scene, groups);
   rays_.resize(keys.size());
   first_.resize(keys.size() + 1);
 }
@@ -79,22 +106,23 @@ void RayPlan::share_by_width() {
   }
 }
 
-// Ranks with the same main direction.
-std::vector<RayPlan::Row> RayPlan::rows(const RayScene& scene) const {
+// Ranks of the same group.
+std::vector<RayPlan::Row> RayPlan::rows(const RayScene& scene,
+                                        std::span<const std::uint32_t> groups) const {
   std::vector<Row> rows;
   for (std::uint32_t begin = 0; begin < size(); begin = rows.back().end) {
     const int direction = main_direction_of(scene, *elements_, element_at_[begin]);
     std::uint32_t end = begin + 1;
     while (end < size() && !is_parted(end) &&
-           main_direction_of(scene, *elements_, element_at_[end]) == direction)
+           groups[element_at_[end]] == groups[element_at_[begin]])
       ++end;
     rows.push_back({.begin = begin, .end = end, .main_direction = direction});
   }
   return rows;
 }
 
-void RayPlan::make_blocks(const RayScene& scene) {
-  const std::vector<Row> rows = this->rows(scene);
+void RayPlan::make_blocks(const RayScene& scene, std::span<const std::uint32_t> groups) {
+  const std::vector<Row> rows = this->rows(scene, groups);
   std::vector<std::size_t> first_block;
   block_of_.resize(size());
   for (const Row& row : rows) {

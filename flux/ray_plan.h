@@ -15,10 +15,11 @@ inline constexpr std::size_t set_count = 2;
 
 /// How many rays leave each element, in each of its sets.
 ///
-/// Elements are taken along a space-filling curve, one main direction after the other, so that
-/// neighbours on the surface are neighbours in the list; an element's place in it is its rank.
-/// Elements in a row are blocks, which share out the points of one sequence: rays of neighbours
-/// fill each other's gaps. From blocks that hardly see the sky some rays are aimed at it.
+/// Elements are taken along a space-filling curve, one main direction after the other, floors and
+/// tops by height, so that neighbours on the surface are neighbours in the list; an element's place
+/// in it is its rank. Elements in a row are blocks, which share out the points of one sequence:
+/// rays of neighbours fill each other's gaps. From blocks that hardly see the sky some rays are
+/// aimed at it.
 class RayPlan {
  public:
   /// Every so many rays of a block that aims at the sky one does.
@@ -101,8 +102,8 @@ class RayPlan {
     int main_direction = 0;
     std::uint32_t size() const { return end - begin; }
   };
-  std::vector<Row> rows(const RayScene& scene) const;
-  void make_blocks(const RayScene& scene);
+  std::vector<Row> rows(const RayScene& scene, std::span<const std::uint32_t> groups) const;
+  void make_blocks(const RayScene& scene, std::span<const std::uint32_t> groups);
   bool is_parted(std::uint32_t rank) const;
   std::uint32_t least(std::size_t rank) const;
   std::uint32_t step(std::size_t rank, double of_set) const;

@@ -110,7 +110,9 @@ TEST(FacetValues, KnowElementsWithoutNeighboursAcross) {
   elements.join(shape.mesh, 4);
   const FacetValues values(shape.mesh, elements);
   for (std::size_t f = 0; f < shape.mesh.triangles.size(); ++f)
-    EXPECT_DOUBLE_EQ(values.off_in_strips(f), scene.normal(f).z > 0.5 ? 0.02 : 0) << f;
+    EXPECT_FLOAT_EQ(static_cast<float>(values.off_in_strips(f)),
+                    scene.normal(f).z > 0.5 ? 0.02F : 0)
+        << f;
 }
 
 // Nothing is smoothed across an edge.

@@ -188,20 +188,21 @@ class TargetError : public ::testing::TestWithParam<Engine> {};
 TEST_P(TargetError, IsReachedAndTrue) {
   const Shape shape = exact::trench(2, 4, 8, 10);
   const FluxField precise = solve(shape, gas(0.5F), {.engine = Engine::gather, .rays = 1 << 18});
-  const FluxField flux =
-      solve(shape, gas(0.5F), {.engine = GetParam(), .target_error = 0.02, .seed = 5});
-  EXPECT_TRUE(flux.target_reached());
-  EXPECT_LE(flux.error, 0.02);
-  // Not many more rays than needed.
-  EXPECT_GT(flux.error, 0.01);
-
   const std::vector<double> areas = facet_areas(shape.mesh);
   double squares = 0;
   double bars = 0;
-  for (std::size_t f = 0; f < areas.size(); ++f) {
-    const double deviation = flux.arrivals().mean[f] - precise.arrivals().mean[f];
-    squares += areas[f] * deviation * deviation;
-    bars += areas[f] * flux.arrivals().std_error[f] * flux.arrivals().std_error[f];
+  for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+    const FluxField flux =
+        solve(shape, gas(0.5F), {.engine = GetParam(), .target_error = 0.02, .seed = seed});
+    EXPECT_TRUE(flux.target_reached());
+    EXPECT_LE(flux.error, 0.02);
+    // Not many more rays than needed.
+    EXPECT_GT(flux.error, 0.01);
+    for (std::size_t f = 0; f < areas.size(); ++f) {
+      const double deviation = flux.arrivals().mean[f] - precise.arrivals().mean[f];
+      squares += areas[f] * deviation * deviation;
+      bars += areas[f] * flux.arrivals().std_error[f] * flux.arrivals().std_error[f];
+    }
   }
   EXPECT_NEAR(std::sqrt(squares / bars), 1, 0.25);
 }
@@ -306,7 +307,7 @@ TEST(AutomaticEngine, IsTheOneThatTakesFewerFlights) {
     const Engine other = c.engine == FluxEngine::gather ? Engine::forward : Engine::gather;
     const FluxField slower =
         solve(c.shape, gas(c.sticking), {.engine = other, .target_error = options.target_error});
-    EXPECT_LT(1.5 * static_cast<double>(chosen.segments), static_cast<double>(slower.segments))
+    EXPECT_LT(1.4 * static_cast<double>(chosen.segments), static_cast<double>(slower.segments))
         << c.sticking;
   }
   // A number of rays says what is counted.
