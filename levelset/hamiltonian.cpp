@@ -9,7 +9,7 @@ namespace scarp {
 
 namespace {
 
-// Kernels take what they add to by value: what nobody else can see is kept in vectors.
+// What a kernel adds to is restricted: it overlaps with nothing else.
 
 SCARP_KERNEL_PART Vec3f at_node(const RowVectors& vectors, int k) {
   return {vectors[0][k], vectors[1][k], vectors[2][k]};
@@ -28,20 +28,18 @@ SCARP_VECTOR_KERNEL bool is_zero(const float* amplitude) {
   return other == 0;
 }
 
-SCARP_VECTOR_KERNEL Hamiltonian with_isotropic(Hamiltonian sum, const float* speed,
-                                               const RowVectors& p) {
+SCARP_VECTOR_KERNEL void add_isotropic(const float* speed, const RowVectors& p,
+                                       Hamiltonian& __restrict sum) {
   for (int k = 0; k < leaf_edge; ++k) {
     const Vec3f gradient = at_node(p, k);
     const float size = length(gradient);
-    add({size, gradient / std::max(size, 1e-6F)}, speed[k], k, sum);
+    add({size, gradient / larger(size, 1e-6F)}, speed[k], k, sum);
   }
-  return sum;
 }
 
-SCARP_VECTOR_KERNEL Hamiltonian with_crystal(Hamiltonian sum, const CrystalRates& crystal,
-                                             const float* amplitude, const RowVectors& p) {
+SCARP_VECTOR_KERNEL void add_crystal(const CrystalRates& crystal, const float* amplitude,
+                                     const RowVectors& p, Hamiltonian& __restrict sum) {
   for (int k = 0; k < leaf_edge; ++k) add(crystal.rate(at_node(p, k)), amplitude[k], k, sum);
-  return sum;
 }
 
 /// Normals at the nodes of a row as factors about an axis see them.
@@ -55,7 +53,7 @@ SCARP_VECTOR_KERNEL AboutAxis about_axis(Vec3f axis, const RowVectors& p) {
   AboutAxis at;
   for (int k = 0; k < leaf_edge; ++k) {
     const Vec3f gradient = at_node(p, k);
-    const float size = std::max(length(gradient), 1e-6F);
+    const float size = larger(length(gradient), 1e-6F);
     const Vec3f normal = gradient / size;
     at.size[k] = size;
     at.normals[0][k] = normal.x;
@@ -73,38 +71,36 @@ struct AxialSum {
 };
 
 template <class Kind>
-SCARP_KERNEL_PART AxialSum with_kind(AxialSum sum, const Kind& kind, const float* amplitude,
-                                     const RowValues& cosine) {
+SCARP_KERNEL_PART void add_kind(const Kind& kind, const float* amplitude, const RowValues& cosine,
+                                AxialSum& __restrict sum) {
   for (int k = 0; k < leaf_edge; ++k) {
     const AxialRate rate = kind.at(cosine[k]);
     sum.value[k] += amplitude[k] * rate.value;
     sum.rise[k] += amplitude[k] * rate.rise;
   }
-  return sum;
 }
 
-SCARP_VECTOR_KERNEL AxialSum with(const AxialSum& sum, const BeamResponse& kind,
-                                  const float* amplitude, const RowValues& cosine) {
-  return with_kind(sum, kind, amplitude, cosine);
+SCARP_VECTOR_KERNEL void add(const BeamResponse& kind, const float* amplitude,
+                             const RowValues& cosine, AxialSum& __restrict sum) {
+  add_kind(kind, amplitude, cosine, sum);
 }
 
-SCARP_VECTOR_KERNEL AxialSum with(const AxialSum& sum, const CosineResponse& kind,
-                                  const float* amplitude, const RowValues& cosine) {
-  return with_kind(sum, kind, amplitude, cosine);
+SCARP_VECTOR_KERNEL void add(const CosineResponse& kind, const float* amplitude,
+                             const RowValues& cosine, AxialSum& __restrict sum) {
+  add_kind(kind, amplitude, cosine, sum);
 }
 
-SCARP_VECTOR_KERNEL AxialSum with(const AxialSum& sum, const SlopeResponse& kind,
-                                  const float* amplitude, const RowValues& cosine) {
-  return with_kind(sum, kind, amplitude, cosine);
+SCARP_VECTOR_KERNEL void add(const SlopeResponse& kind, const float* amplitude,
+                             const RowValues& cosine, AxialSum& __restrict sum) {
+  add_kind(kind, amplitude, cosine, sum);
 }
 
-SCARP_VECTOR_KERNEL Hamiltonian with_axial(Hamiltonian sum, Vec3f axis, const AboutAxis& at,
-                                           const AxialSum& axial) {
+SCARP_VECTOR_KERNEL void add_axial(Vec3f axis, const AboutAxis& at, const AxialSum& axial,
+                                   Hamiltonian& __restrict sum) {
   for (int k = 0; k < leaf_edge; ++k) {
     const AxialRate of_cosine{axial.value[k], axial.rise[k]};
     add(rate_about(axis, at.size[k], at_node(at.normals, k), of_cosine), 1, k, sum);
   }
-  return sum;
 }
 
 /// Adds the angular parts of a field from a given one on that have its axis, and returns the number
@@ -122,10 +118,10 @@ std::size_t add_about_axis(const SpeedField& field, std::size_t part, std::size_
     if (slopes != nullptr && slopes->is_zero_between(*least, *most)) continue;
     if (is_zero(amplitude)) continue;
     factor.visit([&](const auto& kind) {
-      if constexpr (requires { kind.at(0.0F); }) axial = with(axial, kind, amplitude, at.cosine);
+      if constexpr (requires { kind.at(0.0F); }) add(kind, amplitude, at.cosine, axial);
     });
   }
-  sum = with_axial(sum, axis, at, axial);
+  add_axial(axis, at, axial, sum);
   return part;
 }
 
@@ -140,7 +136,7 @@ bool has_no_speed(const SpeedField& field, std::size_t first) {
 
 Hamiltonian hamiltonian(const SpeedField& field, std::size_t first, const RowVectors& p) {
   Hamiltonian sum;
-  if (!is_zero(&field.speed[first])) sum = with_isotropic(sum, &field.speed[first], p);
+  if (!is_zero(&field.speed[first])) add_isotropic(&field.speed[first], p, sum);
   for (std::size_t part = 0; part < field.angular.size();) {
     const auto& [factor, amplitudes] = field.angular[part];
     if (factor.axis()) {
@@ -151,7 +147,7 @@ Hamiltonian hamiltonian(const SpeedField& field, std::size_t first, const RowVec
     const float* amplitude = &amplitudes[first];
     if (is_zero(amplitude)) continue;
     factor.visit([&](const auto& kind) {
-      if constexpr (requires { kind.rate(Vec3f{}); }) sum = with_crystal(sum, kind, amplitude, p);
+      if constexpr (requires { kind.rate(Vec3f{}); }) add_crystal(kind, amplitude, p, sum);
     });
   }
   return sum;

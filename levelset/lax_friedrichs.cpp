@@ -32,31 +32,34 @@ SCARP_KERNEL_PART RowValues on_the_way(const RowValues& from, const RowValues& t
   return between;
 }
 
-/// The parts of the way between two slopes at which a row is asked: the two ends, or the middle
-/// alone if they are the same.
-SCARP_KERNEL_PART std::span<const float> parts_between(const RowValues& from, const RowValues& to) {
-  static constexpr std::array<float, 3> places{0, 1, 0.5F};
-  int wide = 0;
-  for (int k = 0; k < leaf_edge; ++k) wide |= std::abs(to[k] - from[k]) > flat ? 1 : 0;
-  return std::span(places).subspan(wide != 0 ? 0 : 2, wide != 0 ? 2 : 1);
-}
-
 /// grad phi at the nodes of a row, as seen from the two sides along each axis.
 struct Gradients {
   RowVectors backward;
   RowVectors forward;
-
-  /// The given part of the way from backward to forward, by axis.
-  SCARP_KERNEL_PART RowVectors at(const std::array<float, 3>& part) const {
-    return {on_the_way(backward[0], forward[0], part[0]),
-            on_the_way(backward[1], forward[1], part[1]),
-            on_the_way(backward[2], forward[2], part[2])};
-  }
-
-  SCARP_KERNEL_PART std::span<const float> parts(int axis) const {
-    return parts_between(backward[axis], forward[axis]);
-  }
 };
+
+/// The given part of the way from backward to forward, by axis.
+SCARP_VECTOR_KERNEL RowVectors at(const Gradients& box, const std::array<float, 3>& part) {
+  return {on_the_way(box.backward[0], box.forward[0], part[0]),
+          on_the_way(box.backward[1], box.forward[1], part[1]),
+          on_the_way(box.backward[2], box.forward[2], part[2])};
+}
+
+RowVectors middle_of(const Gradients& box) { return at(box, {0.5F, 0.5F, 0.5F}); }
+
+SCARP_VECTOR_KERNEL bool is_flat(const RowValues& backward, const RowValues& forward) {
+  int wide = 0;
+  for (int k = 0; k < leaf_edge; ++k) wide |= std::abs(forward[k] - backward[k]) > flat ? 1 : 0;
+  return wide == 0;
+}
+
+/// The parts of the way along an axis at which a row is asked: the two ends, or the middle alone if
+/// they are the same.
+std::span<const float> parts(const Gradients& box, int axis) {
+  static constexpr std::array<float, 3> places{0, 1, 0.5F};
+  const bool same = is_flat(box.backward[axis], box.forward[axis]);
+  return std::span(places).subspan(same ? 2 : 0, same ? 1 : 2);
+}
 
 template <Scheme scheme>
 SCARP_KERNEL_PART Gradients gradients_of(const float* row) {
@@ -75,7 +78,7 @@ SCARP_VECTOR_KERNEL Gradients first_order_gradients(const float* row) {
   return gradients_of<Scheme::first_order>(row);
 }
 
-/// By WENO5, but near ones where something within reach does not move.
+/// By WENO5, but the near ones where something within reach does not move.
 SCARP_VECTOR_KERNEL Gradients weno5_gradients(const float* row, const float* mobility,
                                               const Gradients& near) {
   Gradients gradients = gradients_of<Scheme::weno5>(row);
@@ -85,14 +88,14 @@ SCARP_VECTOR_KERNEL Gradients weno5_gradients(const float* row, const float* mob
       for (int k = 0; k < leaf_edge; ++k) near_still[k] |= mobility[n * stride + k] == 0 ? 1 : 0;
     }
   }
-  const auto replace = [&](const RowVectors& from, RowVectors& to) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < leaf_edge; ++k)
-        to[axis][k] = select(near_still[k] != 0, from[axis][k], to[axis][k]);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      float& backward = gradients.backward[axis][k];
+      float& forward = gradients.forward[axis][k];
+      backward = select(near_still[k] != 0, near.backward[axis][k], backward);
+      forward = select(near_still[k] != 0, near.forward[axis][k], forward);
     }
-  };
-  replace(near.backward, gradients.backward);
-  replace(near.forward, gradients.forward);
+  }
   return gradients;
 }
 
@@ -122,144 +125,126 @@ void see_past_standing(const float* mobility, Gradients& gradients) {
   }
 }
 
-SCARP_KERNEL_PART void include(const RowVectors& slope, RowVectors& dissipation) {
+/// The derivatives of V |grad phi| that are met at the nodes of a row.
+struct SlopeRange {
+  RowVectors least;
+  RowVectors most;
+};
+
+SCARP_VECTOR_KERNEL void include(const RowVectors& slope, SlopeRange& __restrict met) {
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < leaf_edge; ++k) {
-      dissipation[axis][k] = std::max(dissipation[axis][k], std::abs(slope[axis][k]));
+      met.least[axis][k] = smaller(met.least[axis][k], slope[axis][k]);
+      met.most[axis][k] = larger(met.most[axis][k], slope[axis][k]);
     }
   }
 }
 
-/// The largest derivatives at the corners of the box that the differences to the neighbours span.
-SCARP_KERNEL_PART RowVectors dissipation_in_box(const SpeedField& field, std::size_t first,
-                                                const Gradients& near) {
-  RowVectors dissipation{};
-  for (const float x : near.parts(0)) {
-    for (const float y : near.parts(1)) {
-      for (const float z : near.parts(2)) {
-        include(hamiltonian(field, first, near.at({x, y, z})).slope, dissipation);
-      }
-    }
-  }
-  return dissipation;
+/// With those at the corners of the box that the differences to the neighbours span.
+SlopeRange slopes_met(const SpeedField& field, std::size_t first, const RowVectors& middle,
+                      const Gradients& box) {
+  SlopeRange met{.least = middle, .most = middle};
+  for (const float x : parts(box, 0))
+    for (const float y : parts(box, 1))
+      for (const float z : parts(box, 2))
+        include(hamiltonian(field, first, at(box, {x, y, z})).slope, met);
+  return met;
 }
 
-SCARP_KERNEL_PART RowValues difference(const RowValues& a, const RowValues& b) {
+SCARP_VECTOR_KERNEL RowValues difference(const RowValues& a, const RowValues& b) {
   RowValues rest;
   for (int k = 0; k < leaf_edge; ++k) rest[k] = a[k] - b[k];
   return rest;
 }
 
-/// V |grad phi| at the nodes of a row, along the axes.
-SCARP_VECTOR_KERNEL RowValues rates_along_axes(const SpeedField& field, std::size_t first,
-                                               const Gradients& near, const Gradients& gradients) {
-  const bool has_cusps = std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
-  const Hamiltonian central = hamiltonian(field, first, gradients.at({0.5F, 0.5F, 0.5F}));
-  RowVectors dissipation = dissipation_in_box(field, first, near);
-  include(central.slope, dissipation);
-  RowValues smoothing{};
+/// What the dissipation takes off rates, by the largest derivatives that are met along each axis.
+SCARP_VECTOR_KERNEL RowValues dissipation(const RowValues& rates, const SlopeRange& met,
+                                          const Gradients& near, const Gradients& gradients,
+                                          bool has_cusps) {
+  RowValues sum{};
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < leaf_edge; ++k) {
       const float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
       const float near_jump = near.forward[axis][k] - near.backward[axis][k];
-      const bool etches = central.value[k] < 0;
-      const float held = select(etches, smaller(jump, near_jump), larger(jump, near_jump));
+      const float held = select(rates[k] < 0, smaller(jump, near_jump), larger(jump, near_jump));
       const float used = select(has_cusps, 0.5F * (jump + held), jump);
-      smoothing[k] += dissipation[axis][k] * (0.5F * used);
+      sum[k] += larger(met.most[axis][k], -met.least[axis][k]) * (0.5F * used);
     }
   }
-  return difference(central.value, smoothing);
+  return sum;
 }
 
-/// The slopes of phi across (0) and along the vertical (1) at the nodes of a row: the one that
-/// counts where V |grad phi| rises with the slope, and the one where it falls.
-struct VerticalSlopes {
-  std::array<RowValues, 2> rising;
-  std::array<RowValues, 2> falling;
+/// V |grad phi| at the nodes of a row, along the axes.
+RowValues rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
+                           const Gradients& gradients) {
+  const bool has_cusps = std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+  const auto [rates, slope] = hamiltonian(field, first, middle_of(gradients));
+  const SlopeRange met = slopes_met(field, first, slope, near);
+  return difference(rates, dissipation(rates, met, near, gradients, has_cusps));
+}
 
-  SCARP_KERNEL_PART explicit VerticalSlopes(const Gradients& gradients)
-      : rising{across(gradients, 1), gradients.backward[2]},
-        falling{across(gradients, -1), gradients.forward[2]} {}
-
-  /// The parts of the way from rising to falling.
-  SCARP_KERNEL_PART RowVectors gradient(float across, float along) const {
-    return {
-        on_the_way(rising[0], falling[0], across), {}, on_the_way(rising[1], falling[1], along)};
-  }
-  SCARP_KERNEL_PART std::span<const float> parts(int component) const {
-    return parts_between(rising[component], falling[component]);
-  }
-
- private:
-  /// By the differences from which information travels the way phi grows (side 1) or falls (-1).
-  SCARP_KERNEL_PART static RowValues across(const Gradients& gradients, float side) {
-    RowValues slopes;
-    for (int k = 0; k < leaf_edge; ++k) {
-      float square = 0;
-      for (int axis = 0; axis < 2; ++axis) {
-        const float slope =
-            upwind_slope({gradients.backward[axis][k], gradients.forward[axis][k]}, side);
-        square += slope * slope;
-      }
-      slopes[k] = std::sqrt(square);
+/// By the differences from which information travels the way phi grows (side 1) or falls (-1).
+SCARP_KERNEL_PART RowValues across(const Gradients& gradients, float side) {
+  RowValues slopes;
+  for (int k = 0; k < leaf_edge; ++k) {
+    float square = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+      const float slope =
+          upwind_slope({gradients.backward[axis][k], gradients.forward[axis][k]}, side);
+      square += slope * slope;
     }
-    return slopes;
+    slopes[k] = std::sqrt(square);
   }
-};
+  return slopes;
+}
 
-/// The derivatives of V |grad phi| that are met at the nodes of a row.
-struct SlopeRange {
-  RowValues least;
-  RowValues most;
-
-  SCARP_KERNEL_PART void include(const RowValues& slope) {
-    for (int k = 0; k < leaf_edge; ++k) {
-      least[k] = std::min(least[k], slope[k]);
-      most[k] = std::max(most[k], slope[k]);
-    }
-  }
-};
+/// The slopes of phi across and along the vertical, in the place of those along x and z: backward
+/// those that count where V |grad phi| rises with the slope, forward those where it falls.
+SCARP_VECTOR_KERNEL Gradients across_and_along(const Gradients& gradients) {
+  return {.backward = {across(gradients, 1), {}, gradients.backward[2]},
+          .forward = {across(gradients, -1), {}, gradients.forward[2]}};
+}
 
 /// V |grad phi| turns where its derivatives of one sign are more than this part of those of the
 /// other: what is less is rounding, of tables too.
 constexpr float least_turn = 0.01F;
 
+/// The slopes from which information comes, or where V |grad phi| turns those in the middle with
+/// what the dissipation takes off.
+struct Upwind {
+  RowVectors p{};
+  RowValues dissipation{};
+};
+
+SCARP_KERNEL_PART void choose(const SlopeRange& met, const Gradients& slopes, int axis,
+                              Upwind& chosen) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    const float rises = met.most[axis][k];
+    const float falls = -met.least[axis][k];
+    const bool turns = smaller(rises, falls) > least_turn * larger(rises, falls);
+    const float part = select(turns, 0.5F, select(falls > rises, 1, 0));
+    const float jump = slopes.forward[axis][k] - slopes.backward[axis][k];
+    chosen.p[axis][k] = on_the_way(slopes.backward[axis][k], slopes.forward[axis][k], part);
+    chosen.dissipation[k] += select(turns, larger(rises, falls) * (0.5F * jump), 0);
+  }
+}
+
+SCARP_VECTOR_KERNEL Upwind upwind(const SlopeRange& met, const Gradients& slopes) {
+  Upwind chosen;
+  choose(met, slopes, 0, chosen);
+  choose(met, slopes, 2, chosen);
+  return chosen;
+}
+
 /// V |grad phi| at the nodes of a row, if V depends on the angle to the vertical alone.
-SCARP_VECTOR_KERNEL RowValues rates_about_vertical(const SpeedField& field, std::size_t first,
-                                                   const Gradients& near,
-                                                   const Gradients& gradients) {
-  const VerticalSlopes slopes(gradients);
-  const VerticalSlopes box(near);
-  constexpr std::array<int, 2> axes{0, 2};  // of gradients
-  const Hamiltonian middle = hamiltonian(field, first, slopes.gradient(0.5F, 0.5F));
-  std::array<SlopeRange, 2> range;
-  for (int part = 0; part < 2; ++part) {
-    const RowValues& slope = middle.slope[axes[part]];
-    range[part] = {.least = slope, .most = slope};
-  }
-  for (const float across : box.parts(0)) {
-    for (const float along : box.parts(1)) {
-      const Hamiltonian corner = hamiltonian(field, first, box.gradient(across, along));
-      for (int part = 0; part < 2; ++part) range[part].include(corner.slope[axes[part]]);
-    }
-  }
-  RowValues smoothing{};
-  RowVectors chosen{};
-  for (int part = 0; part < 2; ++part) {
-    for (int k = 0; k < leaf_edge; ++k) {
-      const float least = range[part].least[k];
-      const float most = range[part].most[k];
-      const bool turns = std::min(most, -least) > least_turn * std::max(most, -least);
-      const float falls = -least > most ? 1.0F : 0.0F;
-      const float rising = slopes.rising[part][k];
-      const float falling = slopes.falling[part][k];
-      chosen[axes[part]][k] = on_the_way(rising, falling, turns ? 0.5F : falls);
-      smoothing[k] += turns ? std::max(most, -least) * (0.5F * (falling - rising)) : 0.0F;
-    }
-  }
-  const Hamiltonian found = hamiltonian(field, first, chosen);
-  return difference(found.value, smoothing);
+RowValues rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
+                               const Gradients& gradients) {
+  const Gradients slopes = across_and_along(gradients);
+  const RowVectors middle = hamiltonian(field, first, middle_of(slopes)).slope;
+  const auto [p, dissipation] =
+      upwind(slopes_met(field, first, middle, across_and_along(near)), slopes);
+  return difference(hamiltonian(field, first, p).value, dissipation);
 }
 
 /// V |grad phi| at the nodes of a row.
