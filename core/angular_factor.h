@@ -52,7 +52,7 @@ class BeamResponse {
     const float below = table_[static_cast<std::size_t>(interval)];
     const float rise = table_[static_cast<std::size_t>(interval) + 1] - below;
     return {below + (place - static_cast<float>(interval)) * rise,
-            select(cosine > 0, rise * interval_count, 0)};
+            select(cosine > 0, rise * interval_count, 0.0F)};
   }
 
   Vec3f axis() const { return direction_; }
@@ -70,7 +70,9 @@ class CosineResponse {
   /// direction is a unit vector towards the wafer.
   explicit CosineResponse(Vec3d direction) : direction_(direction) {}
 
-  SCARP_KERNEL_PART static AxialRate at(float cosine) { return {cosine, select(cosine > 0, 1, 0)}; }
+  SCARP_KERNEL_PART static AxialRate at(float cosine) {
+    return {cosine, select(cosine > 0, 1.0F, 0.0F)};
+  }
 
   Vec3f axis() const { return direction_; }
 
@@ -96,10 +98,10 @@ class SlopeResponse {
   SCARP_KERNEL_PART AxialRate at(float cosine) const {
     const float way = cosine - at_;
     const float hat = select(way < 0, 1 + rise_ * way, 1 - fall_ * way);
-    const float inside = select(hat > 0, 1, 0);
+    const float inside = select(hat > 0, 1.0F, 0.0F);
     const float part = inside * hat;
     const float turn = inside * select(way < 0, rise_, -fall_);
-    return {cosine * part, select(cosine > 0, part + cosine * turn, 0)};
+    return {cosine * part, select(cosine > 0, part + cosine * turn, 0.0F)};
   }
 
   Vec3f axis() const { return direction_; }
@@ -149,7 +151,7 @@ class CrystalRates {
     const Vec3f factors{select(near_110, near_110_.x, near_111_.x),
                         select(near_110, near_110_.y, near_111_.y),
                         select(near_110, near_110_.z, near_111_.z)};
-    const float scale = select(most > 0.5F, 1 / most, 0);
+    const float scale = select(most > 0.5F, 1 / most, 0.0F);
     const float value = scale * (factors.x * most + factors.y * middle + factors.z * least);
     // F does not change along n, so neither do its derivatives need a projection.
     const Vec3f by_order{scale * (factors.x - value), scale * factors.y, scale * factors.z};
@@ -157,7 +159,7 @@ class CrystalRates {
       const float inner = select(magnitude == least, by_order.z, by_order.y);
       const float slope = select(magnitude == most, by_order.x, inner);
       // On a plane of symmetry neither sign is right.
-      return select(component < 0, -slope, select(component > 0, slope, 0));
+      return select(component < 0, -slope, select(component > 0, slope, 0.0F));
     };
     const Vec3f slope =
         (slope_along(along.x, a.x) * axes_[0] + slope_along(along.y, a.y) * axes_[1]) +

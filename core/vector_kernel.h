@@ -29,6 +29,11 @@ SCARP_KERNEL_PART float select(bool holds, float a, float b) {
   return std::bit_cast<float>((mask & std::bit_cast<std::int32_t>(a)) |
                               (~mask & std::bit_cast<std::int32_t>(b)));
 }
+SCARP_KERNEL_PART double select(bool holds, double a, double b) {
+  const std::int64_t mask = -static_cast<std::int64_t>(holds);
+  return std::bit_cast<double>((mask & std::bit_cast<std::int64_t>(a)) |
+                               (~mask & std::bit_cast<std::int64_t>(b)));
+}
 
 /// As std::max and std::min, by value: references are paths through memory to loops.
 SCARP_KERNEL_PART float larger(float a, float b) { return a < b ? b : a; }

@@ -223,10 +223,10 @@ SCARP_KERNEL_PART void choose(const SlopeRange& met, const Gradients& slopes, in
     const float rises = met.most[axis][k];
     const float falls = -met.least[axis][k];
     const bool turns = smaller(rises, falls) > least_turn * larger(rises, falls);
-    const float part = select(turns, 0.5F, select(falls > rises, 1, 0));
+    const float part = select(turns, 0.5F, select(falls > rises, 1.0F, 0.0F));
     const float jump = slopes.forward[axis][k] - slopes.backward[axis][k];
     chosen.p[axis][k] = on_the_way(slopes.backward[axis][k], slopes.forward[axis][k], part);
-    chosen.dissipation[k] += select(turns, larger(rises, falls) * (0.5F * jump), 0);
+    chosen.dissipation[k] += select(turns, larger(rises, falls) * (0.5F * jump), 0.0F);
   }
 }
 
