@@ -65,9 +65,9 @@ LeafMask KnownNodes::frontier(std::size_t leaf) const {
 }
 
 LeafMask KnownNodes::beside_known(std::size_t leaf) const {
-  const Leaf& at = band_.leaves()[leaf];
   const LeafMask& here = known_[leaf];
   LeafMask nodes{};
+  // Within the leaf,
   for (int i = 0; i < leaf_edge; ++i) {
     if (i > 0) nodes[i] |= here[i - 1];
     if (i + 1 < leaf_edge) nodes[i] |= here[i + 1];
@@ -77,7 +77,8 @@ LeafMask KnownNodes::beside_known(std::size_t leaf) const {
   const auto known = [&](int found) {
     return found >= 0 ? known_[static_cast<std::size_t>(found)] : LeafMask{};
   };
-  // Beyond a side lies a mirror image or the other end.
+  // before and behind it along x and y, beyond a side in a mirror image or at the other end,
+  const Leaf& at = band_.leaves()[leaf];
   const auto [x, y, z] = at.origin;
   const std::array<int, 2> last{stored_nodes(band_, at, 0) - 1, stored_nodes(band_, at, 1) - 1};
   for (const auto& [i, beyond] : {std::pair{0, x - 1}, {last[0], x + last[0] + 1}}) {
@@ -90,6 +91,7 @@ LeafMask KnownNodes::beside_known(std::size_t leaf) const {
     for (int i = 0; i < leaf_edge; ++i)
       nodes[i] |= (words[i] >> (leaf_edge * (from & 7)) & 0xff) << (leaf_edge * j);
   }
+  // and below and above it.
   const LeafMask below = known(band_.neighbours(leaf)[4]);
   const LeafMask above = known(band_.neighbours(leaf)[5]);
   for (int i = 0; i < leaf_edge; ++i)

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
 #include "levelset/carry.h"
 #include "levelset/contact_line.h"

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/parallel.h"
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
 #include "levelset/differences.h"
 #include "levelset/exposure.h"
