@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/vec3.h"
+#include "core/vector_kernel.h"
 
 namespace scarp {
 
@@ -29,10 +30,10 @@ struct AxialRate {
 };
 
 /// The cosine at a unit normal, 0 for one that faces away. axis is a unit vector towards the wafer.
-inline float axial_cosine(Vec3f axis, Vec3f n) { return std::max(-dot(axis, n), 0.0F); }
+SCARP_KERNEL_PART float axial_cosine(Vec3f axis, Vec3f n) { return std::max(-dot(axis, n), 0.0F); }
 
 /// At p = size n.
-inline AngularRate rate_about(Vec3f axis, float size, Vec3f n, AxialRate of_cosine) {
+SCARP_KERNEL_PART AngularRate rate_about(Vec3f axis, float size, Vec3f n, AxialRate of_cosine) {
   const auto [value, rise] = of_cosine;
   return {size * value, (value - rise * axial_cosine(axis, n)) * n - rise * axis};
 }
@@ -45,13 +46,13 @@ class BeamResponse {
   /// curvature. It should be 0 at cosine 0. direction is a unit vector towards the wafer.
   BeamResponse(Vec3d direction, const std::function<double(double)>& response);
 
-  AxialRate at(float cosine) const {
+  SCARP_KERNEL_PART AxialRate at(float cosine) const {
     const float place = std::min(cosine, 1.0F) * interval_count;
     const int interval = std::min(static_cast<int>(place), interval_count - 1);
     const float below = table_[static_cast<std::size_t>(interval)];
     const float rise = table_[static_cast<std::size_t>(interval) + 1] - below;
     return {below + (place - static_cast<float>(interval)) * rise,
-            cosine > 0 ? rise * interval_count : 0.0F};
+            select(cosine > 0, rise * interval_count, 0.0F)};
   }
 
   Vec3f axis() const { return direction_; }
@@ -69,7 +70,9 @@ class CosineResponse {
   /// direction is a unit vector towards the wafer.
   explicit CosineResponse(Vec3d direction) : direction_(direction) {}
 
-  static AxialRate at(float cosine) { return {cosine, cosine > 0 ? 1.0F : 0.0F}; }
+  SCARP_KERNEL_PART static AxialRate at(float cosine) {
+    return {cosine, select(cosine > 0, 1.0F, 0.0F)};
+  }
 
   Vec3f axis() const { return direction_; }
 
@@ -92,13 +95,13 @@ class SlopeResponse {
         rise_(below < 0 ? 0.0F : 1 / (at - below)),
         fall_(above > 1 ? 0.0F : 1 / (above - at)) {}
 
-  AxialRate at(float cosine) const {
+  SCARP_KERNEL_PART AxialRate at(float cosine) const {
     const float way = cosine - at_;
-    const float hat = way < 0 ? 1 + rise_ * way : 1 - fall_ * way;
-    const float inside = hat > 0 ? 1.0F : 0.0F;
+    const float hat = select(way < 0, 1 + rise_ * way, 1 - fall_ * way);
+    const float inside = select(hat > 0, 1.0F, 0.0F);
     const float part = inside * hat;
-    const float turn = inside * (way < 0 ? rise_ : -fall_);
-    return {cosine * part, cosine > 0 ? part + cosine * turn : 0.0F};
+    const float turn = inside * select(way < 0, rise_, -fall_);
+    return {cosine * part, select(cosine > 0, part + cosine * turn, 0.0F)};
   }
 
   Vec3f axis() const { return direction_; }
@@ -136,26 +139,27 @@ class CrystalRates {
   CrystalRates(const Values& rates, const std::array<Vec3d, 3>& axes);
 
   /// Zero for p = 0, whose direction says nothing.
-  AngularRate rate(Vec3f p) const {
+  SCARP_KERNEL_PART AngularRate rate(Vec3f p) const {
     const float size = std::max(length(p), 1e-6F);
     const Vec3f along{dot(axes_[0], p) / size, dot(axes_[1], p) / size, dot(axes_[2], p) / size};
     const Vec3f a{std::abs(along.x), std::abs(along.y), std::abs(along.z)};
-    const float most = std::max(std::max(a.x, a.y), a.z);
-    const float least = std::min(std::min(a.x, a.y), a.z);
-    const float middle = std::max(std::min(a.x, a.y), std::min(std::max(a.x, a.y), a.z));
+    const float most = larger(larger(a.x, a.y), a.z);
+    const float least = smaller(smaller(a.x, a.y), a.z);
+    const float middle = larger(smaller(a.x, a.y), smaller(larger(a.x, a.y), a.z));
     // Linear in the components over the largest one, in two triangles of directions.
     const bool near_110 = middle + 2 * least < most;
-    const Vec3f& factors = near_110 ? near_110_ : near_111_;
-    const float scale = most > 0.5F ? 1 / most : 0.0F;
+    const Vec3f factors{select(near_110, near_110_.x, near_111_.x),
+                        select(near_110, near_110_.y, near_111_.y),
+                        select(near_110, near_110_.z, near_111_.z)};
+    const float scale = select(most > 0.5F, 1 / most, 0.0F);
     const float value = scale * (factors.x * most + factors.y * middle + factors.z * least);
     // F does not change along n, so neither do its derivatives need a projection.
     const Vec3f by_order{scale * (factors.x - value), scale * factors.y, scale * factors.z};
     const auto slope_along = [&](float component, float magnitude) {
-      const float inner = magnitude == least ? by_order.z : by_order.y;
-      const float slope = magnitude == most ? by_order.x : inner;
+      const float inner = select(magnitude == least, by_order.z, by_order.y);
+      const float slope = select(magnitude == most, by_order.x, inner);
       // On a plane of symmetry neither sign is right.
-      const float positive = component > 0 ? slope : 0.0F;
-      return component < 0 ? -slope : positive;
+      return select(component < 0, -slope, select(component > 0, slope, 0.0F));
     };
     const Vec3f slope =
         (slope_along(along.x, a.x) * axes_[0] + slope_along(along.y, a.y) * axes_[1]) +

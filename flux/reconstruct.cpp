@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/vector_kernel.h"
 
 namespace scarp {
 
@@ -106,19 +107,24 @@ class Sharpener {
     return end;
   }
 
-  // Of each flow between two corners what part(higher, lower) lets through.
+  // Of each flow between two corners what part(higher, lower) lets through. Without branches: which
+  // of two is higher is as good as random.
   template <class Part>
   Flows flows(std::size_t f, const Part& part) const {
     const auto& sets = corners_.sets_of(f);
     Flows flows;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;
-      const End& a = ends_[sets[i]];
-      const End& b = ends_[sets[j]];
-      const double third = (static_cast<double>(a.mean) - b.mean) / 3;
-      const double flow = std::abs(third) * (third > 0 ? part(a, b) : part(b, a));
-      flows.in[third > 0 ? i : j] += flow;
-      flows.out[third > 0 ? j : i] += flow;
+      const std::array<const End*, 2> ends{&ends_[sets[j]], &ends_[sets[i]]};
+      const double third = (static_cast<double>(ends[1]->mean) - ends[0]->mean) / 3;
+      const bool to_i = third > 0;
+      const double flow = std::abs(third) * part(*ends[to_i ? 1 : 0], *ends[to_i ? 0 : 1]);
+      const double in_i = select(to_i, flow, 0.0);
+      const double in_j = select(to_i, 0.0, flow);
+      flows.in[i] += in_i;
+      flows.in[j] += in_j;
+      flows.out[j] += in_i;
+      flows.out[i] += in_j;
     }
     return flows;
   }

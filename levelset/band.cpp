@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/vector_kernel.h"
 #include "levelset/vdb.h"
-#include "levelset/vector_kernel.h"
 
 namespace scarp {
 

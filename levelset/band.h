@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/frame.h"
+#include "core/vector_kernel.h"
 #include "levelset/level_set.h"
-#include "levelset/vector_kernel.h"
 
 namespace scarp {
 

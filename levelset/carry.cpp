@@ -1,6 +1,7 @@
 #include "levelset/carry.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace scarp {
 
@@ -57,24 +58,44 @@ KnownNodes::KnownNodes(const Band& band, std::span<const float> values)
 
 LeafMask KnownNodes::frontier(std::size_t leaf) const {
   LeafMask nodes = lacking_[leaf];
-  if (nodes == LeafMask{} || is_at_side(band_, leaf, 1)) {
-    // At a side a neighbour may be mirrored or wrapped: all are asked.
-    return nodes;
-  }
+  if (nodes == LeafMask{}) return nodes;
+  const LeafMask near = beside_known(leaf);
+  for (int i = 0; i < leaf_edge; ++i) nodes[i] &= near[i];
+  return nodes;
+}
+
+LeafMask KnownNodes::beside_known(std::size_t leaf) const {
   const LeafMask& here = known_[leaf];
-  const auto word = [&](int face, int i) {
-    const int next = band_.neighbours(leaf)[face];
-    return next >= 0 ? known_[static_cast<std::size_t>(next)][i] : 0;
-  };
+  LeafMask nodes{};
+  // Within the leaf,
   for (int i = 0; i < leaf_edge; ++i) {
-    std::uint64_t near = i > 0 ? here[i - 1] : word(0, leaf_edge - 1);
-    near |= i + 1 < leaf_edge ? here[i + 1] : word(1, 0);
-    near |= here[i] << 8 | word(2, i) >> 56;
-    near |= here[i] >> 8 | word(3, i) << 56;
-    near |= (here[i] & ~last_of_rows) << 1 | (word(4, i) & last_of_rows) >> 7;
-    near |= (here[i] & ~first_of_rows) >> 1 | (word(5, i) & first_of_rows) << 7;
-    nodes[i] &= near;
+    if (i > 0) nodes[i] |= here[i - 1];
+    if (i + 1 < leaf_edge) nodes[i] |= here[i + 1];
+    nodes[i] |= here[i] << 8 | here[i] >> 8;
+    nodes[i] |= (here[i] & ~last_of_rows) << 1 | (here[i] & ~first_of_rows) >> 1;
   }
+  const auto known = [&](int found) {
+    return found >= 0 ? known_[static_cast<std::size_t>(found)] : LeafMask{};
+  };
+  // before and behind it along x and y, beyond a side in a mirror image or at the other end,
+  const Leaf& at = band_.leaves()[leaf];
+  const auto [x, y, z] = at.origin;
+  const std::array<int, 2> last{stored_nodes(band_, at, 0) - 1, stored_nodes(band_, at, 1) - 1};
+  for (const auto& [i, beyond] : {std::pair{0, x - 1}, {last[0], x + last[0] + 1}}) {
+    const int from = band_.fold(0, beyond);
+    nodes[i] |= known(band_.find(from >> 3, y >> 3, z >> 3))[from & 7];
+  }
+  for (const auto& [j, beyond] : {std::pair{0, y - 1}, {last[1], y + last[1] + 1}}) {
+    const int from = band_.fold(1, beyond);
+    const LeafMask words = known(band_.find(x >> 3, from >> 3, z >> 3));
+    for (int i = 0; i < leaf_edge; ++i)
+      nodes[i] |= (words[i] >> (leaf_edge * (from & 7)) & 0xff) << (leaf_edge * j);
+  }
+  // and below and above it.
+  const LeafMask below = known(band_.neighbours(leaf)[4]);
+  const LeafMask above = known(band_.neighbours(leaf)[5]);
+  for (int i = 0; i < leaf_edge; ++i)
+    nodes[i] |= (below[i] & last_of_rows) >> 7 | (above[i] & first_of_rows) << 7;
   return nodes;
 }
 

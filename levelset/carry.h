@@ -24,7 +24,7 @@ class KnownNodes {
   /// Shape: 512 values per leaf.
   KnownNodes(const Band& band, std::span<const float> values);
 
-  /// Nodes of a leaf that lack a value and may get one from a neighbour along an axis that has one.
+  /// Nodes of a leaf that lack a value and have a neighbour along an axis that has one.
   LeafMask frontier(std::size_t leaf) const;
 
   /// Nodes that have got a value.
@@ -36,6 +36,9 @@ class KnownNodes {
   }
 
  private:
+  /// Nodes of a leaf with a neighbour along an axis that has a value.
+  LeafMask beside_known(std::size_t leaf) const;
+
   const Band& band_;
   std::vector<LeafMask> known_;
   std::vector<LeafMask> lacking_;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
-#include "levelset/vector_kernel.h"
 
 namespace scarp {
 

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/triangle_tree.h"
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
 #include "levelset/carry.h"
 #include "levelset/contact_line.h"
@@ -303,32 +304,37 @@ class SolidNodes {
   std::vector<LeafMask> moving_;
 };
 
+/// The fastest speed of the neighbours that are as near to the surface as a node.
+float speed_as_near(const float* phi, const float* speed) {
+  float as_near = no_value;
+  for (const std::ptrdiff_t stride : axis_strides) {
+    for (const std::ptrdiff_t to : {-stride, stride}) {
+      if (phi[to] == *phi && speed[to] != no_value) as_near = faster(as_near, speed[to]);
+    }
+  }
+  return as_near;
+}
+
 /// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
 /// Of two on an axis that are as near it takes the mean, the same for its mirror image. Where none
 /// is nearer, at an edge of the surface, the fastest of those that are as near.
 float carried_speed(const float* phi, const float* speed) {
   double weights = 0;
   double sum = 0;
-  float as_near = no_value;
+  // Without branches: which neighbours count is as good as random.
   for (const std::ptrdiff_t stride : axis_strides) {
     const float before = std::abs(phi[-stride]);
     const float behind = std::abs(phi[stride]);
-    const double weight = std::abs(*phi) - std::min(before, behind);
-    if (weight > 0) {
-      const bool takes_before = before <= behind && speed[-stride] != no_value;
-      const bool takes_behind = behind <= before && speed[stride] != no_value;
-      const double taken =
-          (takes_before ? speed[-stride] : 0.0) + (takes_behind ? speed[stride] : 0.0);
-      if (takes_before || takes_behind) {
-        weights += weight;
-        sum += weight * (takes_before && takes_behind ? 0.5 * taken : taken);
-      }
-    }
-    for (const std::ptrdiff_t to : {-stride, stride}) {
-      if (phi[to] == *phi && speed[to] != no_value) as_near = faster(as_near, speed[to]);
-    }
+    const float nearer = larger(std::abs(*phi) - smaller(before, behind), 0);
+    const bool takes_before = (before <= behind) & (speed[-stride] != no_value);
+    const bool takes_behind = (behind <= before) & (speed[stride] != no_value);
+    const double taken = static_cast<double>(select(takes_before, speed[-stride], 0.0F)) +
+                         select(takes_behind, speed[stride], 0.0F);
+    const double weight = select(takes_before | takes_behind, nearer, 0.0F);
+    weights += weight;
+    sum += weight * (select(takes_before & takes_behind, 0.5F, 1.0F) * taken);
   }
-  return weights > 0 ? static_cast<float>(sum / weights) : as_near;
+  return weights > 0 ? static_cast<float>(sum / weights) : speed_as_near(phi, speed);
 }
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,

@@ -5,9 +5,11 @@
 #include <span>
 
 #include "core/parallel.h"
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
 #include "levelset/differences.h"
 #include "levelset/exposure.h"
+#include "levelset/hamiltonian.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -16,58 +18,53 @@ namespace {
 
 constexpr std::size_t grain = 16;
 
-using Row = std::array<float, leaf_edge>;
-
-/// A vector at each node of a row, by axis.
-using RowVectors = std::array<Row, 3>;
-
 /// Differences along an axis that differ by less than this, in the whole row, count as equal.
 constexpr float flat = 1e-4F;
 
-/// V |grad phi| and its derivatives by grad phi.
-struct Hamiltonian {
-  Row value;
-  RowVectors slope;
+/// The given part of the way from one slope to another: 0, 1/2 or 1, which in this form are
+/// symmetric to the last bit.
+SCARP_KERNEL_PART float on_the_way(float from, float to, float part) {
+  return (1 - part) * from + part * to;
+}
 
-  void add(const AngularRate& rate, float amplitude, int k) {
-    value[k] += amplitude * rate.value;
-    for (int axis = 0; axis < 3; ++axis) {
-      slope[axis][k] += amplitude * rate.slope[axis];
-    }
-  }
-};
-
-/// The parts of the way between two slopes at which a row is asked: the two ends, or the middle
-/// alone if they are the same.
-std::span<const float> ways_between(const Row& from, const Row& to) {
-  static constexpr std::array<float, 3> places{0, 1, 0.5F};
-  float widest = 0;
-  for (int k = 0; k < leaf_edge; ++k) widest = std::max(widest, std::abs(to[k] - from[k]));
-  return std::span(places).subspan(widest > flat ? 0 : 2, widest > flat ? 2 : 1);
+SCARP_KERNEL_PART RowValues on_the_way(const RowValues& from, const RowValues& to, float part) {
+  RowValues between;
+  for (int k = 0; k < leaf_edge; ++k) between[k] = on_the_way(from[k], to[k], part);
+  return between;
 }
 
 /// grad phi at the nodes of a row, as seen from the two sides along each axis.
 struct Gradients {
   RowVectors backward;
   RowVectors forward;
-
-  /// The given part of the way from backward to forward, by axis: 0, 1/2 or 1, which in this form
-  /// are symmetric to the last bit.
-  Vec3f at(int k, const std::array<float, 3>& part) const {
-    Vec3f p;
-    for (int axis = 0; axis < 3; ++axis) {
-      p[axis] = (1 - part[axis]) * backward[axis][k] + part[axis] * forward[axis][k];
-    }
-    return p;
-  }
-
-  std::span<const float> parts(int axis) const {
-    return ways_between(backward[axis], forward[axis]);
-  }
 };
 
+/// The given part of the way from backward to forward, by axis.
+SCARP_VECTOR_KERNEL RowVectors at(const Gradients& box, const std::array<float, 3>& part) {
+  return {on_the_way(box.backward[0], box.forward[0], part[0]),
+          on_the_way(box.backward[1], box.forward[1], part[1]),
+          on_the_way(box.backward[2], box.forward[2], part[2])};
+}
+
+RowVectors middle_of(const Gradients& box) { return at(box, {0.5F, 0.5F, 0.5F}); }
+
+SCARP_VECTOR_KERNEL bool is_flat(const RowValues& backward, const RowValues& forward) {
+  int wide = 0;
+  for (int k = 0; k < leaf_edge; ++k) wide |= std::abs(forward[k] - backward[k]) > flat ? 1 : 0;
+  return wide == 0;
+}
+
+/// The parts of the way along an axis at which a row is asked: the two ends, or the middle alone if
+/// they are the same.
+std::span<const float> parts(const Gradients& box, int axis) {
+  static constexpr std::array<float, 3> places{0, 1, 0.5F};
+  const bool same = is_flat(box.backward[axis], box.forward[axis]);
+  return std::span(places).subspan(same ? 2 : 0, same ? 1 : 2);
+}
+
 template <Scheme scheme>
-inline void find_gradients(const float* row, Gradients& gradients) {
+SCARP_KERNEL_PART Gradients gradients_of(const float* row) {
+  Gradients gradients;
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < leaf_edge; ++k) {
       const OneSided slopes = one_sided<scheme>(row + k, axis_strides[axis]);
@@ -75,27 +72,32 @@ inline void find_gradients(const float* row, Gradients& gradients) {
       gradients.forward[axis][k] = slopes.forward;
     }
   }
+  return gradients;
 }
 
-bool is_near_still(const float* mobility) {
-  bool still = false;
+SCARP_VECTOR_KERNEL Gradients first_order_gradients(const float* row) {
+  return gradients_of<Scheme::first_order>(row);
+}
+
+/// By WENO5, but the near ones where something within reach does not move.
+SCARP_VECTOR_KERNEL Gradients weno5_gradients(const float* row, const float* mobility,
+                                              const Gradients& near) {
+  Gradients gradients = gradients_of<Scheme::weno5>(row);
+  std::array<int, leaf_edge> near_still{};
   for (const std::ptrdiff_t stride : axis_strides) {
     for (int n = -Block::halo; n <= Block::halo; ++n) {
-      still = still || mobility[n * stride] == 0;
+      for (int k = 0; k < leaf_edge; ++k) near_still[k] |= mobility[n * stride + k] == 0 ? 1 : 0;
     }
   }
-  return still;
-}
-
-void replace_near_still(const float* mobility, const Gradients& near, Gradients& gradients) {
-  for (int k = 0; k < leaf_edge; ++k) {
-    if (is_near_still(mobility + k)) {
-      for (int axis = 0; axis < 3; ++axis) {
-        gradients.backward[axis][k] = near.backward[axis][k];
-        gradients.forward[axis][k] = near.forward[axis][k];
-      }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      float& backward = gradients.backward[axis][k];
+      float& forward = gradients.forward[axis][k];
+      backward = select(near_still[k] != 0, near.backward[axis][k], backward);
+      forward = select(near_still[k] != 0, near.forward[axis][k], forward);
     }
   }
+  return gradients;
 }
 
 /// Slopes below this are those of a film that goes along a wall, others of one that leans against
@@ -124,217 +126,141 @@ void see_past_standing(const float* mobility, Gradients& gradients) {
   }
 }
 
-/// grad phi at the nodes of a row.
-struct Slopes {
-  Row size;
-  RowVectors normals;
-
-  Vec3f normal(int k) const { return {normals[0][k], normals[1][k], normals[2][k]}; }
+/// The derivatives of V |grad phi| that are met at the nodes of a row.
+struct SlopeRange {
+  RowVectors least;
+  RowVectors most;
 };
 
-bool is_zero(const float* amplitude) {
-  return std::all_of(amplitude, amplitude + leaf_edge, [](float a) { return a == 0; });
-}
-
-/// Adds the angular parts of a field from a given one on that have its axis, and returns the number
-/// of the next one.
-std::size_t add_about_axis(const SpeedField& field, std::size_t part, std::size_t first,
-                           const Slopes& p, Hamiltonian& sum) {
-  const Vec3f axis = *field.angular[part].factor.axis();
-  Row cosine;
-  for (int k = 0; k < leaf_edge; ++k) cosine[k] = axial_cosine(axis, p.normal(k));
-  const auto [least, most] = std::minmax_element(cosine.begin(), cosine.end());
-  Row value{};
-  Row rise{};
-  for (; part < field.angular.size() && field.angular[part].factor.axis() == axis; ++part) {
-    const auto& [factor, amplitudes] = field.angular[part];
-    const float* amplitude = &amplitudes[first];
-    const SlopeResponse* slopes = factor.between_slopes();
-    if (slopes != nullptr && slopes->is_zero_between(*least, *most)) continue;
-    if (is_zero(amplitude)) continue;
-    factor.visit([&](const auto& kind) {
-      if constexpr (requires { kind.at(0.0F); }) {
-        for (int k = 0; k < leaf_edge; ++k) {
-          const AxialRate rate = kind.at(cosine[k]);
-          value[k] += amplitude[k] * rate.value;
-          rise[k] += amplitude[k] * rate.rise;
-        }
-      }
-    });
-  }
-  for (int k = 0; k < leaf_edge; ++k)
-    sum.add(rate_about(axis, p.size[k], p.normal(k), {value[k], rise[k]}), 1, k);
-  return part;
-}
-
-/// The sum over the isotropic part and all angular parts of a field, for the row that starts at
-/// node first, at grad phi = p(k).
-template <class Gradient>
-inline Hamiltonian evaluate(const SpeedField& field, std::size_t first, const Gradient& p) {
-  Hamiltonian sum{};
-  Slopes at;
-  for (int k = 0; k < leaf_edge; ++k) {
-    const Vec3f gradient = p(k);
-    const float size = length(gradient);
-    at.size[k] = std::max(size, 1e-6F);
-    const Vec3f normal = gradient / at.size[k];
-    for (int axis = 0; axis < 3; ++axis) at.normals[axis][k] = normal[axis];
-    sum.add({size, normal}, field.speed[first + k], k);
-  }
-  for (std::size_t part = 0; part < field.angular.size();) {
-    const auto& [factor, amplitudes] = field.angular[part];
-    if (factor.axis()) {
-      part = add_about_axis(field, part, first, at, sum);
-      continue;
+SCARP_VECTOR_KERNEL void include(const RowVectors& slope, SlopeRange& __restrict met) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      met.least[axis][k] = smaller(met.least[axis][k], slope[axis][k]);
+      met.most[axis][k] = larger(met.most[axis][k], slope[axis][k]);
     }
-    ++part;
-    const float* amplitude = &amplitudes[first];
-    if (is_zero(amplitude)) continue;
-    factor.visit([&](const auto& kind) {
-      if constexpr (requires { kind.rate(Vec3f{}); })
-        for (int k = 0; k < leaf_edge; ++k) sum.add(kind.rate(p(k)), amplitude[k], k);
-    });
+  }
+}
+
+/// With those at the corners of the box that the differences to the neighbours span.
+SlopeRange slopes_met(const SpeedField& field, std::size_t first, const RowVectors& middle,
+                      const Gradients& box) {
+  SlopeRange met{.least = middle, .most = middle};
+  for (const float x : parts(box, 0))
+    for (const float y : parts(box, 1))
+      for (const float z : parts(box, 2))
+        include(hamiltonian(field, first, at(box, {x, y, z})).slope, met);
+  return met;
+}
+
+SCARP_VECTOR_KERNEL RowValues difference(const RowValues& a, const RowValues& b) {
+  RowValues rest;
+  for (int k = 0; k < leaf_edge; ++k) rest[k] = a[k] - b[k];
+  return rest;
+}
+
+/// What the dissipation takes off rates, by the largest derivatives that are met along each axis.
+SCARP_VECTOR_KERNEL RowValues dissipation(const RowValues& rates, const SlopeRange& met,
+                                          const Gradients& near, const Gradients& gradients,
+                                          bool has_cusps) {
+  RowValues sum{};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < leaf_edge; ++k) {
+      const float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
+      const float near_jump = near.forward[axis][k] - near.backward[axis][k];
+      const float held = select(rates[k] < 0, smaller(jump, near_jump), larger(jump, near_jump));
+      const float used = select(has_cusps, 0.5F * (jump + held), jump);
+      sum[k] += larger(met.most[axis][k], -met.least[axis][k]) * (0.5F * used);
+    }
   }
   return sum;
 }
 
-void include(const RowVectors& slope, RowVectors& dissipation) {
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int k = 0; k < leaf_edge; ++k) {
-      dissipation[axis][k] = std::max(dissipation[axis][k], std::abs(slope[axis][k]));
-    }
-  }
-}
-
-/// The largest derivatives at the corners of the box that the differences to the neighbours span.
-RowVectors dissipation_in_box(const SpeedField& field, std::size_t first, const Gradients& near) {
-  RowVectors dissipation{};
-  for (const float x : near.parts(0)) {
-    for (const float y : near.parts(1)) {
-      for (const float z : near.parts(2)) {
-        const auto corner = [&](int k) { return near.at(k, {x, y, z}); };
-        include(evaluate(field, first, corner).slope, dissipation);
-      }
-    }
-  }
-  return dissipation;
-}
-
 /// V |grad phi| at the nodes of a row, along the axes.
-Row rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
-                     const Gradients& gradients, bool has_cusps) {
-  const Hamiltonian central = evaluate(field, first, [&](int k) {
-    return gradients.at(k, {0.5F, 0.5F, 0.5F});
-  });
-  RowVectors dissipation = dissipation_in_box(field, first, near);
-  include(central.slope, dissipation);
-  Row rates;
-  for (int k = 0; k < leaf_edge; ++k) {
-    const bool etches = central.value[k] < 0;
-    std::array<float, 3> smoothing;
-    for (int axis = 0; axis < 3; ++axis) {
-      float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
-      if (has_cusps) {
-        const float near_jump = near.forward[axis][k] - near.backward[axis][k];
-        jump = 0.5F * (jump + (etches ? std::min(jump, near_jump) : std::max(jump, near_jump)));
-      }
-      smoothing[axis] = dissipation[axis][k] * (0.5F * jump);
-    }
-    rates[k] = central.value[k] - ((smoothing[0] + smoothing[1]) + smoothing[2]);
-  }
-  return rates;
+RowValues rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
+                           const Gradients& gradients) {
+  const bool has_cusps = std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+  const auto [rates, slope] = hamiltonian(field, first, middle_of(gradients));
+  const SlopeRange met = slopes_met(field, first, slope, near);
+  return difference(rates, dissipation(rates, met, near, gradients, has_cusps));
 }
 
-/// The slopes of phi across (0) and along the vertical (1) at the nodes of a row: the one that
-/// counts where V |grad phi| rises with the slope, and the one where it falls.
-struct VerticalSlopes {
-  std::array<Row, 2> rising;
-  std::array<Row, 2> falling;
-
-  explicit VerticalSlopes(const Gradients& gradients)
-      : rising{across(gradients, 1), gradients.backward[2]},
-        falling{across(gradients, -1), gradients.forward[2]} {}
-
-  /// The part of the way from rising to falling.
-  float at(int part, int k, float way) const {
-    return (1 - way) * rising[part][k] + way * falling[part][k];
-  }
-  std::span<const float> ways(int part) const { return ways_between(rising[part], falling[part]); }
-  static Vec3f gradient(float across, float along) { return {across, 0, along}; }
-
- private:
-  /// By the differences from which information travels the way phi grows (side 1) or falls (-1).
-  static Row across(const Gradients& gradients, float side) {
-    Row slopes;
-    for (int k = 0; k < leaf_edge; ++k) {
-      float square = 0;
-      for (int axis = 0; axis < 2; ++axis) {
-        const float slope =
-            upwind_slope({gradients.backward[axis][k], gradients.forward[axis][k]}, side);
-        square += slope * slope;
-      }
-      slopes[k] = std::sqrt(square);
+/// By the differences from which information travels the way phi grows (side 1) or falls (-1).
+SCARP_KERNEL_PART RowValues across(const Gradients& gradients, float side) {
+  RowValues slopes;
+  for (int k = 0; k < leaf_edge; ++k) {
+    float square = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+      const float slope =
+          upwind_slope({gradients.backward[axis][k], gradients.forward[axis][k]}, side);
+      square += slope * slope;
     }
-    return slopes;
+    slopes[k] = std::sqrt(square);
   }
-};
+  return slopes;
+}
 
-/// The derivatives of V |grad phi| that are met at the nodes of a row.
-struct SlopeRange {
-  Row least;
-  Row most;
-
-  void include(const Row& slope) {
-    for (int k = 0; k < leaf_edge; ++k) {
-      least[k] = std::min(least[k], slope[k]);
-      most[k] = std::max(most[k], slope[k]);
-    }
-  }
-};
+/// The slopes of phi across and along the vertical, in the place of those along x and z: backward
+/// those that count where V |grad phi| rises with the slope, forward those where it falls.
+SCARP_VECTOR_KERNEL Gradients across_and_along(const Gradients& gradients) {
+  return {.backward = {across(gradients, 1), {}, gradients.backward[2]},
+          .forward = {across(gradients, -1), {}, gradients.forward[2]}};
+}
 
 /// V |grad phi| turns where its derivatives of one sign are more than this part of those of the
 /// other: what is less is rounding, of tables too.
 constexpr float least_turn = 0.01F;
 
+/// The slopes from which information comes, or where V |grad phi| turns those in the middle with
+/// what the dissipation takes off.
+struct Upwind {
+  RowVectors p{};
+  RowValues dissipation{};
+};
+
+SCARP_KERNEL_PART void choose(const SlopeRange& met, const Gradients& slopes, int axis,
+                              Upwind& chosen) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    const float rises = met.most[axis][k];
+    const float falls = -met.least[axis][k];
+    const bool turns = smaller(rises, falls) > least_turn * larger(rises, falls);
+    const float part = select(turns, 0.5F, select(falls > rises, 1.0F, 0.0F));
+    const float jump = slopes.forward[axis][k] - slopes.backward[axis][k];
+    chosen.p[axis][k] = on_the_way(slopes.backward[axis][k], slopes.forward[axis][k], part);
+    chosen.dissipation[k] += select(turns, larger(rises, falls) * (0.5F * jump), 0.0F);
+  }
+}
+
+SCARP_VECTOR_KERNEL Upwind upwind(const SlopeRange& met, const Gradients& slopes) {
+  Upwind chosen;
+  choose(met, slopes, 0, chosen);
+  choose(met, slopes, 2, chosen);
+  return chosen;
+}
+
 /// V |grad phi| at the nodes of a row, if V depends on the angle to the vertical alone.
-Row rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
-                         const Gradients& gradients) {
-  const VerticalSlopes slopes(gradients);
-  const VerticalSlopes box(near);
-  constexpr std::array<int, 2> component{0, 2};  // of a gradient
-  const Hamiltonian middle = evaluate(field, first, [&](int k) {
-    return VerticalSlopes::gradient(slopes.at(0, k, 0.5F), slopes.at(1, k, 0.5F));
-  });
-  std::array<SlopeRange, 2> range;
-  for (int part = 0; part < 2; ++part) {
-    const Row& slope = middle.slope[component[part]];
-    range[part] = {.least = slope, .most = slope};
-  }
-  for (const float across : box.ways(0)) {
-    for (const float along : box.ways(1)) {
-      const Hamiltonian corner = evaluate(field, first, [&](int k) {
-        return VerticalSlopes::gradient(box.at(0, k, across), box.at(1, k, along));
-      });
-      for (int part = 0; part < 2; ++part) range[part].include(corner.slope[component[part]]);
-    }
-  }
-  Row smoothing{};
-  std::array<Row, 2> chosen;
-  for (int part = 0; part < 2; ++part) {
-    for (int k = 0; k < leaf_edge; ++k) {
-      const float least = range[part].least[k];
-      const float most = range[part].most[k];
-      const bool turns = std::min(most, -least) > least_turn * std::max(most, -least);
-      const float falls = -least > most ? 1.0F : 0.0F;
-      chosen[part][k] = slopes.at(part, k, turns ? 0.5F : falls);
-      const float jump = slopes.falling[part][k] - slopes.rising[part][k];
-      smoothing[k] += turns ? std::max(most, -least) * (0.5F * jump) : 0.0F;
-    }
-  }
-  const Hamiltonian found = evaluate(
-      field, first, [&](int k) { return VerticalSlopes::gradient(chosen[0][k], chosen[1][k]); });
-  Row rates;
-  for (int k = 0; k < leaf_edge; ++k) rates[k] = found.value[k] - smoothing[k];
+RowValues rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
+                               const Gradients& gradients) {
+  const Gradients slopes = across_and_along(gradients);
+  const RowVectors middle = hamiltonian(field, first, middle_of(slopes)).slope;
+  const auto [p, dissipation] =
+      upwind(slopes_met(field, first, middle, across_and_along(near)), slopes);
+  return difference(hamiltonian(field, first, p).value, dissipation);
+}
+
+/// V |grad phi| at the nodes of a row.
+RowValues row_rates(const float* row, const float* mobility, Scheme scheme, const SpeedField& field,
+                    std::size_t first) {
+  if (has_no_speed(field, first)) return {};
+  const bool is_vertical = std::ranges::all_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
+  Gradients near = first_order_gradients(row);
+  if (field.grows_beside_standing) see_past_standing(mobility, near);
+  const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
+  RowValues rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
+                                : rates_along_axes(field, first, near, gradients);
+  for (int k = 0; field.grows_beside_standing && k < leaf_edge; ++k)
+    if (mobility[k] == 0) rates[k] = field.speed[first + static_cast<std::size_t>(k)];
   return rates;
 }
 
@@ -367,38 +293,18 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
                          const SpeedField& field, std::size_t leaf_index) {
-  const bool has_cusps = std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
-  const bool is_vertical = std::ranges::all_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
-      const float* row = leaf.before.row(i, j);
-      const int node = leaf_offset(i, j, 0);
       if (!leaf.moves(i, j)) {
         leaf.keep_row(i, j);
         continue;
       }
-      Gradients near;
-      find_gradients<Scheme::first_order>(row, near);
-      if (field.grows_beside_standing) {
-        see_past_standing(mobility.row(i, j), near);
-      }
-      Gradients gradients = near;
-      if (scheme == Scheme::weno5) {
-        find_gradients<Scheme::weno5>(row, gradients);
-        replace_near_still(mobility.row(i, j), near, gradients);
-      }
+      const float* row = leaf.before.row(i, j);
+      const int node = leaf_offset(i, j, 0);
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
-      const Row rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
-                                    : rates_along_axes(field, first, near, gradients, has_cusps);
-      for (int k = 0; k < leaf_edge; ++k) {
-        float rate = rates[k];
-        if (field.grows_beside_standing && mobility.row(i, j)[k] == 0) {
-          rate = field.speed[first + static_cast<std::size_t>(k)];
-        }
-        leaf.set(node + k, row[k], row[k] - leaf.stage.dt * rate);
-      }
+      const RowValues rates = row_rates(row, mobility.row(i, j), scheme, field, first);
+      for (int k = 0; k < leaf_edge; ++k)
+        leaf.set(node + k, row[k], row[k] - leaf.stage.dt * rates[k]);
     }
   }
 }

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "core/vector_kernel.h"
 #include "levelset/band.h"
-#include "levelset/vector_kernel.h"
 
 namespace scarp {
 
