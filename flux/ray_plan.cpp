@@ -33,9 +33,11 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 }
 
 // Elements of the same main direction, and of the floors and tops among them those of the same
-// height: what sees only the sky has nothing in common with what lies at the bottom of a hole.
+// height: what sees only the sky has nothing in common with what lies at the bottom of a hole. But
+// a few elements alone tell too little of their errors.
 std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elements) {
   constexpr double gap = 4;  // spacings, between two heights
+  constexpr std::size_t least = 32;
   constexpr int upward = 4;  // the first of two main directions
   std::vector<std::uint32_t> order(elements.count());
   std::iota(order.begin(), order.end(), 0U);
@@ -48,11 +50,13 @@ std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elem
     return std::tuple(directions[a], height(a), a) < std::tuple(directions[b], height(b), b);
   });
   std::vector<std::uint32_t> groups(order.size());
+  std::size_t first = 0;  // of the group
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::uint32_t before = order[k - 1];
-    const bool is_next =
-        directions[order[k]] != directions[before] || height(order[k]) - height(before) > gap;
-    groups[order[k]] = groups[before] + (is_next ? 1 : 0);
+    const bool turns = directions[order[k]] != directions[before];
+    const bool rises = height(order[k]) - height(before) > gap && k - first >= least;
+    if (turns || rises) first = k;
+    groups[order[k]] = groups[before] + (turns || rises ? 1 : 0);
   }
   return groups;
 }
