@@ -5,6 +5,7 @@
 #include <deque>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "flux/gathered.h"
@@ -26,13 +27,12 @@ constexpr float cell_of_fixed_rays = 2;
 constexpr float narrowest_cell = 1;
 constexpr double most_bias = 1.0 / 3;
 
-// Of that, what an element has at most that is not narrowed.
-constexpr double share_of_most_bias = 0.5;
-
 constexpr double mean_tolerance = 1e-7;
 
 // What the error needs.
 constexpr double rough_tolerance = 1e-4;
+
+double square(double x) { return x * x; }
 
 // The fluxes that the rays of a round tell, unless a few draws say that the target is missed.
 struct Round {
@@ -70,6 +70,11 @@ std::vector<double> densities_for(const RayPlan& plan, std::span<const double> v
   return densities;
 }
 
+bool any_emits(std::span<const FluxProblem> problems) {
+  return std::ranges::any_of(problems,
+                             [](const FluxProblem& p) { return !p.species.emission.empty(); });
+}
+
 // The elements of some problems, their rays and what these see.
 class Gathering {
  public:
@@ -85,9 +90,8 @@ class Gathering {
   bool are_joined() const {
     return !widths_.empty() && !options_.two_dimensional && options_.rings.empty();
   }
-  bool any_emits() const;
   void plan_first_rays();
-  bool narrow(std::span<const float> biases);
+  bool narrow(std::span<const float> biases, double bias);
   bool narrow_strips();
   bool narrow_after(const Round& round);
   void grow(double error);
@@ -214,31 +218,31 @@ void Gathering::look() {
                         : std::make_shared<const View>(scarp::look(problems_, plan_, *view_));
 }
 
-bool Gathering::any_emits() const {
-  return std::ranges::any_of(problems_,
-                             [](const FluxProblem& p) { return !p.species.emission.empty(); });
-}
-
-// Halves the cells of elements whose biases, each with its share, are too large; whether there are
-// any. An element is narrowed as a whole.
+// Halves the cells of the elements with the largest biases, all together so far that bias, what
+// these make, comes down to half of what may be left; whether any is not as narrow as can be. An
+// element is narrowed as a whole.
 //
 // Shape: one bias per facet.
-bool Gathering::narrow(std::span<const float> biases) {
-  const double most = share_of_most_bias * most_bias * options_.target_error;
-  std::vector<char> is_narrowed(biases.size());
-  for (std::uint32_t e = 0; e < elements_.count(); ++e) {
-    double squares = 0;
-    for (const std::uint32_t p : elements_.pieces_of(e)) {
-      const auto bias = static_cast<double>(biases[elements_.piece(p).facet]);
-      squares += elements_.piece(p).area / elements_.area(e) * bias * bias;
-    }
-    if (squares <= most * most) continue;
+bool Gathering::narrow(std::span<const float> biases, double bias) {
+  std::vector<double> squares(elements_.count());
+  for (std::uint32_t e = 0; e < squares.size(); ++e)
     for (const std::uint32_t p : elements_.pieces_of(e))
-      is_narrowed[elements_.piece(p).facet] = widths_[elements_.piece(p).facet] > narrowest_cell;
-  }
-  for (std::size_t f = 0; f < biases.size(); ++f)
-    if (is_narrowed[f] != 0) widths_[f] /= 2;
-  return std::ranges::find(is_narrowed, 1) != is_narrowed.end();
+      squares[e] += elements_.piece(p).area * square(biases[elements_.piece(p).facet]);
+  std::vector<std::uint32_t> order(squares.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    return squares[a] != squares[b] ? squares[a] > squares[b] : a < b;
+  });
+  double rest = std::accumulate(squares.begin(), squares.end(), 0.0);
+  const double left = rest * square(0.5 * most_bias * options_.target_error / bias);
+  std::vector<float> widths = widths_;
+  for (std::size_t k = 0; k < order.size() && rest > left; rest -= squares[order[k++]])
+    for (const std::uint32_t p : elements_.pieces_of(order[k])) {
+      const std::uint32_t f = elements_.piece(p).facet;
+      widths[f] = std::max(widths_[f] / 2, narrowest_cell);
+    }
+  std::swap(widths, widths_);
+  return widths != widths_;
 }
 
 // Before any ray is sent: what makes a bias by itself, wherever flux arrives.
@@ -249,13 +253,12 @@ bool Gathering::narrow_strips() {
   double squares = 0;
   double area = 0;
   for (std::size_t f = 0; f < values_.facet_count(); ++f) {
-    const double bias = facet_bias_counts * values_.off_in_strips(f);
-    biases.push_back(static_cast<float>(bias));
-    squares += scene.area(f) * bias * bias;
+    biases.push_back(static_cast<float>(facet_bias_counts * values_.off_in_strips(f)));
+    squares += scene.area(f) * square(biases[f]);
     area += scene.area(f);
   }
-  const double most = most_bias * options_.target_error;
-  return squares > most * most * area && narrow(biases);
+  const double bias = std::sqrt(squares / area);
+  return bias > most_bias * options_.target_error && narrow(biases, bias);
 }
 
 // Long before the error has come down to what their size leaves, that is as well known as later.
@@ -263,7 +266,7 @@ bool Gathering::narrow_after(const Round& round) {
   constexpr double soon = 10;
   if (!are_joined() || options_.rays > 0) return false;
   const bool is_biased = round.bias > most_bias * options_.target_error;
-  return is_biased && round.error < soon * round.bias && narrow(round.biases);
+  return is_biased && round.error < soon * round.bias && narrow(round.biases, round.bias);
 }
 
 std::optional<std::vector<FluxField>> Gathering::solve() {
@@ -282,9 +285,15 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
     if (is_last_ || round.error <= options_.target_error) return std::move(round.fields);
     // Borders of shadows in a narrow lobe, and what a few facets emit, the few rays of a first
     // round find by chance.
-    if (is_first && are_joined() && !any_emits()) plan_.weigh(round.densities);
+    if (is_first && are_joined() && !any_emits(problems_)) plan_.weigh(round.densities);
     grow(round.error);
   }
+}
+
+// Next to what emits facets may emit nothing.
+float first_width(std::span<const FluxProblem> problems) {
+  if (problems.front().options.rays > 0) return cell_of_fixed_rays;
+  return any_emits(problems) ? narrowest_cell : widest_cell;
 }
 
 }  // namespace
@@ -294,11 +303,8 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
 std::vector<FluxField> gather(std::span<const FluxProblem> problems, const Settle& settle) {
   if (problems.empty()) return {};
   std::vector<float> widths;
-  if (std::ranges::none_of(problems, is_looked_for)) {
-    const bool is_fixed = problems.front().options.rays > 0;
-    widths.assign(problems.front().scene.facet_count(),
-                  is_fixed ? cell_of_fixed_rays : widest_cell);
-  }
+  if (std::ranges::none_of(problems, is_looked_for))
+    widths.assign(problems.front().scene.facet_count(), first_width(problems));
   for (;;) {
     Gathering gathering(problems, settle, std::move(widths));
     if (auto fields = gathering.solve()) return std::move(*fields);
