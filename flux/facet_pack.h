@@ -14,12 +14,15 @@ namespace scarp {
 
 /// Up to four facets side by side. One look in single precision tells which of them a ray may meet.
 ///
-/// No facet is left out that the exact test of NearestFacet meets. The room that both are given is
-/// what rounding takes of a corner's place in the view, so a look has each corner within it of the
-/// exact picture. If the ray meets the facet, all corners of the picture are within the facet's
-/// extent and the room of the ray. Then a product of two of their coordinates is within
-/// 2 room (extent + room) + room^2 of the exact one, and the difference of two products, with what
-/// single precision rounds of it, within 5 room (extent + 2 room). The slack is more.
+/// No facet is left out that the exact test of NearestFacet meets. For a ray that starts in the
+/// domain, a corner's place in the view is within the room of the exact one: rounding of foot,
+/// shear, product and differences takes three units of single precision of the domain's size
+/// across and five along the view, that of the exact picture another one, and the room is six or
+/// more. If the ray meets the facet, all corners of the picture are within the facet's extent, and
+/// the room, of the origin. A product of two of their coordinates is then within 2 room
+/// (extent + room) + room^2 of the exact one. The difference of two, rounded, is within
+/// 5 room (extent + 2 room) of what decides on which side of an edge the ray passes. The slack is
+/// more.
 struct alignas(64) FacetPack {
   static constexpr std::size_t most = 4;
   using Floats [[gnu::vector_size(most * sizeof(float))]] = float;
@@ -70,8 +73,8 @@ inline FacetPack::FacetPack(std::span<const SceneFacet> all, std::span<const std
         x[n] = all[f].corners[n][axis];
         corners[static_cast<std::size_t>(axis)][n][k] = x[n];
       }
-      const auto [least, most_] = std::minmax({x[0], x[1], x[2]});
-      extent += static_cast<double>(most_) - least;
+      const auto [low, high] = std::minmax({x[0], x[1], x[2]});
+      extent += static_cast<double>(high) - low;
     }
     slack[k] = k < indices.size() ? static_cast<float>(6 * room * (extent + 2 * room))
                                   : std::numeric_limits<float>::lowest();

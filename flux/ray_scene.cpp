@@ -153,8 +153,8 @@ RayScene::Part RayScene::part_from(const Ray& ray) const {
       times(Pair{ray.r.x, ray.r.y}, Pair{ray.u.x, ray.u.y}, Pair{}, Pair{upper_.x, upper_.y});
   const double diagonal_on = has_diagonal_ ? 1 : 0;
   const Pair others = times(Pair{ray.r.z, diagonal_on * (ray.r.x - ray.r.y)},
-                            Pair{ray.u.z, diagonal_on * (ray.u.x - ray.u.y)},
-                            Pair{lowest_ - 1, 0}, Pair{source_height_, infinity});
+                            Pair{ray.u.z, diagonal_on * (ray.u.x - ray.u.y)}, Pair{lowest_ - 1, 0},
+                            Pair{source_height_, infinity});
   const int axis = across[1] < across[0] ? 1 : 0;
   const double t_axis = across[1] < across[0] ? across[1] : across[0];
   const bool is_diagonal = others[1] < t_axis;
