@@ -4,12 +4,20 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "core/error.h"
+#include "core/huge_pages.h"
 #include "core/parallel.h"
+#include "core/tri_mesh.h"
+#include "flux/facet_pack.h"
 
 namespace scarp {
 
@@ -26,6 +34,10 @@ struct ReleaseGeometry {
 };
 using Device = std::unique_ptr<RTCDeviceTy, ReleaseDevice>;
 using Scene = std::unique_ptr<RTCSceneTy, ReleaseScene>;
+struct ReleaseHierarchy {
+  void operator()(RTCBVH hierarchy) const { rtcReleaseBVH(hierarchy); }
+};
+using Hierarchy = std::unique_ptr<RTCBVHTy, ReleaseHierarchy>;
 using Geometry = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
 
 NumericalError embree_error(RTCError code, const std::string& text) {
@@ -78,43 +90,140 @@ double padding_of(double domain_size) {
 struct Facets {
   std::span<const SceneFacet> facets;
   float padding;
+  LargeVector<FacetPack> packs;
+};
+
+void add(const SceneFacet& facet, Box& box) {
+  for (const Vec3f& corner : facet.corners) box.add(Vec3d(corner));
+}
+
+// The leaves of a hierarchy of Embree's: neighbours with little air between them.
+class Leaves {
+ public:
+  Leaves(RTCDevice device, std::span<const SceneFacet> facets) : leaves_(facets.size()) {
+    if (facets.empty()) return;
+    std::vector<RTCBuildPrimitive> boxes(facets.size());
+    for (std::size_t f = 0; f < facets.size(); ++f) boxes[f] = box_of(facets[f], f);
+    const Hierarchy hierarchy(rtcNewBVH(device));
+    RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    arguments.bvh = hierarchy.get();
+    arguments.primitives = boxes.data();
+    arguments.primitiveCount = boxes.size();
+    arguments.primitiveArrayCapacity = boxes.size();
+    arguments.maxDepth = most_levels;
+    arguments.sahBlockSize = FacetPack::most;
+    arguments.maxLeafSize = FacetPack::most;
+    arguments.createNode = [](RTCThreadLocalAllocator, unsigned, void* self) { return self; };
+    arguments.setNodeChildren = [](void*, void**, unsigned, void*) {};
+    arguments.setNodeBounds = [](void*, const RTCBounds**, unsigned, void*) {};
+    arguments.createLeaf = keep_leaf;
+    arguments.userPtr = this;
+    rtcBuildBVH(&arguments);
+  }
+
+  LargeVector<FacetPack> packs(std::span<const SceneFacet> facets, double room) const {
+    LargeVector<FacetPack> packs;
+    packs.reserve(count_);
+    for (const Leaf& leaf : std::span(leaves_).first(count_))
+      packs.emplace_back(facets, std::span(leaf.facets).first(leaf.count), room);
+    return packs;
+  }
+
+ private:
+  struct Leaf {
+    std::array<std::uint32_t, FacetPack::most> facets;
+    std::size_t count;
+  };
+
+  // Deeper than facets of any mesh are nested: beyond it Embree fails.
+  static constexpr unsigned most_levels = 256;
+
+  static RTCBuildPrimitive box_of(const SceneFacet& facet, std::size_t index) {
+    Box box;
+    add(facet, box);
+    const Vec3f lower(box.lower);
+    const Vec3f upper(box.upper);
+    return {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, static_cast<unsigned>(index)};
+  }
+
+  // On any thread.
+  static void* keep_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* boxes, std::size_t count,
+                         void* self) {
+    auto& leaves = *static_cast<Leaves*>(self);
+    Leaf& leaf = leaves.leaves_[leaves.count_++];
+    leaf.count = count;
+    for (std::size_t k = 0; k < count; ++k) leaf.facets[k] = boxes[k].primID;
+    return self;
+  }
+
+  std::vector<Leaf> leaves_;
+  std::atomic<std::size_t> count_ = 0;
 };
 
 void find_box(const RTCBoundsFunctionArguments* arguments) {
   const auto& all = *static_cast<const Facets*>(arguments->geometryUserPtr);
-  const std::array<Vec3f, 3>& corners = all.facets[arguments->primID].corners;
-  const auto lower = [&](float Vec3f::*axis) {
-    return std::min({corners[0].*axis, corners[1].*axis, corners[2].*axis}) - all.padding;
-  };
-  const auto upper = [&](float Vec3f::*axis) {
-    return std::max({corners[0].*axis, corners[1].*axis, corners[2].*axis}) + all.padding;
-  };
-  RTCBounds& box = *arguments->bounds_o;
-  box.lower_x = lower(&Vec3f::x);
-  box.lower_y = lower(&Vec3f::y);
-  box.lower_z = lower(&Vec3f::z);
-  box.upper_x = upper(&Vec3f::x);
-  box.upper_y = upper(&Vec3f::y);
-  box.upper_z = upper(&Vec3f::z);
+  const FacetPack& pack = all.packs[arguments->primID];
+  Box box;
+  for (std::size_t k = 0; k < FacetPack::most; ++k) add(all.facets[pack.facets[k]], box);
+  const Vec3f lower(box.lower);
+  const Vec3f upper(box.upper);
+  RTCBounds& padded = *arguments->bounds_o;
+  padded.lower_x = lower.x - all.padding;
+  padded.lower_y = lower.y - all.padding;
+  padded.lower_z = lower.z - all.padding;
+  padded.upper_x = upper.x + all.padding;
+  padded.upper_y = upper.y + all.padding;
+  padded.upper_z = upper.z + all.padding;
 }
 
 // How far the tree is searched: what is as far away as t, but for rounding, counts as well.
 float reach(double t, float padding) { return static_cast<float>(t) + padding; }
 
-// Embree hands the context of a call on to the function that tests a facet.
+// Embree hands the context of a call on to the function that tests a pack.
 struct Search {
   RTCIntersectContext context;
   NearestFacet& nearest;
+  PackView view;
 };
 
-// Flattened: a tenth of the time of a flight is in calls otherwise.
-[[gnu::flatten]] void test_facet(const RTCIntersectFunctionNArguments* arguments) {
-  const auto& [facets, padding] = *static_cast<const Facets*>(arguments->geometryUserPtr);
-  NearestFacet& nearest = reinterpret_cast<Search*>(arguments->context)->nearest;
-  if (!nearest.test(facets[arguments->primID], arguments->primID)) return;
-  float& farthest = RTCRayN_tfar(reinterpret_cast<RTCRayN*>(arguments->rayhit), 1, 0);
-  farthest = std::min(farthest, reach(nearest.t_nearest(), padding));
+bool is_empty(const PackView::Mask& mask) {
+  const auto [low, high] = std::bit_cast<std::array<std::uint64_t, 2>>(mask);
+  return (low | high) == 0;
 }
+
+// Seldom needed: apart, it leaves the look at a pack short.
+[[gnu::noinline, gnu::flatten]] void test_facets(const RTCIntersectFunctionNArguments* arguments,
+                                                 const PackView::Mask& may_meet) {
+  const auto& all = *static_cast<const Facets*>(arguments->geometryUserPtr);
+  const FacetPack& pack = all.packs[arguments->primID];
+  NearestFacet& nearest = reinterpret_cast<Search*>(arguments->context)->nearest;
+  bool is_taken = false;
+  for (std::size_t k = 0; k < FacetPack::most; ++k) {
+    if (may_meet[k] == 0) continue;
+    is_taken |= nearest.test(all.facets[pack.facets[k]], pack.facets[k]);
+  }
+  if (!is_taken) return;
+  float& farthest = RTCRayN_tfar(reinterpret_cast<RTCRayN*>(arguments->rayhit), 1, 0);
+  farthest = std::min(farthest, reach(nearest.t_nearest(), all.padding));
+}
+
+[[gnu::flatten]] void test_pack(const RTCIntersectFunctionNArguments* arguments) {
+  const auto& all = *static_cast<const Facets*>(arguments->geometryUserPtr);
+  const PackView& view = reinterpret_cast<Search*>(arguments->context)->view;
+  const PackView::Mask may_meet = view.may_meet(all.packs[arguments->primID]);
+  if (!is_empty(may_meet)) test_facets(arguments, may_meet);
+}
+
+// A vector and the 0 behind it in one: Embree reads them at once, and would have to wait for
+// numbers that were written one by one.
+void write(const Vec3d& v, std::size_t offset, RTCRay& ray) {
+  using Numbers [[gnu::vector_size(4 * sizeof(float))]] = float;
+  const Numbers numbers{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
+                        0};
+  std::memcpy(reinterpret_cast<std::byte*>(&ray) + offset, &numbers, sizeof(numbers));
+}
+static_assert(offsetof(RTCRay, tnear) == offsetof(RTCRay, org_x) + 3 * sizeof(float));
+static_assert(offsetof(RTCRay, time) == offsetof(RTCRay, dir_x) + 3 * sizeof(float));
 
 std::string unknown(const std::string& word, const std::string& allowed) {
   return "SCARP_EMBREE: " + in_quotes(word) + allowed;
@@ -162,7 +271,6 @@ struct EmbreeTree::Embree {
 EmbreeTree::EmbreeTree(std::span<const SceneFacet> facets, double domain_size,
                        const std::string& configuration)
     : embree_(std::make_unique<Embree>()), padding_(static_cast<float>(padding_of(domain_size))) {
-  embree_->facets = {facets, padding_};
   settle_arithmetic();
   // A device of its own, .1 ms: trees share no state, and an error belongs to one of them.
   embree_->device.reset(
@@ -170,16 +278,19 @@ EmbreeTree::EmbreeTree(std::span<const SceneFacet> facets, double domain_size,
   RTCDeviceTy* const device = embree_->device.get();
   if (device == nullptr) throw embree_error(rtcGetDeviceError(nullptr), "");
   rtcSetDeviceErrorFunction(device, FirstError::note, &embree_->error);
+  embree_->facets = {facets, padding_, Leaves(device, facets).packs(facets, 0.5 * padding_)};
+  embree_->error.require_none();
   embree_->scene.reset(rtcNewScene(device));
   RTCSceneTy* const scene = embree_->scene.get();
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  // Higher qualities build half as long again, and flights through many facets take longer.
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
+  // The lowest leaves several packs without a box of their own.
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   const Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER));
-  rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(facets.size()));
+  rtcSetGeometryUserPrimitiveCount(geometry.get(),
+                                   static_cast<unsigned>(embree_->facets.packs.size()));
   rtcSetGeometryUserData(geometry.get(), &embree_->facets);
   rtcSetGeometryBoundsFunction(geometry.get(), find_box, nullptr);
-  rtcSetGeometryIntersectFunction(geometry.get(), test_facet);
+  rtcSetGeometryIntersectFunction(geometry.get(), test_pack);
   rtcCommitGeometry(geometry.get());
   rtcAttachGeometry(scene, geometry.get());
   rtcCommitScene(scene);
@@ -192,18 +303,12 @@ EmbreeTree& EmbreeTree::operator=(EmbreeTree&&) noexcept = default;
 
 NearestFacet EmbreeTree::nearest(const Ray& ray, double t_end) const {
   NearestFacet nearest(ray, t_end, 0.5 * padding_);
-  Search search{.context = {}, .nearest = nearest};
+  Search search{.context = {}, .nearest = nearest, .view = PackView(nearest.view(), ray.from)};
   rtcInitIntersectContext(&search.context);
   RTCRayHit sent;
-  sent.ray.org_x = static_cast<float>(ray.r.x);
-  sent.ray.org_y = static_cast<float>(ray.r.y);
-  sent.ray.org_z = static_cast<float>(ray.r.z);
-  sent.ray.dir_x = static_cast<float>(ray.u.x);
-  sent.ray.dir_y = static_cast<float>(ray.u.y);
-  sent.ray.dir_z = static_cast<float>(ray.u.z);
-  sent.ray.tnear = 0;
+  write(ray.r, offsetof(RTCRay, org_x), sent.ray);
+  write(ray.u, offsetof(RTCRay, dir_x), sent.ray);
   sent.ray.tfar = reach(t_end, padding_);
-  sent.ray.time = 0;
   sent.ray.mask = ~0U;
   sent.ray.id = 0;
   sent.ray.flags = 0;

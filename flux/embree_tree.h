@@ -11,18 +11,19 @@ namespace scarp {
 
 /// Embree's tree of facets, which proposes what a straight flight may meet; NearestFacet decides.
 ///
-/// The tree holds boxes, each wider than its facet by a padding, and Embree's robust traversal
-/// passes every box that its ray goes through (Ize 2013). What NearestFacet takes is met within
-/// half the padding of the facet's box. Embree's ray is the same but for rounding to single
-/// precision: away from it by less than a unit of the domain's size in its place and by one in its
-/// direction. That leaves nine of the ten units of half the padding for other rounding. So every
-/// facet that the exact test would take is tested before the search ends: also slivers, ridges and
-/// surfaces seen edge on, for which Embree's own triangles have no such bound. The choice is exact
-/// however close two facets are. Embree's instruction set, its threads and the shape of its tree
-/// decide only which facets are tested in vain.
+/// The tree holds packs of up to four neighbours, each in a box that is wider than the facets by a
+/// padding, and Embree's robust traversal passes every box that its ray goes through (Ize 2013).
+/// What NearestFacet takes is met within half the padding of the facet's box. Embree's ray is the
+/// same but for rounding to single precision: away from it by less than a unit of the domain's size
+/// in its place and by one in its direction. That leaves nine of the ten units of half the padding
+/// for other rounding. So the pack of every facet that the exact test would take is looked at
+/// before the search ends, and a look leaves no such facet out (see FacetPack): also slivers,
+/// ridges and surfaces seen edge on, for which Embree's own triangles have no such bound. The
+/// choice is exact however close two facets are. Embree's instruction set, its threads, the shape
+/// of its tree and of packs decide only which facets are tested in vain.
 ///
 /// Source: Ize 2013, "Robust BVH ray traversal".
-/// Cost: .4 us per facet to build, 100 bytes of memory.
+/// Cost: .4 us per facet to build, 75 bytes of memory.
 class EmbreeTree {
  public:
   /// facets: stay where they are as long as the tree is used.

@@ -17,6 +17,21 @@ struct alignas(64) SceneFacet {
   Vec3d normal;  ///< of length 1
 };
 
+/// How a ray sees facets: along the longest axis of its direction, z of the view, and sheared so
+/// that the ray is the origin.
+struct RayView {
+  /// The two axes across the view, side by side.
+  using Pair [[gnu::vector_size(2 * sizeof(double))]] = double;
+
+  explicit RayView(const Ray& ray);
+
+  std::array<std::size_t, 3> axes;  ///< x, y and z of the view
+  Pair foot;
+  double foot_depth;
+  Pair shear;
+  bool goes_down;  ///< along z of the view
+};
+
 /// The facet that one straight flight meets first, on each side, among those that were tested.
 ///
 /// A facet is met if the ray's foot lies in it, seen along the ray. Vertices are sheared to that
@@ -50,6 +65,7 @@ class NearestFacet {
   /// of lower index; tells whether it did. Any order of tests has the same end.
   bool test(const SceneFacet& facet, std::uint32_t index);
 
+  const RayView& view() const { return view_; }
   const Hit& front() const { return front_; }
   const Hit& back() const { return back_; }
   double t_nearest() const { return std::min(front_.t, back_.t); }
@@ -63,14 +79,13 @@ class NearestFacet {
   static constexpr double ridge_thickness = 1e-5;
 
  private:
-  // The two axes across the view, side by side.
-  using Pair [[gnu::vector_size(2 * sizeof(double))]] = double;
+  using Pair = RayView::Pair;
   using FloatPair [[gnu::vector_size(2 * sizeof(float))]] = float;
 
   Pair seen(const Vec3f& corner) const {
-    const Pair across = Pair{corner.*axis_x_, corner.*axis_y_} - foot_;
-    const double along = corner.*axis_z_ - foot_depth_;
-    const Pair sheared = across - shear_ * Pair{along, along};
+    const Pair across = Pair{corner.*axis_x_, corner.*axis_y_} - view_.foot;
+    const double along = corner.*axis_z_ - view_.foot_depth;
+    const Pair sheared = across - view_.shear * Pair{along, along};
     return __builtin_convertvector(__builtin_convertvector(sheared, FloatPair), Pair);
   }
 
@@ -102,40 +117,47 @@ class NearestFacet {
 
   Vec3d r_;
   Vec3d u_;
-  // Of the view, z the longest of u. Members of memory, not branches: directions cannot be
-  // foreseen.
+  RayView view_;
+  // Members of memory, not branches: directions cannot be foreseen.
   using Axis = float Vec3f::*;
-  Axis axis_x_ = &Vec3f::x;
-  Axis axis_y_ = &Vec3f::y;
-  Axis axis_z_ = &Vec3f::z;
-  Pair foot_{};
-  double foot_depth_ = 0;
-  Pair shear_{};
-  bool goes_down_ = false;  // along axis z of the view
+  static constexpr std::array<Axis, 3> all_axes{&Vec3f::x, &Vec3f::y, &Vec3f::z};
+  Axis axis_x_;
+  Axis axis_y_;
+  Axis axis_z_;
   std::uint32_t from_;
   double room_;
   Hit front_;
   Hit back_;
 };
 
-inline NearestFacet::NearestFacet(const Ray& ray, double t_end, double room)
-    : r_(ray.r), u_(ray.u), from_(ray.from), room_(room), front_{.t = t_end}, back_{.t = t_end} {
-  constexpr std::array<Axis, 5> cyclic{&Vec3f::x, &Vec3f::y, &Vec3f::z, &Vec3f::x, &Vec3f::y};
-  constexpr std::array<double Vec3d::*, 5> of_ray{&Vec3d::x, &Vec3d::y, &Vec3d::z, &Vec3d::x,
-                                                  &Vec3d::y};
-  const Vec3d size{std::abs(u_.x), std::abs(u_.y), std::abs(u_.z)};
-  const std::size_t x_or_y = size.x >= size.y ? 0 : 1;
-  const bool is_z = (size.z >= size.x) & (size.z >= size.y);
-  const std::size_t z = is_z ? 2 : x_or_y;
-  axis_x_ = cyclic[z + 1];
-  axis_y_ = cyclic[z + 2];
-  axis_z_ = cyclic[z];
-  const double along = u_.*of_ray[z];
-  goes_down_ = along < 0;
-  foot_ = Pair{r_.*of_ray[z + 1], r_.*of_ray[z + 2]};
-  foot_depth_ = r_.*of_ray[z];
-  shear_ = Pair{u_.*of_ray[z + 1], u_.*of_ray[z + 2]} / Pair{along, along};
+// Without branches, see above.
+inline RayView::RayView(const Ray& ray) {
+  static constexpr std::array<std::array<std::size_t, 3>, 3> by_longest{
+      {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}}};
+  const Vec3d size{std::abs(ray.u.x), std::abs(ray.u.y), std::abs(ray.u.z)};
+  const std::size_t is_z = (size.z >= size.x ? 1U : 0U) & (size.z >= size.y ? 1U : 0U);
+  const std::size_t is_y = (size.y > size.x ? 1U : 0U) & (1 - is_z);
+  axes = by_longest[2 * is_z + is_y];
+  const auto [x, y, z] = axes;
+  const std::array<double, 3> r{ray.r.x, ray.r.y, ray.r.z};
+  const std::array<double, 3> u{ray.u.x, ray.u.y, ray.u.z};
+  foot = Pair{r[x], r[y]};
+  foot_depth = r[z];
+  shear = Pair{u[x], u[y]} / Pair{u[z], u[z]};
+  goes_down = u[z] < 0;
 }
+
+inline NearestFacet::NearestFacet(const Ray& ray, double t_end, double room)
+    : r_{ray.r.x, ray.r.y, ray.r.z},
+      u_{ray.u.x, ray.u.y, ray.u.z},
+      view_(ray),
+      axis_x_(all_axes[view_.axes[0]]),
+      axis_y_(all_axes[view_.axes[1]]),
+      axis_z_(all_axes[view_.axes[2]]),
+      from_(ray.from),
+      room_(room),
+      front_{.t = t_end},
+      back_{.t = t_end} {}
 
 inline bool NearestFacet::test(const SceneFacet& facet, std::uint32_t index) {
   if (index == from_) return false;
@@ -150,7 +172,7 @@ inline bool NearestFacet::test(const SceneFacet& facet, std::uint32_t index) {
   // Outside, or seen edge on.
   if (is_left == is_right) return false;
   const double t = distance(facet, {weight_a, weight_b, weight_c});
-  const bool is_front = is_left == goes_down_;
+  const bool is_front = is_left == view_.goes_down;
   Hit& hit = is_front ? front_ : back_;
   const bool is_nearer = (t < hit.t) | ((t == hit.t) & (index < hit.facet));
   const bool is_met = (t >= (is_front ? -tiny_distance : tiny_distance)) & is_nearer;

@@ -44,7 +44,18 @@ bool is_finite(Vec3f r) {
          std::abs(r.z) < largest_coordinate;
 }
 
-using Lanes [[gnu::vector_size(4 * sizeof(double))]] = double;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+using Pair = RayView::Pair;
+
+// From r at speed u to the lower end or the upper one. Without branches: directions cannot be
+// foreseen.
+inline Pair times(const Pair& r, const Pair& u, const Pair& lower_end, const Pair& upper_end) {
+  const Pair end = u > 0 ? upper_end : lower_end;
+  const Pair t = (end - r) / u;
+  const Pair at_least_0 = t > 0 ? t : Pair{};
+  return u == 0 ? Pair{infinity, infinity} : at_least_0;
+}
 
 }  // namespace
 
@@ -138,26 +149,18 @@ void RayScene::cross_side(int side, Ray& ray) const {
 }
 
 RayScene::Part RayScene::part_from(const Ray& ray) const {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  // To the lower or the upper end along each axis and across the diagonal. Without branches:
-  // directions cannot be foreseen.
-  const double across = has_diagonal_ ? 1 : 0;
-  const Lanes lower_end{0, 0, lowest_ - 1, 0};
-  const Lanes upper_end{upper_.x, upper_.y, source_height_, infinity};
-  const Lanes r{ray.r.x, ray.r.y, ray.r.z, across * (ray.r.x - ray.r.y)};
-  const Lanes u{ray.u.x, ray.u.y, ray.u.z, across * (ray.u.x - ray.u.y)};
-  const Lanes end = u > 0 ? upper_end : lower_end;
-  const Lanes t = (end - r) / u;
-  const Lanes at_least_0 = t > 0 ? t : Lanes{};
-  const Lanes to_end = u == 0 ? Lanes{} + infinity : at_least_0;
-  const double t_x = to_end[0];
-  const double t_y = to_end[1];
-  const int axis = t_y < t_x ? 1 : 0;
-  const double t_axis = t_y < t_x ? t_y : t_x;
-  const bool is_diagonal = to_end[3] < t_axis;
+  const Pair across =
+      times(Pair{ray.r.x, ray.r.y}, Pair{ray.u.x, ray.u.y}, Pair{}, Pair{upper_.x, upper_.y});
+  const double diagonal_on = has_diagonal_ ? 1 : 0;
+  const Pair others = times(Pair{ray.r.z, diagonal_on * (ray.r.x - ray.r.y)},
+                            Pair{ray.u.z, diagonal_on * (ray.u.x - ray.u.y)}, Pair{lowest_ - 1, 0},
+                            Pair{source_height_, infinity});
+  const int axis = across[1] < across[0] ? 1 : 0;
+  const double t_axis = across[1] < across[0] ? across[1] : across[0];
+  const bool is_diagonal = others[1] < t_axis;
   return {.side = is_diagonal ? diagonal : axis,
-          .t_side = is_diagonal ? to_end[3] : t_axis,
-          .t_end = to_end[2]};
+          .t_side = is_diagonal ? others[1] : t_axis,
+          .t_end = others[0]};
 }
 
 Flight RayScene::follow(Ray ray) const {
