@@ -45,11 +45,12 @@ class Elements {
   /// of_section: they lie one after another along a cross-section, so they are few.
   Elements(const RayScene& scene, double longest_edge, bool of_section = false);
 
-  /// Joins pieces by the edges of their facets if they have middles in the same cubic cell, the
+  /// Joins pieces by the edges of their facets if they have middles in the same cell, the
   /// same main direction and material, and normals within 25 degrees across an edge. Cells are as
-  /// wide as given for a piece's facet, half of it where the surface turns by more than about 20
-  /// degrees in one. Pieces with an edge longer than the cell stay alone. A mesh of marching cubes
-  /// and its simplified one so have about as many elements. Once.
+  /// wide as given for a piece's facet, twice as wide along walls, down which flux changes faster;
+  /// half of it where the surface turns by more than about 20 degrees in one. Pieces with an edge
+  /// longer than the cell stay alone. A mesh of marching cubes and its simplified one so have about
+  /// as many elements. Once.
   ///
   /// Shape: one width per facet, in spacings, each a power of two times the others.
   void join(const TriMesh& mesh, std::span<const float> widths);

@@ -28,10 +28,11 @@ struct Settle {
 /// facet by Lambert's law from places spread over it; those that reach the sky estimate E, the
 /// others K, and both serve all species at once. Where hardly any sky is seen every fourth ray is
 /// aimed at it: these are the long flights along what is deep, on which the flux there depends.
-/// Elements join facets and pieces of facets in cells of up to eight spacings, smaller ones where
-/// the surface turns (Elements). What an element re-emits is linear on it (Radiosity), and so is
-/// what arrives, which follows the normals of its facets as well. What the size of elements leaves
-/// is estimated and part of every error; where it exceeds a third of the target, cells are halved.
+/// Elements join facets and pieces of facets in cells of four spacings, eight along walls, smaller
+/// ones where the surface turns (Elements). What an element re-emits is linear on it (Radiosity),
+/// and so is what arrives, which follows the normals of its facets as well. What the size of
+/// elements leaves is estimated and part of every error; if it exceeds a third of the target, the
+/// cells that make most of it are halved. Where facets emit, cells are one spacing wide.
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its

@@ -20,10 +20,11 @@ constexpr std::uint32_t most_in_set = 1U << 15;
 // One element for each share. Blocks of 8 and of 32 have larger errors.
 constexpr std::uint32_t longest_block = share_count;
 
-// The elements of a cross-section are few: what they share is told by the differences between
-// blocks, so a row of them has several; shares of powers of two fill each other's gaps best. With
-// blocks of 16 the floors of trenches and holes are off by half again what they state.
-constexpr std::uint32_t blocks_in_row = 2;
+// What the elements of a row share is told by the differences between its blocks, so a short row
+// has several. Those of a cross-section are few; shares of powers of two fill each other's gaps
+// best. With blocks of 16 the floors of trenches and holes are off by half again what they state.
+constexpr std::uint32_t blocks_in_row = 4;
+constexpr std::uint32_t blocks_in_row_of_section = 2;
 constexpr std::uint32_t shortest_block = 2;
 
 constexpr std::uint32_t elements_in_window = 64;
@@ -131,10 +132,10 @@ void RayPlan::make_blocks(const RayScene& scene, std::span<const std::uint32_t> 
   block_of_.resize(size());
   for (const Row& row : rows) {
     first_block.push_back(blocks_.size());
+    const std::uint32_t blocks =
+        elements_->are_of_section() ? blocks_in_row_of_section : blocks_in_row;
     const std::uint32_t longest =
-        elements_->are_of_section()
-            ? std::clamp(std::bit_floor(row.size() / blocks_in_row), shortest_block, longest_block)
-            : longest_block;
+        std::clamp(std::bit_floor(row.size() / blocks), shortest_block, longest_block);
     for (std::uint32_t begin = row.begin; begin < row.end; begin = blocks_.back().end) {
       const std::uint32_t end = std::min(begin + longest, row.end);
       std::fill(block_of_.begin() + begin, block_of_.begin() + end,
