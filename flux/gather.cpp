@@ -87,8 +87,10 @@ class Gathering {
   const std::vector<float>& widths() const { return widths_; }
 
  private:
-  bool are_joined() const {
-    return !widths_.empty() && !options_.two_dimensional && options_.rings.empty();
+  // Whether cells and densities of rays follow what is found, to a target.
+  bool is_graded() const {
+    return !widths_.empty() && !options_.two_dimensional && options_.rings.empty() &&
+           options_.rays == 0;
   }
   void plan_first_rays();
   bool narrow(std::span<const float> biases, double bias);
@@ -173,16 +175,18 @@ Round Gathering::solve_round() {
   std::vector<double> variances(plan_.windows().size());
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     if (p == all.size()) begin_next();
-    all[p].add_variances(variances);
-    const std::vector<float> biases = all[p].biases();
-    round.bias = std::max(round.bias, all[p].bias_measure(biases));
-    std::ranges::transform(biases, round.biases, round.biases.begin(),
-                           [](float a, float b) { return std::max(a, b); });
+    if (is_graded()) {
+      all[p].add_variances(variances);
+      const std::vector<float> biases = all[p].biases();
+      round.bias = std::max(round.bias, all[p].bias_measure(biases));
+      std::ranges::transform(biases, round.biases, round.biases.begin(),
+                             [](float a, float b) { return std::max(a, b); });
+    }
     if (is_last_) continue;
     all[p].draw(FluxDraws::at_once);
     round.error = std::max(round.error, all[p].target_measure());
   }
-  round.densities = densities_for(plan_, variances);
+  if (is_graded()) round.densities = densities_for(plan_, variances);
   if (round.error > options_.target_error && !is_last_) return round;
   for (Gathered& gathered : all) {
     if (!is_last_) gathered.solve(mean_tolerance);
@@ -247,7 +251,7 @@ bool Gathering::narrow(std::span<const float> biases, double bias) {
 
 // Before any ray is sent: what makes a bias by itself, wherever flux arrives.
 bool Gathering::narrow_strips() {
-  if (!are_joined() || options_.rays > 0 || !options_.responses.empty()) return false;
+  if (!is_graded() || !options_.responses.empty()) return false;
   const RayScene& scene = problems_.front().scene;
   std::vector<float> biases;
   double squares = 0;
@@ -264,7 +268,7 @@ bool Gathering::narrow_strips() {
 // Long before the error has come down to what their size leaves, that is as well known as later.
 bool Gathering::narrow_after(const Round& round) {
   constexpr double soon = 10;
-  if (!are_joined() || options_.rays > 0) return false;
+  if (!is_graded()) return false;
   const bool is_biased = round.bias > most_bias * options_.target_error;
   return is_biased && round.error < soon * round.bias && narrow(round.biases, round.bias);
 }
@@ -285,7 +289,7 @@ std::optional<std::vector<FluxField>> Gathering::solve() {
     if (is_last_ || round.error <= options_.target_error) return std::move(round.fields);
     // Borders of shadows in a narrow lobe, and what a few facets emit, the few rays of a first
     // round find by chance.
-    if (is_first && are_joined() && !any_emits(problems_)) plan_.weigh(round.densities);
+    if (is_first && is_graded() && !any_emits(problems_)) plan_.weigh(round.densities);
     grow(round.error);
   }
 }

@@ -12,13 +12,14 @@ namespace {
 double square(double x) { return x * x; }
 
 // What an element sees that is no facet, as parts of all it sees.
-std::array<double, fate_count> ends_of(const ExchangeMatrix& matrix, std::size_t row) {
+std::array<double, fate_count> ends_of(const View& view, std::size_t row) {
+  const ExchangeMatrix& matrix = view.matrix;
   std::array<double, fate_count> ends{};
   matrix.for_each_part(row, [&](std::size_t hit, double part) {
     if (hit >= matrix.size()) ends[hit - matrix.size()] += part;
   });
   double of_sky = 0;
-  for (const WeightSums& sums : sums_of_sets(matrix, row)) of_sky += sums.sky;
+  for (const WeightSums& sums : view.sums[row]) of_sky += sums.sky;
   ends[to_sky] = of_sky / static_cast<double>(matrix.row(row).size());
   return ends;
 }
@@ -112,7 +113,7 @@ FluxAudit Gathered::audit() const {
   std::array<double, draw_count> totals{};
   std::vector<float> lost_errors = error_draws(halves_.lost).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
-    const auto ends = ends_of(view_.matrix, i);
+    const auto ends = ends_of(view_, i);
     const std::uint32_t element = plan_.element_at(i);
     const double area = plan_.elements().area(element);
     const double arrives = area * flux()[i];

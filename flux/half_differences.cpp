@@ -37,7 +37,7 @@ std::array<Told, set_count> told_by_sets(const View& view, std::size_t row,
       to_sky_beyond[k % set_count] += weight * dot(radiosity.slopes()[row], Vec3d(places[k]));
     }
   }
-  const SetSums sums = sums_of_sets(matrix, row);
+  const SetSums& sums = view.sums[row];
   const double per_ray = static_cast<double>(set_count) / static_cast<double>(rays.size());
   std::array<Told, set_count> told{};
   for (std::size_t set = 0; set < set_count; ++set) {

@@ -124,15 +124,29 @@ std::uint32_t Viewer::seen(std::size_t rank) const {
 
 std::uint64_t Viewer::new_rays() const { return plan_.total() - earlier_.matrix.rays.size(); }
 
+SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row) {
+  SetSums sums{};
+  const auto rays = matrix.row(row);
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    WeightSums& of_set = sums[k % set_count];
+    (rays[k].hit == matrix.size() + to_sky ? of_set.sky : of_set.others) +=
+        static_cast<double>(rays[k].weight);
+  }
+  for (WeightSums& of_set : sums)
+    of_set.lacking = static_cast<double>(rays.size() / set_count) - of_set.sky - of_set.others;
+  return sums;
+}
+
 // What a set tells is its sum, and what its weights lack of a whole times the mean over rays that
 // did not reach the sky. Lacking is zero on average, and the mean is that of the other set, which
 // is independent of it: so is their product, however few the rays. Where the other set has no such
 // ray it is left out.
-void scale_rows(ExchangeMatrix& matrix) {
+void scale_rows(ExchangeMatrix& matrix, std::vector<SetSums>& all_sums) {
   static_assert(set_count == 2);
+  all_sums.resize(matrix.size());
   parallel_for(matrix.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const SetSums sums = sums_of_sets(matrix, i);
+      const SetSums& sums = all_sums[i] = sums_of_sets(matrix, i);
       for (std::size_t set = 0; set < set_count; ++set) {
         const double others = sums[set].others;
         const double lacking = others > 0 ? sums[1 - set].lacking / others : 0;
@@ -196,7 +210,7 @@ View Viewer::look() const {
     for (std::size_t p = 0; p < problems_.size(); ++p)
       if (is_looked_for(problems_[p])) view_by_lobe(begin, end, p, view);
   });
-  scale_rows(matrix);
+  scale_rows(matrix, view.sums);
   view.rows = ExchangeRows(matrix);
   view.moments = moments_of(view);
   view.flights = earlier_.flights + new_rays();
@@ -233,19 +247,6 @@ std::uint64_t aim_at_sky(const FluxProblem& problem, RayPlan& plan) {
   return plan.size();
 }
 
-SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row) {
-  SetSums sums{};
-  const auto rays = matrix.row(row);
-  for (std::size_t k = 0; k < rays.size(); ++k) {
-    WeightSums& of_set = sums[k % set_count];
-    (rays[k].hit == matrix.size() + to_sky ? of_set.sky : of_set.others) +=
-        static_cast<double>(rays[k].weight);
-  }
-  for (WeightSums& of_set : sums)
-    of_set.lacking = static_cast<double>(rays.size() / set_count) - of_set.sky - of_set.others;
-  return sums;
-}
-
 std::vector<Vec3d> change_with_normal(const View& view, std::size_t problem,
                                       std::span<const double> flux) {
   std::vector<Vec3d> change(flux.size());
@@ -255,7 +256,7 @@ std::vector<Vec3d> change_with_normal(const View& view, std::size_t problem,
       const auto rays = static_cast<double>(view.matrix.row(rank).size());
       double sky = 0;
       double from_source = 0;
-      const SetSums sums = sums_of_sets(view.matrix, rank);
+      const SetSums& sums = view.sums[rank];
       for (std::size_t set = 0; set < set_count; ++set) {
         sky += sums[set].sky / rays;
         from_source += static_cast<double>(direct[rank * set_count + set]) / rays;

@@ -14,6 +14,14 @@ namespace scarp {
 /// Where a ray ended that met no facet: added to the number of elements.
 enum Fate : std::uint32_t { to_sky, to_back, to_below, to_side_limit, fate_count };
 
+/// Of one set of an element's rays.
+struct WeightSums {
+  double sky = 0;      ///< of rays that reached the sky
+  double others = 0;   ///< of all others
+  double lacking = 0;  ///< what both lack of the number of rays
+};
+using SetSums = std::array<WeightSums, set_count>;
+
 /// What the rays saw.
 ///
 /// Shape: row i of the matrix is the element of rank i; ray j of a set is its entry j * set_count +
@@ -24,7 +32,8 @@ struct View {
   /// Rows are scaled such that what elements see of each other and of the sky make up a whole,
   /// unless a set of theirs met nothing but the sky. A ray without weight has its own rank as hit.
   ExchangeMatrix matrix{};
-  ExchangeRows rows{};  ///< of the matrix
+  std::vector<SetSums> sums{};  ///< by rank
+  ExchangeRows rows{};          ///< of the matrix
   /// By ray of the matrix: where it met an element, from the middle of that; where one to the sky
   /// started, from the middle of its own. Units: spacings.
   std::vector<Vec3f> places{};
@@ -38,15 +47,6 @@ struct View {
   std::vector<std::vector<Vec3f>> light{};
   std::uint64_t flights = 0;
 };
-
-/// Of one set of an element's rays.
-struct WeightSums {
-  double sky = 0;      ///< of rays that reached the sky
-  double others = 0;   ///< of all others
-  double lacking = 0;  ///< what both lack of the number of rays
-};
-using SetSums = std::array<WeightSums, set_count>;
-SetSums sums_of_sets(const ExchangeMatrix& matrix, std::size_t row);
 
 /// How the flux of a problem changes with the normal, on every element: straight from the source,
 /// and because of what is seen in place of the sky, taken as equally bright everywhere.

@@ -113,7 +113,7 @@ TEST_F(DeepViews, AreWhole) {
   const View seen = view();
   std::size_t scaled = 0;
   for (std::size_t i = 0; i < plan_.size(); ++i) {
-    const SetSums sums = sums_of_sets(seen.matrix, i);
+    const SetSums sums = seen.sums[i];
     if (sums[0].others == 0 || sums[1].others == 0) continue;
     scaled += sums[0].lacking != 0 || sums[1].lacking != 0 ? 1 : 0;
     double whole = 0;
@@ -145,7 +145,7 @@ TEST_F(DeepViews, TakeWhatASetLacksFromTheOther) {
   plan_.grow(4, 1'000'000);
   const View seen = view();
   for (std::size_t i = 0; i < plan_.size(); ++i) {
-    const SetSums sums = sums_of_sets(seen.matrix, i);
+    const SetSums sums = seen.sums[i];
     const auto rays = seen.matrix.row(i);
     std::array<double, set_count> stands_for{};
     for (std::size_t k = 0; k < rays.size(); ++k)
@@ -180,7 +180,7 @@ TEST_F(DeepViews, AreRightOnAverageHoweverFewTheRaysAre) {
         if (depth(i) < 119.9) continue;
         const double a = elements.area(plan_.element_at(i));
         area += a;
-        for (const WeightSums& sums : sums_of_sets(seen.matrix, i))
+        for (const WeightSums& sums : seen.sums[i])
           of_sky += a * sums.sky / static_cast<double>(seen.matrix.row(i).size());
         seen.matrix.for_each_part(i, [&](std::size_t hit, double part) {
           if (hit < plan_.size() && depth(hit) < 60) of_upper_half += a * part;
