@@ -112,7 +112,7 @@ constexpr const char* etch_slot =
     "directional_etch_rate = { Si = \"1 nm/s\", resist = \"0 nm/s\" }\n";
 constexpr const char* coat =
     "[[step]]\nmodel = \"single_particle\"\nduration = \"10 s\"\nmaterial = \"SiO2\"\n"
-    "growth_rate = \"1 nm/s\"\nsticking = 0.1\n[flux]\ntarget_error = 0.02\ncarry_within = 0.02\n";
+    "growth_rate = \"1 nm/s\"\nsticking = 0.1\n[flux]\ntarget_error = 0.05\ncarry_within = 0.02\n";
 
 double all_rays(const CostEstimate& cost) { return cost.rays_per_time_step * cost.time_steps; }
 

@@ -113,7 +113,7 @@ TEST(StickingFeedbackTest, ErrorBarsAreTrue) {
   const Species species = gas();
   std::vector<exact::Stated> on_patches;
   std::vector<exact::Stated> of_balance;
-  for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     FluxOptions options = options_of(trench, Engine::gather);
     options.rays = 1 << 15;
     options.seed = seed;
