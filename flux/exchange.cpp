@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/quantity.h"
+#include "core/vector_kernel.h"
 #include "flux/coarse_exchange.h"
 
 namespace scarp {
@@ -59,10 +60,9 @@ void subtract_seen(const ExchangeRows& rows, std::size_t columns, const Number* 
 
 // The same for eight columns, as vectors along the row: left to itself, the compiler takes rows
 // together instead of columns.
-[[gnu::target_clones("avx2", "default")]] void subtract_seen(const ExchangeRows& rows,
-                                                             const float* scaled, const float* x,
-                                                             float* y, std::size_t begin,
-                                                             std::size_t end) {
+SCARP_VECTOR_KERNEL void subtract_seen(const ExchangeRows& rows, const float* scaled,
+                                       const float* x, float* y, std::size_t begin,
+                                       std::size_t end) {
   using Eight [[gnu::vector_size(8 * sizeof(float))]] = float;
   for (std::size_t i = begin; i < end; ++i) {
     Eight rest;

@@ -77,16 +77,32 @@ Shape shape_of(const std::string& name) {
 
 class SlowElementSize : public ::testing::TestWithParam<std::tuple<const char*, double>> {};
 
+FluxField gathered(const Shape& shape, double sticking, FluxOptions options) {
+  const Species gas{.name = "gas", .sticking = {static_cast<float>(sticking)}};
+  options.engine = FluxOptions::Engine::gather;
+  options.sides = shape.sides;
+  options.spacing = 1;
+  return solve_flux(shape.mesh, {&gas, 1}, options).front();
+}
+
+// Elements are narrowed until it is.
+TEST(ElementSize, LeavesAThirdOfTheTargetAtMost) {
+  for (const char* name : {"trench", "hole", "re_entrant", "terrace"}) {
+    for (const double target : {0.02, 0.005}) {
+      const FluxField field = gathered(shape_of(name), 0.1, {.target_error = target});
+      EXPECT_LE(field.error, target) << name;
+      EXPECT_GT(field.bias, 0) << name;
+      EXPECT_LE(field.bias, target / 3) << name;
+    }
+  }
+}
+
 // What the size of elements leaves is part of the error: against elements of two spacings.
 TEST_P(SlowElementSize, IsPartOfTheStatedError) {
   const auto [name, sticking] = GetParam();
   const Shape shape = shape_of(name);
-  const Species gas{.name = "gas", .sticking = {static_cast<float>(sticking)}};
-  const auto solved = [&](FluxOptions options) {
-    options.engine = FluxOptions::Engine::gather;
-    options.sides = shape.sides;
-    options.spacing = 1;
-    return solve_flux(shape.mesh, {&gas, 1}, options).front();
+  const auto solved = [&](const FluxOptions& options) {
+    return gathered(shape, sticking, options);
   };
   const Stated fine =
       exact::on_patches(solved({.rays = std::uint64_t{1} << 23, .seed = 999}).arrivals());
@@ -109,8 +125,8 @@ TEST_P(SlowElementSize, IsPartOfTheStatedError) {
   RecordProperty("rms", std::to_string(rms));
 }
 
-// What sticks at once is known best, and its errors in narrow holes are too small: not of size, but
-// of few rays that meet the sky.
+// Not yet true of what sticks at once in narrow holes: the rms was 1.21 in the hole, and 1.3 to 1.5
+// in the array.
 INSTANTIATE_TEST_SUITE_P(Sticking, SlowElementSize,
                          ::testing::Combine(::testing::Values("trench", "hole", "re_entrant",
                                                               "array", "terrace"),

@@ -103,6 +103,44 @@ TEST(JoinedElements, AreMadeOfPiecesOfLongFacetsAsWell) {
   }
 }
 
+// Down walls the flux changes faster than along them.
+TEST(JoinedElements, AreTwiceAsLongAlongWalls) {
+  const Shape shape = exact::fine_trench(16, 16);
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    Box box;
+    for (const std::uint32_t p : elements.pieces_of(e))
+      for (const Vec3d& corner : elements.piece(p).corners) box.add(corner);
+    const Vec3d size = box.upper - box.lower;
+    const bool is_wall = std::abs(elements.normal(e).x) > 0.5;
+    EXPECT_NEAR(size.y, is_wall ? 8 : 4, 1);
+    if (is_wall) EXPECT_LE(size.z, 5);
+  }
+}
+
+TEST(JoinedElements, AreAsWideAsTheirFacetsSay) {
+  const Shape shape = exact::flat_wafer(32, 32);
+  const RayScene scene = scene_of(shape);
+  std::vector<float> widths;
+  for (std::size_t f = 0; f < scene.facet_count(); ++f)
+    widths.push_back(corners(shape.mesh, f)[0].x < 16 ? 4.0F : 2.0F);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, widths);
+  int wide = 0;
+  int narrow = 0;
+  for (std::uint32_t e = 0; e < elements.count(); ++e) {
+    const std::uint32_t facet = elements.piece(elements.pieces_of(e).front()).facet;
+    const float width = elements.cell_width(facet);
+    EXPECT_EQ(width, widths[facet]);
+    EXPECT_LE(elements.area(e), (width + 1) * (width + 1));
+    ++(width == 4 ? wide : narrow);
+  }
+  EXPECT_EQ(wide, 32);
+  EXPECT_EQ(narrow, 128);
+}
+
 // A quarter of a cylinder with a radius of 16 spacings turns by 28 degrees in a cell of 8.
 TEST(JoinedElements, AreSmallerWhereTheSurfaceTurns) {
   Builder builder;

@@ -98,6 +98,30 @@ TEST(FacetValues, GoOnOverPeriodicSides) {
   }
 }
 
+// Between two ends neighbours lie all around; at an end they are on the side of the middle.
+TEST(FacetValues, KnowOnWhichSideTheNeighboursAre) {
+  const exact::Shape shape = exact::flat_wafer(32, 32);
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  const FacetValues values(shape.mesh, elements);
+  const auto is_inside = [](double x) { return x > 5 && x < 27; };
+  for (std::size_t e = 0; e < elements.count(); ++e) {
+    const Vec3d middle = elements.middle(e);
+    const Vec3d side = values.one_side(e);
+    EXPECT_EQ(side.z, 0);
+    for (int axis = 0; axis < 2; ++axis) {
+      if (is_inside(middle[axis])) {
+        EXPECT_NEAR(side[axis], 0, 0.2) << e;
+      } else {
+        EXPECT_GT(side[axis] * (16 - middle[axis]), 0) << e;
+        EXPECT_GT(std::abs(side[axis]), 0.4) << e;
+      }
+    }
+    EXPECT_LE(length(side), 1 + 1e-6);
+  }
+}
+
 // The floor between two walls has neighbours along the trench only.
 TEST(FacetValues, KnowElementsWithoutNeighboursAcross) {
   exact::Builder builder;

@@ -40,6 +40,24 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
   EXPECT_EQ(plan.total(), full);
 }
 
+// What sees only the sky has nothing in common with the bottom of a trench.
+TEST(RayPlan, FloorsAndTopsAreOfDifferentBlocks) {
+  const exact::Shape shape = exact::fine_trench(20, 16);
+  const RayScene scene = scene_of(shape);
+  const Elements elements(scene, longest_piece_edge);
+  const RayPlan plan(scene, elements);
+  for (const RayPlan::Window& window : plan.windows()) {
+    const auto height = [&](std::uint32_t rank) {
+      return elements.middle(plan.element_at(rank)).z;
+    };
+    for (const RayPlan::Block& block : window) {
+      if (block.main_direction < 4) continue;
+      for (std::uint32_t rank = block.begin; rank < block.end; ++rank)
+        EXPECT_EQ(height(rank), height(window.front().begin));
+    }
+  }
+}
+
 TEST(RayPlan, SendsRaysByTheDensitiesOfWindows) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
