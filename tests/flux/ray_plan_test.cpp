@@ -42,7 +42,7 @@ TEST(RayPlan, GrowsToTheWantedNumberOfRays) {
 
 // What sees only the sky has nothing in common with the bottom of a trench.
 TEST(RayPlan, FloorsAndTopsAreOfDifferentBlocks) {
-  const exact::Shape shape = exact::fine_trench(20, 16);
+  const exact::Shape shape = exact::fine_trench(20, 7);
   const RayScene scene = scene_of(shape);
   const Elements elements(scene, longest_piece_edge);
   const RayPlan plan(scene, elements);

@@ -47,7 +47,7 @@ TEST_P(Response, HasAnErrorThatIsTrueAndBelowTheTarget) {
   const Species species = species_of(GetParam());
   const auto of_tallies = responses(shape, species, 1);
   constexpr double target = 0.02;
-  constexpr int seeds = 24;
+  constexpr int seeds = 72;
   std::vector<std::vector<double>> sums(seeds);  // of each facet
   double stated = 0;
   for (int k = 0; k < seeds; ++k) {
