@@ -1,7 +1,7 @@
 // Whether simplification pays: whole recipes with and without it, to equal error, by one program,
 // on one thread.
 //
-//   ./dev bench pays [CASE...] [--again] [--json]
+//   ./dev bench pays [CASE...] [--again] [--references] [--json]
 //
 // The error of a run is the mean distance, both ways, between its surface at the end and that of a
 // reference: half the spacing, a quarter of the target error of the flux, on the full mesh and on
@@ -16,9 +16,10 @@
 // other programs lengthen it little, and files and metrology are not in it. Within a call the
 // stages share it by their wall times.
 //
-// References and results of cases are kept in results/bench_pays/PROGRAM by the hashes of program
-// and recipes, so that an interrupted benchmark repeats one case at the most and nothing stale is
-// used.
+// References are kept in results/bench_pays by the hash of their recipe: they stand for the exact
+// surface, whichever program found it. Where a model changes, --references finds them anew. Results
+// are kept by the hashes of program and recipes: an interrupted benchmark repeats one case at the
+// most, and nothing stale is used.
 
 #include <fmt/format.h>
 
@@ -54,6 +55,7 @@ constexpr int seed_count = 3;
 struct Settings {
   std::vector<std::string> cases{};
   bool again = false;
+  bool references = false;
   bool json = false;
 };
 
@@ -102,11 +104,7 @@ std::string hash_of(std::string_view text) {
   return hash.hex();
 }
 
-/// Of this program: another one, of whatever change, begins with an empty folder.
-fs::path folder() {
-  static const std::string program = hash_of(read_file("/proc/self/exe"));
-  return fs::path(SCARP_SOURCE_DIR) / "results/bench_pays" / program;
-}
+fs::path folder() { return fs::path(SCARP_SOURCE_DIR) / "results/bench_pays"; }
 
 Recipe reference_recipe(const Case& of) {
   const Recipe own = recipe_of(of, {});
@@ -117,20 +115,21 @@ Recipe reference_recipe(const Case& of) {
   return recipe_of(of, finer);
 }
 
-TriMesh reference_of(const Case& of) {
+TriMesh reference_of(const Case& of, bool anew) {
   const Recipe recipe = reference_recipe(of);
   const fs::path file = folder() / fmt::format("reference_{}.ply", hash_of(recipe.resolved));
-  if (!fs::exists(file)) {
+  if (anew || !fs::exists(file)) {
     fmt::print(stderr, "{}: computing the reference, once: {}\n", of.name, file.string());
     write_mesh(file, run_to_end(recipe).surface);
   }
   return read_mesh(file);
 }
 
-/// Where the result of a case is kept.
+/// Where the result of a case is kept: of this program, another one finds its own.
 fs::path result_file(const Case& of) {
+  static const std::string program = hash_of(read_file("/proc/self/exe"));
   const std::string recipes = recipe_of(of, {}).resolved + reference_recipe(of).resolved;
-  return folder() / fmt::format("{}_{}.json", of.name, hash_of(recipes));
+  return folder() / fmt::format("{}_{}.json", of.name, hash_of(program + recipes));
 }
 
 // --- measurements --------------------------------------------------------------------------------
@@ -210,8 +209,7 @@ Json json_of(const Measured& measured) {
           {"stages", stages}};
 }
 
-Json measure(const Case& of) {
-  const TriMesh reference = reference_of(of);
+Json measure(const Case& of, const TriMesh& reference) {
   const double target = recipe_of(of, {}).flux.target_error;
   Measured full{.name = "full mesh", .changes = {"simplify.enabled=false"}, .target = target};
   Measured simplified{.name = "simplified", .target = target};
@@ -229,10 +227,11 @@ Json measure(const Case& of) {
   return {{"speedup", speedup}, {"full", json_of(full)}, {"simplified", json_of(simplified)}};
 }
 
-Json result_of(const Case& of, bool again) {
+Json result_of(const Case& of, const Settings& settings) {
   const fs::path file = result_file(of);
+  const bool again = settings.again || settings.references;
   if (!again && fs::exists(file)) return Json::parse(read_file(file));
-  Json result = measure(of);
+  Json result = measure(of, reference_of(of, settings.references));
   write_file(file, result.dump(2) + "\n");
   return result;
 }
@@ -286,7 +285,7 @@ void run(const Settings& settings) {
     const bool is_wanted = settings.cases.empty() ||
                            std::ranges::find(settings.cases, each.name) != settings.cases.end();
     if (!is_wanted) continue;
-    results[each.name] = result_of(each, settings.again);
+    results[each.name] = result_of(each, settings);
     if (results[each.name]["speedup"].is_null()) failed += " " + each.name;
   }
   print(results, settings.json);
@@ -303,6 +302,7 @@ int main(int argc, char** argv) {
     for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
     app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
     app.add_flag("--again", settings.again, "Measure cases again; references are kept");
+    app.add_flag("--references", settings.references, "Find references anew as well");
     app.add_flag("--json", settings.json, "One object on standard output");
   };
   return scarp::bench::bench_main(argc, argv, "whole recipes with and without simplification",
