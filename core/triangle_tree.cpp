@@ -381,12 +381,15 @@ struct TriangleFacing {
 //
 // Which of them answers is chosen at the end, so that it does not depend on the order in which they
 // are found. Twice as much is kept as counts as equal: what is alone is so for every direction.
+//
+// room: others that are further away by so much are kept as well.
 template <class Choice>
 class Closest {
  public:
-  Closest(Vec3d r, double max_distance, const Choice& choice)
+  Closest(Vec3d r, double max_distance, const Choice& choice, double room)
       : r_(r),
         choice_(choice),
+        room_(room),
         rounding_(Choice::rounding * (std::abs(r.x) + std::abs(r.y) + std::abs(r.z))),
         square_(max_distance * max_distance),
         bound_(square_ * slack) {}
@@ -401,36 +404,33 @@ class Closest {
     const Weights w = closest_weights(r_, p);
     const Vec3d gap = r_ - weighted(p, w);
     const double square = dot(gap, gap);
-    if (square > square_ + 2 * as_near_) return;
+    if (square > square_ + kept_) return;
     if (!is_accepted) {
       rival_ = std::min(rival_, square);
       return;
     }
     if (square <= square_) set_square(square);
-    drop(2 * as_near_);
-    // Of equal ones that there is no room for the lowest stays.
-    if (count_ == nearest_.size()) {
-      if (id > nearest_.back().id) return;
-      --count_;
+    drop(kept_);
+    const Near offered{w, square, id, slot};
+    if (count_ < nearest_.size()) {
+      nearest_[count_++] = offered;
+      return;
     }
-    nearest_[count_++] = {w, square, id, slot};
+    Near& last = *std::max_element(nearest_.begin(), nearest_.end());
+    if (offered < last) last = offered;
   }
 
   template <class Corners>
-  ClosestPoint result(const Corners& corners_of) {
-    ClosestPoint result;
-    if (!found()) return result;
-    result.is_alone = Choice::knows_rivals && count_ == 1 && rival_ > square_ + 2 * as_near_;
-    drop(as_near_);
+  ClosestPoint result(const Corners& corners_of, TriangleTree::Others* others) const {
+    if (!found()) return {};
     std::size_t best = 0;
     for (std::size_t n = 1; n < count_; ++n)
-      if (choice_.prefers(corners_of(nearest_[n].slot), corners_of(nearest_[best].slot),
-                          nearest_[n].id < nearest_[best].id))
-        best = n;
-    result.triangle = nearest_[best].id;
-    result.barycentric = nearest_[best].weights;
-    result.point = weighted(corners_of(nearest_[best].slot), result.barycentric);
+      if (is_better(nearest_[n], nearest_[best], corners_of)) best = n;
+    for (std::size_t n = 0; others != nullptr && n < count_; ++n)
+      if (n != best) others->points.push_back(point_of(nearest_[n], corners_of));
+    ClosestPoint result = point_of(nearest_[best], corners_of);
     result.distance = std::sqrt(square_);
+    result.is_alone = Choice::knows_rivals && count_ == 1 && rival_ > square_ + kept_;
     return result;
   }
 
@@ -440,15 +440,38 @@ class Closest {
     double square;
     std::uint32_t id;
     std::uint32_t slot;
+
+    bool operator<(const Near& other) const {
+      return square != other.square ? square < other.square : id < other.id;
+    }
   };
 
   // A little, so that rounding of a box distance never hides a triangle at the same distance.
   static constexpr double slack = 1 + 1e-12;
 
+  // Whether a is the answer rather than b.
+  template <class Corners>
+  bool is_better(const Near& a, const Near& b, const Corners& corners_of) const {
+    const bool a_counts = a.square <= square_ + as_near_;
+    const bool b_counts = b.square <= square_ + as_near_;
+    if (!a_counts || !b_counts) return a_counts;
+    return choice_.prefers(corners_of(a.slot), corners_of(b.slot), a.id < b.id);
+  }
+
+  template <class Corners>
+  ClosestPoint point_of(const Near& near, const Corners& corners_of) const {
+    return {.triangle = near.id,
+            .point = weighted(corners_of(near.slot), near.weights),
+            .barycentric = near.weights,
+            .distance = std::sqrt(near.square)};
+  }
+
   void set_square(double square) {
+    const double distance = std::sqrt(square);
     square_ = square;
-    as_near_ = rounding_ * (2 * std::sqrt(square) + rounding_);
-    bound_ = square * slack + 2 * as_near_;
+    as_near_ = rounding_ * (2 * distance + rounding_);
+    kept_ = 2 * as_near_ + room_ * (2 * distance + room_);
+    bound_ = square * slack + kept_;
   }
 
   // What is further away than the nearest by more than that.
@@ -461,20 +484,23 @@ class Closest {
 
   Vec3d r_;
   Choice choice_;
+  double room_;
   double rounding_;
   double square_;
   double as_near_ = 0;  // what squares may differ by, once a triangle is found
+  double kept_ = 0;     // the same of those that are kept
   double bound_;
   double rival_ = std::numeric_limits<double>::infinity();  // of those that are not accepted
-  // As many as meet at a vertex, but for meshes with copies of triangles.
-  std::array<Near, Choice::rounding == 0 ? 1 : 16> nearest_;
+  // More than meet at a vertex, but for meshes with copies of triangles.
+  std::array<Near, 32> nearest_;
   std::size_t count_ = 0;
 };
 
 }  // namespace
 
 template <class Choice>
-ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& choice) const {
+ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& choice,
+                                  Others* others) const {
   if (nodes_.empty()) return {};
 
   struct Entry {
@@ -483,7 +509,7 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& ch
   };
   std::array<Entry, max_stack> stack;
   int depth = 0;
-  Closest<Choice> closest(r, max_distance, choice);
+  Closest<Choice> closest(r, max_distance, choice, others == nullptr ? 0 : others->room);
   const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
   stack[depth++] = {squared_distance(r, nodes_[0].lower, nodes_[0].upper), 0};
   while (depth > 0) {
@@ -503,18 +529,19 @@ ClosestPoint TriangleTree::search(Vec3d r, double max_distance, const Choice& ch
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       closest.offer(in_double(triangles_[i].corners), triangles_[i].id, i);
-      if (Choice::is_first_enough && closest.found()) return closest.result(corners_of);
+      if (Choice::is_first_enough && closest.found()) return closest.result(corners_of, others);
     }
   }
-  return closest.result(corners_of);
+  return closest.result(corners_of, others);
 }
 
 // Boxes are compared in single precision, many at a time: they only tell which triangles are not
 // worth a look. The answer is that of the exact comparison of all others.
 template <class Choice>
 ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neighbourhood& near,
-                                       const Choice& choice, std::uint32_t guess) const {
-  Closest<Choice> closest(r, max_distance, choice);
+                                       const Choice& choice, std::uint32_t guess,
+                                       Others* others) const {
+  Closest<Choice> closest(r, max_distance, choice, others == nullptr ? 0 : others->room);
   const auto corners_of = [&](std::uint32_t slot) { return in_double(triangles_[slot].corners); };
   const std::uint32_t guessed_slot = guess == ClosestPoint::none ? guess : slots_[guess];
   if (guess != ClosestPoint::none) closest.offer(corners_of(guessed_slot), guess, guessed_slot);
@@ -542,7 +569,7 @@ ClosestPoint TriangleTree::search_near(Vec3d r, double max_distance, const Neigh
       closest.offer(corners_of(slot), triangles_[slot].id, slot);
     }
   }
-  return closest.result(corners_of);
+  return closest.result(corners_of, others);
 }
 
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance) const {
@@ -557,13 +584,19 @@ ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_d
   return search(r, max_distance, TriangleFacing{direction});
 }
 
+ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance,
+                                          Others& others) const {
+  return search(r, max_distance, TriangleFacing{direction}, &others);
+}
+
 ClosestPoint TriangleTree::closest(Vec3d r, double max_distance, const Neighbourhood& near) const {
-  return search_near(r, max_distance, near, AnyTriangle{}, ClosestPoint::none);
+  return search_near(r, max_distance, near, AnyTriangle{}, ClosestPoint::none, nullptr);
 }
 
 ClosestPoint TriangleTree::closest_facing(Vec3d r, Vec3d direction, double max_distance,
-                                          const Neighbourhood& near, std::uint32_t guess) const {
-  return search_near(r, max_distance, near, TriangleFacing{direction}, guess);
+                                          const Neighbourhood& near, std::uint32_t guess,
+                                          Others* others) const {
+  return search_near(r, max_distance, near, TriangleFacing{direction}, guess, others);
 }
 
 }  // namespace scarp

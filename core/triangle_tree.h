@@ -18,8 +18,9 @@ struct ClosestPoint {
   Vec3d point;
   std::array<double, 3> barycentric{};  ///< weights of the triangle's corners, sum 1
   double distance = std::numeric_limits<double>::infinity();
-  /// No other triangle, whichever way it faces, is as near or nearer, not even but for rounding:
-  /// for every direction that the triangle faces along it is the answer. Only closest_facing tells.
+  /// No other triangle, whichever way it faces, is as near or nearer, not even but for rounding or
+  /// the room that was asked for: for every direction that the triangle faces along it is the
+  /// answer. Only closest_facing tells.
   bool is_alone = false;
 
   bool found() const { return triangle != none; }
@@ -57,6 +58,14 @@ class TriangleTree {
   /// one that faces most along it.
   ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance = unlimited) const;
 
+  /// Triangles that are nearly as near as the closest.
+  struct Others {
+    double room = 0;                     ///< by how much they may be further away
+    std::vector<ClosestPoint> points{};  ///< of triangles that face along the direction as well
+  };
+  /// The same; adds the others, in no order, at most 31.
+  ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance, Others& others) const;
+
   /// The triangles that may be closest to the points of a box, within a distance.
   class Neighbourhood;
   Neighbourhood neighbourhood(const Box& box, double max_distance) const;
@@ -68,8 +77,8 @@ class TriangleTree {
   /// at.
   ClosestPoint closest(Vec3d r, double max_distance, const Neighbourhood& near) const;
   ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance,
-                              const Neighbourhood& near,
-                              std::uint32_t guess = ClosestPoint::none) const;
+                              const Neighbourhood& near, std::uint32_t guess = ClosestPoint::none,
+                              Others* others = nullptr) const;
 
  private:
   struct Node {
@@ -86,10 +95,11 @@ class TriangleTree {
   struct Builder;
 
   template <class Choice>
-  ClosestPoint search(Vec3d r, double max_distance, const Choice& choice) const;
+  ClosestPoint search(Vec3d r, double max_distance, const Choice& choice,
+                      Others* others = nullptr) const;
   template <class Choice>
   ClosestPoint search_near(Vec3d r, double max_distance, const Neighbourhood& near,
-                           const Choice& choice, std::uint32_t guess) const;
+                           const Choice& choice, std::uint32_t guess, Others* others) const;
 
   std::vector<Node> nodes_;
   std::vector<LeafTriangle> triangles_;

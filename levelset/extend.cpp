@@ -16,6 +16,7 @@
 #include "levelset/carry.h"
 #include "levelset/contact_line.h"
 #include "levelset/exposure.h"
+#include "levelset/facet_shares.h"
 #include "levelset/images.h"
 #include "levelset/overgrowth.h"
 #include "levelset/standstill.h"
@@ -30,6 +31,10 @@ constexpr std::size_t grain = 8;
 
 /// Below this slope the gradient of phi does not tell which side a node belongs to.
 constexpr double least_gradient = 0.5;
+
+/// Of an edge of the surface both sides tell a node their speed, if they are as near but for this.
+/// Masks are often drawn along the nodes: there shapes lie .001 beside them. Spacings.
+constexpr double edge_room = 0.002;
 
 /// A node next to the surface.
 struct NearNode {
@@ -54,9 +59,9 @@ struct Question {
 
 class Extension {
  public:
-  /// values_at(node, closest point, values) is asked at nodes next to the surface.
-  using ValuesAt =
-      std::function<void(const NearNode&, const ClosestPoint&, std::span<float> values)>;
+  /// values_at(node, facets, values) is asked at nodes next to the surface.
+  using ValuesAt = std::function<void(const NearNode&, std::span<const FacetShare> facets,
+                                      std::span<float> values)>;
 
   /// distance: of facets from the surface. A surface further from a node than phi says by more than
   /// that is not its own.
@@ -88,7 +93,7 @@ class Extension {
   Question question(const NearNode& at) const;
   ClosestPoint kept_answer(const Question& asked, std::uint32_t kept) const;
   ClosestPoint search(const Question& asked, const TriangleTree::Neighbourhood& near,
-                      std::uint32_t guess) const;
+                      std::uint32_t guess, TriangleTree::Others& others) const;
   bool is_void(const NearNode& at) const;
 
   const Layers& layers_;
@@ -143,18 +148,23 @@ ClosestPoint Extension::kept_answer(const Question& asked, std::uint32_t kept) c
 
 /// Asks at the node and, near periodic sides, at its images.
 ClosestPoint Extension::search(const Question& asked, const TriangleTree::Neighbourhood& near,
-                               std::uint32_t guess) const {
-  ClosestPoint best = asked.has_direction()
-                          ? tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess)
-                          : tree_.closest(asked.r, asked.limit, near);
+                               std::uint32_t guess, TriangleTree::Others& others) const {
+  ClosestPoint best =
+      asked.has_direction()
+          ? tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess, &others)
+          : tree_.closest(asked.r, asked.limit, near);
   for (const double shift_x : asked.shifts_x) {
     for (const double shift_y : asked.shifts_y) {
       if (shift_x == 0 && shift_y == 0) continue;
       const Vec3d r = asked.r + Vec3d{shift_x, shift_y, 0};
-      const double within = std::min(asked.limit, 1.000001 * best.distance);
-      take_closer(asked.has_direction() ? tree_.closest_facing(r, asked.gradient, within)
-                                        : tree_.closest(r, within),
-                  best);
+      const double within = std::min(asked.limit, 1.000001 * best.distance + others.room);
+      const ClosestPoint image = asked.has_direction()
+                                     ? tree_.closest_facing(r, asked.gradient, within, others)
+                                     : tree_.closest(r, within);
+      const ClosestPoint before = best;
+      take_closer(image, best);
+      const ClosestPoint& other = best.triangle == before.triangle ? image : before;
+      if (asked.has_direction() && other.found()) others.points.push_back(other);
     }
   }
   return best;
@@ -197,6 +207,8 @@ void Extension::query_leaf(std::size_t n, Block& block,
   std::optional<TriangleTree::Neighbourhood> near;
   std::uint32_t last = ClosestPoint::none;
   std::vector<float> values(fields.size());
+  TriangleTree::Others others{.room = edge_room * frame_.spacing};
+  std::vector<FacetShare> shares;
   for_each_node(nodes, [&](int node) {
     const int i = node >> 6;
     const int j = (node >> 3) & 7;
@@ -217,15 +229,19 @@ void Extension::query_leaf(std::size_t n, Block& block,
     if (!is_void(at)) {
       const Question asked = question(at);
       std::uint32_t& known = kept[static_cast<std::size_t>(node)];
+      others.points.clear();
       ClosestPoint point = kept_answer(asked, known);
       if (!point.found()) {
         if (!near) near = neighbourhood(leaf, nodes);
-        point = search(asked, *near, last);
+        point = search(asked, *near, last, others);
         known = point.is_alone && !asked.has_images() ? point.triangle : ClosestPoint::none;
       }
       if (point.found()) {
         last = point.triangle;
-        values_at_(at, point, values);
+        shares.assign(1, {.point = point});
+        for (const ClosestPoint& each : others.points) shares.push_back({.point = each});
+        share_out(facets_, asked.gradient, others.room, shares);
+        values_at_(at, shares, values);
       }
     }
     for (std::size_t v = 0; v < values.size(); ++v) {
@@ -376,10 +392,13 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
 
 namespace {
 
-float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& point) {
+float speed_on(std::span<const std::array<float, 3>> speeds, std::span<const FacetShare> facets) {
   double speed = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    speed += point.barycentric[c] * corners[c];
+  for (const FacetShare& each : facets) {
+    const std::array<float, 3>& corners = speeds[each.point.triangle];
+    double on_facet = 0;
+    for (std::size_t c = 0; c < 3; ++c) on_facet += each.point.barycentric[c] * corners[c];
+    speed += each.share * on_facet;
   }
   return static_cast<float>(speed);
 }
@@ -388,8 +407,9 @@ float speed_on_facet(const std::array<float, 3>& corners, const ClosestPoint& po
 /// phi, which does not hang on how facets lie there.
 class SpeedAt {
  public:
-  SpeedAt(const NearNode& at, const ClosestPoint& point, std::span<const AngularFactor> factors)
-      : point_(point), factors_(factors) {
+  SpeedAt(const NearNode& at, std::span<const FacetShare> facets,
+          std::span<const AngularFactor> factors)
+      : facets_(facets), factors_(factors) {
     const Vec3d gradient = central_gradient(at.phi);
     normal_ = Vec3f(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
   }
@@ -397,7 +417,7 @@ class SpeedAt {
   float of(const LayerSpeeds& layer) const { return of(layer, normal_); }
 
   float of(const LayerSpeeds& layer, const Vec3f& normal) const {
-    if (factors_.empty()) return speed_on_facet(layer.speed[point_.triangle], point_);
+    if (factors_.empty()) return speed_on(layer.speed, facets_);
     float speed = part(layer, 0, normal);
     for (std::size_t k = 1; k <= factors_.size(); ++k) speed += part(layer, k, normal);
     return speed;
@@ -413,11 +433,11 @@ class SpeedAt {
  private:
   // The isotropic one, and then that of each factor.
   float part(const LayerSpeeds& layer, std::size_t k, const Vec3f& normal) const {
-    const float amplitude = speed_on_facet(layer.parts[k][point_.triangle], point_);
+    const float amplitude = speed_on(layer.parts[k], facets_);
     return k == 0 ? amplitude : factors_[k - 1].value(normal) * amplitude;
   }
 
-  const ClosestPoint& point_;
+  std::span<const FacetShare> facets_;
   std::span<const AngularFactor> factors_;
   Vec3f normal_;
 };
@@ -481,8 +501,9 @@ bool is_zero(const CornerSpeeds& speeds) {
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
                          std::span<const std::array<float, 3>> corner_speeds) {
   SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
-  const auto speed_at = [&](const NearNode&, const ClosestPoint& point, std::span<float> values) {
-    values[0] = speed_on_facet(corner_speeds[point.triangle], point);
+  const auto speed_at = [&](const NearNode&, std::span<const FacetShare> shares,
+                            std::span<float> values) {
+    values[0] = speed_on(corner_speeds, shares);
   };
   SpeedField field;
   const double distance = close_facets * layers.frame.spacing;
@@ -509,8 +530,9 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
   SpeedField field;
   std::atomic<std::size_t> nodes = 0;
   std::atomic<std::size_t> newly_seen = 0;
-  const auto values_at = [&](const NearNode& at, const ClosestPoint& point,
+  const auto values_at = [&](const NearNode& at, std::span<const FacetShare> shares,
                              std::span<float> values) {
+    const std::uint32_t facet = shares.front().point.triangle;
     std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
     // A film that meets a wall is seen from within, even if the wall is as near.
     if (field.grows_beside_standing && field.stands_still[seen] && *at.phi < 0) {
@@ -518,10 +540,10 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
     }
     nodes.fetch_add(1, std::memory_order_relaxed);
     if (!facets.facets.materials.empty() &&
-        layers.stack[seen].material != facets.facets.materials[point.triangle])
+        layers.stack[seen].material != facets.facets.materials[facet])
       newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
-    const SpeedAt speed_at(at, point, factors);
+    const SpeedAt speed_at(at, shares, factors);
     const float speed = speed_at.of(of_seen);
     const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed_at, dt);
     if (factors.empty()) {
@@ -530,7 +552,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
     }
     if (!field.grows_beside_standing) {
       // The normal of phi at the node knows of the wall.
-      const Vec3d normal = normalized(area_vector(facets.facets, point.triangle));
+      const Vec3d normal = normalized(area_vector(facets.facets, facet));
       const auto at_line = speed_at_contact_line(
           layers, at.index, seen, normal, [&](std::size_t layer, const Vec3d& n) {
             return speed_at.of(speeds_of_layers[layer], Vec3f(n));
@@ -544,7 +566,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
     const bool adds = mean != speed && speed_at.cancels(of_seen, speed);
     const float scale = adds || speed == 0 ? 1.0F : mean / speed;
     for (std::size_t v = 0; v <= factors.size(); ++v) {
-      values[v] = scale * speed_on_facet(of_seen.parts[v][point.triangle], point);
+      values[v] = scale * speed_on(of_seen.parts[v], shares);
     }
     if (adds) values[0] += mean - speed;
     if (field.grows_beside_standing) {

@@ -33,7 +33,7 @@ struct FacetTree {
 ///
 /// A node next to the surface takes the speed at the closest point of the facets, linear between
 /// the corners of its facet; facets that face the other way (the far side of a thin wall) do not
-/// count. From there speeds are constant along the normals. Nodes of closed voids, and solid whose
+/// count, and at an edge its sides share (facet_shares.h). From there speeds are constant along the normals. Nodes of closed voids, and solid whose
 /// nearest surface is not in the mesh, have speed 0.
 ///
 /// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay

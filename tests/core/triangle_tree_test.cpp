@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "core/parallel.h"
 #include "core/random.h"
@@ -287,6 +290,43 @@ TEST(TriangleTree, GivesTheSameAnswersOnAnyNumberOfThreads) {
   for (std::size_t i = 0; i < one.size(); ++i) {
     ASSERT_EQ(one[i].triangle, two[i].triangle);
     ASSERT_EQ(one[i].point, two[i].point);
+  }
+}
+
+// Those within the room, from all of the tree and from a neighbourhood.
+TEST(TriangleTree, TellsWhichOthersAreNearlyAsNear) {
+  RandomStream random({.seed = 12});
+  const TriMesh mesh = wavy_sheet(24);
+  const TriangleTree tree(mesh);
+  constexpr double room = 0.1;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3d r = random_point(random, 24);
+    const Vec3d u = random_direction(random);
+    const ClosestPoint best = tree.closest_facing(r, u);
+    if (!best.found()) continue;
+    std::vector<std::pair<double, std::uint32_t>> expected;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+      const double distance = closest_on_triangle(r, corners(mesh, f)).distance;
+      if (f != best.triangle && dot(area_vector(mesh, f), u) > 0 &&
+          distance <= best.distance + room)
+        expected.emplace_back(distance, f);
+    }
+    std::ranges::sort(expected);
+    expected.resize(std::min<std::size_t>(expected.size(), 31));
+    const TriangleTree::Neighbourhood near =
+        tree.neighbourhood({.lower = r, .upper = r}, best.distance + 1);
+    for (const bool is_near : {false, true}) {
+      TriangleTree::Others others{.room = room};
+      const ClosestPoint found =
+          is_near ? tree.closest_facing(r, u, best.distance + 1, near, ClosestPoint::none, &others)
+                  : tree.closest_facing(r, u, best.distance + 1, others);
+      EXPECT_EQ(found.triangle, best.triangle);
+      std::vector<std::pair<double, std::uint32_t>> points;
+      for (const ClosestPoint& each : others.points)
+        points.emplace_back(each.distance, each.triangle);
+      std::ranges::sort(points);
+      EXPECT_EQ(points, expected);
+    }
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "levelset/band.h"
 #include "levelset/extract_surface.h"
+#include "levelset/facet_shares.h"
 #include "surfaces.h"
 
 namespace scarp {
@@ -190,6 +191,57 @@ TEST(Extend, WallsThatAFloorLeavesBehindMoveAsTheWalls) {
   std::ranges::reverse(mesh.triangles);
   std::ranges::reverse(mesh.materials);
   EXPECT_EQ(field_of().speed, field.speed);
+}
+
+// Of a step drawn along the nodes, which lies .001 beside them, simplified to two sides: which one
+// is nearer to the nodes of its edge is chance.
+TEST(Extend, NodesAtAnEdgeTakeTheMeanOfItsSides) {
+  const Frame frame{.spacing = 1, .cells = {30, 16}};
+  const auto speed_at_edge = [&](float above, float beside, bool reversed) {
+    const Layers layers = single_layer(
+        frame, [=](Vec3d r) { return std::max(r.z - above, r.x - beside); }, -10, 8);
+    TriMesh mesh;
+    mesh.vertices = {{-15, -8, above}, {beside, -8, above}, {beside, 8, above},
+                     {-15, 8, above},  {beside, -8, -10},   {beside, 8, -10}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}};
+    CornerSpeeds speeds{{1, 1, 1}, {1, 1, 1}, {2, 2, 2}, {2, 2, 2}};
+    if (reversed) {
+      std::ranges::reverse(mesh.triangles);
+      std::ranges::reverse(speeds);
+    }
+    return speed_at(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 15, 8, 0);
+  };
+  for (const bool reversed : {false, true}) {
+    EXPECT_NEAR(speed_at_edge(0.001F, 0.001F, reversed), 1.5, 0.001);
+    EXPECT_NEAR(speed_at_edge(0.001F, 0.00101F, reversed), 1.5, 0.01);
+    EXPECT_NEAR(speed_at_edge(0.00101F, 0.001F, reversed), 1.5, 0.01);
+    EXPECT_EQ(speed_at_edge(0.2F, 0.3F, reversed), 1);
+    EXPECT_EQ(speed_at_edge(0.3F, 0.2F, reversed), 2);
+  }
+}
+
+TEST(FacetShares, SidesCountOnceByTheirNearestFacet) {
+  // A floor of two facets beside a wall of one, over the node at the origin.
+  TriMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {0, 0, 4}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}};
+  mesh.materials = {MaterialId{}, MaterialId{}, MaterialId{}};
+  const auto shares = [&](Vec3d direction, double further) {
+    std::vector<FacetShare> result(3);
+    for (std::uint32_t f = 0; f < 3; ++f) {
+      result[f].point.triangle = f;
+      result[f].point.distance = 1 + (f == 2 ? further : 0);
+    }
+    share_out(mesh, direction, 0.1, result);
+    return std::array<double, 3>{result[0].share, result[1].share, result[2].share};
+  };
+  using Shares = std::array<double, 3>;
+  EXPECT_EQ(shares({2, 0, 2}, 0), (Shares{0.5, 0, 0.5}));
+  EXPECT_EQ(shares({0.2, 0, 2}, 0), (Shares{1, 0, 0}));
+  EXPECT_EQ(shares({2, 0, 2}, 0.11), (Shares{1, 0, 0}));
+  EXPECT_NEAR(shares({2, 0, 2}, 0.05)[2], 1.0 / 3, 1e-12);
+  mesh.materials[2] = static_cast<MaterialId>(1);
+  EXPECT_EQ(shares({2, 0, 2}, 0), (Shares{1, 0, 0}));
 }
 
 TEST(Extend, CarriesTheAmplitudesOfFactors) {
