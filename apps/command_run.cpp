@@ -27,6 +27,19 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
   write_file(page, text);
 }
 
+// What was computed is there, whatever becomes of its pictures.
+void write_page_of_complete_run(const std::filesystem::path& folder,
+                                const std::filesystem::path& page) {
+  try {
+    write_page_of(folder, page);
+  } catch (const NumericalError& error) {
+    throw NumericalError(
+        fmt::format("{}: the run is complete, but its report is not: {}; make it with: scarp "
+                    "report {}",
+                    folder.string(), error.what(), folder.string()));
+  }
+}
+
 }  // namespace
 
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
@@ -42,7 +55,8 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
   }
   const std::filesystem::path page = folder / report_file;
   // A run that was complete stays as it is.
-  if (end == RunEnd::complete || !std::filesystem::exists(page)) write_page_of(folder, page);
+  if (end == RunEnd::complete || !std::filesystem::exists(page))
+    write_page_of_complete_run(folder, page);
   if (common.json) {
     std::ifstream summary(folder / "summary.json");
     std::cout << summary.rdbuf();
