@@ -28,7 +28,7 @@ class ErrorDrawsTest : public ::testing::Test {
     return blocks;
   }
   std::vector<float> draws(const std::function<bool(std::size_t)>& is_left_out) const {
-    return ErrorDraws(options_, plan_, halves_, is_left_out).draws(0, draw_count);
+    return ErrorDraws(options_, plan_, halves_, {}, is_left_out).draws(0, draw_count);
   }
   std::vector<float> draws() const {
     return draws([](std::size_t) { return false; });
@@ -93,7 +93,7 @@ TEST(ErrorDrawsOfUnequalElements, KeepWhatBlocksHaveAsAWhole) {
     }
   const FluxOptions options{.sides = shape.sides};
   const std::vector<float> errors =
-      ErrorDraws(options, plan, halves, [](std::size_t) { return false; }).draws(0, draw_count);
+      ErrorDraws(options, plan, halves, {}, [](std::size_t) { return false; }).draws(0, draw_count);
   for (const RayPlan::Window& window : plan.windows())
     for (const RayPlan::Block& block : window) {
       for (std::size_t draw = 0; draw < draw_count; ++draw) {
@@ -124,7 +124,7 @@ TEST_F(ErrorDrawsTest, AreIndependentBetweenBlocks) {
 TEST_F(ErrorDrawsTest, OfAPartAreThoseOfAll) {
   const std::vector<float> all = draws();
   const std::vector<float> part =
-      ErrorDraws(options_, plan_, halves_, [](std::size_t) { return false; }).draws(8, 4);
+      ErrorDraws(options_, plan_, halves_, {}, [](std::size_t) { return false; }).draws(8, 4);
   for (std::size_t rank = 0; rank < plan_.size(); ++rank)
     for (std::size_t k = 0; k < 4; ++k)
       EXPECT_EQ(part[rank * 4 + k], all[rank * draw_count + 8 + k]);
@@ -138,7 +138,7 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
   RunningStatistics ratio;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     options_.seed = seed;
-    const ErrorDraws errors(options_, plan_, halves_, [](std::size_t) { return false; });
+    const ErrorDraws errors(options_, plan_, halves_, {}, [](std::size_t) { return false; });
     const std::vector<float> drawn = errors.draws(0, draw_count);
     const std::vector<double> variances = errors.variances_of_sum(drawn, factors);
     ASSERT_EQ(variances.size(), draw_count);
