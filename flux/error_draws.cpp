@@ -42,8 +42,11 @@ std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter
     const double rays_per_hit = fourths * rays / square(squares);
     for (std::uint32_t rank = begin; rank < end; ++rank) {
       const double n = plan.rays(rank) * set_count;
-      usual[rank] = std::sqrt((n * scatter.squares[rank] + rays_per_hit * squares / rays) /
-                              (n + rays_per_hit));
+      const auto with_usual = [&](double of_rank, double sum) {
+        return (n * of_rank + rays_per_hit * sum / rays) / (n + rays_per_hit);
+      };
+      usual[rank] = std::sqrt(std::sqrt(with_usual(scatter.squares[rank], squares)) *
+                              std::sqrt(std::sqrt(with_usual(scatter.fourths[rank], fourths))));
     }
   }
   return usual;
