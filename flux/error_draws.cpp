@@ -21,32 +21,65 @@ double usual_error(double scatter, double rays, double share) {
   return scatter * std::sqrt(std::sqrt(share / rays) / rays);
 }
 
+// What the rays of some elements tell, mean by ray.
+struct Scatter {
+  double rays = 0;
+  double square = 0;
+  double fourth = 0;
+};
+
+Scatter mean_of(std::span<const Scatter> all) {
+  Scatter mean;
+  for (const Scatter& each : all) {
+    mean.rays += each.rays;
+    mean.square += each.rays * each.square;
+    mean.fourth += each.rays * each.fourth;
+  }
+  return {mean.rays, mean.square / mean.rays, mean.fourth / mean.rays};
+}
+
+// By how much mean squares of elements differ, without what they do by chance.
+double variance_between(std::span<const Scatter> all, const Scatter& mean) {
+  double apart = 0;
+  double by_chance = 0;
+  for (const Scatter& each : all) {
+    apart += each.rays * square(each.square - mean.square);
+    by_chance += each.fourth - square(each.square);
+  }
+  return std::max(apart - by_chance, 0.0) / mean.rays;
+}
+
+// Of the number of rays that meet something the variance is that of those that have to do with its
+// border: in space and direction that has as many as the 3/4 power of those within (Bernoulli's
+// mean square is their part, and so is the mean fourth power).
+double usual_of(const Scatter& of_rays) {
+  return std::sqrt(std::sqrt(of_rays.square * std::sqrt(of_rays.fourth)));
+}
+
 }  // namespace
 
+// A few rays say little of their element: it counts with all others as far as chance may have made
+// it differ from them.
+//
+// Source: Efron and Morris 1973 (empirical Bayes), with variances by moments.
 std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter) {
   std::vector<double> usual(plan.size());
+  std::vector<Scatter> all;
   for (const RayPlan::Window& window : plan.windows()) {
     const std::uint32_t begin = window.front().begin;
     const std::uint32_t end = window.back().end;
-    double rays = 0;
-    double squares = 0;
-    double fourths = 0;
+    all.clear();
+    for (std::uint32_t rank = begin; rank < end; ++rank)
+      all.push_back({1.0 * plan.rays(rank) * set_count, scatter.squares[rank], scatter.fourths[rank]});
+    const Scatter mean = mean_of(all);
+    const double between = variance_between(all, mean);
+    const double of_ray = std::max(mean.fourth - square(mean.square), 0.0);
     for (std::uint32_t rank = begin; rank < end; ++rank) {
-      const double n = plan.rays(rank) * set_count;
-      rays += n;
-      squares += n * scatter.squares[rank];
-      fourths += n * scatter.fourths[rank];
-    }
-    if (squares == 0) continue;
-    // Of a part p of rays that meet something, it is about 1 / p.
-    const double rays_per_hit = fourths * rays / square(squares);
-    for (std::uint32_t rank = begin; rank < end; ++rank) {
-      const double n = plan.rays(rank) * set_count;
-      const auto with_usual = [&](double of_rank, double sum) {
-        return (n * of_rank + rays_per_hit * sum / rays) / (n + rays_per_hit);
-      };
-      usual[rank] = std::sqrt(std::sqrt(with_usual(scatter.squares[rank], squares)) *
-                              std::sqrt(std::sqrt(with_usual(scatter.fourths[rank], fourths))));
+      const Scatter& own = all[rank - begin];
+      const double part = between > 0 ? between / (between + of_ray / own.rays) : 0;
+      usual[rank] = usual_of({.rays = own.rays,
+                              .square = part * own.square + (1 - part) * mean.square,
+                              .fourth = part * own.fourth + (1 - part) * mean.fourth});
     }
   }
   return usual;
