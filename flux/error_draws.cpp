@@ -95,9 +95,9 @@ ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
       wholes_(plan.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     const double of_ray = scatter.empty() ? 1 : scatter[rank];
-    if (is_left_out(rank) || of_ray == 0) continue;
     const double usual =
         usual_error(of_ray, plan.rays(rank), plan.share_of(plan.element_at(rank)));
+    if (is_left_out(rank) || usual == 0) continue;
     usual_[rank] = static_cast<float>(usual);
     times_usual_[rank] = static_cast<float>(halves[rank] / usual);
     Whole& whole = wholes_[plan.block_of(rank).begin];
