@@ -70,7 +70,8 @@ std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter
     const std::uint32_t end = window.back().end;
     all.clear();
     for (std::uint32_t rank = begin; rank < end; ++rank)
-      all.push_back({1.0 * plan.rays(rank) * set_count, scatter.squares[rank], scatter.fourths[rank]});
+      all.push_back(
+          {1.0 * plan.rays(rank) * set_count, scatter.squares[rank], scatter.fourths[rank]});
     const Scatter mean = mean_of(all);
     const double between = variance_between(all, mean);
     const double of_ray = std::max(mean.fourth - square(mean.square), 0.0);
@@ -95,8 +96,7 @@ ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
       wholes_(plan.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
     const double of_ray = scatter.empty() ? 1 : scatter[rank];
-    const double usual =
-        usual_error(of_ray, plan.rays(rank), plan.share_of(plan.element_at(rank)));
+    const double usual = usual_error(of_ray, plan.rays(rank), plan.share_of(plan.element_at(rank)));
     if (is_left_out(rank) || usual == 0) continue;
     usual_[rank] = static_cast<float>(usual);
     times_usual_[rank] = static_cast<float>(halves[rank] / usual);
@@ -142,8 +142,7 @@ ErrorDraws::Sizes ErrorDraws::sizes(const RayPlan::Window& window) const {
     sizes.of_elements =
         static_cast<float>(std::sqrt(of_elements / (expected * passed_on / blocks)));
   if (passed_on_of_wholes > 0)
-    sizes.of_wholes =
-        std::sqrt(of_wholes / (expected_of_wholes * passed_on_of_wholes / blocks));
+    sizes.of_wholes = std::sqrt(of_wholes / (expected_of_wholes * passed_on_of_wholes / blocks));
   return sizes;
 }
 
@@ -176,8 +175,8 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
       // What a sum tells of an element goes with its part in the variance of the sum.
       const double rest = (wanted - drawn) / whole.expected;
       for (std::size_t to = block.begin; to < block.end; ++to)
-        errors[to * count + k] += sign * static_cast<float>(
-            rest * area(to) * square(static_cast<double>(usual_[to])));
+        errors[to * count + k] +=
+            sign * static_cast<float>(rest * area(to) * square(static_cast<double>(usual_[to])));
     }
   }
 }

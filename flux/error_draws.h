@@ -43,8 +43,7 @@ class ErrorDraws {
   /// scatter: standard deviations of single rays; none if they are alike everywhere.
   /// Shape: one half difference and one deviation per rank.
   ErrorDraws(const FluxOptions& options, const RayPlan& plan, std::span<const double> halves,
-             std::vector<double> scatter,
-             const std::function<bool(std::size_t rank)>& is_left_out);
+             std::vector<double> scatter, const std::function<bool(std::size_t rank)>& is_left_out);
 
   /// Some of the draws.
   /// Shape: at rank * count + draw - first.

@@ -114,7 +114,8 @@ void Gathered::draw(std::size_t count) {
 FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
   std::array<double, draw_count> totals{};
-  std::vector<float> lost_errors = error_draws(halves_.lost, halves_.scatter_of_lost).draws(0, draw_count);
+  std::vector<float> lost_errors =
+      error_draws(halves_.lost, halves_.scatter_of_lost).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_, i);
     const std::uint32_t element = plan_.element_at(i);

@@ -98,8 +98,8 @@ TEST(ElementSize, LeavesAThirdOfTheTargetAtMost) {
   }
 }
 
-// With elements of two spacings. Where all stick at once, a solve to the target takes nearly as many
-// rays as a fine one, so that several of these tell the truth.
+// With elements of two spacings. Where all stick at once, a solve to the target takes nearly as
+// many rays as a fine one, so that several of these tell the truth.
 std::vector<double> fine_patches(const Shape& shape, double sticking) {
   const std::size_t count = sticking < 1 ? 1 : 8;
   std::vector<double> mean;

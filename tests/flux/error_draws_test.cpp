@@ -154,8 +154,8 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
   EXPECT_NEAR(ratio.mean(), 1, 4 * ratio.std_error());
 }
 
-// Of two kinds of elements side by side one scatters ten times as much: none takes the errors of the
-// other.
+// Of two kinds of elements side by side one scatters ten times as much: none takes the errors of
+// the other.
 TEST_F(ErrorDrawsTest, GoWithHowFarRaysScatter) {
   std::vector<double> scatter(plan_.size());
   double squares = 0;
@@ -164,9 +164,9 @@ TEST_F(ErrorDrawsTest, GoWithHowFarRaysScatter) {
     halves_[rank] *= scatter[rank];
     squares += halves_[rank] * halves_[rank];
   }
-  const std::vector<float> errors =
-      ErrorDraws(options_, plan_, halves_, scatter, [](std::size_t) { return false; })
-          .draws(0, draw_count);
+  const std::vector<float> errors = ErrorDraws(options_, plan_, halves_, scatter, [](std::size_t) {
+                                      return false;
+                                    }).draws(0, draw_count);
   std::array<double, 2> of_kinds{};
   for (std::size_t k = 0; k < errors.size(); ++k)
     of_kinds[k / draw_count % 4 < 2 ? 0 : 1] += std::pow(static_cast<double>(errors[k]), 2);

@@ -122,7 +122,8 @@ TEST(FacetValues, KnowOnWhichSideTheNeighboursAre) {
   }
 }
 
-// On the wall of a hole all lie towards its axis, too; at the mouth what counts is that they are below.
+// On the wall of a hole all lie towards its axis, too; at the mouth what counts is that they are
+// below.
 TEST(FacetValues, SeeNoSideInThatTheSurfaceBends) {
   const exact::Shape shape = exact::hole(2, 14, 5, 24);
   const RayScene scene = scene_of(shape);
