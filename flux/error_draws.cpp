@@ -12,38 +12,147 @@ namespace {
 // Between shifts of one block to another; odd, so that those of a whole block all differ.
 constexpr std::size_t shift_step = 5;
 
+constexpr double square(double x) { return x * x; }
+
+// The usual error of an element. The variance of scrambled sets falls about as n^-1.5 with the
+// number n of rays on the same area; of elements with as many rays on an area it is as that of
+// rays that are drawn without order, one over their number.
+double usual_error(double scatter, double rays, double share) {
+  return scatter * std::sqrt(std::sqrt(share / rays) / rays);
+}
+
+// What the rays of some elements tell, mean by ray.
+struct Scatter {
+  double rays = 0;
+  double square = 0;
+  double fourth = 0;
+};
+
+Scatter mean_of(std::span<const Scatter> all) {
+  Scatter mean;
+  for (const Scatter& each : all) {
+    mean.rays += each.rays;
+    mean.square += each.rays * each.square;
+    mean.fourth += each.rays * each.fourth;
+  }
+  return {mean.rays, mean.square / mean.rays, mean.fourth / mean.rays};
+}
+
+// By how much mean squares of elements differ, without what they do by chance.
+double variance_between(std::span<const Scatter> all, const Scatter& mean) {
+  double apart = 0;
+  double by_chance = 0;
+  for (const Scatter& each : all) {
+    apart += each.rays * square(each.square - mean.square);
+    by_chance += each.fourth - square(each.square);
+  }
+  return std::max(apart - by_chance, 0.0) / mean.rays;
+}
+
+// Of the number of rays that meet something the variance is that of those that have to do with its
+// border: in space and direction that has as many as the 3/4 power of those within (Bernoulli's
+// mean square is their part, and so is the mean fourth power).
+double usual_of(const Scatter& of_rays) {
+  return std::sqrt(std::sqrt(of_rays.square * std::sqrt(of_rays.fourth)));
+}
+
 }  // namespace
 
-// The variance of scrambled sets falls about as n^-1.5 with their number of rays.
+// A few rays say little of their element: it counts with all others as far as chance may have made
+// it differ from them.
+//
+// Source: Efron and Morris 1973 (empirical Bayes), with variances by moments.
+std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter) {
+  std::vector<double> usual(plan.size());
+  std::vector<Scatter> all;
+  for (const RayPlan::Window& window : plan.windows()) {
+    const std::uint32_t begin = window.front().begin;
+    const std::uint32_t end = window.back().end;
+    all.clear();
+    for (std::uint32_t rank = begin; rank < end; ++rank)
+      all.push_back(
+          {1.0 * plan.rays(rank) * set_count, scatter.squares[rank], scatter.fourths[rank]});
+    const Scatter mean = mean_of(all);
+    const double between = variance_between(all, mean);
+    const double of_ray = std::max(mean.fourth - square(mean.square), 0.0);
+    for (std::uint32_t rank = begin; rank < end; ++rank) {
+      const Scatter& own = all[rank - begin];
+      const double part = between > 0 ? between / (between + of_ray / own.rays) : 0;
+      usual[rank] = usual_of({.rays = own.rays,
+                              .square = part * own.square + (1 - part) * mean.square,
+                              .fourth = part * own.fourth + (1 - part) * mean.fourth});
+    }
+  }
+  return usual;
+}
+
 ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
-                       std::span<const double> halves,
+                       std::span<const double> halves, std::vector<double> scatter,
                        const std::function<bool(std::size_t rank)>& is_left_out)
     : options_(options),
       plan_(plan),
-      scale_(plan.size()),
-      normalised_(plan.size()),
+      usual_(plan.size()),
+      times_usual_(plan.size()),
       wholes_(plan.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank) {
-    if (is_left_out(rank)) continue;
-    const double n = plan.rays(rank);
-    const double scale = 1 / std::sqrt(n * std::sqrt(n));
-    scale_[rank] = static_cast<float>(scale);
-    normalised_[rank] = static_cast<float>(halves[rank] / scale);
-    wholes_[plan.block_of(rank).begin].add(area(rank), share(rank), halves[rank]);
+    const double of_ray = scatter.empty() ? 1 : scatter[rank];
+    const double usual = usual_error(of_ray, plan.rays(rank), plan.share_of(plan.element_at(rank)));
+    if (is_left_out(rank) || usual == 0) continue;
+    usual_[rank] = static_cast<float>(usual);
+    times_usual_[rank] = static_cast<float>(halves[rank] / usual);
+    Whole& whole = wholes_[plan.block_of(rank).begin];
+    whole.area += area(rank);
+    whole.sum += area(rank) * halves[rank];
+    whole.expected += square(area(rank) * usual);
   }
 }
 
 std::vector<float> ErrorDraws::draws(std::size_t first, std::size_t count) const {
   static_assert(draw_count == 32);
-  std::vector<float> errors(scale_.size() * count);
+  std::vector<float> errors(usual_.size() * count);
   for (const RayPlan::Window& window : plan_.windows()) draw_in(window, first, count, errors);
   return errors;
 }
 
+ErrorDraws::Sizes ErrorDraws::sizes(const RayPlan::Window& window) const {
+  double of_elements = 0;  // squares
+  double expected = 0;
+  double of_wholes = 0;
+  double expected_of_wholes = 0;
+  double passed_on = 0;  // as multiples of what is usual
+  double passed_on_of_wholes = 0;
+  for (const RayPlan::Block& block : window) {
+    double of_block = 0;
+    for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+      const double usual = area(rank) * static_cast<double>(usual_[rank]);
+      const auto times_usual = static_cast<double>(times_usual_[rank]);
+      of_elements += square(usual * times_usual);
+      expected += square(usual);
+      of_block += square(times_usual);
+    }
+    passed_on += of_block / block.size();
+    const Whole& whole = wholes_[block.begin];
+    of_wholes += square(whole.sum);
+    expected_of_wholes += whole.expected;
+    passed_on_of_wholes += square(whole.times_usual());
+  }
+  const auto blocks = static_cast<double>(window.size());
+  Sizes sizes;
+  if (passed_on > 0)
+    sizes.of_elements =
+        static_cast<float>(std::sqrt(of_elements / (expected * passed_on / blocks)));
+  if (passed_on_of_wholes > 0)
+    sizes.of_wholes = std::sqrt(of_wholes / (expected_of_wholes * passed_on_of_wholes / blocks));
+  return sizes;
+}
+
 void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::size_t count,
                          std::vector<float>& errors) const {
+  const Sizes sizes = this->sizes(window);
   for (std::size_t b = 0; b < window.size(); ++b) {
     const RayPlan::Block& block = window[b];
+    const Whole& whole = wholes_[block.begin];
+    if (whole.area == 0) continue;
     const std::uint64_t stream = (std::uint64_t{1} << 32) + plan_.element_at(block.begin);
     RandomStream random({options_.seed, options_.time_step, 0xFFFFFFFFU, stream});
     const std::uint32_t signs = random.bits();
@@ -53,20 +162,21 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
       const float sign = (signs >> draw) & 1U ? 1 : -1;
       const RayPlan::Block& source = window[(b + draw) % window.size()];
       const std::size_t shift = first_shift + draw / window.size() * shift_step;
-      Whole drawn;
+      double drawn = 0;
       for (std::size_t to = block.begin; to < block.end; ++to) {
         const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
-        const float error = scale_[to] * normalised_[scale_[from] > 0 ? from : to];
+        const float error =
+            sizes.of_elements * usual_[to] * times_usual_[usual_[from] > 0 ? from : to];
         errors[to * count + k] = sign * error;
-        if (scale_[to] > 0) drawn.add(area(to), share(to), error);
+        drawn += area(to) * static_cast<double>(error);
       }
-      const Whole& wanted = wholes_[source.begin];
-      if (drawn.area == 0 || wanted.area == 0) continue;
-      // Rays go with the share, and the error as n^-3/4 with them.
-      const double size = std::sqrt(wanted.share / drawn.share);
-      const auto rest = static_cast<float>(wanted.mean() * size * std::sqrt(size) - drawn.mean());
+      const double wanted =
+          sizes.of_wholes * std::sqrt(whole.expected) * wholes_[source.begin].times_usual();
+      // What a sum tells of an element goes with its part in the variance of the sum.
+      const double rest = (wanted - drawn) / whole.expected;
       for (std::size_t to = block.begin; to < block.end; ++to)
-        if (scale_[to] > 0) errors[to * count + k] += sign * rest;
+        errors[to * count + k] +=
+            sign * static_cast<float>(rest * area(to) * square(static_cast<double>(usual_[to])));
     }
   }
 }

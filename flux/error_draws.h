@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "flux/half_differences.h"
 #include "flux/ray_plan.h"
 #include "flux/solve.h"
 
@@ -13,6 +15,14 @@ namespace scarp {
 /// Draws of the error of all elements together.
 inline constexpr std::size_t draw_count = 32;
 
+/// The standard deviation of what single rays of each element tell.
+///
+/// Where few of them meet what counts, that is a matter of chance: the rays of an element are taken
+/// together with as many of the usual ones of its window as meet one.
+///
+/// Shape: by rank.
+std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter);
+
 /// Errors of what the rays of elements found, as half the differences between their two sets tell:
 /// each is a fair sample of the error of the mean of both.
 ///
@@ -20,7 +30,9 @@ inline constexpr std::size_t draw_count = 32;
 /// too much of: their errors belong together, while blocks are independent. A draw gives a block
 /// the half differences of one nearby, shifted within it and with either sign: a single half
 /// difference says little about its element, but those around it are alike. What a block has as a
-/// whole stays with it.
+/// whole stays with it. Elements that lie beside each other may see quite different things, as a
+/// floor and the top beside it: half differences are passed on as multiples of what the scatter of
+/// their elements' rays makes usual there.
 ///
 /// Half differences of several quantities are drawn alike, and so keep what they have in common.
 ///
@@ -28,9 +40,10 @@ inline constexpr std::size_t draw_count = 32;
 class ErrorDraws {
  public:
   /// Elements that are left out have no error.
-  /// Shape: one half difference per rank.
+  /// scatter: standard deviations of single rays; none if they are alike everywhere.
+  /// Shape: one half difference and one deviation per rank.
   ErrorDraws(const FluxOptions& options, const RayPlan& plan, std::span<const double> halves,
-             const std::function<bool(std::size_t rank)>& is_left_out);
+             std::vector<double> scatter, const std::function<bool(std::size_t rank)>& is_left_out);
 
   /// Some of the draws.
   /// Shape: at rank * count + draw - first.
@@ -42,29 +55,30 @@ class ErrorDraws {
                                        std::span<const double> factors) const;
 
  private:
-  // The error of some elements together.
+  // The elements of a block together.
   struct Whole {
     double area = 0;
-    double share = 0;  // of rays
-    double sum = 0;
-    void add(double of_area, double of_share, double error) {
-      area += of_area;
-      share += of_share;
-      sum += of_area * error;
-    }
-    double mean() const { return sum / area; }
+    double sum = 0;       // of errors times areas
+    double expected = 0;  // square of that, as usual
+    double times_usual() const { return expected > 0 ? sum / std::sqrt(expected) : 0; }
+  };
+  // What brings the squares of errors that a window passes on to those that it has: what is usual
+  // for its elements may be more wrong for some than for others.
+  struct Sizes {
+    float of_elements = 1;
+    double of_wholes = 1;
   };
 
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
-  double share(std::size_t rank) const { return plan_.share_of(plan_.element_at(rank)); }
+  Sizes sizes(const RayPlan::Window& window) const;
   void draw_in(const RayPlan::Window& window, std::size_t first, std::size_t count,
                std::vector<float>& errors) const;
 
   const FluxOptions& options_;
   const RayPlan& plan_;
-  std::vector<float> scale_;       // by rank: of an error to that of a single ray; 0: left out
-  std::vector<float> normalised_;  // by rank: half differences on that scale
-  std::vector<Whole> wholes_;      // by the first rank of a block
+  std::vector<float> usual_;        // by rank: the size of an error; 0: it has none
+  std::vector<float> times_usual_;  // by rank: half differences
+  std::vector<Whole> wholes_;       // by the first rank of a block
 };
 
 /// Draws of the error of a sum, of which the variance is known better than its few draws tell it.

@@ -181,7 +181,9 @@ FacetValues::Neighbours::Around FacetValues::Neighbours::fit(
   const Eigen::Vector3d widths =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares, Eigen::EigenvaluesOnly).eigenvalues();
   const double most = distances > 0 ? static_cast<double>(found.size()) / distances : 0;
-  const Vec3d one_side = most * by_bend;
+  // Where the surface bends all neighbours lie on one side of it, too.
+  const Vec3d n = normalized(elements_.normal(element));
+  const Vec3d one_side = most * (by_bend - dot(by_bend, n) * n);
   return {.is_strip = widths[1] <= least_width,
           .one_side = Vec3f(one_side / std::max(1.0, length(one_side)))};
 }

@@ -36,9 +36,9 @@ struct Settle {
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its
-/// equation. Its square is averaged over elements nearby. The error of F takes in the errors of all
-/// equations: draws of them, with random signs, go through the exchange and give draws of the error
-/// of F.
+/// equation. Its square is averaged over elements nearby, as a multiple of what the scatter of
+/// their rays makes usual. The error of F takes in the errors of all equations: draws of them, with
+/// random signs, go through the exchange and give draws of the error of F.
 ///
 /// The first round tells how much the rays of each part of the surface vary; the next rounds send
 /// as many from each as leads to the target with the fewest.

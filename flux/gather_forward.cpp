@@ -76,7 +76,7 @@ class Direct {
       halves[rank] = sum_of(rank, -1);
     }
     const auto none = [](std::size_t) { return false; };
-    deviation_ = ErrorDraws(options, plan, halves, none).draws(0, draw_count);
+    deviation_ = ErrorDraws(options, plan, halves, {}, none).draws(0, draw_count);
   }
 
   FluxSpread spread() const {

@@ -50,15 +50,18 @@ Gathered::Gathered(const FluxProblem& problem, std::size_t number, const RayPlan
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
   solve(tolerance);
-  halves_ = half_differences(view, view.direct[number], flux_.radiosity());
+  halves_ = half_differences(view, number, flux_.radiosity());
 }
 
 void Gathered::pass_on_errors_by(std::span<const float> of_facets) {
   if (!of_facets.empty()) passed_on_ = on_elements(plan_, of_facets);
 }
 
-ErrorDraws Gathered::error_draws(std::span<const double> halves) const {
-  return {problem_.options, plan_, halves, [this](std::size_t rank) { return is_in_void(rank); }};
+// Rays along a lobe scatter by themselves.
+ErrorDraws Gathered::error_draws(std::span<const double> halves, const RayScatter& scatter) const {
+  return {problem_.options, plan_, halves,
+          is_looked_for(problem_) ? std::vector<double>{} : usual_scatter(plan_, scatter),
+          [this](std::size_t rank) { return is_in_void(rank); }};
 }
 
 // How an error counts, per area, in the sum of all: about as what is compared with the target.
@@ -100,7 +103,7 @@ void Gathered::draw(std::size_t count) {
       largest = std::max({largest, flux()[rank], flux_.radiosity().leaves(rank)});
     draws_.emplace(plan_, view_.matrix, view_.rows,
                    errors_stick_alike() ? &flux_.exchange() : nullptr, error_parts(),
-                   error_draws(halves_.flux), weights(), largest);
+                   error_draws(halves_.flux, halves_.scatter_of_flux), weights(), largest);
   }
   draws_->draw(count);
 }
@@ -111,7 +114,8 @@ void Gathered::draw(std::size_t count) {
 FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
   std::array<double, draw_count> totals{};
-  std::vector<float> lost_errors = error_draws(halves_.lost).draws(0, draw_count);
+  std::vector<float> lost_errors =
+      error_draws(halves_.lost, halves_.scatter_of_lost).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_, i);
     const std::uint32_t element = plan_.element_at(i);

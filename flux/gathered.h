@@ -61,7 +61,7 @@ class Gathered {
   bool is_in_void(std::size_t rank) const {
     return flux_.reemitted()[rank] > 0 && flux()[rank] == 0;
   }
-  ErrorDraws error_draws(std::span<const double> halves) const;
+  ErrorDraws error_draws(std::span<const double> halves, const RayScatter& scatter) const;
   std::vector<double> weights() const;
 
   const FluxProblem& problem_;

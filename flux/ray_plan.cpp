@@ -35,10 +35,10 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 
 // Elements of the same main direction, and of the floors and tops among them those of the same
 // height: what sees only the sky has nothing in common with what lies at the bottom of a hole. But
-// a few elements alone tell too little of their errors.
+// fewer elements than make a few blocks tell too little of their errors.
 std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elements) {
   constexpr double gap = 4;  // spacings, between two heights
-  constexpr std::size_t least = 32;
+  constexpr std::size_t least = 8;
   constexpr int upward = 4;  // the first of two main directions
   std::vector<std::uint32_t> order(elements.count());
   std::iota(order.begin(), order.end(), 0U);

@@ -96,6 +96,7 @@ void Viewer::view_by_lambert(std::size_t begin, std::size_t end, View& view) con
       const float seen =
           weight * static_cast<float>(sky_weight(shots[i], flights[i], problems_[p]));
       view.direct[p][rank * set_count + set] += seen;
+      view.direct_squares[p][rank] += seen * seen;
       view.light[p][rank] += seen * per_cosine;
     }
   }
@@ -188,6 +189,8 @@ View Viewer::look() const {
   view.places.resize(plan_.total());
   view.direct = earlier_.direct;
   view.direct.resize(problems_.size(), std::vector<float>(size * set_count));
+  view.direct_squares = earlier_.direct_squares;
+  view.direct_squares.resize(problems_.size(), std::vector<float>(size));
   view.skyward = earlier_.skyward;
   view.skyward.resize(size);
   view.light = earlier_.light;

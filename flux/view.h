@@ -39,6 +39,8 @@ struct View {
   std::vector<Vec3f> places{};
   std::vector<Vec3f> moments{};  ///< by entry of rows.seen: the sum of parts times places
   std::vector<std::vector<float>> direct{};
+  /// The same of squares, of both sets, by rank.
+  std::vector<std::vector<float>> direct_squares{};
   /// By rank, the sum over rays that reached the sky of their weights times their direction over
   /// the cosine to the normal; of each problem the same times what they see. Divided by the number
   /// of rays these are the vectors by which the sky in view, and the direct flux, change with the

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/running_statistics.h"
 #include "flux/patches.h"
 #include "flux/solve.h"
 #include "tests/flux/calibration.h"
@@ -85,6 +86,55 @@ TEST(ErrorBarsOfSections, AreTrueOnFloorAndWall) {
     exact::expect_true(exact::calibration_of(on_wall), "wall");
     exact::expect_true(exact::calibration_of(on_floor), "floor");
   }
+}
+
+// Beside it a field sees only the sky, without any error.
+TEST(ErrorBarsOfFloors, AreTrueInAHole) {
+  const Shape shape = exact::hole(2, 14, 5, 24);
+  const RayScene scene = exact::scene_of(shape);
+  const Patches patches(shape.mesh, scene);
+  std::vector<std::size_t> floor;
+  for (std::size_t p = 0; p < patches.list().size(); ++p) {
+    const std::uint32_t f = patches.list()[p].facets.front();
+    if (scene.normal(f).z > 0.5 && Vec3d(scene.corners(f)[0]).z < scene.lowest() + 1)
+      floor.push_back(p);
+  }
+  std::vector<Stated> runs;
+  for (std::uint64_t seed = 1; seed <= 80; ++seed)
+    runs.push_back(exact::at_places(
+        exact::on_patches(
+            flux_on(shape, 0.1F, {.engine = Engine::gather, .target_error = 0.02, .seed = seed})
+                .arrivals()),
+        floor));
+  exact::expect_true(exact::calibration_of(runs), "floor");
+}
+
+// A slab of a trench twice as deep as wide, in cells of one spacing.
+Shape thin_slab() {
+  const Vec3d y{0, 2.4, 0};
+  exact::Builder builder;
+  builder.grid({-12, 0, 0}, {6, 0, 0}, 4, y, 2);
+  builder.grid({-6, 0, 0}, {0, 0, -24}, 24, y, 2);
+  builder.grid({-6, 0, -24}, {12, 0, 0}, 12, y, 2);
+  builder.grid({6, 0, -24}, {0, 0, 24}, 24, y, 2);
+  builder.grid({6, 0, 0}, {6, 0, 0}, 4, y, 2);
+  return {builder.mesh, {.lower = {-12, 0}, .upper = {12, y.y}}};
+}
+
+// A mesh is refused whose particles miss their balance by five of its stated errors.
+TEST(ErrorBarsOfTheBalance, AreTrue) {
+  const Shape shape = thin_slab();
+  RunningStatistics squares;
+  double largest = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const FluxAudit audit =
+        flux_on(shape, 0.3F, {.engine = Engine::gather, .target_error = 0.02, .seed = seed}).audit;
+    const double z = audit.balance_error() / audit.balance_std_error;
+    squares.add(z * z);
+    largest = std::max(largest, std::abs(z));
+  }
+  EXPECT_NEAR(std::sqrt(squares.mean()), 1, 0.15);
+  EXPECT_LT(largest, 5);
 }
 
 // Where an error spreads over all of the trench.

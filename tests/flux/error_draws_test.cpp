@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/random.h"
 #include "core/running_statistics.h"
@@ -28,7 +30,7 @@ class ErrorDrawsTest : public ::testing::Test {
     return blocks;
   }
   std::vector<float> draws(const std::function<bool(std::size_t)>& is_left_out) const {
-    return ErrorDraws(options_, plan_, halves_, is_left_out).draws(0, draw_count);
+    return ErrorDraws(options_, plan_, halves_, {}, is_left_out).draws(0, draw_count);
   }
   std::vector<float> draws() const {
     return draws([](std::size_t) { return false; });
@@ -93,7 +95,7 @@ TEST(ErrorDrawsOfUnequalElements, KeepWhatBlocksHaveAsAWhole) {
     }
   const FluxOptions options{.sides = shape.sides};
   const std::vector<float> errors =
-      ErrorDraws(options, plan, halves, [](std::size_t) { return false; }).draws(0, draw_count);
+      ErrorDraws(options, plan, halves, {}, [](std::size_t) { return false; }).draws(0, draw_count);
   for (const RayPlan::Window& window : plan.windows())
     for (const RayPlan::Block& block : window) {
       for (std::size_t draw = 0; draw < draw_count; ++draw) {
@@ -124,7 +126,7 @@ TEST_F(ErrorDrawsTest, AreIndependentBetweenBlocks) {
 TEST_F(ErrorDrawsTest, OfAPartAreThoseOfAll) {
   const std::vector<float> all = draws();
   const std::vector<float> part =
-      ErrorDraws(options_, plan_, halves_, [](std::size_t) { return false; }).draws(8, 4);
+      ErrorDraws(options_, plan_, halves_, {}, [](std::size_t) { return false; }).draws(8, 4);
   for (std::size_t rank = 0; rank < plan_.size(); ++rank)
     for (std::size_t k = 0; k < 4; ++k)
       EXPECT_EQ(part[rank * 4 + k], all[rank * draw_count + 8 + k]);
@@ -138,7 +140,7 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
   RunningStatistics ratio;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     options_.seed = seed;
-    const ErrorDraws errors(options_, plan_, halves_, [](std::size_t) { return false; });
+    const ErrorDraws errors(options_, plan_, halves_, {}, [](std::size_t) { return false; });
     const std::vector<float> drawn = errors.draws(0, draw_count);
     const std::vector<double> variances = errors.variances_of_sum(drawn, factors);
     ASSERT_EQ(variances.size(), draw_count);
@@ -150,6 +152,58 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
     }
   }
   EXPECT_NEAR(ratio.mean(), 1, 4 * ratio.std_error());
+}
+
+// Of two kinds of elements side by side one scatters ten times as much: none takes the errors of
+// the other.
+TEST_F(ErrorDrawsTest, GoWithHowFarRaysScatter) {
+  std::vector<double> scatter(plan_.size());
+  double squares = 0;
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
+    scatter[rank] = rank % 4 < 2 ? 1 : 10;
+    halves_[rank] *= scatter[rank];
+    squares += halves_[rank] * halves_[rank];
+  }
+  const std::vector<float> errors = ErrorDraws(options_, plan_, halves_, scatter, [](std::size_t) {
+                                      return false;
+                                    }).draws(0, draw_count);
+  std::array<double, 2> of_kinds{};
+  for (std::size_t k = 0; k < errors.size(); ++k)
+    of_kinds[k / draw_count % 4 < 2 ? 0 : 1] += std::pow(static_cast<double>(errors[k]), 2);
+  EXPECT_NEAR(of_kinds[1] / of_kinds[0], 100, 25);
+  EXPECT_NEAR((of_kinds[0] + of_kinds[1]) / draw_count, squares, 0.1 * squares);
+}
+
+// What hits a part of the rays has the Bernoulli moments of that part.
+RayScatter scatter_of(std::span<const double> parts) {
+  RayScatter scatter;
+  for (const double p : parts) {
+    const double square = p * (1 - p);
+    scatter.squares.push_back(square);
+    scatter.fourths.push_back(square * (1 - 3 * square));
+  }
+  return scatter;
+}
+
+// 128 rays of each element, of which a tenth meets something on average: what single elements find
+// is chance. Where every second element finds nothing and the others half, it is not.
+TEST_F(ErrorDrawsTest, TakeElementsTogetherThatDifferByChance) {
+  RandomStream random({.seed = 7});
+  std::vector<double> by_chance(plan_.size());
+  std::vector<double> by_place(plan_.size());
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
+    int hits = 0;
+    const int rays = static_cast<int>(plan_.rays(rank) * set_count);
+    for (int ray = 0; ray < rays; ++ray) hits += random.uniform() < 0.1 ? 1 : 0;
+    by_chance[rank] = 1.0 * hits / rays;
+    by_place[rank] = rank % 2 == 0 ? 0 : 0.5;
+  }
+  const std::vector<double> alike = usual_scatter(plan_, scatter_of(by_chance));
+  const std::vector<double> apart = usual_scatter(plan_, scatter_of(by_place));
+  const auto [least, most] = std::ranges::minmax(alike);
+  EXPECT_LT(most, 1.2 * least);
+  for (std::size_t rank = 0; rank < plan_.size(); rank += 2)
+    EXPECT_LT(apart[rank], 0.3 * apart[rank + 1]);
 }
 
 // Draws of 3 times the sum and something that has nothing in common with it.

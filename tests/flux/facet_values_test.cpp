@@ -122,6 +122,27 @@ TEST(FacetValues, KnowOnWhichSideTheNeighboursAre) {
   }
 }
 
+// On the wall of a hole all lie towards its axis, too; at the mouth what counts is that they are
+// below.
+TEST(FacetValues, SeeNoSideInThatTheSurfaceBends) {
+  const exact::Shape shape = exact::hole(2, 14, 5, 24);
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, 3);
+  elements.join(shape.mesh, 4);
+  const FacetValues values(shape.mesh, elements);
+  int at_mouth = 0;
+  for (std::size_t e = 0; e < elements.count(); ++e) {
+    const Vec3d n = elements.normal(e);
+    if (std::abs(n.z) > 0.1) continue;
+    EXPECT_LT(std::abs(dot(values.one_side(e), n)), 1e-6) << e;
+    const double depth = scene.source_height() - elements.middle(e).z - 1;
+    if (depth > 4 || elements.area(e) < 4) continue;
+    ++at_mouth;
+    EXPECT_LT(values.one_side(e).z, -0.8) << e;
+  }
+  EXPECT_EQ(at_mouth, 4);
+}
+
 // The floor between two walls has neighbours along the trench only.
 TEST(FacetValues, KnowElementsWithoutNeighboursAcross) {
   exact::Builder builder;

@@ -58,6 +58,25 @@ TEST(RayPlan, FloorsAndTopsAreOfDifferentBlocks) {
   }
 }
 
+// However few elements a floor has.
+TEST(RayPlan, SmallFloorsAreOfTheirOwnWindows) {
+  const exact::Shape shape = exact::trench(2, 8, 16, 10);
+  const RayScene scene = scene_of(shape);
+  Elements elements(scene, longest_piece_edge);
+  elements.join(shape.mesh, 4);
+  const RayPlan plan(scene, elements);
+  std::size_t of_floor = 0;
+  for (const RayPlan::Window& window : plan.windows()) {
+    if (window.front().main_direction < 4) continue;
+    const double height = elements.middle(plan.element_at(window.front().begin)).z;
+    if (height > scene.lowest() + 1) continue;
+    for (std::uint32_t rank = window.front().begin; rank < window.back().end; ++rank, ++of_floor)
+      EXPECT_EQ(elements.middle(plan.element_at(rank)).z, height);
+  }
+  EXPECT_GT(of_floor, 8U);
+  EXPECT_LT(of_floor, 32U);
+}
+
 TEST(RayPlan, SendsRaysByTheDensitiesOfWindows) {
   const exact::Shape shape = exact::trench(2);
   const RayScene scene(shape.mesh, shape.sides, 1);
