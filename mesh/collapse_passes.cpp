@@ -479,7 +479,7 @@ void CollapsePasses::find_terms(std::uint32_t v) {
   terms_[v] = terms;
 }
 
-bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const {
+[[gnu::always_inline]] inline bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const {
   std::uint16_t changed = std::max(changed_in_[u], changed_in_[v]);
   if (const std::uint32_t twin = mesh_.twin_edge(h); twin != HalfEdges::none) {
     changed = std::max({changed, changed_in_[mesh_.topology.origin(twin)],

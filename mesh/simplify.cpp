@@ -37,7 +37,7 @@ constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
 constexpr int sweeps = 3;
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.25;
+constexpr double vertices_to_follow = 1.15;
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;

