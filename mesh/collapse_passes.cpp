@@ -617,7 +617,6 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
     checks_.note_bound_was_met();
   }
   const std::uint32_t sum = std::accumulate(removed.begin(), removed.end(), 0U);
-  if (getenv("VERB")) fprintf(stderr, "pass %d %d wanted %u tries %g below %g removed %u limit %g\n", pass_, blocks.count(), mesh_.live_vertices - target, tries, costs.up_to(last_bin), sum, limit_);
   mesh_.live_vertices -= sum;
   return sum;
 }
