@@ -19,12 +19,6 @@ namespace {
 
 constexpr float never = std::numeric_limits<float>::infinity();
 
-/// How much of all edges a pass tries, the cheapest first.
-constexpr double share_of_pass = 0.25;
-
-/// What a pass tries at most for each vertex that has still to go: dear edges must not go in place
-/// of cheap ones that come up later.
-constexpr double tries_per_vertex = 1.5;
 /// For each vertex that is left, the last passes try at least so much, or there would be many.
 constexpr double least_tries_per_vertex = 0.05;
 
@@ -42,12 +36,6 @@ constexpr double weight_of_early_shapes = 5.0 / 3;
 /// How much too low costs are as squared distances of points: an estimate that is too low is
 /// corrected, one that is too high comes too late.
 constexpr double optimism = 0.5;
-
-/// A pass that removes less of the vertices is the last one.
-constexpr double least_share = 0.01;
-
-/// Of the vertices: approach() goes no nearer to its number.
-constexpr double near = 0.08;
 
 /// So few vertices are removed as quickly in one block.
 constexpr std::uint32_t few = 500;
@@ -479,7 +467,8 @@ void CollapsePasses::find_terms(std::uint32_t v) {
   terms_[v] = terms;
 }
 
-[[gnu::always_inline]] inline bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const {
+[[gnu::always_inline]] inline bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u,
+                                                            std::uint32_t v) const {
   std::uint16_t changed = std::max(changed_in_[u], changed_in_[v]);
   if (const std::uint32_t twin = mesh_.twin_edge(h); twin != HalfEdges::none) {
     changed = std::max({changed, changed_in_[mesh_.topology.origin(twin)],
@@ -503,16 +492,16 @@ float CollapsePasses::rank_of_tied(std::uint32_t h, const Placed& placed) const 
                  mesh_.topology.target(h), squared_length(h));
 }
 
-bool CollapsePasses::is_wanted(std::uint32_t h) const {
-  const auto wants = [this](std::uint32_t g) {
-    const std::uint32_t u = mesh_.topology.origin(g);
-    const std::uint32_t v = mesh_.topology.target(g);
-    const Vec3f along = edge(u, v);
-    const float longest = floats_.length(sizes_.limit_between(u, v));
+[[gnu::always_inline]] inline bool CollapsePasses::is_wanted(std::uint32_t h, std::uint32_t u,
+                                                             std::uint32_t v) const {
+  const auto wants = [this](std::uint32_t a, std::uint32_t b) {
+    const Vec3f along = edge(a, b);
+    const float longest = floats_.length(sizes_.limit_between(a, b));
     return dot(along, along) < longest * longest;
   };
   const std::uint32_t twin = mesh_.twin_edge(h);
-  return wants(h) && (twin == HalfEdges::none || wants(twin));
+  return wants(u, v) && (twin == HalfEdges::none ||
+                         wants(mesh_.topology.origin(twin), mesh_.topology.target(twin)));
 }
 
 void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates) {
@@ -525,13 +514,16 @@ void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candi
   };
   list_edges(blocks, block, candidates.edges);
   candidates.edge_count = candidates.edges.size();
-  if (sizes_.has_limits()) {
-    std::erase_if(candidates.edges, [this](std::uint32_t h) { return !is_wanted(h); });
-  }
+  const bool has_limits = sizes_.has_limits();
+  std::size_t kept = 0;
   for (const std::uint32_t h : candidates.edges) {
     const std::uint32_t u = topology.origin(h);
     const std::uint32_t v = topology.target(h);
-    if (!is_stale(h, u, v)) continue;
+    const bool stale = is_stale(h, u, v);
+    if (!stale && cost_[h] == never) continue;
+    if (has_limits && !is_wanted(h, u, v)) continue;
+    candidates.edges[kept++] = h;
+    if (!stale) continue;
     ranked_in_[h] = static_cast<std::uint16_t>(pass_ - 1);
     if ((tied_[u] | tied_[v]) != 0) {
       cost_[h] = tied_rank(h);
@@ -542,7 +534,7 @@ void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candi
     if (costs.is_full()) finish();
   }
   finish();
-  std::erase_if(candidates.edges, [&](std::uint32_t h) { return cost_[h] == never; });
+  candidates.edges.resize(kept);
   candidates.bins.resize(candidates.edges.size());
   for (std::size_t i = 0; i < candidates.edges.size(); ++i) {
     const std::uint32_t bin = Histogram::bin(cost_[candidates.edges[i]]);
@@ -621,26 +613,25 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
   return sum;
 }
 
-void CollapsePasses::run_blocks(std::uint32_t target, double nearest) {
+bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
   while (mesh_.live_vertices > target && pass_ < most_passes) {
     const std::uint32_t before = mesh_.live_vertices;
     const std::uint32_t wanted = before - target;
-    if (target > 0 && wanted <= std::max<double>(few, nearest * before)) return;
-    const double most_tries = target > 0 ? tries_per_vertex * wanted : unlimited;
+    if (target > 0 && wanted <= std::max<double>(few, until.nearest * before)) return true;
+    const double most_tries = target > 0 ? until.tries * wanted : unlimited;
     const std::uint32_t removed =
-        run_pass(Blocks(mesh_, pass_ + 1), target, share_of_pass, most_tries);
+        run_pass(Blocks(mesh_, pass_ + 1), target, until.share_of_pass, most_tries);
     const bool all_refused = removed == 0 && limit_ < most_dear;
-    if (removed <= least_share * before && !all_refused) return;
+    if (removed <= until.least * before && !all_refused) return false;
   }
+  return mesh_.live_vertices <= target;
 }
 
-void CollapsePasses::approach(std::uint32_t target) { run_blocks(target, near); }
-
 void CollapsePasses::run_to(std::uint32_t target) {
-  run_blocks(target, 0);
+  approach(target, {});
   double factor = 1;
   while (mesh_.live_vertices > target && pass_ < most_passes) {
-    const double tries = factor * std::max(tries_per_vertex * (mesh_.live_vertices - target),
+    const double tries = factor * std::max(Approach{}.tries * (mesh_.live_vertices - target),
                                            least_tries_per_vertex * mesh_.live_vertices);
     if (run_pass(Blocks::whole(mesh_), target, 1, tries) > 0) continue;
     if (limit_ >= most_dear) return;
@@ -649,8 +640,6 @@ void CollapsePasses::run_to(std::uint32_t target) {
   }
 }
 
-void CollapsePasses::forget_refusals() {
-  std::fill(ranked_in_.begin(), ranked_in_.end(), 0);
-}
+void CollapsePasses::forget_refusals() { std::fill(ranked_in_.begin(), ranked_in_.end(), 0); }
 
 }  // namespace scarp

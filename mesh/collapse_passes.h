@@ -44,7 +44,8 @@ struct PassOrder {
 ///
 /// Costs do not know what earlier collapses did. A second look may: after follow(), an edge whose
 /// turn it is has to be among the cheapest by how much it adds to the squared distances of all
-/// vertices of the input as well. That is dear, but for the last tenth of the vertices it is enough.
+/// vertices of the input as well. That is dear, but for the last tenth of the vertices it is
+/// enough.
 ///
 /// Cost:   about 2 us of one core per vertex removed; 200 bytes per vertex.
 /// Source: the placement and cost are those of Lindstrom and Turk 1998, sec. 4.
@@ -55,8 +56,18 @@ class CollapsePasses {
   CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeSizes& sizes,
                  const PassOrder& order);
 
-  /// Until passes do little, or nearly so few vertices are left (0: as few as may be).
-  void approach(std::uint32_t target);
+  /// How far approach() goes.
+  struct Approach {
+    double nearest = 0;           ///< to its number, of the vertices that are left
+    double least = 0.01;          ///< of the vertices: a pass that removes less is the last one
+    double share_of_pass = 0.25;  ///< how much of all edges it tries, the cheapest first
+    /// At most so many for each vertex that has still to go: dear edges must not go in place of
+    /// cheap ones that come up later.
+    double tries = 1.5;
+  };
+  /// Until passes do little, or nearly so few vertices are left (0: as few as may be). Returns
+  /// whether that is so.
+  bool approach(std::uint32_t target, const Approach& until);
   /// Until exactly so many vertices are left, or nothing may be collapsed any more.
   void run_to(std::uint32_t target);
 
@@ -79,11 +90,10 @@ class CollapsePasses {
   std::vector<Candidates> rank(const Blocks& blocks);
   void rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates);
   void list_edges(const Blocks& blocks, std::uint32_t block, std::vector<std::uint32_t>& edges);
-  void run_blocks(std::uint32_t target, double nearest);
   bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   float tied_rank(std::uint32_t h) const;
   float rank_of_tied(std::uint32_t h, const Placed& placed) const;
-  bool is_wanted(std::uint32_t h) const;
+  bool is_wanted(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   std::uint32_t run_pass(const Blocks& blocks, std::uint32_t target, double most_share,
                          double most_tries);
 
@@ -128,8 +138,8 @@ class CollapsePasses {
   LindstromTurkPlacement placement_;  ///< of tied edges
   std::optional<GarlandHeckbertPlacement> planes_;
   FloatMesh floats_;
-  double squared_unit_;          ///< of the floats
-  double points_per_area_ = 0;   ///< twice the area, in the unit of the floats
+  double squared_unit_;         ///< of the floats
+  double points_per_area_ = 0;  ///< twice the area, in the unit of the floats
   TrackedPoints* points_ = nullptr;
   LargeVector<FloatTerms> terms_;           ///< per vertex
   LargeVector<float> cost_;                 ///< per half edge; never: refused

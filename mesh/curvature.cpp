@@ -28,15 +28,16 @@ struct CornerShare {
 CornerShare corner_share(const std::array<Vec3d, 3>& p, double twice_area) {
   const Vec3d ab = p[1] - p[0];
   const Vec3d ac = p[2] - p[0];
-  const Vec3d bc = p[2] - p[1];
   const double square_ab = dot(ab, ab);
   const double square_ac = dot(ac, ac);
+  const double product = dot(ab, ac);
+  const double square_bc = square_ab + square_ac - 2 * product;
   // A facet without a height has no angles; it carries no area either.
-  if (twice_area <= 1e-9 * std::max({square_ab, square_ac, dot(bc, bc)})) return {};
+  if (twice_area <= 1e-9 * std::max({square_ab, square_ac, square_bc})) return {};
   const double inverse = 1 / twice_area;
-  const double cot_a = dot(ab, ac) * inverse;
-  const double cot_b = -dot(ab, bc) * inverse;
-  const double cot_c = dot(ac, bc) * inverse;
+  const double cot_a = product * inverse;
+  const double cot_b = (square_ab - product) * inverse;
+  const double cot_c = (square_ac - product) * inverse;
   // The angle opposite to an edge weighs that edge.
   CornerShare share{.laplacian = -cot_c * ab - cot_b * ac, .area = 0};
   if (cot_a < 0) {
@@ -70,10 +71,10 @@ double mean_edge_length(const CollapseMesh& mesh) {
     }
     return lengths;
   };
-  const Lengths all = parallel_reduce(
-      mesh.topology.half_edge_count(), grain, Lengths{}, of_range, [](Lengths a, const Lengths& b) {
-        return Lengths{a.sum + b.sum, a.count + b.count};
-      });
+  const Lengths all = parallel_reduce(mesh.topology.half_edge_count(), grain, Lengths{}, of_range,
+                                      [](Lengths a, const Lengths& b) {
+                                        return Lengths{a.sum + b.sum, a.count + b.count};
+                                      });
   return all.count > 0 ? all.sum / static_cast<double>(all.count) : 0;
 }
 

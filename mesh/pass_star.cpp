@@ -252,8 +252,9 @@ float PassStar::shape_growth(const FloatMesh& floats) const {
     const Vec3f old_n = vector(old_normals_, i);
     const float side = dot(b - a, b - a);
     twice_area[i] = std::sqrt(dot(n, n));
-    growth[i] = quality(std::sqrt(dot(old_n, old_n)), side + dot(a - c, a - c) + dot(b - c, b - c)) -
-                quality(twice_area[i], side + dot(a, a) + dot(b, b));
+    growth[i] =
+        quality(std::sqrt(dot(old_n, old_n)), side + dot(a - c, a - c) + dot(b - c, b - c)) -
+        quality(twice_area[i], side + dot(a, a) + dot(b, b));
   }
   float sum = 0;
   float area = 0;

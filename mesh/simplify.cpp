@@ -10,8 +10,8 @@
 #include "mesh/collapse_passes.h"
 #include "mesh/crossings.h"
 #include "mesh/curvature.h"
-#include "mesh/edge_sizes.h"
 #include "mesh/distance.h"
+#include "mesh/edge_sizes.h"
 #include "mesh/flip_edges.h"
 #include "mesh/placement.h"
 #include "mesh/regions.h"
@@ -36,8 +36,12 @@ constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
 /// Of moves, once the vertices are as few as asked for.
 constexpr int sweeps = 3;
 
+/// What a pass of `paper` leaves in a ring goes in later ones.
+constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
+
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
 constexpr double vertices_to_follow = 1.15;
+constexpr CollapsePasses::Approach up_to_following{.nearest = 0.08};
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
@@ -208,7 +212,7 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   LargeVector<Vec3d> places = work.r;
   CollapsePasses passes(work, checks, sizes,
                         {.looks_twice = to_number, .shape_weight = shape_weight});
-  passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target));
+  passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target), up_to_following);
   TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
   if (to_number) {
     passes.follow(points);
@@ -235,25 +239,24 @@ void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_featu
   sizes.only_old = true;
   sizes.limit = regions.sizes();
   CollapsePasses passes(work, checks, sizes, plain_order(options));
-  const auto approach = [&] {
-    passes.approach(target);
+  const auto is_near = [&] {
+    sizes.limit = regions.sizes();
+    const bool near = passes.approach(target, ring_by_ring);
     regions.merge(passes.merged_into());
+    return near;
   };
 
   // Slivers everywhere, features down to l0.
-  approach();
+  bool done = is_near();
 
   // Ring after ring around the features, coarser with each.
-  while (work.live_vertices > target && regions.coarsen()) {
-    sizes.limit = regions.sizes();
-    approach();
-    if (regions.enclose_ring(work)) continue;
+  while (!done && regions.coarsen()) {
+    done = is_near();
+    if (done || regions.enclose_ring(work)) continue;
     regions.release_rest();
-    sizes.limit = regions.sizes();
-    approach();
-    break;
+    is_near();
+    done = true;
   }
-
   run_to(target, passes, work, checks);
 
   // A number of vertices that the sizes do not allow. Edges of any length are wanted in the end.
@@ -334,8 +337,7 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   Attempt attempt;
   attempt.spacing = options.spacing;
   if (options.method == SimplifyMethod::curvature) {
-    attempt.tracked_distance =
-        moved + run_curvature(options, is_feature, work, checks, target);
+    attempt.tracked_distance = moved + run_curvature(options, is_feature, work, checks, target);
   } else if (options.method == SimplifyMethod::paper) {
     run_paper(options, is_feature, work, checks, target);
   } else {

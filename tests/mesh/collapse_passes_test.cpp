@@ -27,7 +27,7 @@ TEST(CollapsePasses, RemoveMostWithinTheBoundAndSayWhereTheVerticesWent) {
   EdgeSizes sizes;
   const std::uint32_t before = mesh.live_vertices;
   CollapsePasses passes(mesh, checks, sizes, {});
-  passes.approach(0);
+  passes.approach(0, {});
   const std::span<const std::uint32_t> merged_into = passes.merged_into();
   EXPECT_LT(mesh.live_vertices, 0.5 * before);
   EXPECT_TRUE(checks.bound_was_met());
@@ -46,7 +46,7 @@ TEST(CollapsePasses, NormalsOfTheMeshAreUpToDate) {
   CollapseMesh mesh(landscape(), grid().sides());
   CollapseChecks checks(mesh, {0.2}, 0.2);
   EdgeSizes sizes;
-  CollapsePasses(mesh, checks, sizes, {}).approach(0);
+  CollapsePasses(mesh, checks, sizes, {}).approach(0, {});
   for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
     if (!mesh.topology.alive(f)) continue;
     EXPECT_NEAR(length(mesh.normals[f] - mesh.normal_of(f)), 0, 1e-12) << f;
@@ -62,7 +62,7 @@ TEST(CollapsePasses, LeaveKeptFacetsAsTheyAre) {
   const LargeVector<Vec3d> normals = mesh.normals;
   EdgeSizes sizes;
   const std::uint32_t before = mesh.live_vertices;
-  CollapsePasses(mesh, checks, sizes, {}).approach(0);
+  CollapsePasses(mesh, checks, sizes, {}).approach(0, {});
   EXPECT_LT(mesh.live_vertices, 0.9 * before);
   for (const std::uint32_t f : kept) {
     ASSERT_TRUE(mesh.topology.alive(f)) << f;
@@ -82,7 +82,7 @@ TEST(CollapsePasses, KeepToTheLimitsOfEdges) {
       sizes.l_max = l_max;
     }
     const std::uint32_t before = mesh.live_vertices;
-    CollapsePasses(mesh, checks, sizes, {}).approach(0);
+    CollapsePasses(mesh, checks, sizes, {}).approach(0, {});
     EXPECT_LT(mesh.live_vertices, 0.8 * before);
     for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
       if (!mesh.topology.alive(HalfEdges::facet(h))) continue;
@@ -95,7 +95,7 @@ TEST(CollapsePasses, OfAPlaneEndWithItsCorners) {
   CollapseMesh mesh(noisy_plane(40, 0), sides_of(noisy_plane(40, 0)));
   CollapseChecks checks(mesh, {1e-4}, 1);
   EdgeSizes sizes;
-  CollapsePasses(mesh, checks, sizes, {}).approach(0);
+  CollapsePasses(mesh, checks, sizes, {}).approach(0, {});
   EXPECT_EQ(mesh.live_vertices, 4U);
 }
 
@@ -132,7 +132,7 @@ TEST(CollapsePasses, ApproachNoNearerThanAskedFor) {
   EdgeSizes sizes;
   const std::uint32_t target = mesh.live_vertices / 2;
   CollapsePasses passes(mesh, checks, sizes, {});
-  passes.approach(target);
+  passes.approach(target, {});
   EXPECT_GE(mesh.live_vertices, target);
   EXPECT_LT(mesh.live_vertices, target + 500);
 }
@@ -162,11 +162,11 @@ TEST(CollapsePasses, GoOnWhenSizesAllowMore) {
   sizes.limit.assign(mesh.r.size(), 0.5F);
   CollapsePasses passes(mesh, checks, sizes, {});
   const std::uint32_t before = mesh.live_vertices;
-  passes.approach(0);
+  passes.approach(0, {});
   const std::uint32_t left = mesh.live_vertices;
   EXPECT_LT(left, before);
   sizes.limit.assign(mesh.r.size(), 2);
-  passes.approach(0);
+  passes.approach(0, {});
   EXPECT_LT(mesh.live_vertices, 0.8 * left);
 }
 

@@ -15,10 +15,9 @@ struct Terms {
   explicit Terms(const CollapseMesh& mesh, Measure measure = Measure::distance)
       : of(mesh.r.size()) {
     for (std::uint32_t v = 0; v < of.size(); ++v) {
-      mesh.topology.for_each_outgoing(
-          v, [&](std::uint32_t h) {
-            of[v].add(measure, 1, Vec3f(mesh.normals[HalfEdges::facet(h)]));
-          });
+      mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+        of[v].add(measure, 1, Vec3f(mesh.normals[HalfEdges::facet(h)]));
+      });
     }
   }
   std::vector<FloatTerms> of;

@@ -65,7 +65,7 @@ TEST_F(RegionsOfALine, RingsEndAtTheRimAndWithoutFeaturesThereIsNone) {
   while (regions.coarsen() && regions.enclose_ring(mesh_)) ++rings;
   EXPECT_EQ(rings, 6);
   Regions flat(std::vector<bool>(mesh_.r.size(), false), {},
-                   {.l0 = 0.5, .step_length = 1, .l_max = 0});
+               {.l0 = 0.5, .step_length = 1, .l_max = 0});
   EXPECT_FALSE(flat.enclose_ring(mesh_));
   flat.release_rest();
   EXPECT_TRUE(wanted(flat, 0, 1, 1e6));

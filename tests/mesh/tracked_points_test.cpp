@@ -129,7 +129,7 @@ TEST(TrackedPoints, AreFoundAgainFromTheVerticesTheyWentInto) {
   CollapseChecks checks(mesh, {0.1}, 0.1);
   EdgeSizes sizes;
   CollapsePasses passes(mesh, checks, sizes, {});
-  passes.approach(0);
+  passes.approach(0, {});
   const std::span<const std::uint32_t> merged_into = passes.merged_into();
   const TrackedPoints points(mesh, places, merged_into, 0.1);
   const TriMesh simple = mesh.extract();
