@@ -622,7 +622,7 @@ bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
     const std::uint32_t removed =
         run_pass(Blocks(mesh_, pass_ + 1), target, until.share_of_pass, most_tries);
     const bool all_refused = removed == 0 && limit_ < most_dear;
-    if (removed <= until.least * before && !all_refused) return false;
+    if (removed <= until.least * wanted && !all_refused) return false;
   }
   return mesh_.live_vertices <= target;
 }

@@ -40,7 +40,7 @@ constexpr int sweeps = 3;
 constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.15;
+constexpr double vertices_to_follow = 1.2;
 constexpr CollapsePasses::Approach up_to_following{.nearest = 0.08};
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
@@ -239,22 +239,22 @@ void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_featu
   sizes.only_old = true;
   sizes.limit = regions.sizes();
   CollapsePasses passes(work, checks, sizes, plain_order(options));
-  const auto is_near = [&] {
+  const auto run_ring = [&] {
     sizes.limit = regions.sizes();
-    const bool near = passes.approach(target, ring_by_ring);
+    const bool is_near = passes.approach(target, ring_by_ring);
     regions.merge(passes.merged_into());
-    return near;
+    return is_near;
   };
 
   // Slivers everywhere, features down to l0.
-  bool done = is_near();
+  bool done = run_ring();
 
   // Ring after ring around the features, coarser with each.
   while (!done && regions.coarsen()) {
-    done = is_near();
+    done = run_ring();
     if (done || regions.enclose_ring(work)) continue;
     regions.release_rest();
-    is_near();
+    run_ring();
     done = true;
   }
   run_to(target, passes, work, checks);
