@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/parallel.h"
+#include "core/random.h"
 #include "mesh/distance.h"
 #include "mesh/tracked_points.h"
 #include "tests/mesh/generated_surface.h"
@@ -126,6 +127,18 @@ TEST(CollapsePasses, EndWithExactlySoManyVerticesOnAnyNumberOfThreads) {
   }
 }
 
+TEST(CollapsePasses, EndWithAnyNumberAlsoWherePairsGoTogether) {
+  const Grid grid{.cells = {24, 24, 16}, .noise = 0.02, .seed = 3, .periodic = true};
+  const TriMesh input = polygonised(grid, periodic_landscape(24, 24, 4));
+  for (std::uint32_t target = 100; target < 130; ++target) {
+    CollapseMesh mesh(input, grid.sides());
+    CollapseChecks checks(mesh, {}, 1);
+    EdgeSizes sizes;
+    CollapsePasses(mesh, checks, sizes, {}).run_to(target);
+    EXPECT_EQ(mesh.live_vertices, target);
+  }
+}
+
 TEST(CollapsePasses, ApproachNoNearerThanAskedFor) {
   CollapseMesh mesh(landscape(), grid().sides());
   CollapseChecks checks(mesh, {}, 1);
@@ -170,17 +183,28 @@ TEST(CollapsePasses, GoOnWhenSizesAllowMore) {
   EXPECT_LT(mesh.live_vertices, 0.8 * left);
 }
 
-TEST(CollapsePasses, PutAnEdgeOffThatMovesAnEndFarWhateverItsArea) {
-  // Slivers at a side have next to no area.
-  const auto greatest = [](bool looks_twice) {
-    CollapseMesh mesh(landscape(), grid().sides());
-    CollapseChecks checks(mesh, {}, 1);
-    EdgeSizes sizes;
-    CollapsePasses(mesh, checks, sizes, {.looks_twice = looks_twice})
-        .run_to(mesh.live_vertices / 2);
-    return surface_distance(landscape(), mesh.extract()).forward.max;
-  };
-  EXPECT_LT(greatest(true), 0.8 * greatest(false));
+/// Greatest distance of a vertex of the input once a share of them is left.
+double greatest_distance(const TriMesh& input, const Sides& sides, double left, bool looks_twice) {
+  CollapseMesh mesh(input, sides);
+  CollapseChecks checks(mesh, {}, 1);
+  EdgeSizes sizes;
+  CollapsePasses(mesh, checks, sizes, {.looks_twice = looks_twice})
+      .run_to(static_cast<std::uint32_t>(left * mesh.live_vertices));
+  return surface_distance(input, mesh.extract()).forward.max;
+}
+
+TEST(CollapsePasses, PutEdgesOffThatMoveAnEndFarWhateverTheirArea) {
+  // Slivers at a side.
+  EXPECT_LT(greatest_distance(landscape(), grid().sides(), 0.5, true),
+            0.8 * greatest_distance(landscape(), grid().sides(), 0.5, false));
+  // Without sides: noise.
+  TriMesh sphere = octahedral_sphere(10, 12);
+  RandomStream random({.seed = 4});
+  for (Vec3f& r : sphere.vertices) {
+    for (int axis = 0; axis < 3; ++axis) r[axis] += 0.3F * random.uniform();
+  }
+  EXPECT_LT(greatest_distance(sphere, {}, 0.83, true),
+            0.85 * greatest_distance(sphere, {}, 0.83, false));
 }
 
 TEST(CollapsePasses, StayNearerToThePointsThatTheyFollow) {
@@ -195,6 +219,11 @@ TEST(CollapsePasses, StayNearerToThePointsThatTheyFollow) {
     const SurfaceDistance distance = surface_distance(landscape(), mesh.extract());
     if (follows) {
       EXPECT_NEAR(points.largest(mesh), distance.forward.max, 0.02);
+      std::size_t count = 0;
+      for (std::uint32_t f = 0; f < mesh.topology.facet_count(); ++f) {
+        if (mesh.topology.alive(f)) points.for_each(f, [&count](Vec3d) { ++count; });
+      }
+      EXPECT_EQ(count, landscape().vertices.size());
     }
     return distance.forward.rms;
   };

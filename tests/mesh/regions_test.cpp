@@ -78,8 +78,11 @@ TEST_F(RegionsOfALine, AMergedVertexIsAFeatureIfOneOfThemWas) {
   std::iota(merged_into.begin(), merged_into.end(), 0U);
   const std::uint32_t last = in_column(3);
   EXPECT_EQ(regions.sizes()[last], 1.5F);
-  // By way of another one.
-  merged_into[in_column(0)] = in_column(2);
+  // By way of one that comes before it.
+  std::uint32_t feature = 0;
+  for (std::uint32_t v = 0; v < mesh_.r.size(); ++v) feature = mesh_.r[v].x == 0 ? v : feature;
+  ASSERT_LT(in_column(2), feature);
+  merged_into[feature] = in_column(2);
   merged_into[in_column(2)] = last;
   regions.merge(merged_into);
   EXPECT_EQ(regions.sizes()[last], 0.5F);
