@@ -208,7 +208,7 @@ TEST(CollapsePasses, PutEdgesOffThatMoveAnEndFarWhateverTheirArea) {
 }
 
 TEST(CollapsePasses, StayNearerToThePointsThatTheyFollow) {
-  const auto sum_of_squares = [](bool follows) {
+  const auto rms = [](bool follows) {
     CollapseMesh mesh(landscape(), grid().sides());
     CollapseChecks checks(mesh, {}, 1);
     EdgeSizes sizes;
@@ -227,7 +227,7 @@ TEST(CollapsePasses, StayNearerToThePointsThatTheyFollow) {
     }
     return distance.forward.rms;
   };
-  EXPECT_LT(sum_of_squares(true), 0.9 * sum_of_squares(false));
+  EXPECT_LT(rms(true), 0.9 * rms(false));
 }
 
 TEST(CollapsePasses, MakeBetterShapesWhereTheyWeighMore) {
