@@ -224,7 +224,9 @@ class CollapsePasses::Worker {
       return fan.nearest(mesh_.r[star.u]).squared_distance +
              fan.nearest(mesh_.r[star.v]).squared_distance;
     };
-    const double sum = squares(checks_) + (twin == HalfEdges::none ? 0 : squares(*twin_checks_));
+    double sum = squares(checks_);
+    // The ends of the twin edge go as far, and more vertices go; its points are others.
+    if (twin != HalfEdges::none && all_.points_ != nullptr) sum += squares(*twin_checks_);
     const float cost = static_cast<float>(std::max(all_.cost_of_points(sum), 0.0));
     const float square = all_.squared_length(h);
     const float rank = all_.rank_of(cost, checks_.star().u, checks_.star().v, square);
