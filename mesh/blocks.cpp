@@ -124,4 +124,14 @@ Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_bl
   }
 }
 
+Blocks Blocks::whole(const CollapseMesh& mesh) {
+  Blocks blocks;
+  blocks.block_.assign(mesh.r.size(), 0);
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    if (mesh.topology.outgoing(v) != HalfEdges::none) blocks.vertices_.push_back(v);
+  }
+  blocks.begin_ = {0, static_cast<std::uint32_t>(blocks.vertices_.size())};
+  return blocks;
+}
+
 }  // namespace scarp

@@ -22,6 +22,8 @@ class Blocks {
  public:
   /// Cuts shift with the pass. Does not depend on the number of threads.
   Blocks(const CollapseMesh& mesh, int pass);
+  /// One block that holds all.
+  static Blocks whole(const CollapseMesh& mesh);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(begin_.size() - 1); }
 
@@ -52,6 +54,8 @@ class Blocks {
   }
 
  private:
+  Blocks() = default;
+
   std::vector<std::uint32_t> block_;     ///< per vertex
   std::vector<std::uint32_t> begin_;     ///< per block, and one more
   std::vector<std::uint32_t> vertices_;  ///< by block

@@ -10,9 +10,8 @@
 
 #include "core/parallel.h"
 #include "mesh/blocks.h"
-#include "mesh/edge_cost.h"
-#include "mesh/pass_star.h"
-#include "mesh/placement.h"
+#include "mesh/facet_shape.h"
+#include "mesh/tracked_points.h"
 
 namespace scarp {
 
@@ -20,23 +19,34 @@ namespace {
 
 constexpr float never = std::numeric_limits<float>::infinity();
 
-/// How much of all edges a pass tries, the cheapest first.
-constexpr double share_of_pass = 0.25;
+/// For each vertex that is left, the last passes try at least so much, or there would be many.
+constexpr double least_tries_per_vertex = 0.05;
 
-/// An edge that has changed is ranked again once the last pass went up to half of its old cost.
+/// An edge that has changed is ranked again once the last pass went up to half of its old rank.
 constexpr float stale_is_dear = 2;
 
-/// What an edge may cost after the changes of its pass, in limits of the pass.
-constexpr float slack = 2;
+/// Of the limit of a pass, up to where an edge goes by its second look: the next pass has others
+/// that are as cheap.
+constexpr float share_of_second_look = 0.7F;
 
-/// A pass that removes less of the vertices is the last one.
-constexpr double least_share = 0.01;
+/// How much more shapes weigh in a second look without points: what they are by then is what later
+/// collapses have to live with.
+constexpr double weight_of_early_shapes = 5.0 / 3;
 
-/// Passes are counted in a byte; there are about ten.
-constexpr std::uint8_t most_passes = 100;
+/// How much too low costs are as squared distances of points: an estimate that is too low is
+/// corrected, one that is too high comes too late.
+constexpr double optimism = 0.5;
 
-/// Before the first pass; 0 is before that.
-constexpr std::uint8_t first_pass = 1;
+/// So few vertices are removed as quickly in one block.
+constexpr std::uint32_t few = 500;
+
+/// Passes are counted in two bytes.
+constexpr std::uint16_t most_passes = 0xfff0;
+
+/// Limit of a pass that tries all that is not refused.
+constexpr float most_dear = std::numeric_limits<float>::max();
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// Costs by their order of magnitude, eight parts to each factor of two.
 class Histogram {
@@ -46,7 +56,7 @@ class Histogram {
   Histogram() : counts_(size, 0) {}
   /// cost: not negative.
   static std::uint32_t bin(float cost) { return std::bit_cast<std::uint32_t>(cost) >> 20; }
-  void add(float cost) { ++counts_[bin(cost)]; }
+  void add(std::uint32_t bin) { ++counts_[bin]; }
   void add(const Histogram& other) {
     for (std::uint32_t i = 0; i < size; ++i) counts_[i] += other.counts_[i];
   }
@@ -58,69 +68,23 @@ class Histogram {
     for (double sum = counts_[0]; sum <= wanted && i < last; sum += counts_[i]) ++i;
     return i;
   }
+  double up_to(std::uint32_t bin) const {
+    return std::accumulate(counts_.begin(), counts_.begin() + bin + 1, 0.0);
+  }
   static float upper_end(std::uint32_t bin) { return std::bit_cast<float>((bin + 1) << 20); }
 
  private:
   std::vector<std::uint32_t> counts_;
 };
 
-class CollapsePasses {
- public:
-  CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeSizes& sizes);
+}  // namespace
 
-  void run();
-  std::vector<std::uint32_t> merged_into() && { return std::move(merged_into_); }
-
- private:
-  /// Of a block, in a pass.
-  struct Candidates {
-    std::vector<std::uint32_t> edges;
-    Histogram costs;
-    std::size_t edge_count = 0;
-  };
-  class Worker;
-
-  void find_terms(std::uint32_t v);
-  std::vector<Candidates> rank(const Blocks& blocks);
-  void rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates);
-  void list_edges(const Blocks& blocks, std::uint32_t block, std::vector<std::uint32_t>& edges);
-  bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
-  float tied_cost(std::uint32_t h) const;
-  std::uint32_t run_pass();
-
-  bool is_tied(std::uint32_t v) const {
-    return mesh_.kind[v] != VertexKind::free || mesh_.sides[v] != 0 ||
-           mesh_.topology.on_boundary(v);
-  }
-  Vec3f edge(std::uint32_t u, std::uint32_t v) const {
-    const FloatRecord& a = floats_.r[u];
-    const FloatRecord& b = floats_.r[v];
-    return {b.x - a.x, b.y - a.y, b.z - a.z};
-  }
-  Vec3f normal(std::uint32_t f) const {
-    const FloatRecord& n = floats_.normals[f];
-    return {n.x, n.y, n.z};
-  }
-  float stretched(float cost, std::uint32_t u, std::uint32_t v, float squared_length) const {
-    return cost * static_cast<float>(sizes_.stretch(u, v, squared_length));
-  }
-
-  CollapseMesh& mesh_;
-  CollapseChecks& checks_;
-  EdgeSizes& sizes_;
-  LindstromTurkPlacement placement_;  ///< of tied edges
-  FloatMesh floats_;
-  LargeVector<FloatTerms> terms_;           ///< per vertex
-  LargeVector<float> cost_;                 ///< per half edge; never: refused
-  LargeVector<std::uint8_t> ranked_in_;     ///< per half edge: the pass; 0: not yet
-  std::vector<std::uint8_t> changed_in_;    ///< per vertex: the pass that changed its facets
-  std::vector<std::uint8_t> merged_in_;     ///< per vertex: the pass that merged it
-  std::vector<std::uint8_t> tied_;          ///< per vertex: whether not free to go anywhere
-  std::vector<std::uint8_t> at_seam_;       ///< per vertex: whether it has neighbours elsewhere
-  std::vector<std::uint32_t> merged_into_;  ///< per vertex
-  bool has_kept_ = false;                   ///< facets
-  float limit_ = 0;                         ///< on the costs of the last pass
-  std::uint8_t pass_ = first_pass;
+/// Of a block, in a pass.
+struct CollapsePasses::Candidates {
+  std::vector<std::uint32_t> edges;
+  std::vector<std::uint16_t> bins;  ///< of their costs
+  Histogram costs;
+  std::size_t edge_count = 0;
 };
 
 /// Collapses edges of a block.
@@ -132,14 +96,16 @@ class CollapsePasses::Worker {
         blocks_(blocks),
         block_(block),
         checks_(all.checks_.sharing()),
-        bound_(static_cast<float>(all.checks_.bound())) {
+        bound_(all.floats_.length(all.checks_.bound())) {
     if (mesh_.has_twins()) twin_checks_.emplace(checks_.sharing());
   }
 
-  /// From cheap to dear, up to a bin of costs.
-  void run(std::span<const std::uint32_t> edges, std::uint32_t last_bin) {
-    const std::vector<std::uint32_t> in_order = sorted(edges, last_bin);
-    for (std::size_t i = 0; i < in_order.size(); ++i) {
+  /// From cheap to dear, up to a bin of costs. share: of the edges, which may be collapsed.
+  void run(const Candidates& candidates, std::uint32_t last_bin, double share) {
+    const std::vector<std::uint32_t> in_order = sorted(candidates, last_bin);
+    most_ = share < 1 ? static_cast<std::uint32_t>(share * static_cast<double>(in_order.size()))
+                      : static_cast<std::uint32_t>(in_order.size());
+    for (std::size_t i = 0; i < in_order.size() && removed_ < most_; ++i) {
       fetch_ahead(in_order, i);
       const std::uint32_t h = in_order[i];
       const std::uint32_t u = mesh_.topology.origin(h);
@@ -158,17 +124,16 @@ class CollapsePasses::Worker {
   bool bound_was_met() const { return checks_.bound_was_met(); }
 
  private:
-  std::vector<std::uint32_t> sorted(std::span<const std::uint32_t> edges,
-                                    std::uint32_t last_bin) const {
+  static std::vector<std::uint32_t> sorted(const Candidates& candidates, std::uint32_t last_bin) {
     std::vector<std::uint32_t> begin(last_bin + 2, 0);
-    const auto bin = [this](std::uint32_t h) { return Histogram::bin(all_.cost_[h]); };
-    for (const std::uint32_t h : edges) {
-      if (bin(h) <= last_bin) ++begin[bin(h) + 1];
+    for (const std::uint32_t bin : candidates.bins) {
+      if (bin <= last_bin) ++begin[bin + 1];
     }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> result(begin.back());
-    for (const std::uint32_t h : edges) {
-      if (bin(h) <= last_bin) result[begin[bin(h)]++] = h;
+    for (std::size_t i = 0; i < candidates.bins.size(); ++i) {
+      const std::uint32_t bin = candidates.bins[i];
+      if (bin <= last_bin) result[begin[bin]++] = candidates.edges[i];
     }
     return result;
   }
@@ -190,25 +155,110 @@ class CollapsePasses::Worker {
 
   void try_free(std::uint32_t h, std::uint32_t u, std::uint32_t v) {
     const Vec3f edge = all_.edge(u, v);
-    const FloatPlaced placed =
-        place_merged(edge, all_.terms_[u], all_.terms_[v], all_.normal(HalfEdges::facet(h)),
-                     all_.normal(HalfEdges::facet(mesh_.topology.opposite(h))));
-    // Dearer now, after the changes of this pass: perhaps in the next one.
-    if (!(all_.stretched(placed.cost, u, v, dot(edge, edge)) <= slack * all_.limit_)) return;
-    const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r));
-    if (allows(h, r)) {
-      collapse_free(h, r);
-    } else {
+    const FloatPlaced placed = place_merged(
+        all_.order_.measure, edge, all_.terms_[u], all_.terms_[v], all_.normal(HalfEdges::facet(h)),
+        all_.normal(HalfEdges::facet(mesh_.topology.opposite(h))));
+    const float square = dot(edge, edge);
+    if (is_dear(all_.rank_of(placed.cost, u, v, square))) return;
+    if (!star_.gather(mesh_.topology, h)) {
+      // The other checks have room for more facets.
+      try_tied(h);
+      return;
+    }
+    const Star& star = star_.star();
+    for (int i = 0; i < star.count; ++i) prefetch(&all_.terms_[star.ring[i]]);
+    const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r) / all_.floats_.scale);
+    star_.place_at(mesh_, all_.floats_, all_.floats_.place(r));
+    if (!keeps_lengths() || !star_.keeps_facets(mesh_)) {
       refuse(h);
+    } else if (!comes_later(h, [&] { return second_look(placed.cost, square, r); })) {
+      if (allows(r)) {
+        collapse_free(h, r);
+      } else {
+        refuse(h);
+      }
     }
   }
 
-  bool allows(std::uint32_t h, Vec3d r) {
-    if (!star_.gather(mesh_.topology, h)) return false;
-    for (int i = 0; i < star_.star().count; ++i) prefetch(&all_.terms_[star_.star().ring[i]]);
-    star_.place_at(mesh_, all_.floats_, FloatMesh::record(r));
-    if (!keeps_lengths() || !star_.keeps_facets(mesh_)) return false;
-    if (!all_.has_kept_ && star_.exceeds(all_.floats_, bound_)) {
+  /// Dearer than it was, after the changes of this pass: perhaps in the next one.
+  bool is_dear(float rank) const { return !(rank <= all_.limit_); }
+
+  /// Whether the rank that look() finds is too high for this pass. The edge waits with it.
+  template <class Look>
+  bool comes_later(std::uint32_t h, const Look& look) {
+    if (!all_.order_.looks_twice) return false;
+    const float rank = look();
+    if (rank <= share_of_second_look * all_.limit_) return false;
+    all_.cost_[h] = rank;
+    all_.ranked_in_[h] = all_.pass_;
+    return true;
+  }
+
+  /// Of an edge between free vertices that goes to r, after place_at().
+  float second_look(float cost, float square, Vec3d r) {
+    const Star& star = star_.star();
+    double sum = 0;
+    if (all_.points_ != nullptr) {
+      const std::span<const Vec3d> normals = normals_around(r);
+      fan_.spread(mesh_, star, r, normals);
+      sum = all_.cost_of_points(growth_of_points(star, fan_, r, normals) / optimism);
+    } else {
+      const double ends = star_.squared_heights_of_ends(all_.floats_) * all_.squared_unit_;
+      sum = std::max(double{cost}, all_.cost_of_points(ends));
+      if (all_.order_.shape_weight > 0) {
+        const double weight = weight_of_early_shapes * all_.order_.shape_weight;
+        sum += all_.cost_of_shapes(weight * star_.shape_growth(all_.floats_));
+      }
+    }
+    return all_.rank_of(static_cast<float>(std::max(sum, 0.0)), star.u, star.v, square);
+  }
+
+  /// Of an edge that is not free in its places, and its twin edge; after their stars are gathered.
+  float second_look_at_tied(std::uint32_t h, std::uint32_t twin, const Placed& placed) {
+    const auto squares = [&](const CollapseChecks& checks) {
+      const Fan& fan = checks.fan(mesh_);
+      const Star& star = checks.star();
+      if (all_.points_ != nullptr) {
+        return growth_of_points(star, fan, checks.place(), checks.normals()) / optimism;
+      }
+      return fan.nearest(mesh_.r[star.u]).squared_distance +
+             fan.nearest(mesh_.r[star.v]).squared_distance;
+    };
+    double sum = squares(checks_);
+    // The ends of the twin edge go as far, and more vertices go; its points are others.
+    if (twin != HalfEdges::none && all_.points_ != nullptr) sum += squares(*twin_checks_);
+    const float cost = static_cast<float>(std::max(all_.cost_of_points(sum), 0.0));
+    const float square = all_.squared_length(h);
+    const float rank = all_.rank_of(cost, checks_.star().u, checks_.star().v, square);
+    return all_.points_ != nullptr ? rank : std::max(rank, all_.rank_of_tied(h, placed));
+  }
+
+  std::span<const Vec3d> normals_around(Vec3d r) {
+    const Star& star = star_.star();
+    Vec3d x = mesh_.r[star.ring[0]] - r;
+    for (int i = 0; i < star.count; ++i) {
+      const Vec3d y = mesh_.r[star.ring[i + 1]] - r;
+      normals_[i] = cross(x, y);
+      x = y;
+    }
+    return {normals_.data(), static_cast<std::size_t>(star.count)};
+  }
+
+  /// Of their squared distances, with the shapes.
+  double growth_of_points(const Star& star, const Fan& fan, Vec3d r,
+                          std::span<const Vec3d> normals) const {
+    double sum = all_.points_->growth(star, fan);
+    const double weight = all_.order_.shape_weight;
+    if (weight > 0) {
+      sum += weight * all_.points_->per_facet(star) * shape_growth(mesh_, star, r, normals);
+    }
+    return sum;
+  }
+
+  bool allows(Vec3d r) {
+    // A second look has seen to it that little exceeds the bound.
+    const bool look_first = !all_.has_kept_ && !all_.order_.looks_twice;
+    if (look_first && star_.exceeds(all_.floats_, bound_)) {
       checks_.note_bound_was_met();
       return false;
     }
@@ -218,13 +268,13 @@ class CollapsePasses::Worker {
 
   bool keeps_lengths() {
     const EdgeSizes& sizes = all_.sizes_;
-    if (!sizes.has_limits()) return true;
-    if (sizes.limit.empty()) return star_.keeps_length(static_cast<float>(2 * sizes.l_max));
+    if (!sizes.limit_new_edges()) return true;
+    if (sizes.limit.empty()) return star_.keeps_length(all_.floats_.length(2 * sizes.l_max));
     const Star& star = star_.star();
     std::array<float, PassStar::capacity> limits;
     for (int i = 0; i < star.count; ++i) {
-      limits[i] = static_cast<float>(2 * std::min(sizes.limit_between(star.u, star.ring[i]),
-                                                  sizes.limit_between(star.v, star.ring[i])));
+      limits[i] = all_.floats_.length(2 * std::min(sizes.limit_between(star.u, star.ring[i]),
+                                                   sizes.limit_between(star.v, star.ring[i])));
     }
     return star_.keeps_lengths(limits);
   }
@@ -232,6 +282,7 @@ class CollapsePasses::Worker {
   void collapse_free(std::uint32_t h, Vec3d r) {
     const Star& star = star_.star();
     checks_.accept(star);
+    if (all_.points_ != nullptr) all_.points_->move(star, fan_);
     replace_terms(star, r);
     mesh_.collapse(h, r);
     note_merger(star);
@@ -239,6 +290,7 @@ class CollapsePasses::Worker {
 
   /// The terms of the merged vertex and its ring: by what the facets around become.
   void replace_terms(const Star& star, Vec3d r) {
+    const Measure measure = all_.order_.measure;
     FloatTerms merged;
     std::array<FloatTerms, PassStar::capacity> changes;
     Vec3d x = mesh_.r[star.ring[0]] - r;
@@ -248,10 +300,11 @@ class CollapsePasses::Worker {
       const Vec3d n = cross(x, y);
       mesh_.normals[f] = n;
       FloatTerms& change = changes[i];
-      change.add(1, Vec3f(n));
+      const FloatRecord record = all_.floats_.normal(n, checks_.error(f));
+      change.add(measure, 1, {record.x, record.y, record.z});
       merged.add(change);
-      change.add(-1, all_.normal(f));
-      all_.floats_.normals[f] = FloatMesh::record(n, checks_.error(f));
+      change.add(measure, -1, all_.normal(f));
+      all_.floats_.normals[f] = record;
       x = y;
     }
     for (int i = 0; i < star.count; ++i) {
@@ -263,7 +316,7 @@ class CollapsePasses::Worker {
       const std::uint32_t h = 3 * f;
       for (std::uint32_t g = h; g < h + 3; ++g) {
         const std::uint32_t w = mesh_.topology.origin(g);
-        if (w != star.u && w != star.v) all_.terms_[w].add(-1, all_.normal(f));
+        if (w != star.u && w != star.v) all_.terms_[w].add(measure, -1, all_.normal(f));
       }
     }
     all_.terms_[star.u] = merged;
@@ -271,9 +324,10 @@ class CollapsePasses::Worker {
 
   void note_merger(const Star& star) {
     ++removed_;
-    all_.floats_.r[star.u] = FloatMesh::record(mesh_.r[star.u]);
+    all_.floats_.r[star.u] = all_.floats_.place(mesh_.r[star.u]);
     all_.sizes_.merged(star.u, star.v);
     all_.merged_into_[star.v] = star.u;
+    if (all_.planes_) all_.planes_->collapsed(mesh_, star.u, star.v);
     all_.merged_in_[star.u] = all_.pass_;
     all_.changed_in_[star.u] = all_.pass_;
     for (int i = 0; i <= star.count; ++i) all_.changed_in_[star.ring[i]] = all_.pass_;
@@ -284,22 +338,32 @@ class CollapsePasses::Worker {
     if (!blocks_.holds_edge(block_, mesh_, listed)) return;
     const std::uint32_t h = mesh_.from_twin(listed);
     const std::uint32_t twin = mesh_.twin_edge(h);
+    // Two vertices go; one of them may be too many.
+    if (twin != HalfEdges::none && removed_ + 2 > most_) return;
     const Merge rule = merge_rule(mesh_, h);
     if (rule == Merge::forbidden) {
       refuse(listed);
       return;
     }
-    const Vec3d r = all_.placement_.place(mesh_, h, rule).r;
-    const bool fits =
-        checks_.gather(mesh_, h, r) &&
-        (twin == HalfEdges::none || twin_checks_->gather(mesh_, twin, mesh_.twin_place(h, r)));
+    const Placed placed = all_.place(h, rule);
+    if (is_dear(all_.rank_of_tied(h, placed))) return;
+    const bool fits = gather(h, twin, placed.r);
     // What surrounds it may be changing.
     if (fits && !is_mine(twin)) return;
-    if (fits && keeps_tied(h, twin)) {
-      collapse_tied(h, twin, r);
-    } else {
+    if (!fits || !keeps_surface(h, twin)) {
       refuse(listed);
+    } else if (!comes_later(listed, [&] { return second_look_at_tied(h, twin, placed); })) {
+      if (keeps_bound(twin)) {
+        collapse_tied(h, twin, placed.r);
+      } else {
+        refuse(listed);
+      }
     }
+  }
+
+  bool gather(std::uint32_t h, std::uint32_t twin, Vec3d r) {
+    return checks_.gather(mesh_, h, r) &&
+           (twin == HalfEdges::none || twin_checks_->gather(mesh_, twin, mesh_.twin_place(h, r)));
   }
 
   bool is_mine(std::uint32_t twin) const {
@@ -307,25 +371,32 @@ class CollapsePasses::Worker {
            (twin == HalfEdges::none || blocks_.holds(block_, twin_checks_->star()));
   }
 
-  bool keeps_tied(std::uint32_t h, std::uint32_t twin) {
+  bool keeps_surface(std::uint32_t h, std::uint32_t twin) {
     const EdgeSizes& sizes = all_.sizes_;
     if (!checks_.keeps_surface(mesh_, h) || !sizes.allows(mesh_, checks_)) return false;
-    if (twin == HalfEdges::none) return checks_.keeps_bound(mesh_);
-    if (!twin_checks_->keeps_surface(mesh_, twin) || !sizes.allows(mesh_, *twin_checks_) ||
-        !checks_.star().is_apart_from(twin_checks_->star())) {
-      return false;
-    }
-    if (checks_.keeps_bound(mesh_) && twin_checks_->keeps_bound(mesh_)) return true;
+    return twin == HalfEdges::none ||
+           (twin_checks_->keeps_surface(mesh_, twin) && sizes.allows(mesh_, *twin_checks_) &&
+            checks_.star().is_apart_from(twin_checks_->star()));
+  }
+
+  bool keeps_bound(std::uint32_t twin) {
+    if (!checks_.keeps_bound(mesh_)) return false;
+    if (twin == HalfEdges::none || twin_checks_->keeps_bound(mesh_)) return true;
     checks_.note_bound_was_met();
     return false;
   }
 
   void collapse_tied(std::uint32_t h, std::uint32_t twin, Vec3d r) {
-    checks_.accept(mesh_, h);
-    if (twin != HalfEdges::none) twin_checks_->accept(mesh_, twin);
+    accept(checks_, h);
+    if (twin != HalfEdges::none) accept(*twin_checks_, twin);
     mesh_.collapse(h, r);
     note_tied(checks_);
     if (twin != HalfEdges::none) note_tied(*twin_checks_);
+  }
+
+  void accept(CollapseChecks& checks, std::uint32_t h) {
+    checks.accept(mesh_, h);
+    if (all_.points_ != nullptr) all_.points_->move(checks.star(), checks.fan(mesh_));
   }
 
   void note_tied(const CollapseChecks& checks) {
@@ -333,7 +404,7 @@ class CollapsePasses::Worker {
     for (int i = 0; i < star.count; ++i) {
       const std::uint32_t f = star.facet[i];
       mesh_.normals[f] = checks.normals()[i];
-      all_.floats_.normals[f] = FloatMesh::record(mesh_.normals[f], checks.error(f));
+      all_.floats_.normals[f] = all_.floats_.normal(mesh_.normals[f], checks.error(f));
     }
     note_merger(star);
     all_.find_terms(star.u);
@@ -348,16 +419,23 @@ class CollapsePasses::Worker {
   CollapseChecks checks_;
   std::optional<CollapseChecks> twin_checks_;  ///< only where there are twins
   PassStar star_;
+  Fan fan_;
+  std::array<Vec3d, PassStar::capacity> normals_;
   float bound_;
+  std::uint32_t most_ = 0;
   std::uint32_t removed_ = 0;
 };
 
-CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeSizes& sizes)
+CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeSizes& sizes,
+                               const PassOrder& order)
     : mesh_(mesh),
       checks_(checks),
       sizes_(sizes),
-      placement_(LindstromTurkPlacement::without_memory()),
+      order_(order),
+      placement_(LindstromTurkPlacement::without_memory(order.measure)),
+      planes_(order.by_planes ? std::make_optional<GarlandHeckbertPlacement>(mesh) : std::nullopt),
       floats_(mesh),
+      squared_unit_(1 / (floats_.scale * floats_.scale)),
       terms_(mesh.r.size()),
       cost_(mesh.topology.half_edge_count(), never),
       ranked_in_(cost_.size(), 0),
@@ -375,21 +453,25 @@ CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeS
       tied_[v] = is_tied(v) ? 1 : 0;
     }
   });
+  double twice_area = 0;
   for (std::uint32_t f = 0; f < floats_.normals.size(); ++f) {
-    floats_.normals[f].w = static_cast<float>(checks_.error(f));
+    floats_.normals[f].w = floats_.length(checks_.error(f));
     has_kept_ = has_kept_ || floats_.normals[f].w == never;
+    twice_area += double{length(normal(f))};
   }
+  if (twice_area > 0) points_per_area_ = mesh.live_vertices / twice_area;
 }
 
 void CollapsePasses::find_terms(std::uint32_t v) {
   FloatTerms terms;
   mesh_.topology.for_each_outgoing(
-      v, [&](std::uint32_t h) { terms.add(1, normal(HalfEdges::facet(h))); });
+      v, [&](std::uint32_t h) { terms.add(order_.measure, 1, normal(HalfEdges::facet(h))); });
   terms_[v] = terms;
 }
 
-bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const {
-  std::uint8_t changed = std::max(changed_in_[u], changed_in_[v]);
+[[gnu::always_inline]] inline bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u,
+                                                            std::uint32_t v) const {
+  std::uint16_t changed = std::max(changed_in_[u], changed_in_[v]);
   if (const std::uint32_t twin = mesh_.twin_edge(h); twin != HalfEdges::none) {
     changed = std::max({changed, changed_in_[mesh_.topology.origin(twin)],
                         changed_in_[mesh_.topology.target(twin)]});
@@ -400,35 +482,53 @@ bool CollapsePasses::is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v)
   return !can_wait;
 }
 
-float CollapsePasses::tied_cost(std::uint32_t h) const {
+float CollapsePasses::tied_rank(std::uint32_t h) const {
   const Merge rule = merge_rule(mesh_, h);
-  if (rule == Merge::forbidden) return never;
-  const double square = mesh_.squared_length(h);
+  return rule == Merge::forbidden ? never : rank_of_tied(h, place(h, rule));
+}
+
+float CollapsePasses::rank_of_tied(std::uint32_t h, const Placed& placed) const {
+  const double per_cost =
+      squared_unit_ * squared_unit_ * (order_.measure == Measure::volume ? squared_unit_ : 1);
+  return rank_of(static_cast<float>(placed.cost / per_cost), mesh_.topology.origin(h),
+                 mesh_.topology.target(h), squared_length(h));
+}
+
+[[gnu::always_inline]] inline bool CollapsePasses::is_wanted(std::uint32_t h, std::uint32_t u,
+                                                             std::uint32_t v) const {
+  const auto wants = [this](std::uint32_t a, std::uint32_t b) {
+    const Vec3f along = edge(a, b);
+    const float longest = floats_.length(sizes_.limit_between(a, b));
+    return dot(along, along) < longest * longest;
+  };
   const std::uint32_t twin = mesh_.twin_edge(h);
-  if (!sizes_.wanted(mesh_, h, square)) return never;
-  if (twin != HalfEdges::none && !sizes_.wanted(mesh_, twin, square)) return never;
-  return stretched(static_cast<float>(placement_.place(mesh_, h, rule).cost),
-                   mesh_.topology.origin(h), mesh_.topology.target(h), static_cast<float>(square));
+  return wants(u, v) && (twin == HalfEdges::none ||
+                         wants(mesh_.topology.origin(twin), mesh_.topology.target(twin)));
 }
 
 void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates) {
   const HalfEdges& topology = mesh_.topology;
-  EdgeCosts costs;
+  EdgeCosts costs(order_.measure);
   const auto finish = [&] {
     costs.finish([&](std::uint32_t h, float cost, float square) {
-      const bool wanted = !sizes_.has_limits() || sizes_.wanted(mesh_, h, square);
-      cost_[h] = wanted ? stretched(cost, topology.origin(h), topology.target(h), square) : never;
+      cost_[h] = rank_of(cost, topology.origin(h), topology.target(h), square);
     });
   };
   list_edges(blocks, block, candidates.edges);
   candidates.edge_count = candidates.edges.size();
+  const bool has_limits = sizes_.has_limits();
+  std::size_t kept = 0;
   for (const std::uint32_t h : candidates.edges) {
     const std::uint32_t u = topology.origin(h);
     const std::uint32_t v = topology.target(h);
-    if (!is_stale(h, u, v)) continue;
-    ranked_in_[h] = static_cast<std::uint8_t>(pass_ - 1);
+    const bool stale = is_stale(h, u, v);
+    if (!stale && cost_[h] == never) continue;
+    if (has_limits && !is_wanted(h, u, v)) continue;
+    candidates.edges[kept++] = h;
+    if (!stale) continue;
+    ranked_in_[h] = static_cast<std::uint16_t>(pass_ - 1);
     if ((tied_[u] | tied_[v]) != 0) {
-      cost_[h] = tied_cost(h);
+      cost_[h] = tied_rank(h);
       continue;
     }
     costs.add(h, edge(u, v), terms_[u], terms_[v], normal(HalfEdges::facet(h)),
@@ -436,8 +536,13 @@ void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candi
     if (costs.is_full()) finish();
   }
   finish();
-  std::erase_if(candidates.edges, [&](std::uint32_t h) { return cost_[h] == never; });
-  for (const std::uint32_t h : candidates.edges) candidates.costs.add(cost_[h]);
+  candidates.edges.resize(kept);
+  candidates.bins.resize(candidates.edges.size());
+  for (std::size_t i = 0; i < candidates.edges.size(); ++i) {
+    const std::uint32_t bin = Histogram::bin(cost_[candidates.edges[i]]);
+    candidates.bins[i] = static_cast<std::uint16_t>(bin);
+    candidates.costs.add(bin);
+  }
 }
 
 /// Edges whose lower end lies in the block; at boundaries, those that begin there.
@@ -475,9 +580,10 @@ std::vector<CollapsePasses::Candidates> CollapsePasses::rank(const Blocks& block
   return candidates;
 }
 
-/// Returns how many vertices are gone.
-std::uint32_t CollapsePasses::run_pass() {
-  const Blocks blocks(mesh_, pass_);
+/// Returns how many vertices are gone, of those that are more than the target.
+std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t target,
+                                       double most_share, double most_tries) {
+  ++pass_;
   const std::vector<Candidates> candidates = rank(blocks);
   Histogram costs;
   std::size_t edge_count = 0;
@@ -485,15 +591,18 @@ std::uint32_t CollapsePasses::run_pass() {
     costs.add(each.costs);
     edge_count += each.edge_count;
   }
-  const std::uint32_t last_bin = costs.bin_beyond(share_of_pass * static_cast<double>(edge_count));
+  const double tries = std::min(most_share * static_cast<double>(edge_count), most_tries);
+  const std::uint32_t last_bin = costs.bin_beyond(tries);
   limit_ = Histogram::upper_end(last_bin);
+  // The blocks together collapse no more than are to go.
+  const double share = (mesh_.live_vertices - target + 0.5) / costs.up_to(last_bin);
 
   std::vector<std::uint32_t> removed(blocks.count(), 0);
   std::vector<std::uint8_t> bound_was_met(blocks.count(), 0);
   parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
     for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
       Worker worker(*this, blocks, block);
-      worker.run(candidates[block].edges, last_bin);
+      worker.run(candidates[block], last_bin, share);
       removed[block] = worker.removed();
       bound_was_met[block] = worker.bound_was_met() ? 1 : 0;
     }
@@ -501,26 +610,38 @@ std::uint32_t CollapsePasses::run_pass() {
   if (std::find(bound_was_met.begin(), bound_was_met.end(), 1) != bound_was_met.end()) {
     checks_.note_bound_was_met();
   }
-  return std::accumulate(removed.begin(), removed.end(), 0U);
+  const std::uint32_t sum = std::accumulate(removed.begin(), removed.end(), 0U);
+  mesh_.live_vertices -= sum;
+  return sum;
 }
 
-void CollapsePasses::run() {
-  while (pass_ < most_passes) {
-    ++pass_;
+bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
+  while (mesh_.live_vertices > target && pass_ < most_passes) {
     const std::uint32_t before = mesh_.live_vertices;
-    const std::uint32_t removed = run_pass();
-    mesh_.live_vertices -= removed;
-    if (removed <= least_share * before) return;
+    const std::uint32_t wanted = before - target;
+    if (target > 0 && wanted <= std::max<double>(few, until.nearest * before)) return true;
+    const double most_tries = target > 0 ? until.tries * wanted : unlimited;
+    const std::uint32_t removed =
+        run_pass(Blocks(mesh_, pass_ + 1), target, until.share_of_pass, most_tries);
+    const bool all_refused = removed == 0 && limit_ < most_dear;
+    if (removed <= until.least * wanted && !all_refused) return false;
+  }
+  return mesh_.live_vertices <= target;
+}
+
+void CollapsePasses::run_to(std::uint32_t target) {
+  approach(target, {});
+  double factor = 1;
+  while (mesh_.live_vertices > target && pass_ < most_passes) {
+    const double tries = factor * std::max(Approach{}.tries * (mesh_.live_vertices - target),
+                                           least_tries_per_vertex * mesh_.live_vertices);
+    if (run_pass(Blocks::whole(mesh_), target, 1, tries) > 0) continue;
+    if (limit_ >= most_dear) return;
+    // All that it tried was refused, or a pair where one vertex is to go.
+    factor *= 2;
   }
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> collapse_in_passes(CollapseMesh& mesh, CollapseChecks& checks,
-                                              EdgeSizes& sizes) {
-  CollapsePasses passes(mesh, checks, sizes);
-  passes.run();
-  return std::move(passes).merged_into();
-}
+void CollapsePasses::forget_refusals() { std::fill(ranked_in_.begin(), ranked_in_.end(), 0); }
 
 }  // namespace scarp

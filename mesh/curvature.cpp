@@ -24,25 +24,28 @@ struct CornerShare {
   double area = 0;  ///< part of the facet that belongs to the corner
 };
 
-CornerShare corner_share(const std::array<Vec3d, 3>& p) {
+/// p: the corner first; twice_area: of the facet.
+CornerShare corner_share(const std::array<Vec3d, 3>& p, double twice_area) {
   const Vec3d ab = p[1] - p[0];
   const Vec3d ac = p[2] - p[0];
-  const Vec3d bc = p[2] - p[1];
-  const double twice_area = length(cross(ab, ac));
-  const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  const double square_ab = dot(ab, ab);
+  const double square_ac = dot(ac, ac);
+  const double product = dot(ab, ac);
+  const double square_bc = square_ab + square_ac - 2 * product;
   // A facet without a height has no angles; it carries no area either.
-  if (twice_area <= 1e-9 * longest) return {};
-  const double cot_a = dot(ab, ac) / twice_area;
-  const double cot_b = -dot(ab, bc) / twice_area;
-  const double cot_c = dot(ac, bc) / twice_area;
+  if (twice_area <= 1e-9 * std::max({square_ab, square_ac, square_bc})) return {};
+  const double inverse = 1 / twice_area;
+  const double cot_a = product * inverse;
+  const double cot_b = (square_ab - product) * inverse;
+  const double cot_c = (square_ac - product) * inverse;
   // The angle opposite to an edge weighs that edge.
-  CornerShare share{.laplacian = cot_c * (p[0] - p[1]) + cot_b * (p[0] - p[2]), .area = 0};
+  CornerShare share{.laplacian = -cot_c * ab - cot_b * ac, .area = 0};
   if (cot_a < 0) {
     share.area = twice_area / 4;
   } else if (cot_b < 0 || cot_c < 0) {
     share.area = twice_area / 8;
   } else {
-    share.area = (dot(ab, ab) * cot_c + dot(ac, ac) * cot_b) / 8;
+    share.area = (square_ab * cot_c + square_ac * cot_b) / 8;
   }
   return share;
 }
@@ -55,14 +58,24 @@ double median(std::vector<double> values) {
 }
 
 double mean_edge_length(const CollapseMesh& mesh) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (std::uint32_t h = 0; h < mesh.topology.half_edge_count(); ++h) {
-    if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
-    sum += std::sqrt(mesh.squared_length(h));
-    ++count;
-  }
-  return count > 0 ? sum / static_cast<double>(count) : 0;
+  struct Lengths {
+    double sum = 0;
+    std::size_t count = 0;
+  };
+  const auto of_range = [&mesh](std::size_t begin, std::size_t end) {
+    Lengths lengths;
+    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
+      if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
+      lengths.sum += std::sqrt(mesh.squared_length(h));
+      ++lengths.count;
+    }
+    return lengths;
+  };
+  const Lengths all = parallel_reduce(mesh.topology.half_edge_count(), grain, Lengths{}, of_range,
+                                      [](Lengths a, const Lengths& b) {
+                                        return Lengths{a.sum + b.sum, a.count + b.count};
+                                      });
+  return all.count > 0 ? all.sum / static_cast<double>(all.count) : 0;
 }
 
 }  // namespace
@@ -77,11 +90,12 @@ std::vector<double> mean_curvature(const CollapseMesh& mesh) {
       Vec3d normal;
       double area = 0;
       topology.for_each_outgoing(v, [&](std::uint32_t h) {
-        const CornerShare share =
-            corner_share({mesh.r[v], mesh.r[topology.target(h)], mesh.r[topology.apex(h)]});
+        const Vec3d n = mesh.normals[HalfEdges::facet(h)];
+        const CornerShare share = corner_share(
+            {mesh.r[v], mesh.r[topology.target(h)], mesh.r[topology.apex(h)]}, length(n));
         laplacian += share.laplacian;
         area += share.area;
-        normal += mesh.normals[HalfEdges::facet(h)];
+        normal += n;
       });
       // Behind a side lies the mirror image: what points through the side cancels, all else
       // doubles, area included.
@@ -115,8 +129,9 @@ std::vector<double> smoothed(std::span<const double> values, const HalfEdges& ha
 double feature_threshold(std::span<const double> curvature, const CollapseMesh& mesh) {
   const std::vector<double> mean = smoothed(curvature, mesh.topology);
   std::vector<double> deviation(curvature.size());
-  for (std::size_t v = 0; v < deviation.size(); ++v)
+  for (std::size_t v = 0; v < deviation.size(); ++v) {
     deviation[v] = std::abs(curvature[v] - mean[v]);
+  }
   const double edge = mean_edge_length(mesh);
   const double floor = edge > 0 ? 1 / (2 * feature_radius * edge) : 0;
   return std::max(floor, medians_of_noise * median(std::move(deviation)));

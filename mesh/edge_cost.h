@@ -7,12 +7,18 @@
 #include <limits>
 
 #include "core/vec3.h"
+#include "mesh/placement.h"
 
 namespace scarp {
 
-// The placement of Lindstrom and Turk by area (placement.h), in single precision and for many edges
-// at once: what passes rank by. In flat arrays and written out, as an Eigen type holds one matrix
-// and this is about the same entry of many.
+// The placement of Lindstrom and Turk (placement.h), in single precision and for many edges at
+// once: what passes rank by. In flat arrays and written out, as an Eigen type holds one matrix and
+// this is about the same entry of many.
+
+/// What the squared volume under a facet weighs; n: twice its area vector.
+[[gnu::always_inline]] inline float weight_of(Measure measure, Vec3f n) {
+  return measure == Measure::volume ? 1 : 1 / std::sqrt(std::max(dot(n, n), 1e-30F));
+}
 
 /// Over the facets of a vertex, in its own frame: r H r is the weighted sum of the squared volumes
 /// under r, n r the sum of the volumes.
@@ -21,14 +27,14 @@ struct FloatTerms {
   float nx = 0, ny = 0, nz = 0;
 
   /// Adds weight times the terms of a facet with that normal (twice the area vector): 1 or -1.
-  void add(float weight, Vec3f n) {
-    const float by_area = weight / std::sqrt(std::max(dot(n, n), 1e-30F));
-    xx += by_area * n.x * n.x;
-    xy += by_area * n.x * n.y;
-    xz += by_area * n.x * n.z;
-    yy += by_area * n.y * n.y;
-    yz += by_area * n.y * n.z;
-    zz += by_area * n.z * n.z;
+  void add(Measure measure, float weight, Vec3f n) {
+    const float of_square = weight * weight_of(measure, n);
+    xx += of_square * n.x * n.x;
+    xy += of_square * n.x * n.y;
+    xz += of_square * n.x * n.z;
+    yy += of_square * n.y * n.y;
+    yz += of_square * n.y * n.z;
+    zz += of_square * n.z * n.z;
     nx += weight * n.x;
     ny += weight * n.y;
     nz += weight * n.z;
@@ -46,7 +52,8 @@ struct FloatTerms {
   }
 };
 
-/// Where the merged vertex of an edge goes, from its origin, and what that costs (length^4).
+/// Where the merged vertex of an edge goes, from its origin, and what that costs (length^4, by
+/// volume length^6).
 struct FloatPlaced {
   Vec3f r;
   float cost;
@@ -54,10 +61,11 @@ struct FloatPlaced {
 
 /// edge: from u to v; a and b: normals of its two facets. Always inline: in the loop of EdgeCosts
 /// it is done for four edges at once.
+template <Measure measure>
 [[gnu::always_inline]] inline FloatPlaced place_merged(Vec3f edge, const FloatTerms& u,
                                                        const FloatTerms& v, Vec3f a, Vec3f b) {
-  // As in placement.cpp.
-  constexpr float faint = 3e-6F;
+  // As in placement.cpp; by volume a fainter pull would drown in rounding.
+  constexpr float faint = measure == Measure::volume ? 1e-7F : 3e-6F;
   constexpr float tie_break = 1e-10F;
   constexpr float squared_reach = 2.25F;
   /// The least pivot, in weights: rounding may make it negative.
@@ -66,8 +74,8 @@ struct FloatPlaced {
 
   // In the frame of u. The facets of the edge were counted twice; both ends lie in them, so g, k
   // and d have no part of them.
-  const float weight_a = 1 / std::sqrt(std::max(dot(a, a), tiny));
-  const float weight_b = 1 / std::sqrt(std::max(dot(b, b), tiny));
+  const float weight_a = weight_of(measure, a);
+  const float weight_b = weight_of(measure, b);
   const float xx = u.xx + v.xx - weight_a * a.x * a.x - weight_b * b.x * b.x;
   const float xy = u.xy + v.xy - weight_a * a.x * a.y - weight_b * b.x * b.y;
   const float xz = u.xz + v.xz - weight_a * a.x * a.z - weight_b * b.x * b.z;
@@ -112,13 +120,22 @@ struct FloatPlaced {
                  xz * r.x + yz * r.y + zz * r.z};
   const float cost = dot(r, Hr) - 2 * dot(g, r) + k;
   // Rounding may leave a flat cost a little below zero.
-  return {r, std::max(cost, 0.0F) + tie_break * square * square};
+  const float scale = square * square * (measure == Measure::volume ? square : 1);
+  return {r, std::max(cost, 0.0F) + tie_break * scale};
+}
+
+inline FloatPlaced place_merged(Measure measure, Vec3f edge, const FloatTerms& u,
+                                const FloatTerms& v, Vec3f a, Vec3f b) {
+  return measure == Measure::volume ? place_merged<Measure::volume>(edge, u, v, a, b)
+                                    : place_merged<Measure::distance>(edge, u, v, a, b);
 }
 
 /// Edges whose costs are found together.
 class EdgeCosts {
  public:
   static constexpr int capacity = 64;
+
+  explicit EdgeCosts(Measure measure) : measure_(measure) {}
 
   bool is_full() const { return count_ == capacity; }
   void add(std::uint32_t h, Vec3f edge, const FloatTerms& u, const FloatTerms& v, Vec3f a,
@@ -136,8 +153,10 @@ class EdgeCosts {
   template <class Visit>
   void finish(const Visit& visit) {
     std::array<float, capacity> cost;
-    for (int i = 0; i < capacity; ++i) {
-      cost[i] = place_merged(edge_.at(i), u_.at(i), v_.at(i), a_.at(i), b_.at(i)).cost;
+    if (measure_ == Measure::volume) {
+      find<Measure::volume>(cost);
+    } else {
+      find<Measure::distance>(cost);
     }
     for (int i = 0; i < count_; ++i) {
       const Vec3f edge = edge_.at(i);
@@ -148,6 +167,14 @@ class EdgeCosts {
 
  private:
   using Row = std::array<float, capacity>;
+
+  template <Measure measure>
+  void find(Row& cost) const {
+    for (int i = 0; i < capacity; ++i) {
+      cost[i] = place_merged<measure>(edge_.at(i), u_.at(i), v_.at(i), a_.at(i), b_.at(i)).cost;
+    }
+  }
+
   struct Vectors {
     Row x{}, y{}, z{};
 
@@ -176,6 +203,7 @@ class EdgeCosts {
     }
   };
 
+  Measure measure_;
   int count_ = 0;
   std::array<std::uint32_t, capacity> h_;
   Vectors edge_;

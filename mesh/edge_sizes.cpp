@@ -6,7 +6,7 @@
 namespace scarp {
 
 bool EdgeSizes::allows(const CollapseMesh& mesh, const CollapseChecks& checks) const {
-  if (!has_limits()) return true;
+  if (!limit_new_edges()) return true;
   const Star& star = checks.star();
   for (int i = 0; i <= star.count; ++i) {
     const std::uint32_t w = star.ring[i];

@@ -20,20 +20,17 @@ struct EdgeSizes {
   std::vector<float> field;                                ///< soft, per vertex, or empty
   std::vector<float> limit;                                ///< hard, per vertex, or empty
   double l_max = std::numeric_limits<double>::infinity();  ///< hard
+  bool only_old = false;  ///< the limits say what is collapsed, not how long edges may get
 
   bool has_limits() const {
     return !limit.empty() || l_max < std::numeric_limits<double>::infinity();
   }
+  bool limit_new_edges() const { return has_limits() && !only_old; }
   double limit_between(std::uint32_t u, std::uint32_t v) const {
     if (limit.empty()) return l_max;
     return std::min({l_max, double{limit[u]}, double{limit[v]}});
   }
 
-  /// Whether an edge may be collapsed.
-  bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const {
-    const double longest = limit_between(mesh.topology.origin(h), mesh.topology.target(h));
-    return squared_length < longest * longest;
-  }
   /// Whether the collapse that the checks were asked for last keeps to the limits.
   bool allows(const CollapseMesh& mesh, const CollapseChecks& checks) const;
   /// The same for the flip of an edge, whose two facets the star is then.

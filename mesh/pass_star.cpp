@@ -30,15 +30,31 @@ FloatLanes squared_limit(double limit) { return squared(static_cast<float>(limit
 
 constexpr FloatLanes first_numbers{0, 1, 2, 3};
 
+constexpr std::size_t grain = 4096;
+
+/// The power of two next to it.
+double inverse_mean_edge(const CollapseMesh& mesh) {
+  const double twice_area = parallel_reduce(
+      mesh.normals.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t f = begin; f < end; ++f) sum += length(mesh.normals[f]);
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+  const double squared_edge = twice_area / static_cast<double>(mesh.normals.size());
+  return squared_edge > 0 ? std::ldexp(1.0, -std::ilogb(squared_edge) / 2) : 1;
+}
+
 }  // namespace
 
-FloatMesh::FloatMesh(const CollapseMesh& mesh) : r(mesh.r.size()), normals(mesh.normals.size()) {
-  constexpr std::size_t grain = 4096;
+FloatMesh::FloatMesh(const CollapseMesh& mesh)
+    : scale(inverse_mean_edge(mesh)), r(mesh.r.size()), normals(mesh.normals.size()) {
   parallel_for(r.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) r[v] = record(mesh.r[v]);
+    for (std::size_t v = begin; v < end; ++v) r[v] = place(mesh.r[v]);
   });
   parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) normals[f] = record(mesh.normals[f]);
+    for (std::size_t f = begin; f < end; ++f) normals[f] = normal(mesh.normals[f]);
   });
 }
 
@@ -214,6 +230,48 @@ bool PassStar::makes_no_fold(const CollapseMesh& mesh, const FloatMesh& floats) 
   return true;
 }
 
+float PassStar::shape_growth(const FloatMesh& floats) const {
+  constexpr float equal_sides = 3.4641016F;  // 2 sqrt(3)
+  constexpr float tiny = 1e-30F;
+  const auto quality = [&](float twice_area, float squares) {
+    return equal_sides * twice_area / std::max(squares, tiny);
+  };
+  const auto vector = [](const Rows& rows, int i) {
+    return Vec3f{rows.x[i], rows.y[i], rows.z[i]};
+  };
+  const Vec3f u{u_.x, u_.y, u_.z};
+  const Vec3f v{v_.x, v_.y, v_.z};
+  std::array<float, padded> twice_area;
+  std::array<float, padded> growth;
+  const int count = star_.count;
+  for (int i = 0; i < count; ++i) {
+    const Vec3f a = vector(ring_, i);
+    const Vec3f b = vector(ring_, i + 1);
+    const Vec3f c = i < at_origin_ ? u : v;
+    const Vec3f n = vector(normals_, i);
+    const Vec3f old_n = vector(old_normals_, i);
+    const float side = dot(b - a, b - a);
+    twice_area[i] = std::sqrt(dot(n, n));
+    growth[i] =
+        quality(std::sqrt(dot(old_n, old_n)), side + dot(a - c, a - c) + dot(b - c, b - c)) -
+        quality(twice_area[i], side + dot(a, a) + dot(b, b));
+  }
+  float sum = 0;
+  float area = 0;
+  for (int i = 0; i < count; ++i) {
+    sum += growth[i];
+    area += twice_area[i];
+  }
+  for (int i = 0; i < 2; ++i) {
+    const Vec3f apex = vector(ring_, i == 0 ? 0 : at_origin_);
+    const FloatRecord& n = floats.normals[star_.dying[i]];
+    sum += quality(std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z),
+                   dot(u - v, u - v) + dot(apex - u, apex - u) + dot(apex - v, apex - v)) -
+           1;
+  }
+  return sum * area / static_cast<float>(count + 2);
+}
+
 /// The star seen along its mean normal: where the merged vertex and the two ends lie on the other
 /// surface, and how high that is there.
 class PassStar::Heights {
@@ -229,6 +287,11 @@ class PassStar::Heights {
   bool find();
 
   /// After find().
+  float squares_of_ends() const {
+    const float u = over_u_.best().height - u_.z;
+    const float v = over_v_.best().height - v_.z;
+    return u * u + v * v;
+  }
   bool exceed(float limit) const {
     const float dying = std::max(first_dying_.w, second_dying_.w);
     return differs(over_u_.best().height, u_.z, std::max(largest(u_error_), dying), limit) ||
@@ -375,6 +438,11 @@ void PassStar::Heights::offer_dying(const std::array<Vec3f, 3>& corners, float e
   if (inverse > 0 && inside > place.inside) {
     place = {inside, of_a * a.z + of_b * b.z + of_c * c.z, error};
   }
+}
+
+float PassStar::squared_heights_of_ends(const FloatMesh& floats) const {
+  Heights heights(*this, floats);
+  return heights.find() ? heights.squares_of_ends() : 0;
 }
 
 bool PassStar::exceeds(const FloatMesh& floats, float limit) const {

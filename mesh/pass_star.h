@@ -23,13 +23,25 @@ struct alignas(16) FloatRecord {
 ///
 /// Places are relative to the centre of the mesh; their rounding is 6e-8 of its size. They decide
 /// about shapes and ranks; what is proven is proven in double precision.
+///
+/// Units: the power of two next to the mean length of an edge, so that powers of lengths are none
+///        that single precision does not have. Only the exponents of numbers depend on it.
 struct FloatMesh {
+  double scale;                      ///< of lengths, against the unit of the mesh
   LargeVector<FloatRecord> r;        ///< per vertex: place
   LargeVector<FloatRecord> normals;  ///< per facet: twice the area vector; w: number of ErrorBound
 
   explicit FloatMesh(const CollapseMesh& mesh);
 
-  static FloatRecord record(Vec3d a, double w = 0) {
+  float length(double a) const { return static_cast<float>(scale * a); }
+  FloatRecord place(Vec3d a) const { return record(scale * a, 0); }
+  /// n: twice an area vector; error: a length.
+  FloatRecord normal(Vec3d n, double error = 0) const {
+    return record(scale * scale * n, scale * error);
+  }
+
+ private:
+  static FloatRecord record(Vec3d a, double w) {
     return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z),
             static_cast<float>(w)};
   }
@@ -56,6 +68,13 @@ class PassStar {
   bool keeps_facets(const CollapseMesh& mesh) const;
   /// CollapseChecks::makes_no_fold.
   bool makes_no_fold(const CollapseMesh& mesh, const FloatMesh& floats) const;
+
+  /// By how much the sum of the shapes (facet_shape.h) grows, times the mean of twice the new areas
+  /// over all the facets.
+  float shape_growth(const FloatMesh& floats) const;
+
+  /// Squared heights of the two ends over the new surface, together; 0 where it is no height field.
+  float squared_heights_of_ends(const FloatMesh& floats) const;
 
   /// Whether ErrorBound will refuse, as good as surely: by its number where the merged vertex and
   /// the two ends lie, which is the greatest in four of five cases. What it does not refuse is not

@@ -8,6 +8,9 @@
 
 namespace scarp {
 
+/// What a collapse should change least.
+enum class Measure : std::uint8_t { volume, distance };
+
 /// Where the vertex goes that two become, and what that costs.
 struct Placed {
   Vec3d r;
@@ -32,11 +35,13 @@ struct Placed {
 /// Source: Lindstrom and Turk 1998, memoryless simplification, sec. 4.
 class LindstromTurkPlacement {
  public:
-  enum class Measure { volume, distance };
+  using Measure = scarp::Measure;
 
   explicit LindstromTurkPlacement(const CollapseMesh& mesh, Measure measure = Measure::volume);
-  /// By area, for few edges: it finds what it needs to know of a vertex when it is asked.
-  static LindstromTurkPlacement without_memory() { return {}; }
+  /// For few edges: it finds what it needs to know of a vertex when it is asked.
+  static LindstromTurkPlacement without_memory(Measure measure) {
+    return LindstromTurkPlacement(measure);
+  }
   Placed place(const CollapseMesh& mesh, std::uint32_t h, Merge rule) const;
   void collapsed(const CollapseMesh& mesh, std::uint32_t u, std::uint32_t v);
 
@@ -46,7 +51,7 @@ class LindstromTurkPlacement {
     SymmetricMatrix H;  ///< r H r is the weighted sum of the squared volumes under r
     Vec3d n;            ///< n r is the sum of the volumes
   };
-  LindstromTurkPlacement() : measure_(Measure::distance) {}
+  explicit LindstromTurkPlacement(Measure measure) : measure_(measure) {}
   VertexTerms found_terms(const CollapseMesh& mesh, std::uint32_t v) const;
   /// Those that are remembered, or else `found`, filled in.
   const VertexTerms& terms(const CollapseMesh& mesh, std::uint32_t v, VertexTerms& found) const {

@@ -11,8 +11,7 @@
 
 namespace scarp {
 
-RegionOrder::RegionOrder(const std::vector<bool>& is_feature, std::vector<float> size_limit,
-                         Sizes sizes)
+Regions::Regions(const std::vector<bool>& is_feature, std::vector<float> size_limit, Sizes sizes)
     : sizes_(sizes),
       region_(is_feature.size()),
       size_{sizes.l0},
@@ -20,23 +19,26 @@ RegionOrder::RegionOrder(const std::vector<bool>& is_feature, std::vector<float>
   for (std::size_t v = 0; v < region_.size(); ++v) region_[v] = is_feature[v] ? 0 : outside;
 }
 
-bool RegionOrder::wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const {
-  const std::uint32_t u = mesh.topology.origin(h);
-  const std::uint32_t v = mesh.topology.target(h);
-  const std::uint16_t region = std::min(region_[u], region_[v]);
-  double size = region == outside ? size_.back() : size_[region];
-  if (!size_limit_.empty()) {
-    size = std::min({size, double{size_limit_[u]}, double{size_limit_[v]}});
+std::vector<float> Regions::sizes() const {
+  std::vector<float> sizes(region_.size());
+  for (std::size_t v = 0; v < sizes.size(); ++v) {
+    sizes[v] = static_cast<float>(region_[v] == outside ? size_.back() : size_[region_[v]]);
+    if (!size_limit_.empty()) sizes[v] = std::min(sizes[v], size_limit_[v]);
   }
-  return squared_length < size * size;
+  return sizes;
 }
 
-void RegionOrder::merged(std::uint32_t u, std::uint32_t v) {
-  region_[u] = std::min(region_[u], region_[v]);
-  if (!size_limit_.empty()) size_limit_[u] = std::min(size_limit_[u], size_limit_[v]);
+void Regions::merge(std::span<const std::uint32_t> merged_into) {
+  for (std::uint32_t v = 0; v < merged_into.size(); ++v) {
+    if (merged_into[v] == v) continue;
+    std::uint32_t last = merged_into[v];
+    while (merged_into[last] != last) last = merged_into[last];
+    region_[last] = std::min(region_[last], region_[v]);
+    if (!size_limit_.empty()) size_limit_[last] = std::min(size_limit_[last], size_limit_[v]);
+  }
 }
 
-bool RegionOrder::coarsen() {
+bool Regions::coarsen() {
   double next = size_.back() + sizes_.step_length;
   if (sizes_.l_max > 0) next = std::min(next, sizes_.l_max);
   if (!(next > size_.back()) || size_.size() + 1 >= outside) return false;
@@ -44,7 +46,7 @@ bool RegionOrder::coarsen() {
   return true;
 }
 
-bool RegionOrder::enclose_ring(const CollapseMesh& mesh) {
+bool Regions::enclose_ring(const CollapseMesh& mesh) {
   std::vector<std::uint32_t> ring;
   for (std::uint32_t v = 0; v < region_.size(); ++v) {
     if (mesh.topology.outgoing(v) == HalfEdges::none || region_[v] != outside) continue;
@@ -57,11 +59,11 @@ bool RegionOrder::enclose_ring(const CollapseMesh& mesh) {
   return !ring.empty();
 }
 
-void RegionOrder::release_rest() {
+void Regions::release_rest() {
   size_.push_back(sizes_.l_max > 0 ? sizes_.l_max : std::numeric_limits<double>::infinity());
 }
 
-void RegionOrder::raise(double l0) {
+void Regions::raise(double l0) {
   for (double& size : size_) size = std::max(size, l0);
 }
 

@@ -6,12 +6,11 @@
 
 #include "core/frame.h"
 #include "mesh/collapse_mesh.h"
-#include "mesh/placement.h"
 
 namespace scarp {
 
-/// The order of the published method: least change of volume first, among edges that are shorter
-/// than the size wanted where they lie.
+/// The sizes of the published method, per vertex: an edge is collapsed if it is shorter than the
+/// size at either end.
 ///
 /// Region 0 holds the features, where the surface bends; its size is l0. Step i collapses, in all
 /// that lies outside the regions so far, what is shorter than l_i = l0 + i step_length; then the
@@ -21,10 +20,8 @@ namespace scarp {
 ///
 /// Deviations: the printed curvature has a minus between the cotangents, here it is the plus of
 /// Meyer et al.; within a step the cost decides, not the length, which is as accurate or better.
-class RegionOrder {
+class Regions {
  public:
-  static constexpr bool by_cost = true;
-
   struct Sizes {
     double l0 = 0;
     double step_length = 0;
@@ -32,13 +29,13 @@ class RegionOrder {
   };
 
   /// is_feature and size_limit have an entry per vertex of the mesh; size_limit may be empty.
-  RegionOrder(const std::vector<bool>& is_feature, std::vector<float> size_limit, Sizes sizes);
+  Regions(const std::vector<bool>& is_feature, std::vector<float> size_limit, Sizes sizes);
 
-  bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const;
-  double key(const CollapseMesh&, std::uint32_t, const Placed& placed, double) const {
-    return placed.cost;
-  }
-  void merged(std::uint32_t u, std::uint32_t v);
+  /// Per vertex.
+  std::vector<float> sizes() const;
+
+  /// Vertices have become one. merged_into: per vertex the one that it went into last, or itself.
+  void merge(std::span<const std::uint32_t> merged_into);
 
   /// Goes on to the next size outside the regions. False if it is no greater.
   bool coarsen();
@@ -59,7 +56,7 @@ class RegionOrder {
 
   Sizes sizes_;
   std::vector<std::uint16_t> region_;  ///< per vertex
-  std::vector<double> size_;           ///< per region; the last one holds outside as well
+  std::vector<double> size_;           ///< per region, rising; the last one holds outside as well
   std::vector<float> size_limit_;      ///< per vertex, or empty
 };
 

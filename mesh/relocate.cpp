@@ -41,12 +41,22 @@ Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
     const Vec3d y = mesh.r[star.ring[i + 1]] - centre;
     const Vec3d n = mesh.normals[star.facet[i]];
     const double square = dot(n, n);
-    const Vec3d unit = normalized(n);
+    // The weight falls from 1 at the centre to 0 at the rim.
+    const Vec3d fall = cross(x - y, n) / square;
+    double weights = 0;  // sums over the points: of the squared weights
+    double moments = 0;  // of weight times height, in lengths of n
+    double heights = 0;  // of the squared heights
     points.for_each(star.facet[i], [&](Vec3d place) {
       const Vec3d p = place - centre;
-      const double weight = std::clamp(dot(cross(x - p, y - p), n) / square, 0.0, 1.0);
-      q.add_plane(1, weight * unit, dot(unit, p));
+      const double weight = std::clamp(1 + dot(fall, p), 0.0, 1.0);
+      const double height = dot(n, p);
+      weights += weight * weight;
+      moments += weight * height;
+      heights += height * height;
     });
+    q.H.add_outer(weights / square, n);
+    q.g += (moments / square) * n;
+    q.k += heights / square;
   }
   return q;
 }

@@ -8,7 +8,7 @@
 namespace scarp {
 
 /// Moves every vertex that is free to where the squared distances of the tracked points around it
-/// are least, within the checks; shape_weight as in CurvatureOrder, here it also draws vertices to
+/// are least, within the checks; shape_weight as in PassOrder, here it also draws vertices to
 /// the middle of their neighbours. Only moves that gain are made.
 ///
 /// reference: per facet, the normal that all moves and flips together may turn little against.

@@ -7,12 +7,11 @@
 
 #include "core/error.h"
 #include "core/triangle_tree.h"
-#include "mesh/collapse_engine.h"
 #include "mesh/collapse_passes.h"
 #include "mesh/crossings.h"
 #include "mesh/curvature.h"
-#include "mesh/curvature_order.h"
 #include "mesh/distance.h"
+#include "mesh/edge_sizes.h"
 #include "mesh/flip_edges.h"
 #include "mesh/placement.h"
 #include "mesh/regions.h"
@@ -37,6 +36,13 @@ constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
 /// Of moves, once the vertices are as few as asked for.
 constexpr int sweeps = 3;
 
+/// What a pass of `paper` leaves in a ring goes in later ones.
+constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
+
+/// Of the vertices asked for: from so many on `curvature` follows those of the input.
+constexpr double vertices_to_follow = 1.15;
+constexpr CollapsePasses::Approach up_to_following{.nearest = 0.08, .tries = 2};
+
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
 
@@ -55,31 +61,6 @@ constexpr double lowest_max_error = 0.02;
 constexpr double share_of_zero_area = 0.5;
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
-
-/// Edges by what their collapse costs, or the shortest first.
-template <bool ByCost>
-struct PlainOrder {
-  static constexpr bool by_cost = ByCost;
-  double size = unlimited;
-  std::vector<float> size_limit;
-
-  bool wanted(const CollapseMesh& mesh, std::uint32_t h, double squared_length) const {
-    double limit = size;
-    if (!size_limit.empty()) {
-      const float u = size_limit[mesh.topology.origin(h)];
-      const float v = size_limit[mesh.topology.target(h)];
-      limit = std::min({limit, double{u}, double{v}});
-    }
-    return squared_length < limit * limit;
-  }
-  double key(const CollapseMesh&, std::uint32_t, const Placed& placed,
-             double squared_length) const {
-    return ByCost ? placed.cost : squared_length;
-  }
-  void merged(std::uint32_t u, std::uint32_t v) {
-    if (!size_limit.empty()) size_limit[u] = std::min(size_limit[u], size_limit[v]);
-  }
-};
 
 void check_length(const char* name, std::optional<double> value) {
   if (value && !(std::isfinite(*value) && *value >= 0)) {
@@ -184,35 +165,6 @@ double diameter(const CollapseMesh& mesh) {
   return length(box.upper - box.lower);
 }
 
-template <class Engine>
-void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_feature,
-               CollapseMesh& work, Engine& engine, std::uint32_t target) {
-  RegionOrder order(is_feature, with_copies<float>(options.size_limit, work.topology),
-                    {*options.l0, *options.step_length, options.l_max});
-
-  // Slivers everywhere, features down to l0.
-  engine.run(order, target);
-
-  // Ring after ring around the features, coarser with each.
-  while (work.live_vertices > target && order.coarsen()) {
-    engine.run(order, target);
-    if (order.enclose_ring(work)) continue;
-    order.release_rest();
-    engine.run(order, target);
-    break;
-  }
-
-  // A number of vertices that the sizes do not allow. Edges of any length are wanted in the end.
-  if (target == 0) return;
-  const double greatest = diameter(work);
-  double size = *options.l0 > 0 ? *options.l0 : options.spacing;
-  while (work.live_vertices > target && size < greatest) {
-    size *= raise_factor;
-    order.raise(size);
-    engine.run(order, target);
-  }
-}
-
 EdgeSizes sizes_of(const SimplifyOptions& options, const std::vector<bool>& is_feature,
                    const CollapseMesh& work) {
   return {.field = graded_sizes(work.topology, is_feature, *options.l0, *options.step_length,
@@ -221,15 +173,15 @@ EdgeSizes sizes_of(const SimplifyOptions& options, const std::vector<bool>& is_f
           .l_max = options.l_max > 0 ? options.l_max : unlimited};
 }
 
-/// Moves what is left, where something was removed. Returns the distance that no vertex of the
-/// input is further from the result than.
-double finish_curvature(const EdgeSizes& sizes, double shape_weight, CollapseMesh& work,
+/// Moves what is left. Returns the distance that no vertex of the input is further from the result
+/// than.
+double finish_curvature(const EdgeSizes& sizes, double shape_weight, int sweeps, CollapseMesh& work,
                         CollapseChecks& checks, TrackedPoints& points) {
   const LargeVector<Vec3d> reference = work.normals;
   for (int pass = 0; pass < sweeps; ++pass) {
     relocate(work, checks, points, shape_weight, reference, pass);
     // After each of them it would hardly be better.
-    if (pass == sweeps / 2) {
+    if (sweeps > 1 && pass == sweeps / 2) {
       flip_edges(work, checks, points, sizes, shape_weight, reference, pass);
     }
   }
@@ -240,66 +192,99 @@ double shape_weight_of(const SimplifyOptions& options) {
   return options.shape_weight.value_or(default_shape_weight) * options.spacing * options.spacing;
 }
 
-/// Down to a number of vertices. Returns as finish_curvature().
-double run_curvature_to(std::uint32_t target, const SimplifyOptions& options,
-                        const std::vector<bool>& is_feature, CollapseMesh& work,
-                        CollapseChecks& checks) {
-  using Placement = LindstromTurkPlacement;
-  const double shape_weight = shape_weight_of(options);
-  TrackedPoints points(work);
-  CurvatureOrder order(work, points, sizes_of(options, is_feature, work), shape_weight);
-  const std::uint32_t before = work.live_vertices;
-  do {
-    // Its memory is gone before the sweeps need theirs.
-    CollapseEngine<Placement>(work, checks, Placement(work, Placement::Measure::distance))
-        .run(order, target);
-  } while (work.live_vertices > target && checks.raise_bound());
-  // Where nothing could be removed the surface stays as it is.
-  if (work.live_vertices == before) return points.largest(work);
-  return finish_curvature(order.sizes(), shape_weight, work, checks, points);
-}
-
-/// As far as the bound allows. Returns as finish_curvature().
-double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
-                     CollapseMesh& work, CollapseChecks& checks) {
-  EdgeSizes sizes = sizes_of(options, is_feature, work);
-  const std::uint32_t before = work.live_vertices;
-  LargeVector<Vec3d> places = work.r;
-  const std::vector<std::uint32_t> merged_into = collapse_in_passes(work, checks, sizes);
-  TrackedPoints points(work, std::move(places), merged_into, checks.bound());
-  if (work.live_vertices == before) return points.largest(work);
-  // With a bound of a tenth of a spacing more sweeps gain 1 % of the mean distance.
-  const LargeVector<Vec3d> reference = work.normals;
-  relocate(work, checks, points, shape_weight_of(options), reference, 0);
-  return points.largest(work);
-}
-
-template <class Placement>
-void run_within_bound(const SimplifyOptions& options, const std::vector<bool>& is_feature,
-                      CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
-  CollapseEngine<Placement> engine(work, checks, Placement(work));
-  const std::vector<float> size_limit = with_copies<float>(options.size_limit, work.topology);
-  const double l_max = options.l_max > 0 ? options.l_max : unlimited;
-  if (options.method == SimplifyMethod::paper) {
-    run_paper(options, is_feature, work, engine, target);
-  } else if (options.method == SimplifyMethod::lindstrom_turk) {
-    PlainOrder<true> order{l_max, size_limit};
-    engine.run(order, target);
-  } else {
-    // Asked for a number of vertices, the shortest edge left follows from it.
-    const bool by_count = options.remove || options.vertices;
-    PlainOrder<false> order{by_count ? l_max : std::max(options.l0.value_or(l_max), 0.0),
-                            size_limit};
-    engine.run(order, target);
+/// Down to a number of vertices, with a bound as low as will do.
+void run_to(std::uint32_t target, CollapsePasses& passes, CollapseMesh& work,
+            CollapseChecks& checks) {
+  passes.run_to(target);
+  while (work.live_vertices > target && checks.raise_bound()) {
+    passes.forget_refusals();
+    passes.run_to(target);
   }
 }
 
-template <class Placement>
-void run(const SimplifyOptions& options, const std::vector<bool>& is_feature, CollapseMesh& work,
-         CollapseChecks& checks, std::uint32_t target) {
-  do {
-    run_within_bound<Placement>(options, is_feature, work, checks, target);
-  } while (work.live_vertices > target && checks.raise_bound());
+/// Returns as finish_curvature().
+double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+                     CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
+  const bool to_number = target > 0;
+  const double shape_weight = shape_weight_of(options);
+  const std::uint32_t before = work.live_vertices;
+  EdgeSizes sizes = sizes_of(options, is_feature, work);
+  LargeVector<Vec3d> places = work.r;
+  CollapsePasses passes(work, checks, sizes,
+                        {.looks_twice = to_number, .shape_weight = shape_weight});
+  passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target), up_to_following);
+  TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
+  if (to_number) {
+    passes.follow(points);
+    run_to(target, passes, work, checks);
+  }
+  // Where nothing could be removed the surface stays as it is.
+  if (work.live_vertices == before) return points.largest(work);
+  // Within a bound of a tenth of a spacing more than one gains 1 % of the mean distance.
+  return finish_curvature(sizes, shape_weight, to_number ? sweeps : 1, work, checks, points);
+}
+
+/// Of all methods but `curvature`.
+PassOrder plain_order(const SimplifyOptions& options) {
+  return {.measure = Measure::volume,
+          .by_planes = options.placement == PlacementMethod::garland_heckbert,
+          .shortest_first = options.method == SimplifyMethod::length};
+}
+
+void run_paper(const SimplifyOptions& options, const std::vector<bool>& is_feature,
+               CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
+  Regions regions(is_feature, with_copies<float>(options.size_limit, work.topology),
+                  {*options.l0, *options.step_length, options.l_max});
+  EdgeSizes sizes;
+  sizes.only_old = true;
+  sizes.limit = regions.sizes();
+  CollapsePasses passes(work, checks, sizes, plain_order(options));
+  const auto run_ring = [&] {
+    sizes.limit = regions.sizes();
+    const bool is_near = passes.approach(target, ring_by_ring);
+    regions.merge(passes.merged_into());
+    return is_near;
+  };
+
+  // Slivers everywhere, features down to l0.
+  bool done = run_ring();
+
+  // Ring after ring around the features, coarser with each.
+  while (!done && regions.coarsen()) {
+    done = run_ring();
+    if (done || regions.enclose_ring(work)) continue;
+    regions.release_rest();
+    run_ring();
+    done = true;
+  }
+  run_to(target, passes, work, checks);
+
+  // A number of vertices that the sizes do not allow. Edges of any length are wanted in the end.
+  if (target == 0) return;
+  const double greatest = diameter(work);
+  double size = *options.l0 > 0 ? *options.l0 : options.spacing;
+  while (work.live_vertices > target && size < greatest) {
+    regions.merge(passes.merged_into());
+    size *= raise_factor;
+    regions.raise(size);
+    sizes.limit = regions.sizes();
+    run_to(target, passes, work, checks);
+  }
+}
+
+void run_plain(const SimplifyOptions& options, CollapseMesh& work, CollapseChecks& checks,
+               std::uint32_t target) {
+  EdgeSizes sizes;
+  sizes.only_old = true;
+  sizes.limit = with_copies<float>(options.size_limit, work.topology);
+  if (options.l_max > 0) sizes.l_max = options.l_max;
+  // Asked for a number of vertices, the shortest edge left follows from it.
+  const bool by_count = options.remove || options.vertices;
+  if (options.method == SimplifyMethod::length && options.l0 && !by_count) {
+    sizes.l_max = *options.l0;
+  }
+  CollapsePasses passes(work, checks, sizes, plain_order(options));
+  run_to(target, passes, work, checks);
 }
 
 void measure(const TriMesh& input, SimplifyResult& result) {
@@ -352,13 +337,11 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   Attempt attempt;
   attempt.spacing = options.spacing;
   if (options.method == SimplifyMethod::curvature) {
-    attempt.tracked_distance =
-        moved + (target > 0 ? run_curvature_to(target, options, is_feature, work, checks)
-                            : run_curvature(options, is_feature, work, checks));
-  } else if (options.placement == PlacementMethod::garland_heckbert) {
-    run<GarlandHeckbertPlacement>(options, is_feature, work, checks, target);
+    attempt.tracked_distance = moved + run_curvature(options, is_feature, work, checks, target);
+  } else if (options.method == SimplifyMethod::paper) {
+    run_paper(options, is_feature, work, checks, target);
   } else {
-    run<LindstromTurkPlacement>(options, is_feature, work, checks, target);
+    run_plain(options, work, checks, target);
   }
   attempt.result.mesh = work.extract(order);
   attempt.result.proven_distance = moved + checks.proven_error(work.topology);

@@ -92,19 +92,19 @@ struct SimplifyResult {
 /// most half of them may be features, else the curvature threshold is raised.
 ///
 /// `curvature` follows every vertex of the input to the facet that is nearest to it. Asked for a
-/// number of vertices it collapses what adds least to the sum of the squared distances, and moves
-/// the vertices that are left to where that sum is least, in three sweeps. Within a bound alone it
-/// collapses in passes, all that the bound allows and roughly in that order, and moves vertices in
-/// one sweep.
+/// number of vertices it collapses what changes the surface least, at last what adds least to the
+/// sum of the squared distances of those vertices, and moves the vertices that are left to where
+/// that sum is least, in three sweeps. Within a bound alone it collapses all that the bound allows
+/// and moves vertices in one sweep.
 ///
 /// Shape:  vertices and triangles of the result keep the order of the input; materials are carried
 ///         over.
 /// Units:  as the mesh.
 /// Throws: InputError if the mesh is empty or no 2-manifold (the message names the first bad edge
 ///         by its end points), or an option is out of range.
-/// Cost:   about 7 us of one core per vertex removed, `curvature` 17 us, whatever the number (20
-///         thousand to 5 million vertices); 400 bytes per vertex. By `./dev bench simplify
-///         --scaling`, while others used the two cores. `curvature` within a bound alone: 5 us.
+/// Cost:   about 3 to 4 us of one core per vertex removed, `curvature` 6 to 9 us, within a bound
+/// alone
+///         4 us; 400 bytes per vertex.
 /// Source: Lindstrom and Turk 1998 (placement, cost); Lenz et al., A Novel Surface Mesh
 ///         Simplification Method for Flux-Dependent Topography Simulations (regions); deviations in
 ///         regions.h and placement.h.

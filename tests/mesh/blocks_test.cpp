@@ -89,6 +89,16 @@ TEST(Blocks, CutElsewhereInTheNextPass) {
   EXPECT_LT(std::count(is_local.begin(), is_local.end(), false), 0.002 * mesh.r.size());
 }
 
+TEST(Blocks, OfTheWholeMeshAreOneThatHoldsEveryStar) {
+  const CollapseMesh mesh(noisy_plane(150, 0.05), {});
+  const Blocks blocks = Blocks::whole(mesh);
+  ASSERT_EQ(blocks.count(), 1U);
+  EXPECT_EQ(blocks.vertices(0).size(), mesh.live_vertices);
+  Star star;
+  ASSERT_TRUE(star.gather_vertex(mesh.topology, blocks.vertices(0).back()));
+  EXPECT_TRUE(blocks.holds(0, star));
+}
+
 TEST(Blocks, OfASmallMeshAreOne) {
   const CollapseMesh mesh(octahedral_sphere(5, 4), {});
   EXPECT_LE(Blocks(mesh, 0).count(), 2U);

@@ -4,6 +4,7 @@
 
 #include "core/random.h"
 #include "mesh/collapse.h"
+#include "mesh/facet_shape.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {
@@ -42,7 +43,7 @@ TEST(PassStar, DecidesAboutFacetsAndFoldsAsTheChecksOfTheOtherMethods) {
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
     const bool is_gathered = star.gather(mesh.topology, h);
     const bool expected = checks.gather(mesh, h, r) && checks.keeps_surface(mesh, h);
-    if (is_gathered) star.place_at(mesh, floats, FloatMesh::record(r));
+    if (is_gathered) star.place_at(mesh, floats, floats.place(r));
     const bool found = is_gathered && star.keeps_facets(mesh) && star.makes_no_fold(mesh, floats);
     EXPECT_EQ(found, expected) << h;
     ++(found ? allowed : refused);
@@ -62,9 +63,9 @@ TEST(PassStar, ExceedsWhatTheBoundRefusesAndHardlyAnythingElse) {
   int wrong = 0;
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
     if (!star.gather(mesh.topology, h) || !checks.gather(mesh, h, r)) return;
-    star.place_at(mesh, floats, FloatMesh::record(r));
+    star.place_at(mesh, floats, floats.place(r));
     if (!star.keeps_facets(mesh)) return;
-    const bool exceeds = star.exceeds(floats, static_cast<float>(limit));
+    const bool exceeds = star.exceeds(floats, floats.length(limit));
     const bool keeps = checks.keeps_bound(mesh);
     // The bound may know a lower number from how far the vertices go.
     wrong += exceeds && keeps ? 1 : 0;
@@ -83,15 +84,15 @@ TEST(PassStar, KnowsEdgesThatGetTooLong) {
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d) {
     ASSERT_TRUE(star.gather(mesh.topology, h));
     const Vec3d u = mesh.r[mesh.topology.origin(h)];
-    star.place_at(mesh, floats, FloatMesh::record(u));
+    star.place_at(mesh, floats, floats.place(u));
     double longest = 0;
     for (int i = 0; i < star.star().count; ++i) {
       if (star.star().at_target[i]) {
         longest = std::max(longest, length(mesh.r[star.star().ring[i]] - u));
       }
     }
-    const auto shorter = static_cast<float>(0.99 * longest);
-    const auto longer = static_cast<float>(1.01 * longest);
+    const float shorter = floats.length(0.99 * longest);
+    const float longer = floats.length(1.01 * longest);
     EXPECT_FALSE(star.keeps_length(shorter));
     EXPECT_TRUE(star.keeps_length(longer));
     EXPECT_FALSE(star.keeps_lengths(std::vector<float>(PassStar::capacity, shorter)));
@@ -99,6 +100,52 @@ TEST(PassStar, KnowsEdgesThatGetTooLong) {
     // Those that were as long before may stay so.
     EXPECT_TRUE(star.keeps_length(longer));
   });
+}
+
+TEST(PassStar, KnowsHowFarTheEndsWillBeAndHowShapesGrow) {
+  const CollapseMesh mesh(landscape(), {});
+  const FloatMesh floats(mesh);
+  CollapseChecks checks(mesh, {}, 1);
+  PassStar star;
+  int count = 0;
+  int nearer = 0;
+  for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
+    if (!star.gather(mesh.topology, h) || !checks.gather(mesh, h, r)) return;
+    star.place_at(mesh, floats, floats.place(r));
+    if (!star.keeps_facets(mesh)) return;
+    ++count;
+    double twice_area = 0;
+    for (const Vec3d n : checks.normals().first(star.star().count)) twice_area += length(n);
+    const double mean = floats.scale * floats.scale * twice_area / (star.star().count + 2);
+    const double shapes = shape_growth(mesh, star.star(), r, checks.normals());
+    EXPECT_NEAR(star.shape_growth(floats), mean * shapes, 1e-4) << h;
+
+    double squares = 0;
+    for (const std::uint32_t v : {star.star().u, star.star().v}) {
+      squares += checks.fan(mesh).nearest(mesh.r[v]).squared_distance;
+    }
+    // A height along the mean normal is no less than the distance.
+    const double found = star.squared_heights_of_ends(floats) / (floats.scale * floats.scale);
+    nearer += found < 0.99 * squares - 1e-6 ? 1 : 0;
+    EXPECT_LT(found, 4 * squares + 1e-4) << h;
+  });
+  EXPECT_GT(count, 300);
+  EXPECT_LT(nearer, 0.05 * count) << "where it is no height field";
+}
+
+TEST(PassStar, DecidesAlikeInAnyUnit) {
+  // Volumes to the sixth power of a length of nanometres in metres are none that floats have.
+  TriMesh small = landscape();
+  constexpr float unit = 0x1p-30F;
+  for (Vec3f& r : small.vertices) r = unit * r;
+  const CollapseMesh mesh(landscape(), {});
+  const CollapseMesh small_mesh(small, {});
+  const FloatMesh floats(mesh);
+  const FloatMesh small_floats(small_mesh);
+  EXPECT_EQ(small_floats.length(unit), floats.length(1));
+  for (std::size_t f = 0; f < mesh.normals.size(); ++f) {
+    ASSERT_EQ(small_floats.normals[f].x, floats.normals[f].x);
+  }
 }
 
 TEST(PassStar, GathersNoEdgeWhoseEndsShareMoreThanItsApexes) {

@@ -128,7 +128,9 @@ TEST(TrackedPoints, AreFoundAgainFromTheVerticesTheyWentInto) {
   LargeVector<Vec3d> places = mesh.r;
   CollapseChecks checks(mesh, {0.1}, 0.1);
   EdgeSizes sizes;
-  const std::vector<std::uint32_t> merged_into = collapse_in_passes(mesh, checks, sizes);
+  CollapsePasses passes(mesh, checks, sizes, {});
+  passes.approach(0, {});
+  const std::span<const std::uint32_t> merged_into = passes.merged_into();
   const TrackedPoints points(mesh, places, merged_into, 0.1);
   const TriMesh simple = mesh.extract();
   const TriangleTree tree(simple);
