@@ -426,8 +426,7 @@ class Closest {
     std::size_t best = 0;
     for (std::size_t n = 1; n < count_; ++n)
       if (is_better(nearest_[n], nearest_[best], corners_of)) best = n;
-    for (std::size_t n = 0; others != nullptr && n < count_; ++n)
-      if (n != best) others->points.push_back(point_of(nearest_[n], corners_of));
+    if (others != nullptr && count_ > 1) add_others(best, corners_of, *others);
     ClosestPoint result = point_of(nearest_[best], corners_of);
     result.distance = std::sqrt(square_);
     result.is_alone = Choice::knows_rivals && count_ == 1 && rival_ > square_ + kept_;
@@ -456,6 +455,21 @@ class Closest {
     const bool b_counts = b.square <= square_ + as_near_;
     if (!a_counts || !b_counts) return a_counts;
     return choice_.prefers(corners_of(a.slot), corners_of(b.slot), a.id < b.id);
+  }
+
+  template <class Corners>
+  void add_others(std::size_t best, const Corners& corners_of, TriangleTree::Others& others) const {
+    const auto normal = [&](std::size_t n) {
+      const std::array<Vec3d, 3> p = corners_of(nearest_[n].slot);
+      return cross(p[1] - p[0], p[2] - p[0]);
+    };
+    const Vec3d of_best = normalized(normal(best));
+    for (std::size_t n = 0; n < count_; ++n) {
+      if (n == best) continue;
+      const Vec3d other = normal(n);
+      if (dot(other, of_best) < others.cosine * length(other))
+        others.points.push_back(point_of(nearest_[n], corners_of));
+    }
   }
 
   template <class Corners>

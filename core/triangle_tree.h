@@ -61,9 +61,10 @@ class TriangleTree {
   /// Triangles that are nearly as near as the closest.
   struct Others {
     double room = 0;                     ///< by how much they may be further away
+    double cosine = 2;                   ///< of their normals to that of the closest: less than it
     std::vector<ClosestPoint> points{};  ///< of triangles that face along the direction as well
   };
-  /// The same; adds the others, in no order, at most 31.
+  /// The same; adds the others, in no order, of the 31 that are nearest.
   ClosestPoint closest_facing(Vec3d r, Vec3d direction, double max_distance, Others& others) const;
 
   /// The triangles that may be closest to the points of a box, within a distance.

@@ -207,7 +207,7 @@ void Extension::query_leaf(std::size_t n, Block& block,
   std::optional<TriangleTree::Neighbourhood> near;
   std::uint32_t last = ClosestPoint::none;
   std::vector<float> values(fields.size());
-  TriangleTree::Others others{.room = edge_room * frame_.spacing};
+  TriangleTree::Others others{.room = edge_room * frame_.spacing, .cosine = cosine_of_one_side};
   std::vector<FacetShare> shares;
   for_each_node(nodes, [&](int node) {
     const int i = node >> 6;
@@ -240,7 +240,7 @@ void Extension::query_leaf(std::size_t n, Block& block,
         last = point.triangle;
         shares.assign(1, {.point = point});
         for (const ClosestPoint& each : others.points) shares.push_back({.point = each});
-        share_out(facets_, asked.gradient, others.room, shares);
+        if (shares.size() > 1) share_out(facets_, asked.gradient, others.room, shares);
         values_at_(at, shares, values);
       }
     }

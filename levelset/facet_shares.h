@@ -1,6 +1,6 @@
 #pragma once
 
-#include <span>
+#include <vector>
 
 #include "core/tri_mesh.h"
 #include "core/triangle_tree.h"
@@ -13,6 +13,9 @@ struct FacetShare {
   double share = 1;  ///< the sum over a node's facets is 1
 };
 
+/// Facets whose normals have a greater cosine are on one side of an edge: 40 degrees.
+inline constexpr double cosine_of_one_side = 0.766;
+
 /// What each of the facets counts that are nearly as near to a node as the first, which alone
 /// answers for it but at edges.
 ///
@@ -22,8 +25,9 @@ struct FacetShare {
 /// cut into facets otherwise. A facet of another material than the first one's does not count: a
 /// border is sharp.
 ///
-/// Shape: the first facet first, the others in any order.
+/// Shape: the first facet first, the others in any order; those are left that count.
 /// Units: room in that of the mesh: what is further away by so much does not count.
-void share_out(const TriMesh& facets, Vec3d direction, double room, std::span<FacetShare> shares);
+void share_out(const TriMesh& facets, Vec3d direction, double room,
+               std::vector<FacetShare>& shares);
 
 }  // namespace scarp

@@ -233,7 +233,9 @@ TEST(FacetShares, SidesCountOnceByTheirNearestFacet) {
       result[f].point.distance = 1 + (f == 2 ? further : 0);
     }
     share_out(mesh, direction, 0.1, result);
-    return std::array<double, 3>{result[0].share, result[1].share, result[2].share};
+    std::array<double, 3> of_facets{};
+    for (const FacetShare& each : result) of_facets[each.point.triangle] = each.share;
+    return of_facets;
   };
   using Shares = std::array<double, 3>;
   EXPECT_EQ(shares({2, 0, 2}, 0), (Shares{0.5, 0, 0.5}));
