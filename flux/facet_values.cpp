@@ -10,6 +10,7 @@
 #include <span>
 
 #include "core/parallel.h"
+#include "core/smooth_edge.h"
 
 namespace scarp {
 
@@ -21,8 +22,7 @@ constexpr std::size_t grain = 256;  // elements
 // neighbours there is none across, and slivers with few rays, close by as they are, make none.
 constexpr double ridge = 0.03;
 
-constexpr double least_cosine = 0.766;  // of 40 degrees
-constexpr double least_square = 1e-6;   // of a distance in spacings
+constexpr double least_square = 1e-6;  // of a distance in spacings
 
 // Of what neighbours tell in a direction, where one as large as the element right there tells 1.
 constexpr double least_width = 0.3;
@@ -105,7 +105,7 @@ class FacetValues::Neighbours {
   bool are_smooth(const Elements::Piece& a, const Elements::Piece& b) const {
     const auto& materials = mesh_.materials;
     return (materials.empty() || materials[a.facet] == materials[b.facet]) &&
-           dot(a.normal, b.normal) > least_cosine;
+           dot(a.normal, b.normal) > smooth_cosine;
   }
 
   const TriMesh& mesh_;

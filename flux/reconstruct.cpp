@@ -8,14 +8,14 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/smooth_edge.h"
 #include "core/vector_kernel.h"
 
 namespace scarp {
 
 namespace {
 
-constexpr double least_cosine = 0.766;  // of 40 degrees
-constexpr std::size_t grain = 1024;     // facets or sets of corners
+constexpr std::size_t grain = 1024;  // facets or sets of corners
 
 using Corners = std::array<float, 3>;
 
@@ -26,7 +26,7 @@ class Smoothness {
 
   bool belongs(std::uint32_t f, std::uint32_t g) const {
     if (!mesh_.materials.empty() && mesh_.materials[f] != mesh_.materials[g]) return false;
-    return f == g || dot(Vec3d(normals_[f]), Vec3d(normals_[g])) > least_cosine;
+    return f == g || dot(Vec3d(normals_[f]), Vec3d(normals_[g])) > smooth_cosine;
   }
   bool all_belong(std::span<const SmoothCorners::Member> around) const {
     for (std::size_t a = 0; a < around.size(); ++a)

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/smooth_edge.h"
 #include "core/triangle_tree.h"
 #include "core/vector_kernel.h"
 #include "levelset/band.h"
@@ -207,7 +208,7 @@ void Extension::query_leaf(std::size_t n, Block& block,
   std::optional<TriangleTree::Neighbourhood> near;
   std::uint32_t last = ClosestPoint::none;
   std::vector<float> values(fields.size());
-  TriangleTree::Others others{.room = edge_room * frame_.spacing, .cosine = cosine_of_one_side};
+  TriangleTree::Others others{.room = edge_room * frame_.spacing, .cosine = smooth_cosine};
   std::vector<FacetShare> shares;
   for_each_node(nodes, [&](int node) {
     const int i = node >> 6;

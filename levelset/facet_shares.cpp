@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/smooth_edge.h"
+
 namespace scarp {
 
 namespace {
@@ -34,7 +36,7 @@ void share_out(const TriMesh& facets, Vec3d direction, double room,
   for (FacetShare& each : shares) {
     const Vec3d normal = normalized(area_vector(facets, each.point.triangle));
     const bool is_new = std::ranges::none_of(
-        sides, [&](const Vec3d& side) { return dot(normal, side) > cosine_of_one_side; });
+        sides, [&](const Vec3d& side) { return dot(normal, side) > smooth_cosine; });
     const double further = (each.point.distance - first.point.distance) / room;
     const double turned = dot(normal_of_first - normal, along) / cosine_room;
     each.share = is_new ? std::clamp(1 - further, 0.0, 1.0) * std::clamp(1 - turned, 0.0, 1.0) : 0;

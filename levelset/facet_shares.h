@@ -13,9 +13,6 @@ struct FacetShare {
   double share = 1;  ///< the sum over a node's facets is 1
 };
 
-/// Facets whose normals have a greater cosine are on one side of an edge: 40 degrees.
-inline constexpr double cosine_of_one_side = 0.766;
-
 /// What each of the facets counts that are nearly as near to a node as the first, which alone
 /// answers for it but at edges.
 ///

@@ -299,16 +299,22 @@ TEST(AutomaticEngine, IsTheOneThatTakesFewerFlights) {
   };
   for (const Case& c : {Case{exact::trench(1), 1, FluxEngine::gather},
                         Case{exact::trench(10, 4, 8), 0.1F, FluxEngine::gather},
+                        Case{exact::trench(10, 4, 8), 1, FluxEngine::forward},
                         Case{exact::hole(5), 1, FluxEngine::forward}}) {
-    const FluxOptions options{.target_error = 0.03};
-    const FluxField chosen = solve(c.shape, gas(c.sticking), options);
-    EXPECT_EQ(chosen.engine, c.engine) << c.sticking;
-    EXPECT_LE(chosen.error, options.target_error);
     const Engine other = c.engine == FluxEngine::gather ? Engine::forward : Engine::gather;
-    const FluxField slower =
-        solve(c.shape, gas(c.sticking), {.engine = other, .target_error = options.target_error});
-    EXPECT_LT(1.5 * static_cast<double>(chosen.segments), static_cast<double>(slower.segments))
-        << c.sticking;
+    std::uint64_t taken = 0;
+    std::uint64_t by_other = 0;
+    // A gathered flux may reach its target early, by chance.
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      FluxOptions options{.target_error = 0.03, .seed = seed};
+      const FluxField chosen = solve(c.shape, gas(c.sticking), options);
+      EXPECT_EQ(chosen.engine, c.engine) << c.sticking;
+      EXPECT_LE(chosen.error, options.target_error);
+      taken += chosen.segments;
+      options.engine = other;
+      by_other += solve(c.shape, gas(c.sticking), options).segments;
+    }
+    EXPECT_LT(1.5 * static_cast<double>(taken), static_cast<double>(by_other)) << c.sticking;
   }
   // A number of rays says what is counted.
   EXPECT_EQ(solve(exact::trench(10), gas(1), {.rays = 1 << 12}).engine, FluxEngine::gather);
