@@ -220,6 +220,28 @@ TEST(Extend, NodesAtAnEdgeTakeTheMeanOfItsSides) {
   }
 }
 
+// The side beyond the periodic side of the domain as well.
+TEST(Extend, NodesAtAnEdgeAcrossAPeriodicSideTakeTheMeanOfItsSides) {
+  const Frame frame{
+      .spacing = 1, .cells = {30, 16}, .boundary = {Boundary::periodic, Boundary::reflective}};
+  constexpr float above = 0.001F;
+  constexpr float left = 14.999F;  // of a bar that goes on to x = 0 beyond the side
+  const Layers layers = single_layer(
+      frame,
+      [](Vec3d r) {
+        const double from_middle = std::remainder(r.x + 7.4995, 30);
+        return std::max(r.z - 0.001, std::abs(from_middle) - 7.5005);
+      },
+      -10, 8);
+  TriMesh mesh;
+  mesh.vertices = {{-15, -8, above}, {0.001F, -8, above}, {0.001F, 8, above}, {-15, 8, above},
+                   {left, -8, -10},  {left, 8, -10},      {left, 8, above},   {left, -8, above}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 7, 6}, {4, 6, 5}};
+  const CornerSpeeds speeds{{1, 1, 1}, {1, 1, 1}, {2, 2, 2}, {2, 2, 2}};
+  const SpeedField field = extend_speeds(layers, open_gas(layers), mesh, speeds);
+  EXPECT_NEAR(speed_at(layers, field, 0, 8, 0), 1.5, 0.01);
+}
+
 TEST(FacetShares, SidesCountOnceByTheirNearestFacet) {
   // A floor of two facets beside a wall of one, over the node at the origin.
   TriMesh mesh;
