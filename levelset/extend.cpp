@@ -50,12 +50,10 @@ struct Question {
   Vec3d r;
   Vec3d gradient;  ///< which way the facet has to face
   double limit;
-  ImageShifts shifts_x;
-  ImageShifts shifts_y;
+  Images images;
 
   /// On a ridge of phi, midway between two surfaces, the gradient says nothing.
   bool has_direction() const { return length(gradient) > least_gradient; }
-  bool has_images() const { return shifts_x.count * shifts_y.count > 1; }
 };
 
 class Extension {
@@ -74,6 +72,7 @@ class Extension {
         gas_(gas),
         facets_(facets.facets),
         tree_(facets.tree),
+        is_creased_(facets.is_creased),
         kept_(facets.kept),
         distance_(distance),
         values_at_(std::move(values_at)) {}
@@ -95,6 +94,12 @@ class Extension {
   ClosestPoint kept_answer(const Question& asked, std::uint32_t kept) const;
   ClosestPoint search(const Question& asked, const TriangleTree::Neighbourhood& near,
                       std::uint32_t guess, TriangleTree::Others& others) const;
+  ClosestPoint search_all_around(const Question& asked,
+                                 const TriangleTree::Neighbourhood& near) const;
+  /// What is further away than that does not count beside it.
+  double reach_of(const ClosestPoint& point) const {
+    return 1.000001 * point.distance + edge_room * frame_.spacing;
+  }
   bool is_void(const NearNode& at) const;
 
   const Layers& layers_;
@@ -103,6 +108,7 @@ class Extension {
   const OpenGas& gas_;
   const TriMesh& facets_;
   const TriangleTree& tree_;
+  const std::vector<bool>& is_creased_;
   KeptFacets& kept_;
   double distance_;
   ValuesAt values_at_;
@@ -131,13 +137,12 @@ Question Extension::question(const NearNode& at) const {
   return {.r = r,
           .gradient = central_gradient(at.phi),
           .limit = within,
-          .shifts_x = image_shifts(frame_, 0, r.x, within),
-          .shifts_y = image_shifts(frame_, 1, r.y, within)};
+          .images = images_of(frame_, r, within)};
 }
 
 /// What a search would find, if that is known without one.
 ClosestPoint Extension::kept_answer(const Question& asked, std::uint32_t kept) const {
-  if (kept == ClosestPoint::none || !asked.has_direction() || asked.has_images()) return {};
+  if (kept == ClosestPoint::none || !asked.has_direction()) return {};
   const std::array<Vec3d, 3> triangle = corners(facets_, kept);
   if (!(dot(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]), asked.gradient) > 0))
     return {};
@@ -147,27 +152,35 @@ ClosestPoint Extension::kept_answer(const Question& asked, std::uint32_t kept) c
   return point;
 }
 
-/// Asks at the node and, near periodic sides, at its images.
+/// Asks at the node and, near periodic sides, at its images. Others matter at creases alone, and
+/// where an image may find them.
 ClosestPoint Extension::search(const Question& asked, const TriangleTree::Neighbourhood& near,
                                std::uint32_t guess, TriangleTree::Others& others) const {
-  ClosestPoint best =
-      asked.has_direction()
-          ? tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess, &others)
-          : tree_.closest(asked.r, asked.limit, near);
-  for (const double shift_x : asked.shifts_x) {
-    for (const double shift_y : asked.shifts_y) {
-      if (shift_x == 0 && shift_y == 0) continue;
-      const Vec3d r = asked.r + Vec3d{shift_x, shift_y, 0};
-      const double within = std::min(asked.limit, 1.000001 * best.distance + others.room);
-      const ClosestPoint image = asked.has_direction()
-                                     ? tree_.closest_facing(r, asked.gradient, within, others)
-                                     : tree_.closest(r, within);
-      const ClosestPoint before = best;
-      take_closer(image, best);
-      const ClosestPoint& other = best.triangle == before.triangle ? image : before;
-      if (asked.has_direction() && other.found()) others.points.push_back(other);
-    }
+  if (!asked.has_direction()) return search_all_around(asked, near);
+  ClosestPoint best = tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, guess);
+  const bool has_images = asked.images.reach(std::min(asked.limit, reach_of(best)));
+  if (has_images || (best.found() && is_creased_[best.triangle])) {
+    best = tree_.closest_facing(asked.r, asked.gradient, asked.limit, near, best.triangle, &others);
   }
+  for (const Image& image : asked.images) {
+    const double within = std::min(asked.limit, reach_of(best));
+    if (image.beyond > within) continue;
+    const ClosestPoint found = tree_.closest_facing(image.r, asked.gradient, within, others);
+    const ClosestPoint before = best;
+    take_closer(found, best);
+    const ClosestPoint& other = best.triangle == before.triangle ? found : before;
+    if (other.found()) others.points.push_back(other);
+  }
+  best.is_alone = best.is_alone && !has_images;
+  return best;
+}
+
+/// Of whichever way a facet faces.
+ClosestPoint Extension::search_all_around(const Question& asked,
+                                          const TriangleTree::Neighbourhood& near) const {
+  ClosestPoint best = tree_.closest(asked.r, asked.limit, near);
+  for (const Image& image : asked.images)
+    take_closer(tree_.closest(image.r, std::min(asked.limit, reach_of(best))), best);
   return best;
 }
 
@@ -235,7 +248,7 @@ void Extension::query_leaf(std::size_t n, Block& block,
       if (!point.found()) {
         if (!near) near = neighbourhood(leaf, nodes);
         point = search(asked, *near, last, others);
-        known = point.is_alone && !asked.has_images() ? point.triangle : ClosestPoint::none;
+        known = point.is_alone ? point.triangle : ClosestPoint::none;
       }
       if (point.found()) {
         last = point.triangle;

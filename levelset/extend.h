@@ -7,6 +7,7 @@
 #include "core/tri_mesh.h"
 #include "core/triangle_tree.h"
 #include "levelset/connectivity.h"
+#include "levelset/creased_facets.h"
 #include "levelset/kept_facets.h"
 #include "levelset/layers.h"
 #include "levelset/speed_field.h"
@@ -22,10 +23,12 @@ using CornerSpeeds = std::vector<std::array<float, 3>>;
 /// Facets that speeds are carried from, once or often, what finds the closest of them, and which
 /// ones these were. Refers to the mesh.
 struct FacetTree {
-  explicit FacetTree(const TriMesh& mesh) : facets(mesh), tree(mesh) {}
+  explicit FacetTree(const TriMesh& mesh)
+      : facets(mesh), tree(mesh), is_creased(creased_facets(mesh)) {}
 
   const TriMesh& facets;
   TriangleTree tree;
+  std::vector<bool> is_creased;
   KeptFacets kept{};
 };
 

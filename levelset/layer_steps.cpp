@@ -67,12 +67,9 @@ class FilmDistance {
     const bool open = is_open_gas(layers_.top().band(), gas_, nearest_node(frame, r));
     // In two dimensions both rows of nodes ask at the same point.
     r.y = frame.two_dimensional ? 0.0 : r.y;
-    double nearest = infinity;
-    for (const double x : image_shifts(frame, 0, r.x, limit_)) {
-      for (const double y : image_shifts(frame, 1, r.y, limit_)) {
-        nearest = std::min(nearest, tree_.closest(r + Vec3d{x, y, 0}, limit_).distance);
-      }
-    }
+    double nearest = tree_.closest(r, limit_).distance;
+    for (const Image& image : images_of(frame, r, limit_))
+      nearest = std::min(nearest, tree_.closest(image.r, limit_).distance);
     return open ? nearest - thickness_ : -nearest - thickness_;
   }
 

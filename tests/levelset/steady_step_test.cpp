@@ -132,15 +132,15 @@ class SteadyStep : public testing::TestWithParam<Scheme> {};
 
 // Small things per leaf or range of leaves remain, those of the threads, and of the tree where
 // leaves come and go. Large are: the speeds, which are what comes out, two arrays of the tree over
-// the facets and one for its making. They do not stay: for the rest of the step others need that
-// memory.
+// the facets and one for its making, and one to tell which facets are creased. They do not stay:
+// for the rest of the step others need that memory.
 TEST_P(SteadyStep, AsksForNoMoreLargeArraysThanItGives) {
   for (const Motion& motion : motions) {
     Wafer wafer(64);
     wafer.step(motion, GetParam());
     wafer.look(motion);
     SpeedField field;
-    EXPECT_LE(large_allocations(wafer.layers, [&] { field = wafer.speeds(); }), 4);
+    EXPECT_LE(large_allocations(wafer.layers, [&] { field = wafer.speeds(); }), 5);
     EXPECT_EQ(large_allocations(wafer.layers,
                                 [&] { advect(wafer.layers, field, Wafer::dt, GetParam()); }),
               0);
