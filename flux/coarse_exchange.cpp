@@ -10,7 +10,7 @@ namespace scarp {
 namespace {
 
 // Fewer rows make no smooth part, and more runs cost more than they save.
-constexpr std::size_t least_rows = 128;
+constexpr std::size_t least_rows = 32;
 constexpr std::size_t most_runs = 512;
 
 // Rows are joined where one sees the other; a few facets that each sees show it. What is not found

@@ -27,6 +27,8 @@ class ElementFlux {
 
   /// Before all else is asked. As Radiosity::solve.
   void solve(double tolerance, std::span<const double> start = {});
+  /// Before Radiosity::flux_of_constants is asked.
+  void solve_constants() { radiosity_.solve_constants(); }
 
   /// By rank.
   std::span<const double> by_rank() const { return radiosity_.flux(); }

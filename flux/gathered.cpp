@@ -49,7 +49,8 @@ Gathered::Gathered(const FluxProblem& problem, std::size_t number, const RayPlan
     const double rays = part * static_cast<double>(plan.rays(rank) * set_count);
     unseen_ = std::max(unseen_, plan.elements().area(plan.element_at(rank)) / rays);
   }
-  solve(tolerance);
+  flux_.solve(tolerance);
+  flux_.solve_constants();
   halves_ = half_differences(view, number, flux_.radiosity());
 }
 

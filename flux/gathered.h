@@ -25,7 +25,7 @@ class Gathered {
   Gathered(const FluxProblem& problem, std::size_t number, const RayPlan& plan,
            const FacetValues& values, const View& view, double tolerance);
 
-  /// Anew, more closely: nothing of it is told before.
+  /// More closely. What was told before stays as it was.
   void solve(double tolerance) { flux_.solve(tolerance); }
   std::vector<float> arrivals() const { return on_facets().of_all(); }
   /// Before the first draw. Shape: the part that every facet passes on, as of Settle::passed_on.

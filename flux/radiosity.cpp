@@ -12,21 +12,28 @@ namespace {
 
 constexpr std::size_t grain = 512;  // elements
 
-// Each changes the flux by a tenth or less of what the one before did.
+// Each changes the flux by about a tenth of what the one before did.
 constexpr int most_slope_solves = 20;
+constexpr double share_of_change = 0.1;
+
+// What planes change by much more, the constants they start from need not tell.
+constexpr double tolerance_of_start = 1e-2;
+
+// What planes change is known well enough by constants of this.
+constexpr double tolerance_of_constants = 1e-4;
 
 // Of the root of an element's area: how far its ends are from its middle.
 constexpr double reach_of_root = 1.0;
 
-// Relative, in the root mean square.
-bool is_close(std::span<const double> x, std::span<const double> y, double tolerance) {
+// Of x from y, relative, in the root mean square.
+double change_of(std::span<const double> x, std::span<const double> y) {
   double apart = 0;
   double size = 0;
   for (std::size_t k = 0; k < x.size(); ++k) {
     apart += (x[k] - y[k]) * (x[k] - y[k]);
     size += x[k] * x[k];
   }
-  return apart <= tolerance * tolerance * size;
+  return apart > 0 ? std::sqrt(apart / size) : 0;
 }
 
 }  // namespace
@@ -44,19 +51,27 @@ Radiosity::Radiosity(const RayPlan& plan, const FacetValues& values, const View&
       slopes_(plan.size()) {}
 
 void Radiosity::solve(double tolerance, std::span<const double> start) {
-  if (start.empty()) {
-    flux_ = exchange_.solve<double>(first_, 1, tolerance);
-    constant_ = flux_;
-  } else {
+  if (!start.empty()) {
     flux_.assign(start.begin(), start.end());
+  } else if (flux_.empty()) {
+    flux_ = exchange_.solve<double>(first_, 1, std::max(tolerance, tolerance_of_start));
   }
+  double before = 0;
   for (int k = 0; k < most_slope_solves; ++k) {
     find_slopes();
     std::vector<double> next = exchange_.solve<double>(right_side(), 1, tolerance, flux_);
     std::swap(flux_, next);
-    if (is_close(flux_, next, tolerance)) break;
+    const double change = change_of(flux_, next);
+    // What another one would change. The first change is that of the start as well.
+    const double share = before > change ? std::max(change / before, share_of_change) : 1;
+    if (share * change <= tolerance) break;
+    before = change;
   }
   flux_ = seen_of(flux_);
+}
+
+void Radiosity::solve_constants() {
+  constant_ = exchange_.solve<double>(first_, 1, tolerance_of_constants, flux_);
 }
 
 // What elements see of a flux. Of a solution it is one: with the tolerance for each element by

@@ -27,13 +27,15 @@ class Radiosity {
             std::span<const float> reemitted, std::span<const double> emission,
             const ExchangeSolver& exchange, std::vector<double> first);
 
-  /// start: a flux to go on from; zero where nothing arrives.
+  /// start: a flux to go on from, zero where nothing arrives; without one, what was found before.
   /// Throws: as ExchangeSolver::solve.
   void solve(double tolerance, std::span<const double> start = {});
+  /// After solve(), which they start from. Throws: as ExchangeSolver::solve.
+  void solve_constants();
 
   /// What hardly sees anything may come out a little below zero.
   const std::vector<double>& flux() const { return flux_; }
-  /// The same with constants in place of planes, unless it was solved from a start.
+  /// The same with constants in place of planes, after solve_constants().
   const std::vector<double>& flux_of_constants() const { return constant_; }
   /// Units: flux per spacing.
   const std::vector<Vec3d>& slopes() const { return slopes_; }

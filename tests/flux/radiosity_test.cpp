@@ -36,6 +36,7 @@ class Widths : public ::testing::Test, protected exact::ShapeProblem {
                  static_cast<double>(view.matrix.row(i).size());
     Radiosity radiosity(plan, values, view, reemitted, emission, exchange, first);
     radiosity.solve(1e-7);
+    radiosity.solve_constants();
     Found found;
     double area = 0;
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
