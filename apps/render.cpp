@@ -160,7 +160,6 @@ class Renderer {
     int axis = 2;  ///< of the face through which it enters
   };
 
-  /// All flights of a row together: many at once take a tenth of the time of one after the other.
   void draw_row(int row, Image& image) const {
     constexpr int samples_per_pixel = samples_per_side * samples_per_side;
     std::vector<Colour> seen(static_cast<std::size_t>(width_ * samples_per_pixel), background);

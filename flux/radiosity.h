@@ -16,7 +16,7 @@ namespace scarp {
 ///
 /// With constants in place of planes the flux deep down has a bias of second order in the size of
 /// elements, everywhere of one sign. Planes remove it, at the cost of a few more solves from a good
-/// start.
+/// start. Elements as fine as the grid are constants.
 ///
 /// Shape: all by rank, as of the plan, the view and the solver.
 class Radiosity {
@@ -45,6 +45,8 @@ class Radiosity {
   double reemitted(std::size_t rank) const {
     return static_cast<double>(reemitted_[rank]) * flux_[rank];
   }
+  void solve_planes(double tolerance);
+  void flatten(std::span<const double> before, double tolerance);
   void find_slopes();
   std::vector<double> right_side() const;
   std::vector<double> seen_of(std::span<const double> flux) const;
@@ -59,6 +61,8 @@ class Radiosity {
   std::vector<double> flux_;
   std::vector<double> constant_;
   std::vector<Vec3d> slopes_;
+  std::vector<float> plane_;  ///< what there is of an element's slope: 0 makes it a constant
+  bool has_planes_ = false;
 };
 
 }  // namespace scarp

@@ -14,20 +14,27 @@ struct Found {
   double constants = 0;  ///< the mean flux over the walls
   double planes = 0;
   double steepest = 0;  ///< slope over flux
+  double greatest = 0;  ///< flux anywhere
+};
+
+struct Rays {
+  float reemitted = 0.9F;
+  float off_middle = 1;  ///< how many times as far from the middles as it is they seem to arrive
 };
 
 class Widths : public ::testing::Test, protected exact::ShapeProblem {
  protected:
   Widths() : ShapeProblem(exact::trench(5, 4, 16, 40), {.name = "gas", .sticking = {0.1F}}) {}
 
-  Found find(double width) const {
-    Elements joined(scene, longest_piece_edge);
+  Found find(double width, Rays rays = {}) const {
+    Elements joined(scene, std::min(width, longest_piece_edge));
     joined.join(problem.mesh, width);
     const FacetValues values(problem.mesh, joined);
     RayPlan plan(scene, joined);
     plan.grow(2e6 / plan.surface(), 4'000'000);
-    const View view = look({&problem, 1}, plan, {});
-    const std::vector<float> reemitted(plan.size(), 0.9F);
+    View view = look({&problem, 1}, plan, {});
+    for (Vec3f& moment : view.moments) moment = rays.off_middle * moment;
+    const std::vector<float> reemitted(plan.size(), rays.reemitted);
     const std::vector<double> emission(plan.size());
     const ExchangeSolver exchange(view.rows, reemitted);
     std::vector<double> first(plan.size());
@@ -41,6 +48,7 @@ class Widths : public ::testing::Test, protected exact::ShapeProblem {
     double area = 0;
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
       const std::uint32_t e = plan.element_at(rank);
+      found.greatest = std::max(found.greatest, radiosity.flux()[rank]);
       if (std::abs(joined.normal(e).x) < 0.9) continue;
       area += joined.area(e);
       found.constants += joined.area(e) * radiosity.flux_of_constants()[rank];
@@ -61,6 +69,20 @@ TEST_F(Widths, OfPlanesHardlyMatterAsThoseOfConstantsDo) {
   EXPECT_GT(wide.steepest, 0.01);
   EXPECT_GT(std::abs(wide.constants - fine.planes), 0.003 * fine.planes);
   EXPECT_LT(std::abs(wide.planes - fine.planes), 0.3 * std::abs(wide.constants - fine.planes));
+}
+
+// Few rays may show an element the better half of another one alone. Two of that kind would send
+// each other more and more.
+TEST_F(Widths, OfPlanesThatDoNotSettleAreThoseOfConstants) {
+  const Found found = find(8, {.off_middle = 200});
+  EXPECT_LT(found.greatest, 1.1);
+  EXPECT_NEAR(found.planes, found.constants, 0.1 * found.constants);
+}
+
+TEST_F(Widths, AsFineAsTheGridHaveConstants) {
+  const Found found = find(0.5);
+  EXPECT_EQ(found.steepest, 0);
+  EXPECT_EQ(found.planes, found.constants);
 }
 
 }  // namespace
