@@ -18,7 +18,8 @@ namespace scarp {
 
 namespace {
 
-constexpr int samples_per_side = 2;   // of a pixel
+constexpr int samples_per_side = 2;  // of a pixel
+constexpr int samples_per_pixel = samples_per_side * samples_per_side;
 constexpr double depth_below = 0.08;  // of the block's width, below the lowest point
 
 using Colour = Vec3d;  // linear in what is stored
@@ -77,10 +78,10 @@ struct Camera {
   }
 };
 
-/// Numbers in [0, 1) that fill the unit square evenly (after Roberts 2018), shifted from sample to
-/// sample.
-std::array<double, 2> even_numbers(std::uint64_t sample, int n) {
-  std::uint64_t hash = (sample + 1) * 0x9e3779b97f4a7c15U;
+/// Numbers in [0, 1) that fill the unit square evenly (after Roberts 2018), shifted from pixel to
+/// pixel.
+std::array<double, 2> even_numbers(std::uint64_t pixel, int n) {
+  std::uint64_t hash = (pixel + 1) * 0x9e3779b97f4a7c15U;
   hash = (hash ^ (hash >> 31)) * 0xbf58476d1ce4e5b9U;
   const auto fraction = [](double x) { return x - std::floor(x); };
   constexpr double to_unit = 0x1p-32;
@@ -161,7 +162,6 @@ class Renderer {
   };
 
   void draw_row(int row, Image& image) const {
-    constexpr int samples_per_pixel = samples_per_side * samples_per_side;
     std::vector<Colour> seen(static_cast<std::size_t>(width_ * samples_per_pixel), background);
     look(row, seen);
     for (int column = 0; column < width_; ++column) {
@@ -178,12 +178,11 @@ class Renderer {
   }
 
   Vec3d place_of(int row, std::size_t sample) const {
-    constexpr std::size_t per_pixel = samples_per_side * samples_per_side;
-    const std::size_t n = sample % per_pixel;
+    const std::size_t n = sample % samples_per_pixel;
     const auto offset = [](std::size_t k) {
       return (static_cast<double>(k) + 0.5) / samples_per_side;
     };
-    const double x = static_cast<double>(sample / per_pixel) + offset(n % samples_per_side);
+    const double x = static_cast<double>(sample / samples_per_pixel) + offset(n % samples_per_side);
     const double y = row + offset(n / samples_per_side);
     return (left_ + x * pixel_) * camera_.right + (top_ - y * pixel_) * camera_.up;
   }
@@ -256,11 +255,13 @@ class Renderer {
     rays.reserve(there.size() * sky_rays);
     for (std::size_t k = 0; k < there.size(); ++k) {
       const Vec3d n = scene_.normal(there[k].facet);
-      const std::uint64_t sample = (static_cast<std::uint64_t>(row) << 32) + samples[k];
-      for (int m = 0; m < sky_rays_; ++m) {
-        rays.push_back({.r = there[k].r,
-                        .u = towards_sky(n, even_numbers(sample, m)),
-                        .from = there[k].facet});
+      const std::uint64_t pixel =
+          (static_cast<std::uint64_t>(row) << 32) + samples[k] / samples_per_pixel;
+      // The samples of a pixel share out one set of directions.
+      const int first = static_cast<int>(samples[k] % samples_per_pixel) * sky_rays_;
+      for (int m = first; m < first + sky_rays_; ++m) {
+        rays.push_back(
+            {.r = there[k].r, .u = towards_sky(n, even_numbers(pixel, m)), .from = there[k].facet});
       }
     }
     std::vector<Flight> flights(rays.size());
