@@ -54,26 +54,25 @@ class Slicer {
 
   void collect() {
     // A vertex in the plane counts as left of it: lines pass beside vertices, never through them.
-    std::vector<bool> is_left(mesh_.vertices.size());
-    for (std::size_t v = 0; v < is_left.size(); ++v) is_left[v] = distance(mesh_.vertices[v]) >= 0;
+    std::vector<char> is_left(mesh_.vertices.size());
+    for (std::size_t v = 0; v < is_left.size(); ++v)
+      is_left[v] = distance(mesh_.vertices[v]) >= 0 ? 1 : 0;
     for (const Triangle& triangle : mesh_.triangles) {
+      const int left = is_left[triangle[0]] + is_left[triangle[1]] + is_left[triangle[2]];
+      if (left == 0 || left == 3) continue;
       Segment segment;
-      bool cut = false;
       for (int c = 0; c < 3; ++c) {
         const std::uint32_t a = triangle[c];
         const std::uint32_t b = triangle[(c + 1) % 3];
-        if (is_left[a] && !is_left[b]) {
+        if (is_left[a] > is_left[b]) {
           segment.from = edge_key(a, b);
-          cut = true;
-        } else if (!is_left[a] && is_left[b]) {
+        } else if (is_left[a] < is_left[b]) {
           segment.to = edge_key(a, b);
         }
       }
-      if (cut) {
-        leaves_[segment.from] = segments_.size();
-        arrives_[segment.to] = segments_.size();
-        segments_.push_back(segment);
-      }
+      leaves_[segment.from] = segments_.size();
+      arrives_[segment.to] = segments_.size();
+      segments_.push_back(segment);
     }
     used_.assign(segments_.size(), false);
   }
