@@ -166,27 +166,44 @@ bool is_film(const Layers& layers, const LevelSet& below, std::size_t leaf, int 
 
 double thinnest_film(const Layers& layers, float least) {
   constexpr float near_surface = 0.5F;
+  constexpr float most = LevelSet::half_width - 1;
+  struct Spot {
+    float thickness;
+    std::size_t leaf;
+    int node;
+  };
   const std::vector<Leaf>& leaves = layers.top().band().leaves();
-  const float thinnest = parallel_reduce(
-      leaves.size(), grain, LevelSet::half_width,
-      [&](std::size_t begin, std::size_t end) {
-        float found = LevelSet::half_width;
-        for (std::size_t n = begin; n < end; ++n) {
-          for (int offset = 0; offset < leaf_size; ++offset) {
-            const float top = leaves[n].phi[offset];
-            if (std::abs(top) >= near_surface || found <= least) continue;
-            const Node node = node_at(leaves[n], offset);
-            const LevelSet* const below = layer_below(layers, node, top);
-            if (below == nullptr) continue;
-            const float thickness = below->node(node[0], node[1], node[2]) - top;
-            if (thickness < found && is_film(layers, *below, n, offset)) found = thickness;
-          }
-        }
-        return found;
-      },
-      [](float a, float b) { return std::min(a, b); });
-  return thinnest < LevelSet::half_width - 1 ? std::max(thinnest, least) * layers.frame.spacing
-                                             : std::numeric_limits<double>::infinity();
+  std::vector<std::vector<Spot>> of_ranges((leaves.size() + grain - 1) / grain);
+  parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      for (int offset = 0; offset < leaf_size; ++offset) {
+        const float top = leaves[n].phi[offset];
+        if (std::abs(top) >= near_surface) continue;
+        const Node node = node_at(leaves[n], offset);
+        const LevelSet* const below = layer_below(layers, node, top);
+        if (below == nullptr) continue;
+        const float thickness = below->node(node[0], node[1], node[2]) - top;
+        if (thickness < most) of_ranges[begin / grain].push_back({thickness, n, offset});
+      }
+    }
+  });
+  std::vector<Spot> spots;
+  for (const std::vector<Spot>& each : of_ranges)
+    spots.insert(spots.end(), each.begin(), each.end());
+  // What is a film is dear to tell: asked from the thinnest one on, and only until one is.
+  const auto is_thicker = [](const Spot& a, const Spot& b) {
+    return a.thickness > b.thickness;
+  };
+  std::ranges::make_heap(spots, is_thicker);
+  for (; !spots.empty(); spots.pop_back()) {
+    std::ranges::pop_heap(spots, is_thicker);
+    const auto [thickness, leaf, node] = spots.back();
+    const Node at = node_at(leaves[leaf], node);
+    const LevelSet& below = *layer_below(layers, at, leaves[leaf].phi[node]);
+    if (is_film(layers, below, leaf, node))
+      return std::max(thickness, least) * layers.frame.spacing;
+  }
+  return std::numeric_limits<double>::infinity();
 }
 
 Vec3d surface_point(const Layers& layers, std::size_t leaf, int node) {
