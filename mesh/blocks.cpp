@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "mesh/cube_lattice.h"
@@ -26,13 +28,13 @@ constexpr std::size_t grain = 8192;
 
 constexpr std::uint32_t no_block = 0xffffffffU;
 
-/// Cubes over the live vertices, cut where the pass says. A periodic mesh is cut open before its
-/// upper side; what lies behind goes one period down.
+/// Cubes over a mesh, cut where the pass says, each with its share of the area. A periodic mesh is
+/// cut open before its upper side; what lies behind goes one period down.
 class Cubes {
  public:
   Cubes(const CollapseMesh& mesh, int pass) {
-    Box box = box_of(mesh);
-    const double size = size_of(mesh);
+    Box box = mesh.box;
+    const double size = std::sqrt(mesh.area / std::max(mesh.live_vertices, 1U) * vertices_per_block);
     for (int axis = 0; axis < 2; ++axis) {
       const double width = box.upper[axis] - box.lower[axis];
       if (!mesh.periodic[axis] || !(width > 0)) continue;
@@ -55,83 +57,55 @@ class Cubes {
   }
 
  private:
-  static Box box_of(const CollapseMesh& mesh);
-  /// So that a cube has its share of the area.
-  static double size_of(const CollapseMesh& mesh);
-
   CubeLattice lattice_;
   std::array<double, 2> period_{};
   Vec3d end_;
 };
 
-Box Cubes::box_of(const CollapseMesh& mesh) {
-  const auto box_of_range = [&mesh](std::size_t begin, std::size_t end) {
-    Box box;
-    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
-    }
-    return box;
-  };
-  return parallel_reduce(mesh.r.size(), grain, Box{}, box_of_range, [](Box all, const Box& part) {
-    all.add(part.lower);
-    all.add(part.upper);
-    return all;
-  });
-}
-
-double Cubes::size_of(const CollapseMesh& mesh) {
-  // Some living facets stand for all, of which there are two to a vertex.
-  constexpr std::uint32_t stride = 7;
-  double twice_area = 0;
-  std::uint32_t count = 0;
-  for (std::uint32_t f = 0; f < mesh.normals.size(); f += stride) {
-    if (!mesh.topology.alive(f)) continue;
-    twice_area += length(mesh.normals[f]);
-    ++count;
-  }
-  // Of a few regular facets all that are looked at may be gone: then one cube holds all.
-  return count > 0 ? std::sqrt(twice_area / count * vertices_per_block)
-                   : std::numeric_limits<double>::max();
-}
-
 }  // namespace
 
 Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_block) {
   const Cubes cubes(mesh, pass);
+  std::vector<std::atomic<bool>> is_full(cubes.count());
   parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      if (mesh.topology.outgoing(v) != HalfEdges::none) block_[v] = cubes.of(mesh.r[v]);
+      if (mesh.topology.outgoing(v) == HalfEdges::none) continue;
+      block_[v] = cubes.of(mesh.r[v]);
+      is_full[block_[v]].store(true, std::memory_order_relaxed);
     }
   });
-  std::vector<std::uint32_t> vertices_in(cubes.count(), 0);
-  for (const std::uint32_t cube : block_) {
-    if (cube != no_block) ++vertices_in[cube];
-  }
   // Empty cubes are no blocks.
-  std::vector<std::uint32_t> number(cubes.count(), no_block);
-  begin_ = {0};
+  std::vector<std::uint32_t> number(cubes.count());
   for (std::uint32_t cube = 0; cube < number.size(); ++cube) {
-    if (vertices_in[cube] == 0) continue;
-    number[cube] = count();
-    begin_.push_back(begin_.back() + vertices_in[cube]);
+    number[cube] = count_;
+    count_ += is_full[cube].load(std::memory_order_relaxed) ? 1 : 0;
   }
-  vertices_.resize(begin_.back());
-  std::vector<std::uint32_t> cursor(begin_.begin(), begin_.end() - 1);
-  for (std::uint32_t v = 0; v < block_.size(); ++v) {
-    if (block_[v] == no_block) continue;
-    block_[v] = number[block_[v]];
-    vertices_[cursor[block_[v]]++] = v;
-  }
+  parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      if (block_[v] != no_block) block_[v] = number[block_[v]];
+    }
+  });
 }
 
 Blocks Blocks::whole(const CollapseMesh& mesh) {
   Blocks blocks;
   blocks.block_.assign(mesh.r.size(), 0);
-  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
-    if (mesh.topology.outgoing(v) != HalfEdges::none) blocks.vertices_.push_back(v);
-  }
-  blocks.begin_ = {0, static_cast<std::uint32_t>(blocks.vertices_.size())};
+  blocks.count_ = 1;
   return blocks;
+}
+
+VerticesByBlock::VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks)
+    : begin_(blocks.count() + 1, 0) {
+  const auto for_each = [&](const auto& visit) {
+    for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+      if (mesh.topology.outgoing(v) != HalfEdges::none) visit(v, blocks.of(v));
+    }
+  };
+  for_each([&](std::uint32_t, std::uint32_t block) { ++begin_[block + 1]; });
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  vertices_.resize(begin_.back());
+  std::vector<std::uint32_t> cursor(begin_.begin(), begin_.end() - 1);
+  for_each([&](std::uint32_t v, std::uint32_t block) { vertices_[cursor[block]++] = v; });
 }
 
 }  // namespace scarp

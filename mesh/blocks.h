@@ -25,13 +25,10 @@ class Blocks {
   /// One block that holds all.
   static Blocks whole(const CollapseMesh& mesh);
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(begin_.size() - 1); }
+  std::uint32_t count() const { return count_; }
 
-  /// Those of a block that have facets, in their order in the mesh.
-  std::span<const std::uint32_t> vertices(std::uint32_t block) const {
-    return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
-  }
-
+  /// That of a vertex with facets.
+  std::uint32_t of(std::uint32_t v) const { return block_[v]; }
   bool holds(std::uint32_t block, std::uint32_t v) const { return block_[v] == block; }
 
   bool holds(std::uint32_t block, const Star& star) const {
@@ -56,9 +53,23 @@ class Blocks {
  private:
   Blocks() = default;
 
-  std::vector<std::uint32_t> block_;     ///< per vertex
-  std::vector<std::uint32_t> begin_;     ///< per block, and one more
-  std::vector<std::uint32_t> vertices_;  ///< by block
+  std::vector<std::uint32_t> block_;  ///< per vertex
+  std::uint32_t count_ = 0;
+};
+
+/// The vertices that have facets, by block.
+class VerticesByBlock {
+ public:
+  VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks);
+
+  /// In their order in the mesh.
+  std::span<const std::uint32_t> of(std::uint32_t block) const {
+    return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
+  }
+
+ private:
+  std::vector<std::uint32_t> begin_;  ///< per block, and one more
+  std::vector<std::uint32_t> vertices_;
 };
 
 }  // namespace scarp

@@ -50,6 +50,8 @@ struct CollapseMesh {
   std::vector<MaterialId> materials;           ///< per facet, or empty
   std::array<bool, 2> periodic{};              ///< per axis
   std::uint32_t live_vertices = 0;
+  Box box;          ///< around the places of the input
+  double area = 0;  ///< of the input
 
   CollapseMesh(const TriMesh& mesh, const Sides& side_positions);
 

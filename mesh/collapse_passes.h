@@ -86,12 +86,16 @@ class CollapsePasses {
   static constexpr std::uint16_t first_pass = 1;
 
   struct Candidates;
+  struct Part;
+  struct Ranked;
   class Worker;
 
   void find_terms(std::uint32_t v);
-  std::vector<Candidates> rank(const Blocks& blocks);
-  void rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates);
-  void list_edges(const Blocks& blocks, std::uint32_t block, std::vector<std::uint32_t>& edges);
+  std::vector<Ranked> rank();
+  void rank_edges_of(std::uint32_t begin, std::uint32_t end, Ranked& ranked);
+  std::size_t list_edges(std::uint32_t begin, std::uint32_t end,
+                         std::span<std::uint32_t> edges) const;
+  void split(const Blocks& blocks, std::uint32_t last_bin, Ranked& ranked) const;
   bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   float tied_rank(std::uint32_t h) const;
   float rank_of_tied(std::uint32_t h, const Placed& placed) const;
@@ -149,7 +153,6 @@ class CollapsePasses {
   std::vector<std::uint16_t> changed_in_;   ///< per vertex: the pass that changed its facets
   std::vector<std::uint16_t> merged_in_;    ///< per vertex: the pass that merged it
   std::vector<std::uint8_t> tied_;          ///< per vertex: whether not free to go anywhere
-  std::vector<std::uint8_t> at_seam_;       ///< per vertex: whether it has neighbours elsewhere
   std::vector<std::uint32_t> merged_into_;  ///< per vertex
   bool has_kept_ = false;                   ///< facets
   float limit_ = 0;                         ///< on the costs of the last pass

@@ -33,11 +33,12 @@ struct Pass {
   const Blocks& blocks;
 
   /// Flips edges whose facets lie in the block.
-  void run(CollapseMesh& mesh, CollapseChecks& shared, std::uint32_t block) const {
+  void run(CollapseMesh& mesh, CollapseChecks& shared, std::uint32_t block,
+           std::span<const std::uint32_t> vertices) const {
     const HalfEdges& topology = mesh.topology;
     CollapseChecks checks = shared.sharing();
     std::vector<std::uint32_t> edges;
-    for (const std::uint32_t v : blocks.vertices(block)) {
+    for (const std::uint32_t v : vertices) {
       edges.clear();
       topology.for_each_outgoing(v, [&](std::uint32_t h) { edges.push_back(h); });
       for (const std::uint32_t h : edges) {
@@ -81,10 +82,11 @@ void flip_edges(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& point
                 const EdgeSizes& sizes, double shape_weight, std::span<const Vec3d> reference,
                 int pass) {
   const Blocks blocks(mesh, pass);
+  const VerticesByBlock vertices(mesh, blocks);
   const Pass flips{points, sizes, shape_weight, reference, blocks};
   parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
     for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      flips.run(mesh, checks, block);
+      flips.run(mesh, checks, block, vertices.of(block));
     }
   });
 }

@@ -34,15 +34,7 @@ constexpr std::size_t grain = 4096;
 
 /// The power of two next to it.
 double inverse_mean_edge(const CollapseMesh& mesh) {
-  const double twice_area = parallel_reduce(
-      mesh.normals.size(), grain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t f = begin; f < end; ++f) sum += length(mesh.normals[f]);
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
-  const double squared_edge = twice_area / static_cast<double>(mesh.normals.size());
+  const double squared_edge = 2 * mesh.area / static_cast<double>(mesh.normals.size());
   return squared_edge > 0 ? std::ldexp(1.0, -std::ilogb(squared_edge) / 2) : 1;
 }
 

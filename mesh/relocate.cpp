@@ -111,10 +111,10 @@ struct Sweep {
   std::span<const Vec3d> reference;
 
   /// Moves the vertices of a block whose stars lie in it.
-  void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks,
-           std::uint32_t block) const {
+  void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks, std::uint32_t block,
+           std::span<const std::uint32_t> vertices) const {
     std::array<CollapseChecks, 2> checks{shared.sharing(), shared.sharing()};
-    for (const std::uint32_t v : blocks.vertices(block)) {
+    for (const std::uint32_t v : vertices) {
       if (!may_move(mesh, v) || !checks[0].gather_vertex(mesh, v)) continue;
       if (!blocks.holds(block, checks[0].star())) continue;
       if (mesh.kind[v] != VertexKind::paired) {
@@ -158,9 +158,10 @@ void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
               double shape_weight, std::span<const Vec3d> reference, int pass) {
   const Sweep sweep{points, shape_weight, reference};
   const Blocks blocks(mesh, pass);
+  const VerticesByBlock vertices(mesh, blocks);
   parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
     for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      sweep.run(mesh, checks, blocks, block);
+      sweep.run(mesh, checks, blocks, block, vertices.of(block));
     }
   });
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
@@ -106,10 +107,8 @@ std::uint32_t target_of(const SimplifyOptions& options, std::uint32_t live_verti
 }
 
 /// The side of a square with the area of a mesh per vertex.
-double mean_spacing(const TriMesh& mesh) {
-  double area = 0;
-  for (const double each : facet_areas(mesh)) area += each;
-  return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
+double mean_spacing(double area, std::size_t vertex_count) {
+  return std::sqrt(area / static_cast<double>(vertex_count));
 }
 
 bool uses_features(SimplifyMethod method) {
@@ -293,7 +292,10 @@ void measure(const TriMesh& input, SimplifyResult& result) {
   };
   result.max_distance = greatest(surface_vertices(input), result.mesh);
   // As dense as the vertices of the input, on large facets as well.
-  result.reverse_max_distance = greatest(surface_samples(result.mesh, mean_spacing(input)), input);
+  const std::vector<double> areas = facet_areas(input);
+  const double spacing =
+      mean_spacing(std::accumulate(areas.begin(), areas.end(), 0.0), input.vertices.size());
+  result.reverse_max_distance = greatest(surface_samples(result.mesh, spacing), input);
 }
 
 std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
@@ -322,7 +324,8 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   if (work.topology.facet_count() == 0) {
     throw InputError("simplify: no triangle of the mesh has three different corners");
   }
-  const double spacing = wanted.spacing > 0 ? wanted.spacing : mean_spacing(mesh);
+  const double spacing =
+      wanted.spacing > 0 ? wanted.spacing : mean_spacing(work.area, mesh.vertices.size());
   const double moved = remove_zero_area(
       work, share_of_zero_area * wanted.max_error.value_or(default_max_error * spacing));
 

@@ -13,13 +13,14 @@ class BlocksOfAPass : public testing::TestWithParam<int> {
  protected:
   CollapseMesh mesh_{noisy_plane(150, 0.05), {}};
   Blocks blocks_{mesh_, GetParam()};
+  VerticesByBlock vertices_{mesh_, blocks_};
 };
 
 TEST_P(BlocksOfAPass, HoldEveryVertexOnce) {
   std::set<std::uint32_t> seen;
   for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
-    EXPECT_FALSE(blocks_.vertices(block).empty());
-    for (const std::uint32_t v : blocks_.vertices(block)) {
+    EXPECT_FALSE(vertices_.of(block).empty());
+    for (const std::uint32_t v : vertices_.of(block)) {
       EXPECT_TRUE(seen.insert(v).second);
       EXPECT_TRUE(blocks_.holds(block, v));
     }
@@ -32,7 +33,7 @@ TEST_P(BlocksOfAPass, LocalStarsOfDifferentBlocksShareNoFacetAndMostAreLocal) {
   std::vector<std::uint32_t> owner(mesh_.normals.size(), HalfEdges::none);
   int local = 0;
   for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
-    for (const std::uint32_t v : blocks_.vertices(block)) {
+    for (const std::uint32_t v : vertices_.of(block)) {
       Star star;
       ASSERT_TRUE(star.gather_vertex(mesh_.topology, v));
       if (!blocks_.holds(block, star)) continue;
@@ -53,10 +54,11 @@ TEST(Blocks, OppositePeriodicSidesLieInTheSameBlocks) {
   const CollapseMesh mesh(polygonised(grid, [](Vec3d r) { return r.z - 1.77; }), grid.sides());
   for (int pass = 0; pass < 5; ++pass) {
     const Blocks blocks(mesh, pass);
+    const VerticesByBlock vertices(mesh, blocks);
     int pairs = 0;
     int together = 0;
     for (std::uint32_t block = 0; block < blocks.count(); ++block) {
-      for (const std::uint32_t v : blocks.vertices(block)) {
+      for (const std::uint32_t v : vertices.of(block)) {
         Star here;
         Star there;
         if (mesh.twin[v] == HalfEdges::none) continue;
@@ -77,8 +79,9 @@ TEST(Blocks, CutElsewhereInTheNextPass) {
   std::vector<bool> is_local(mesh.r.size(), false);
   for (int pass = 0; pass < 3; ++pass) {
     const Blocks blocks(mesh, pass);
+    const VerticesByBlock vertices(mesh, blocks);
     for (std::uint32_t block = 0; block < blocks.count(); ++block) {
-      for (const std::uint32_t v : blocks.vertices(block)) {
+      for (const std::uint32_t v : vertices.of(block)) {
         Star star;
         ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
         if (blocks.holds(block, star)) is_local[v] = true;
@@ -92,10 +95,11 @@ TEST(Blocks, CutElsewhereInTheNextPass) {
 TEST(Blocks, OfTheWholeMeshAreOneThatHoldsEveryStar) {
   const CollapseMesh mesh(noisy_plane(150, 0.05), {});
   const Blocks blocks = Blocks::whole(mesh);
+  const VerticesByBlock vertices(mesh, blocks);
   ASSERT_EQ(blocks.count(), 1U);
-  EXPECT_EQ(blocks.vertices(0).size(), mesh.live_vertices);
+  EXPECT_EQ(vertices.of(0).size(), mesh.live_vertices);
   Star star;
-  ASSERT_TRUE(star.gather_vertex(mesh.topology, blocks.vertices(0).back()));
+  ASSERT_TRUE(star.gather_vertex(mesh.topology, vertices.of(0).back()));
   EXPECT_TRUE(blocks.holds(0, star));
 }
 
