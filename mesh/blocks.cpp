@@ -94,6 +94,19 @@ Blocks Blocks::whole(const CollapseMesh& mesh) {
   return blocks;
 }
 
+void for_each_block(std::span<const std::size_t> sizes,
+                    const std::function<void(std::uint32_t block)>& body) {
+  std::vector<std::uint32_t> order(sizes.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return sizes[a] > sizes[b]; });
+  // Threads take what comes next, whatever ranges they are given.
+  std::atomic<std::size_t> taken = 0;
+  parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(order[taken++]);
+  });
+}
+
 VerticesByBlock::VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks)
     : begin_(blocks.count() + 1, 0) {
   const auto for_each = [&](const auto& visit) {
@@ -106,6 +119,13 @@ VerticesByBlock::VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks)
   vertices_.resize(begin_.back());
   std::vector<std::uint32_t> cursor(begin_.begin(), begin_.end() - 1);
   for_each([&](std::uint32_t v, std::uint32_t block) { vertices_[cursor[block]++] = v; });
+}
+
+void VerticesByBlock::for_each_block(
+    const std::function<void(std::uint32_t block, std::span<const std::uint32_t>)>& body) const {
+  std::vector<std::size_t> sizes(begin_.size() - 1);
+  for (std::uint32_t block = 0; block < sizes.size(); ++block) sizes[block] = of(block).size();
+  scarp::for_each_block(sizes, [&](std::uint32_t block) { body(block, of(block)); });
 }
 
 }  // namespace scarp

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -57,6 +59,11 @@ class Blocks {
   std::uint32_t count_ = 0;
 };
 
+/// Calls body(block) for each block, on all threads; those with most to do go first, so that no
+/// thread is left waiting for one of them. sizes: per block, how much there is to do.
+void for_each_block(std::span<const std::size_t> sizes,
+                    const std::function<void(std::uint32_t block)>& body);
+
 /// The vertices that have facets, by block.
 class VerticesByBlock {
  public:
@@ -66,6 +73,10 @@ class VerticesByBlock {
   std::span<const std::uint32_t> of(std::uint32_t block) const {
     return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
   }
+
+  /// As the function above, with the vertices of the block.
+  void for_each_block(
+      const std::function<void(std::uint32_t block, std::span<const std::uint32_t>)>& body) const;
 
  private:
   std::vector<std::uint32_t> begin_;  ///< per block, and one more

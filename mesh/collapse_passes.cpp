@@ -244,7 +244,7 @@ class CollapsePasses::Worker {
   /// Of an edge that is not free in its places, and its twin edge; after their stars are gathered.
   float second_look_at_tied(std::uint32_t h, std::uint32_t twin, const Placed& placed) {
     const auto squares = [&](const CollapseChecks& checks) {
-      const Fan& fan = checks.fan(mesh_);
+      Fan& fan = checks.fan(mesh_);
       const Star& star = checks.star();
       if (all_.points_ != nullptr) {
         return growth_of_points(star, fan, checks.place(), checks.normals()) / optimism;
@@ -273,7 +273,7 @@ class CollapsePasses::Worker {
   }
 
   /// Of their squared distances, with the shapes.
-  double growth_of_points(const Star& star, const Fan& fan, Vec3d r,
+  double growth_of_points(const Star& star, Fan& fan, Vec3d r,
                           std::span<const Vec3d> normals) const {
     double sum = all_.points_->growth(star, fan);
     const double weight = all_.order_.shape_weight;
@@ -627,6 +627,16 @@ void CollapsePasses::split(const Blocks& blocks, std::uint32_t last_bin, Ranked&
   }
 }
 
+/// How many edges each block has, after split().
+std::vector<std::size_t> CollapsePasses::edges_of(std::span<const Ranked> ranked,
+                                                  std::uint32_t block_count) {
+  std::vector<std::size_t> result(block_count, 0);
+  for (const Ranked& each : ranked) {
+    for (const Part& part : each.parts) result[part.block] += part.candidates.edges.size();
+  }
+  return result;
+}
+
 /// Returns how many vertices are gone, of those that are more than the target.
 std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t target,
                                        double most_share, double most_tries) {
@@ -649,13 +659,11 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
   });
   std::vector<std::uint32_t> removed(blocks.count(), 0);
   std::vector<std::uint8_t> bound_was_met(blocks.count(), 0);
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      Worker worker(*this, blocks, block);
-      worker.run(ranked, last_bin, share);
-      removed[block] = worker.removed();
-      bound_was_met[block] = worker.bound_was_met() ? 1 : 0;
-    }
+  for_each_block(edges_of(ranked, blocks.count()), [&](std::uint32_t block) {
+    Worker worker(*this, blocks, block);
+    worker.run(ranked, last_bin, share);
+    removed[block] = worker.removed();
+    bound_was_met[block] = worker.bound_was_met() ? 1 : 0;
   });
   if (std::find(bound_was_met.begin(), bound_was_met.end(), 1) != bound_was_met.end()) {
     checks_.note_bound_was_met();

@@ -96,6 +96,8 @@ class CollapsePasses {
   std::size_t list_edges(std::uint32_t begin, std::uint32_t end,
                          std::span<std::uint32_t> edges) const;
   void split(const Blocks& blocks, std::uint32_t last_bin, Ranked& ranked) const;
+  static std::vector<std::size_t> edges_of(std::span<const Ranked> ranked,
+                                           std::uint32_t block_count);
   bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   float tied_rank(std::uint32_t h) const;
   float rank_of_tied(std::uint32_t h, const Placed& placed) const;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/facet_shape.h"
 
@@ -82,13 +81,11 @@ void flip_edges(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& point
                 const EdgeSizes& sizes, double shape_weight, std::span<const Vec3d> reference,
                 int pass) {
   const Blocks blocks(mesh, pass);
-  const VerticesByBlock vertices(mesh, blocks);
   const Pass flips{points, sizes, shape_weight, reference, blocks};
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      flips.run(mesh, checks, block, vertices.of(block));
-    }
-  });
+  VerticesByBlock(mesh, blocks)
+      .for_each_block([&](std::uint32_t block, std::span<const std::uint32_t> vertices) {
+        flips.run(mesh, checks, block, vertices);
+      });
 }
 
 }  // namespace scarp

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <span>
 
-#include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/facet_shape.h"
 
@@ -158,12 +157,10 @@ void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
               double shape_weight, std::span<const Vec3d> reference, int pass) {
   const Sweep sweep{points, shape_weight, reference};
   const Blocks blocks(mesh, pass);
-  const VerticesByBlock vertices(mesh, blocks);
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      sweep.run(mesh, checks, blocks, block, vertices.of(block));
-    }
-  });
+  VerticesByBlock(mesh, blocks)
+      .for_each_block([&](std::uint32_t block, std::span<const std::uint32_t> vertices) {
+        sweep.run(mesh, checks, blocks, block, vertices);
+      });
 }
 
 }  // namespace scarp
