@@ -15,7 +15,7 @@ namespace scarp {
 namespace {
 
 /// Small enough for a core's cache, large enough that the seam is thin.
-constexpr double vertices_per_block = 4000;
+constexpr double vertices_per_block = 2500;
 
 /// Where the cuts lie, in cubes: each pass is far from the cuts of those before it.
 constexpr double shifts[]{0, 0.5, 0.25, 0.75};

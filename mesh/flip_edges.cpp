@@ -64,8 +64,8 @@ struct Pass {
     // The distances cannot fall by more than they are.
     if (shapes >= points.sum_of_squares(star)) return;
     if (mesh.is_border(h) || !sizes.allows_flip(mesh, star)) return;
-    if (!checks.may_flip(mesh, h, reference)) return;
     if (!(shapes + points.growth(star, checks.fan(mesh)) < 0)) return;
+    if (!checks.may_flip(mesh, h, reference)) return;
     if (!mesh.topology.can_flip(h) || !keeps_off_sides(mesh, star)) return;
     if (!checks.keeps_bound_of_flip(mesh)) return;
     points.move(star, checks.fan(mesh));
