@@ -41,7 +41,7 @@ constexpr double optimism = 0.5;
 constexpr std::size_t facets_per_range = 4096;
 
 /// So few vertices are removed as quickly in one block.
-constexpr std::uint32_t few = 100;
+constexpr std::uint32_t few = 200;
 
 /// Passes are counted in two bytes.
 constexpr std::uint16_t most_passes = 0xfff0;
