@@ -320,31 +320,38 @@ class CollapsePasses::Worker {
   void replace_terms(const Star& star, Vec3d r) {
     const Measure measure = all_.order_.measure;
     FloatTerms merged;
-    std::array<FloatTerms, PassStar::capacity> changes;
+    FloatTerms first_change;
+    FloatTerms change;
     Vec3d x = mesh_.r[star.ring[0]] - r;
     for (int i = 0; i < star.count; ++i) {
       const Vec3d y = mesh_.r[star.ring[i + 1]] - r;
       const std::uint32_t f = star.facet[i];
       const Vec3d n = cross(x, y);
       mesh_.normals[f] = n;
-      FloatTerms& change = changes[i];
-      const FloatRecord record = all_.floats_.normal(n, checks_.error(f));
-      change.add(measure, 1, {record.x, record.y, record.z});
-      merged.add(change);
-      change.add(measure, -1, all_.normal(f));
-      all_.floats_.normals[f] = record;
+      FloatRecord& record = all_.floats_.normals[f];
+      const FloatTerms before = FloatTerms::of(measure, vector_lanes(record));
+      record = all_.floats_.normal(n, checks_.error(f));
+      const FloatTerms after = FloatTerms::of(measure, vector_lanes(record));
+      merged += after;
+      // A vertex of the ring has this facet and the one before.
+      FloatTerms both = change;
+      change = after;
+      change -= before;
+      both += change;
+      if (i == 0) {
+        first_change = change;
+      } else {
+        all_.terms_[star.ring[i]] += both;
+      }
       x = y;
     }
-    for (int i = 0; i < star.count; ++i) {
-      FloatTerms& terms = all_.terms_[star.ring[i]];
-      terms.add(changes[i]);
-      terms.add(changes[i == 0 ? star.count - 1 : i - 1]);
-    }
+    first_change += change;
+    all_.terms_[star.ring[0]] += first_change;
     for (const std::uint32_t f : star.dying) {
-      const std::uint32_t h = 3 * f;
-      for (std::uint32_t g = h; g < h + 3; ++g) {
-        const std::uint32_t w = mesh_.topology.origin(g);
-        if (w != star.u && w != star.v) all_.terms_[w].add(measure, -1, all_.normal(f));
+      const FloatTerms before = FloatTerms::of(measure, vector_lanes(all_.floats_.normals[f]));
+      for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        const std::uint32_t w = mesh_.topology.origin(h);
+        if (w != star.u && w != star.v) all_.terms_[w] -= before;
       }
     }
     all_.terms_[star.u] = merged;
@@ -491,8 +498,10 @@ CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeS
 
 void CollapsePasses::find_terms(std::uint32_t v) {
   FloatTerms terms;
-  mesh_.topology.for_each_outgoing(
-      v, [&](std::uint32_t h) { terms.add(order_.measure, 1, normal(HalfEdges::facet(h))); });
+  mesh_.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+    const FloatRecord& record = floats_.normals[HalfEdges::facet(h)];
+    terms += FloatTerms::of(order_.measure, vector_lanes(record));
+  });
   terms_[v] = terms;
 }
 
@@ -537,8 +546,8 @@ void CollapsePasses::rank_edges_of(std::uint32_t begin, std::uint32_t end, Ranke
   const HalfEdges& topology = mesh_.topology;
   EdgeCosts costs(order_.measure);
   const auto finish = [&] {
-    costs.finish([&](std::uint32_t h, float cost, float square) {
-      cost_[h] = rank_of(cost, topology.origin(h), topology.target(h), square);
+    costs.finish([&](const EdgeCosts::Edge& edge, float cost, float square) {
+      cost_[edge.h] = rank_of(cost, edge.u, edge.v, square);
     });
   };
   std::array<std::uint32_t, std::size_t{3} * facets_per_range> edges;
@@ -559,8 +568,10 @@ void CollapsePasses::rank_edges_of(std::uint32_t begin, std::uint32_t end, Ranke
       cost_[h] = tied_rank(h);
       continue;
     }
-    costs.add(h, edge(u, v), terms_[u], terms_[v], normal(HalfEdges::facet(h)),
-              normal(HalfEdges::facet(topology.opposite(h))));
+    const FloatLanes along = vector_lanes(floats_.r[v]) - vector_lanes(floats_.r[u]);
+    costs.add({h, u, v}, along, terms_[u], terms_[v],
+              vector_lanes(floats_.normals[HalfEdges::facet(h)]),
+              vector_lanes(floats_.normals[HalfEdges::facet(topology.opposite(h))]));
     if (costs.is_full()) finish();
   }
   finish();
