@@ -66,23 +66,10 @@ class Cubes {
 
 Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_block) {
   const Cubes cubes(mesh, pass);
-  std::vector<std::atomic<bool>> is_full(cubes.count());
+  count_ = cubes.count();
   parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      if (mesh.topology.outgoing(v) == HalfEdges::none) continue;
-      block_[v] = cubes.of(mesh.r[v]);
-      is_full[block_[v]].store(true, std::memory_order_relaxed);
-    }
-  });
-  // Empty cubes are no blocks.
-  std::vector<std::uint32_t> number(cubes.count());
-  for (std::uint32_t cube = 0; cube < number.size(); ++cube) {
-    number[cube] = count_;
-    count_ += is_full[cube].load(std::memory_order_relaxed) ? 1 : 0;
-  }
-  parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      if (block_[v] != no_block) block_[v] = number[block_[v]];
+      if (mesh.topology.outgoing(v) != HalfEdges::none) block_[v] = cubes.of(mesh.r[v]);
     }
   });
 }
@@ -96,8 +83,10 @@ Blocks Blocks::whole(const CollapseMesh& mesh) {
 
 void for_each_block(std::span<const std::size_t> sizes,
                     const std::function<void(std::uint32_t block)>& body) {
-  std::vector<std::uint32_t> order(sizes.size());
-  std::iota(order.begin(), order.end(), 0U);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t block = 0; block < sizes.size(); ++block) {
+    if (sizes[block] > 0) order.push_back(block);
+  }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return sizes[a] > sizes[b]; });
   // Threads take what comes next, whatever ranges they are given.

@@ -621,20 +621,21 @@ std::vector<CollapsePasses::Ranked> CollapsePasses::rank() {
 void CollapsePasses::split(const Blocks& blocks, std::uint32_t last_bin, Ranked& ranked) const {
   const auto& [edges, bins] = ranked.candidates;
   std::vector<Part>& parts = ranked.parts;
+  std::size_t last = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (bins[i] > last_bin) continue;
     const std::uint32_t h = edges[i];
     const std::uint32_t block = blocks.of(mesh_.topology.origin(h));
     if (!blocks.holds(block, mesh_.topology.target(h))) continue;
-    // Few blocks meet in a range.
-    auto part = std::find_if(parts.rbegin(), parts.rend(),
-                             [&](const Part& each) { return each.block == block; });
-    if (part == parts.rend()) {
-      parts.push_back({block, {}});
-      part = parts.rbegin();
+    // Few blocks meet in a range, and neighbours are mostly in the same one.
+    if (last == parts.size() || parts[last].block != block) {
+      const auto part = std::find_if(parts.begin(), parts.end(),
+                                     [&](const Part& each) { return each.block == block; });
+      last = static_cast<std::size_t>(part - parts.begin());
+      if (part == parts.end()) parts.push_back({block, {}});
     }
-    part->candidates.edges.push_back(h);
-    part->candidates.bins.push_back(bins[i]);
+    parts[last].candidates.edges.push_back(h);
+    parts[last].candidates.bins.push_back(bins[i]);
   }
 }
 

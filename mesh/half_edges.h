@@ -109,7 +109,7 @@ class HalfEdges {
   /// Returns the first half edge that another one runs along the same way; none if there is none.
   std::uint32_t match_opposites(const Rows& rows);
   void split_touching_sheets(const Rows& rows);
-  void split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing);
+  void split_sheets_of(std::uint32_t v, const Rows& rows);
 
   LargeVector<std::uint32_t> origin_;
   LargeVector<std::uint32_t> opposite_;

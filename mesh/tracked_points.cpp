@@ -259,7 +259,9 @@ double TrackedPoints::largest(const CollapseMesh& mesh) const {
   const auto largest_of_range = [&](std::size_t begin, std::size_t end) {
     double largest = 0;
     for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
-      if (first_[f] == HalfEdges::none) continue;
+      // The sum of the squares tells that none of most facets' points is so far away.
+      constexpr double rounding = 1 + 1e-6;
+      if (first_[f] == HalfEdges::none || squares_[f] * rounding < largest * largest) continue;
       const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
                                          mesh.r[mesh.topology.origin(3 * f + 1)],
                                          mesh.r[mesh.topology.origin(3 * f + 2)]};
