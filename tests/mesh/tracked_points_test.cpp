@@ -109,7 +109,7 @@ TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
     int n = 0;
     for (const Vec3d r : {there, back}) {
       const auto normals = normals_around(mesh, star, r);
-      const Fan fan(mesh, star, r, normals);
+      Fan fan(mesh, star, r, normals);
       growth[n++] = points.growth(star, fan);
       points.move(star, fan);
       mesh.r[v] = r;
