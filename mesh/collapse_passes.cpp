@@ -33,6 +33,9 @@ constexpr float share_of_second_look = 0.7F;
 /// collapses have to live with.
 constexpr double weight_of_early_shapes = 5.0 / 3;
 
+/// Of passes whose second looks know the points: most of what they try waits.
+constexpr CollapsePasses::Approach with_second_looks{.tries = 3};
+
 /// How much too low costs are as squared distances of points: an estimate that is too low is
 /// corrected, one that is too high comes too late.
 constexpr double optimism = 0.5;
@@ -700,7 +703,7 @@ bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
 }
 
 void CollapsePasses::run_to(std::uint32_t target) {
-  approach(target, {});
+  approach(target, order_.looks_twice ? with_second_looks : Approach{});
   double factor = 1;
   while (mesh_.live_vertices > target && pass_ < most_passes) {
     const double tries = factor * std::max(Approach{}.tries * (mesh_.live_vertices - target),

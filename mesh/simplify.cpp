@@ -41,7 +41,7 @@ constexpr int sweeps = 3;
 constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.3;
+constexpr double vertices_to_follow = 1.37;
 constexpr CollapsePasses::Approach up_to_following{
     .nearest = 0.08, .share_of_pass = 0.4, .tries = 2};
 

@@ -115,7 +115,7 @@ void Fan::spread(const CollapseMesh& mesh, const Star& star, Vec3d r,
   }
 }
 
-/// The facet that d lies in when seen along the mean normal; where that says nothing, the first.
+/// The facet in whose sector d lies when seen along the mean normal; -1: none.
 int Fan::sector(Vec3d d) const {
   const Vec3d along = cross(d, axis_);
   double left = dot(spoke_[0], along);
@@ -124,7 +124,7 @@ int Fan::sector(Vec3d d) const {
     if (left >= 0 && after < 0) return i;
     left = after;
   }
-  return 0;
+  return -1;
 }
 
 /// Whether the point of the plane of facet i that is nearest to d lies in the facet.
@@ -143,17 +143,22 @@ Fan::Nearest Fan::nearest(Vec3d p, int likely) const {
   const Vec3d d = p - r_;
   if (likely >= 0 && is_over(likely, d)) return over(likely, d);
   const int i = sector(d);
-  return is_over(i, d) ? over(i, d) : nearest_of_all(d);
+  if (i >= 0 && is_over(i, d)) return over(i, d);
+  // Seen in the sector of a facet it is near that one or those beside it.
+  const int count = star_->count;
+  const bool is_inside = i >= 0 && star_->closed && count > 3;
+  return is_inside ? nearest_of(i > 0 ? i - 1 : count - 1, 3, d) : nearest_of(0, count, d);
 }
 
-/// d: from the centre.
-Fan::Nearest Fan::nearest_of_all(Vec3d d) const {
+/// Of `count` facets from `first` on and those behind their rims; d: from the centre.
+Fan::Nearest Fan::nearest_of(int first, int count, Vec3d d) const {
   Nearest nearest;
   const auto look_at = [&](std::uint32_t f, const std::array<Vec3d, 3>& corners) {
     const double square = squared(closest_on_triangle(d, corners).distance);
     if (square < nearest.squared_distance) nearest = {f, square};
   };
-  for (int k = 0; k < star_->count; ++k) {
+  for (int i = first; i < first + count; ++i) {
+    const int k = i < star_->count ? i : i - star_->count;
     look_at(star_->facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
     const std::uint32_t across = mesh_->topology.opposite(star_->rim[k]);
     if (across == HalfEdges::none) continue;

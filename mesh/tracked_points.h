@@ -42,7 +42,7 @@ class Fan {
   int sector(Vec3d d) const;
   bool is_over(int i, Vec3d d) const;
   Nearest over(int i, Vec3d d) const;
-  Nearest nearest_of_all(Vec3d d) const;
+  Nearest nearest_of(int first, int count, Vec3d d) const;
 
   const CollapseMesh* mesh_ = nullptr;
   const Star* star_ = nullptr;
