@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "mesh/collapse_passes.h"
 #include "mesh/crossings.h"
@@ -208,10 +210,17 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   const bool to_number = target > 0;
   const double shape_weight = shape_weight_of(options);
   const std::uint32_t before = work.live_vertices;
-  EdgeSizes sizes = sizes_of(options, is_feature, work);
-  LargeVector<Vec3d> places = work.r;
-  CollapsePasses passes(work, checks, sizes,
-                        {.looks_twice = to_number, .shape_weight = shape_weight});
+  EdgeSizes sizes;
+  LargeVector<Vec3d> places;
+  std::optional<CollapsePasses> ready;
+  const auto find_sizes = [&] { sizes = sizes_of(options, is_feature, work); };
+  const auto get_ready = [&] {
+    places = work.r;
+    ready.emplace(work, checks, sizes,
+                  PassOrder{.looks_twice = to_number, .shape_weight = shape_weight});
+  };
+  in_parallel(find_sizes, get_ready);
+  CollapsePasses& passes = *ready;
   passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target), up_to_following);
   TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
   if (to_number) {
@@ -347,11 +356,11 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   } else {
     run_plain(options, work, checks, target);
   }
-  attempt.result.mesh = work.extract(order);
+  in_parallel([&] { attempt.crossings = crossings(work); },
+              [&] { attempt.result.mesh = work.extract(order); });
   attempt.result.proven_distance = moved + checks.proven_error(work.topology);
   attempt.result.stopped_by = reason(options, work, checks, target);
   attempt.bound = checks.bound();
-  attempt.crossings = crossings(work);
   return attempt;
 }
 
