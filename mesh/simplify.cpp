@@ -34,7 +34,10 @@ constexpr double soft_max_error = 0.5;
 constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
+
+/// Of the spacing's square.
+constexpr double shape_weight_to_number = 5e-6;
+constexpr double shape_weight_within_bound = 4e-6;
 
 /// Of moves, once the vertices are as few as asked for.
 constexpr int sweeps = 3;
@@ -43,7 +46,7 @@ constexpr int sweeps = 3;
 constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.37;
+constexpr double vertices_to_follow = 1.4;
 constexpr CollapsePasses::Approach up_to_following{
     .nearest = 0.08, .share_of_pass = 0.4, .tries = 2};
 
@@ -190,8 +193,9 @@ double finish_curvature(const EdgeSizes& sizes, double shape_weight, int sweeps,
   return points.largest(work);
 }
 
-double shape_weight_of(const SimplifyOptions& options) {
-  return options.shape_weight.value_or(default_shape_weight) * options.spacing * options.spacing;
+double shape_weight_of(const SimplifyOptions& options, bool to_number) {
+  const double by_default = to_number ? shape_weight_to_number : shape_weight_within_bound;
+  return options.shape_weight.value_or(by_default) * options.spacing * options.spacing;
 }
 
 /// Down to a number of vertices, with a bound as low as will do.
@@ -208,7 +212,7 @@ void run_to(std::uint32_t target, CollapsePasses& passes, CollapseMesh& work,
 double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
                      CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
   const bool to_number = target > 0;
-  const double shape_weight = shape_weight_of(options);
+  const double shape_weight = shape_weight_of(options, to_number);
   const std::uint32_t before = work.live_vertices;
   EdgeSizes sizes;
   LargeVector<Vec3d> places;
