@@ -14,8 +14,11 @@ namespace scarp {
 
 namespace {
 
-/// Small enough for a core's cache, large enough that the seam is thin.
-constexpr double vertices_per_block = 2500;
+/// Small enough for a core's cache, large enough that the seam is thin; and enough of them that
+/// threads end at about the same time.
+constexpr double most_per_block = 6000;
+constexpr double least_per_block = 2500;
+constexpr double blocks_wanted = 16;
 
 /// Where the cuts lie, in cubes: each pass is far from the cuts of those before it.
 constexpr double shifts[]{0, 0.5, 0.25, 0.75};
@@ -34,7 +37,9 @@ class Cubes {
  public:
   Cubes(const CollapseMesh& mesh, int pass) {
     Box box = mesh.box;
-    const double size = std::sqrt(mesh.area / std::max(mesh.live_vertices, 1U) * vertices_per_block);
+    const double live = std::max(mesh.live_vertices, 1U);
+    const double per_block = std::clamp(live / blocks_wanted, least_per_block, most_per_block);
+    const double size = std::sqrt(mesh.area / live * per_block);
     for (int axis = 0; axis < 2; ++axis) {
       const double width = box.upper[axis] - box.lower[axis];
       if (!mesh.periodic[axis] || !(width > 0)) continue;
