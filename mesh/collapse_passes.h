@@ -34,9 +34,9 @@ struct PassOrder {
 /// only roughly in their order.
 ///
 /// A pass finds what edges cost whose ends have changed (placement.h), takes the cheapest of all,
-/// at most a quarter, and goes through them block by block (blocks.h), within a block from cheap to
-/// dear. A vertex is merged once in a pass, so the collapses spread over the mesh; an edge that was
-/// refused waits until one of its ends has changed.
+/// at most a share of them, and goes through them block by block (blocks.h), within a block from
+/// cheap to dear. A vertex is merged once in a pass, so the collapses spread over the mesh; an edge
+/// that was refused waits until one of its ends has changed.
 ///
 /// Edges between free vertices go through the checks of pass_star.h first. Those at sides, borders
 /// and boundaries, also in periodic pairs, go through CollapseChecks alone. Nothing goes that the
@@ -44,12 +44,12 @@ struct PassOrder {
 ///
 /// Costs do not know what earlier collapses did. A second look may: after follow(), an edge whose
 /// turn it is has to be among the cheapest by how much it adds to the squared distances of all
-/// vertices of the input as well. That is dear, and it is enough for the last few per cent.
+/// vertices of the input as well. That is dear, and it is enough for the last part of the way.
 ///
 /// A number of vertices is reached by passes that try less the nearer it is; the last ones go
 /// through the whole mesh in one block, and stop at the number.
 ///
-/// Cost:   about 2 us of one core per vertex removed; 230 bytes per vertex.
+/// Cost:   about 2 us of one core per vertex removed; 240 bytes per vertex.
 /// Source: the placement and cost are those of Lindstrom and Turk 1998, sec. 4.
 class CollapsePasses {
  public:

@@ -34,8 +34,7 @@ constexpr double soft_max_error = 0.5;
 constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-
-/// Of the spacing's square.
+// Of the spacing's square.
 constexpr double shape_weight_to_number = 5e-6;
 constexpr double shape_weight_within_bound = 4e-6;
 
