@@ -34,7 +34,7 @@ constexpr float share_of_second_look = 0.7F;
 constexpr double weight_of_early_shapes = 5.0 / 3;
 
 /// Of passes whose second looks know the points: most of what they try waits.
-constexpr CollapsePasses::Approach with_second_looks{.tries = 3};
+constexpr CollapsePasses::Approach with_second_looks{.tries = 2};
 
 /// How much too low costs are as squared distances of points: an estimate that is too low is
 /// corrected, one that is too high comes too late.
