@@ -60,8 +60,9 @@ class Blocks {
   std::uint32_t count_ = 0;
 };
 
-/// Calls body(block) for each block that is not empty, on all threads; those with most to do go first, so that no
-/// thread is left waiting for one of them. sizes: per block, how much there is to do.
+/// Calls body(block) for each block that is not empty, on all threads; those with most to do go
+/// first, so that no thread is left waiting for one of them. sizes: per block, how much there is to
+/// do.
 void for_each_block(std::span<const std::size_t> sizes,
                     const std::function<void(std::uint32_t block)>& body);
 

@@ -200,9 +200,13 @@ class CollapsePasses::Worker {
     for (int i = 0; i < star.count; ++i) prefetch(&all_.terms_[star.ring[i]]);
     const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r) / all_.floats_.scale);
     star_.place_at(mesh_, all_.floats_, all_.floats_.place(r));
+    const double shapes = cost_of_early_shapes();
+    // Half of what waits does so for its shapes alone, the quickest to see.
+    const auto look_at_shapes = [&] { return look(placed.cost + shapes, square); };
+    if (all_.points_ == nullptr && comes_later(h, look_at_shapes)) return;
     if (!keeps_lengths() || !star_.keeps_facets(mesh_)) {
       refuse(h);
-    } else if (!comes_later(h, [&] { return second_look(placed.cost, square, r); })) {
+    } else if (!comes_later(h, [&] { return second_look(placed.cost, shapes, square, r); })) {
       if (allows(r)) {
         collapse_free(h, r);
       } else {
@@ -225,23 +229,29 @@ class CollapsePasses::Worker {
     return true;
   }
 
-  /// Of an edge between free vertices that goes to r, after place_at().
-  float second_look(float cost, float square, Vec3d r) {
-    const Star& star = star_.star();
-    double sum = 0;
-    if (all_.points_ != nullptr) {
-      const std::span<const Vec3d> normals = normals_around(r);
-      fan_.spread(mesh_, star, r, normals);
-      sum = all_.cost_of_points(growth_of_points(star, fan_, r, normals) / optimism);
-    } else {
+  /// Of a second look without points, after place_at().
+  double cost_of_early_shapes() {
+    const double weight = weight_of_early_shapes * all_.order_.shape_weight;
+    const bool looks = all_.order_.looks_twice && all_.points_ == nullptr && weight > 0;
+    return looks ? all_.cost_of_shapes(weight * star_.shape_growth(all_.floats_)) : 0;
+  }
+
+  /// Of an edge between free vertices that goes to r, after place_at(). shapes: what they cost
+  /// where there are no points.
+  float second_look(float cost, double shapes, float square, Vec3d r) {
+    if (all_.points_ == nullptr) {
       const double ends = star_.squared_heights_of_ends(all_.floats_) * all_.squared_unit_;
-      sum = std::max(double{cost}, all_.cost_of_points(ends));
-      if (all_.order_.shape_weight > 0) {
-        const double weight = weight_of_early_shapes * all_.order_.shape_weight;
-        sum += all_.cost_of_shapes(weight * star_.shape_growth(all_.floats_));
-      }
+      return look(std::max(double{cost}, all_.cost_of_points(ends)) + shapes, square);
     }
-    return all_.rank_of(static_cast<float>(std::max(sum, 0.0)), star.u, star.v, square);
+    const Star& star = star_.star();
+    const std::span<const Vec3d> normals = normals_around(r);
+    fan_.spread(mesh_, star, r, normals);
+    return look(all_.cost_of_points(growth_of_points(star, fan_, r, normals) / optimism), square);
+  }
+
+  float look(double cost, float square) const {
+    const Star& star = star_.star();
+    return all_.rank_of(static_cast<float>(std::max(cost, 0.0)), star.u, star.v, square);
   }
 
   /// Of an edge that is not free in its places, and its twin edge; after their stars are gathered.

@@ -179,8 +179,8 @@ struct FourBoxes {
   FloatMask meet(const RoundedBox& box) const {
     FloatMask apart{};
     for (int axis = 0; axis < 3; ++axis) {
-      apart |= (upper[axis] < all_lanes(box.lower[axis])) |
-               (all_lanes(box.upper[axis]) < lower[axis]);
+      apart |=
+          (upper[axis] < all_lanes(box.lower[axis])) | (all_lanes(box.upper[axis]) < lower[axis]);
     }
     return ~apart;
   }

@@ -27,8 +27,8 @@ struct FacetShares {
 FacetShares shares_of(const CollapseMesh& mesh, std::uint32_t f) {
   const double twice_area = length(mesh.normals[f]);
   // Of the edge opposite to each corner.
-  const std::array<double, 3> square{mesh.squared_length(3 * f + 1),
-                                     mesh.squared_length(3 * f + 2), mesh.squared_length(3 * f)};
+  const std::array<double, 3> square{mesh.squared_length(3 * f + 1), mesh.squared_length(3 * f + 2),
+                                     mesh.squared_length(3 * f)};
   // A facet without a height has no angles; it carries no area either.
   if (twice_area <= 1e-9 * std::max({square[0], square[1], square[2]})) return {};
   FacetShares shares{.per_length = static_cast<float>(1 / twice_area)};

@@ -109,8 +109,8 @@ double mean_feature_edge(const CollapseMesh& mesh, const std::vector<bool>& is_f
     }
     return lengths;
   };
-  const Lengths lengths = parallel_reduce(mesh.normals.size(), grain, Lengths{},
-                                          of_range, [](Lengths all, const Lengths& part) {
+  const Lengths lengths = parallel_reduce(mesh.normals.size(), grain, Lengths{}, of_range,
+                                          [](Lengths all, const Lengths& part) {
                                             for (std::size_t i = 0; i < 2; ++i) {
                                               all.sum[i] += part.sum[i];
                                               all.count[i] += part.count[i];

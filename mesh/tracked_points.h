@@ -47,13 +47,13 @@ class Fan {
   const CollapseMesh* mesh_ = nullptr;
   const Star* star_ = nullptr;
   Vec3d r_;
-  Vec3d axis_;                                    ///< along the mean normal
-  std::array<Vec3d, Star::capacity + 1> spoke_;   ///< from the centre to the ring vertices
-  std::array<Vec3d, Star::capacity> normal_;      ///< twice the area vectors
-  std::array<double, Star::capacity> square_;     ///< of the normals
-  std::array<Vec3d, Star::capacity> to_first_;    ///< d has weight to_first d of ring vertex i,
-  std::array<Vec3d, Star::capacity> to_second_;   ///< to_second d of the next, of square in all
-  std::vector<Found> found_;                      ///< of the points of the star
+  Vec3d axis_;                                   ///< along the mean normal
+  std::array<Vec3d, Star::capacity + 1> spoke_;  ///< from the centre to the ring vertices
+  std::array<Vec3d, Star::capacity> normal_;     ///< twice the area vectors
+  std::array<double, Star::capacity> square_;    ///< of the normals
+  std::array<Vec3d, Star::capacity> to_first_;   ///< d has weight to_first d of ring vertex i,
+  std::array<Vec3d, Star::capacity> to_second_;  ///< to_second d of the next, of square in all
+  std::vector<Found> found_;                     ///< of the points of the star
   bool has_found_ = false;
 };
 
