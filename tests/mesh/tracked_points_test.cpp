@@ -144,10 +144,9 @@ TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
   EXPECT_NEAR(points.largest(mesh), 0, 1e-7);
 }
 
-/// Moves every seventh inner vertex, with the points around it. Calls check(star, growth) after
-/// each.
-template <class Check>
-void disturb(CollapseMesh& mesh, TrackedPoints& points, const Check& check) {
+/// Moves every seventh inner vertex, with the points around it. Calls note(growth) for each.
+template <class Note>
+void disturb(CollapseMesh& mesh, TrackedPoints& points, const Note& note) {
   for (std::uint32_t v = 0; v < mesh.r.size(); v += 7) {
     if (mesh.topology.outgoing(v) == HalfEdges::none || mesh.topology.on_boundary(v)) continue;
     Star star;
@@ -159,7 +158,7 @@ void disturb(CollapseMesh& mesh, TrackedPoints& points, const Check& check) {
     points.move(star, fan);
     mesh.r[v] = r;
     for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = normals[i];
-    check(star, growth);
+    note(growth);
   }
 }
 
@@ -167,7 +166,9 @@ TEST(TrackedPoints, GrowByWhatWasSaidOfAMove) {
   CollapseMesh mesh(landscape(), {});
   TrackedPoints points(mesh);
   double expected = 0;
-  disturb(mesh, points, [&](const Star&, double growth) { expected += growth; });
+  for (int i = 0; i < 2; ++i) {
+    disturb(mesh, points, [&](double growth) { expected += growth; });
+  }
   double sum = 0;
   std::size_t count = 0;
   for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
@@ -186,7 +187,7 @@ TEST(TrackedPoints, GrowByWhatWasSaidOfAMove) {
 TEST(TrackedPoints, OneOfAllIsFurthest) {
   CollapseMesh mesh(landscape(), {});
   TrackedPoints points(mesh);
-  disturb(mesh, points, [](const Star&, double) {});
+  disturb(mesh, points, [](double) {});
   double furthest = 0;
   for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
     const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
