@@ -196,8 +196,8 @@ void add_arguments(CLI::App& command, SimplifyArguments& arguments) {
                      "Mean curvature above which a vertex is a feature (default: from the noise)");
   command.add_option(
       "--shape-weight", options.shape_weight,
-      "Good shapes against small distances, for curvature, in squared spacings (default: "
-      "4e-6)");
+      "Good shapes against small distances, for curvature, in squared spacings (default: 5e-6 to a "
+      "number of vertices, else 4e-6)");
 }
 
 void add_arguments(CLI::App& command, FluxArguments& arguments) {

@@ -16,6 +16,12 @@ void parallel_for(std::size_t count, std::size_t grain,
   });
 }
 
+void in_parallel(const std::function<void()>& first, const std::function<void()>& second) {
+  parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) i == 0 ? first() : second();
+  });
+}
+
 ThreadLimit::ThreadLimit(int threads)
     : control_(threads > 0 ? new tbb::global_control(tbb::global_control::max_allowed_parallelism,
                                                      static_cast<std::size_t>(threads))

@@ -28,6 +28,10 @@ T parallel_reduce(std::size_t count, std::size_t grain, T start, const Body& bod
   return start;
 }
 
+/// Calls both, at the same time where there is a second thread. As bodies of parallel_for they must
+/// not throw, and may use it themselves.
+void in_parallel(const std::function<void()>& first, const std::function<void()>& second);
+
 /// Limits the number of threads while it lives; 0 means all cores.
 class ThreadLimit {
  public:

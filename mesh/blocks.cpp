@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "mesh/cube_lattice.h"
@@ -12,8 +14,11 @@ namespace scarp {
 
 namespace {
 
-/// Small enough for a core's cache, large enough that the seam is thin.
-constexpr double vertices_per_block = 4000;
+/// Small enough for a core's cache, large enough that the seam is thin; and enough of them that
+/// threads end at about the same time.
+constexpr double most_per_block = 6000;
+constexpr double least_per_block = 2500;
+constexpr double blocks_wanted = 16;
 
 /// Where the cuts lie, in cubes: each pass is far from the cuts of those before it.
 constexpr double shifts[]{0, 0.5, 0.25, 0.75};
@@ -26,13 +31,15 @@ constexpr std::size_t grain = 8192;
 
 constexpr std::uint32_t no_block = 0xffffffffU;
 
-/// Cubes over the live vertices, cut where the pass says. A periodic mesh is cut open before its
-/// upper side; what lies behind goes one period down.
+/// Cubes over a mesh, cut where the pass says, each with its share of the area. A periodic mesh is
+/// cut open before its upper side; what lies behind goes one period down.
 class Cubes {
  public:
   Cubes(const CollapseMesh& mesh, int pass) {
-    Box box = box_of(mesh);
-    const double size = size_of(mesh);
+    Box box = mesh.box;
+    const double live = std::max(mesh.live_vertices, 1U);
+    const double per_block = std::clamp(live / blocks_wanted, least_per_block, most_per_block);
+    const double size = std::sqrt(mesh.area / live * per_block);
     for (int axis = 0; axis < 2; ++axis) {
       const double width = box.upper[axis] - box.lower[axis];
       if (!mesh.periodic[axis] || !(width > 0)) continue;
@@ -55,83 +62,64 @@ class Cubes {
   }
 
  private:
-  static Box box_of(const CollapseMesh& mesh);
-  /// So that a cube has its share of the area.
-  static double size_of(const CollapseMesh& mesh);
-
   CubeLattice lattice_;
   std::array<double, 2> period_{};
   Vec3d end_;
 };
 
-Box Cubes::box_of(const CollapseMesh& mesh) {
-  const auto box_of_range = [&mesh](std::size_t begin, std::size_t end) {
-    Box box;
-    for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      if (mesh.topology.outgoing(v) != HalfEdges::none) box.add(mesh.r[v]);
-    }
-    return box;
-  };
-  return parallel_reduce(mesh.r.size(), grain, Box{}, box_of_range, [](Box all, const Box& part) {
-    all.add(part.lower);
-    all.add(part.upper);
-    return all;
-  });
-}
-
-double Cubes::size_of(const CollapseMesh& mesh) {
-  // Some living facets stand for all, of which there are two to a vertex.
-  constexpr std::uint32_t stride = 7;
-  double twice_area = 0;
-  std::uint32_t count = 0;
-  for (std::uint32_t f = 0; f < mesh.normals.size(); f += stride) {
-    if (!mesh.topology.alive(f)) continue;
-    twice_area += length(mesh.normals[f]);
-    ++count;
-  }
-  // Of a few regular facets all that are looked at may be gone: then one cube holds all.
-  return count > 0 ? std::sqrt(twice_area / count * vertices_per_block)
-                   : std::numeric_limits<double>::max();
-}
-
 }  // namespace
 
 Blocks::Blocks(const CollapseMesh& mesh, int pass) : block_(mesh.r.size(), no_block) {
   const Cubes cubes(mesh, pass);
+  count_ = cubes.count();
   parallel_for(block_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
       if (mesh.topology.outgoing(v) != HalfEdges::none) block_[v] = cubes.of(mesh.r[v]);
     }
   });
-  std::vector<std::uint32_t> vertices_in(cubes.count(), 0);
-  for (const std::uint32_t cube : block_) {
-    if (cube != no_block) ++vertices_in[cube];
-  }
-  // Empty cubes are no blocks.
-  std::vector<std::uint32_t> number(cubes.count(), no_block);
-  begin_ = {0};
-  for (std::uint32_t cube = 0; cube < number.size(); ++cube) {
-    if (vertices_in[cube] == 0) continue;
-    number[cube] = count();
-    begin_.push_back(begin_.back() + vertices_in[cube]);
-  }
-  vertices_.resize(begin_.back());
-  std::vector<std::uint32_t> cursor(begin_.begin(), begin_.end() - 1);
-  for (std::uint32_t v = 0; v < block_.size(); ++v) {
-    if (block_[v] == no_block) continue;
-    block_[v] = number[block_[v]];
-    vertices_[cursor[block_[v]]++] = v;
-  }
 }
 
 Blocks Blocks::whole(const CollapseMesh& mesh) {
   Blocks blocks;
   blocks.block_.assign(mesh.r.size(), 0);
-  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
-    if (mesh.topology.outgoing(v) != HalfEdges::none) blocks.vertices_.push_back(v);
-  }
-  blocks.begin_ = {0, static_cast<std::uint32_t>(blocks.vertices_.size())};
+  blocks.count_ = 1;
   return blocks;
+}
+
+void for_each_block(std::span<const std::size_t> sizes,
+                    const std::function<void(std::uint32_t block)>& body) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t block = 0; block < sizes.size(); ++block) {
+    if (sizes[block] > 0) order.push_back(block);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return sizes[a] > sizes[b]; });
+  // Threads take what comes next, whatever ranges they are given.
+  std::atomic<std::size_t> taken = 0;
+  parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(order[taken++]);
+  });
+}
+
+VerticesByBlock::VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks)
+    : begin_(blocks.count() + 1, 0) {
+  const auto for_each = [&](const auto& visit) {
+    for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+      if (mesh.topology.outgoing(v) != HalfEdges::none) visit(v, blocks.of(v));
+    }
+  };
+  for_each([&](std::uint32_t, std::uint32_t block) { ++begin_[block + 1]; });
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  vertices_.resize(begin_.back());
+  std::vector<std::uint32_t> cursor(begin_.begin(), begin_.end() - 1);
+  for_each([&](std::uint32_t v, std::uint32_t block) { vertices_[cursor[block]++] = v; });
+}
+
+void VerticesByBlock::for_each_block(
+    const std::function<void(std::uint32_t block, std::span<const std::uint32_t>)>& body) const {
+  std::vector<std::size_t> sizes(begin_.size() - 1);
+  for (std::uint32_t block = 0; block < sizes.size(); ++block) sizes[block] = of(block).size();
+  scarp::for_each_block(sizes, [&](std::uint32_t block) { body(block, of(block)); });
 }
 
 }  // namespace scarp

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -25,13 +27,11 @@ class Blocks {
   /// One block that holds all.
   static Blocks whole(const CollapseMesh& mesh);
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(begin_.size() - 1); }
+  /// Some of them may be empty.
+  std::uint32_t count() const { return count_; }
 
-  /// Those of a block that have facets, in their order in the mesh.
-  std::span<const std::uint32_t> vertices(std::uint32_t block) const {
-    return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
-  }
-
+  /// That of a vertex with facets.
+  std::uint32_t of(std::uint32_t v) const { return block_[v]; }
   bool holds(std::uint32_t block, std::uint32_t v) const { return block_[v] == block; }
 
   bool holds(std::uint32_t block, const Star& star) const {
@@ -56,9 +56,33 @@ class Blocks {
  private:
   Blocks() = default;
 
-  std::vector<std::uint32_t> block_;     ///< per vertex
-  std::vector<std::uint32_t> begin_;     ///< per block, and one more
-  std::vector<std::uint32_t> vertices_;  ///< by block
+  std::vector<std::uint32_t> block_;  ///< per vertex
+  std::uint32_t count_ = 0;
+};
+
+/// Calls body(block) for each block that is not empty, on all threads; those with most to do go
+/// first, so that no thread is left waiting for one of them. sizes: per block, how much there is to
+/// do.
+void for_each_block(std::span<const std::size_t> sizes,
+                    const std::function<void(std::uint32_t block)>& body);
+
+/// The vertices that have facets, by block.
+class VerticesByBlock {
+ public:
+  VerticesByBlock(const CollapseMesh& mesh, const Blocks& blocks);
+
+  /// In their order in the mesh.
+  std::span<const std::uint32_t> of(std::uint32_t block) const {
+    return {vertices_.data() + begin_[block], vertices_.data() + begin_[block + 1]};
+  }
+
+  /// As the function above, with the vertices of the block.
+  void for_each_block(
+      const std::function<void(std::uint32_t block, std::span<const std::uint32_t>)>& body) const;
+
+ private:
+  std::vector<std::uint32_t> begin_;  ///< per block, and one more
+  std::vector<std::uint32_t> vertices_;
 };
 
 }  // namespace scarp

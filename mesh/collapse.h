@@ -73,7 +73,7 @@ class CollapseChecks {
   const Star& star() const { return star_; }
   Vec3d place() const { return place_; }
   std::span<const Vec3d> normals() const { return normals_; }
-  const Fan& fan(const CollapseMesh& mesh) const {
+  Fan& fan(const CollapseMesh& mesh) const {
     if (!fan_is_spread_) fan_.spread(mesh, star_, place_, normals_);
     fan_is_spread_ = true;
     return fan_;

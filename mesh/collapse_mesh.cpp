@@ -116,9 +116,10 @@ CoarseDirection::CoarseDirection(Vec3d n) {
 
 CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
     : topology(mesh), planes(side_positions) {
-  const Box box = bounding_box(mesh);
+  box = bounding_box(mesh);
   if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
   if (side_positions.diagonal) centre.y = centre.x;
+  box = {box.lower - centre, box.upper - centre};
   const std::uint32_t vertex_count = topology.vertex_count();
   r.resize(vertex_count);
   sides.resize(vertex_count);
@@ -148,6 +149,14 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
   parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) normals[f] = normal_of(static_cast<std::uint32_t>(f));
   });
+  area = parallel_reduce(
+      normals.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double twice_area = 0;
+        for (std::size_t f = begin; f < end; ++f) twice_area += length(normals[f]);
+        return 0.5 * twice_area;
+      },
+      [](double a, double b) { return a + b; });
   input_normals.resize(normals.size());
   parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {

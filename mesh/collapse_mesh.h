@@ -50,6 +50,8 @@ struct CollapseMesh {
   std::vector<MaterialId> materials;           ///< per facet, or empty
   std::array<bool, 2> periodic{};              ///< per axis
   std::uint32_t live_vertices = 0;
+  Box box;          ///< around the places of the input
+  double area = 0;  ///< of the input
 
   CollapseMesh(const TriMesh& mesh, const Sides& side_positions);
 
@@ -89,6 +91,9 @@ struct CollapseMesh {
   }
 
   bool has_twins() const { return !twin.empty(); }
+
+  /// Every so many facets stand for all where a mean is asked for: a divisor of grains.
+  std::uint32_t stride_of_sample() const { return normals.size() > 20000 ? 8 : 1; }
 
   /// The mesh that is left: vertices and facets in their old order, or in that of a mesh that this
   /// one was made from by reordering.

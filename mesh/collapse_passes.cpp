@@ -33,12 +33,18 @@ constexpr float share_of_second_look = 0.7F;
 /// collapses have to live with.
 constexpr double weight_of_early_shapes = 5.0 / 3;
 
+/// Of passes whose second looks know the points: most of what they try waits.
+constexpr CollapsePasses::Approach with_second_looks{.tries = 2};
+
 /// How much too low costs are as squared distances of points: an estimate that is too low is
 /// corrected, one that is too high comes too late.
 constexpr double optimism = 0.5;
 
+/// Facets whose edges are ranked together.
+constexpr std::size_t facets_per_range = 4096;
+
 /// So few vertices are removed as quickly in one block.
-constexpr std::uint32_t few = 500;
+constexpr std::uint32_t few = 200;
 
 /// Passes are counted in two bytes.
 constexpr std::uint16_t most_passes = 0xfff0;
@@ -79,10 +85,22 @@ class Histogram {
 
 }  // namespace
 
-/// Of a block, in a pass.
+/// Edges that may go in a pass.
 struct CollapsePasses::Candidates {
   std::vector<std::uint32_t> edges;
   std::vector<std::uint16_t> bins;  ///< of their costs
+};
+
+/// Those of a block.
+struct CollapsePasses::Part {
+  std::uint32_t block;
+  Candidates candidates;
+};
+
+/// Those of a range of facets.
+struct CollapsePasses::Ranked {
+  Candidates candidates;
+  std::vector<Part> parts;  ///< after split()
   Histogram costs;
   std::size_t edge_count = 0;
 };
@@ -101,20 +119,20 @@ class CollapsePasses::Worker {
   }
 
   /// From cheap to dear, up to a bin of costs. share: of the edges, which may be collapsed.
-  void run(const Candidates& candidates, std::uint32_t last_bin, double share) {
-    const std::vector<std::uint32_t> in_order = sorted(candidates, last_bin);
-    most_ = share < 1 ? static_cast<std::uint32_t>(share * static_cast<double>(in_order.size()))
-                      : static_cast<std::uint32_t>(in_order.size());
-    for (std::size_t i = 0; i < in_order.size() && removed_ < most_; ++i) {
-      fetch_ahead(in_order, i);
-      const std::uint32_t h = in_order[i];
+  void run(std::span<const Ranked> ranked, std::uint32_t last_bin, double share) {
+    const std::vector<std::uint32_t> edges = in_order(ranked, last_bin);
+    most_ = share < 1 ? static_cast<std::uint32_t>(share * static_cast<double>(edges.size()))
+                      : static_cast<std::uint32_t>(edges.size());
+    for (std::size_t i = 0; i < edges.size() && removed_ < most_; ++i) {
+      fetch_ahead(edges, i);
+      const std::uint32_t h = edges[i];
       const std::uint32_t u = mesh_.topology.origin(h);
       if (u == HalfEdges::none) continue;
       const std::uint32_t v = mesh_.topology.target(h);
       if (all_.merged_in_[u] == all_.pass_ || all_.merged_in_[v] == all_.pass_) continue;
       if ((all_.tied_[u] | all_.tied_[v]) != 0) {
         try_tied(h);
-      } else if ((all_.at_seam_[u] | all_.at_seam_[v]) == 0) {
+      } else {
         try_free(h, u, v);
       }
     }
@@ -124,18 +142,29 @@ class CollapsePasses::Worker {
   bool bound_was_met() const { return checks_.bound_was_met(); }
 
  private:
-  static std::vector<std::uint32_t> sorted(const Candidates& candidates, std::uint32_t last_bin) {
+  std::vector<std::uint32_t> in_order(std::span<const Ranked> ranked,
+                                      std::uint32_t last_bin) const {
     std::vector<std::uint32_t> begin(last_bin + 2, 0);
-    for (const std::uint32_t bin : candidates.bins) {
-      if (bin <= last_bin) ++begin[bin + 1];
-    }
+    for_each_part(ranked, [&](const Candidates& candidates) {
+      for (const std::uint32_t bin : candidates.bins) ++begin[bin + 1];
+    });
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> result(begin.back());
-    for (std::size_t i = 0; i < candidates.bins.size(); ++i) {
-      const std::uint32_t bin = candidates.bins[i];
-      if (bin <= last_bin) result[begin[bin]++] = candidates.edges[i];
-    }
+    for_each_part(ranked, [&](const Candidates& candidates) {
+      for (std::size_t i = 0; i < candidates.bins.size(); ++i) {
+        result[begin[candidates.bins[i]]++] = candidates.edges[i];
+      }
+    });
     return result;
+  }
+
+  template <class Visit>
+  void for_each_part(std::span<const Ranked> ranked, const Visit& visit) const {
+    for (const Ranked& each : ranked) {
+      for (const Part& part : each.parts) {
+        if (part.block == block_) visit(part.candidates);
+      }
+    }
   }
 
   /// Asks for the memory of edges whose turn comes soon: those of one cost lie anywhere.
@@ -166,12 +195,18 @@ class CollapsePasses::Worker {
       return;
     }
     const Star& star = star_.star();
+    // What surrounds it may be changing.
+    if (!blocks_.holds(block_, star)) return;
     for (int i = 0; i < star.count; ++i) prefetch(&all_.terms_[star.ring[i]]);
     const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r) / all_.floats_.scale);
     star_.place_at(mesh_, all_.floats_, all_.floats_.place(r));
+    const double shapes = cost_of_early_shapes();
+    // Half of what waits does so for its shapes alone, the quickest to see.
+    const auto look_at_shapes = [&] { return look(placed.cost + shapes, square); };
+    if (all_.points_ == nullptr && comes_later(h, look_at_shapes)) return;
     if (!keeps_lengths() || !star_.keeps_facets(mesh_)) {
       refuse(h);
-    } else if (!comes_later(h, [&] { return second_look(placed.cost, square, r); })) {
+    } else if (!comes_later(h, [&] { return second_look(placed.cost, shapes, square, r); })) {
       if (allows(r)) {
         collapse_free(h, r);
       } else {
@@ -189,34 +224,40 @@ class CollapsePasses::Worker {
     if (!all_.order_.looks_twice) return false;
     const float rank = look();
     if (rank <= share_of_second_look * all_.limit_) return false;
-    all_.cost_[h] = rank;
+    all_.cost_[h] = rank / share_of_second_look;
     all_.ranked_in_[h] = all_.pass_;
     return true;
   }
 
-  /// Of an edge between free vertices that goes to r, after place_at().
-  float second_look(float cost, float square, Vec3d r) {
-    const Star& star = star_.star();
-    double sum = 0;
-    if (all_.points_ != nullptr) {
-      const std::span<const Vec3d> normals = normals_around(r);
-      fan_.spread(mesh_, star, r, normals);
-      sum = all_.cost_of_points(growth_of_points(star, fan_, r, normals) / optimism);
-    } else {
+  /// Of a second look without points, after place_at().
+  double cost_of_early_shapes() {
+    const double weight = weight_of_early_shapes * all_.order_.shape_weight;
+    const bool looks = all_.order_.looks_twice && all_.points_ == nullptr && weight > 0;
+    return looks ? all_.cost_of_shapes(weight * star_.shape_growth(all_.floats_)) : 0;
+  }
+
+  /// Of an edge between free vertices that goes to r, after place_at(). shapes: what they cost
+  /// where there are no points.
+  float second_look(float cost, double shapes, float square, Vec3d r) {
+    if (all_.points_ == nullptr) {
       const double ends = star_.squared_heights_of_ends(all_.floats_) * all_.squared_unit_;
-      sum = std::max(double{cost}, all_.cost_of_points(ends));
-      if (all_.order_.shape_weight > 0) {
-        const double weight = weight_of_early_shapes * all_.order_.shape_weight;
-        sum += all_.cost_of_shapes(weight * star_.shape_growth(all_.floats_));
-      }
+      return look(std::max(double{cost}, all_.cost_of_points(ends)) + shapes, square);
     }
-    return all_.rank_of(static_cast<float>(std::max(sum, 0.0)), star.u, star.v, square);
+    const Star& star = star_.star();
+    const std::span<const Vec3d> normals = normals_around(r);
+    fan_.spread(mesh_, star, r, normals);
+    return look(all_.cost_of_points(growth_of_points(star, fan_, r, normals) / optimism), square);
+  }
+
+  float look(double cost, float square) const {
+    const Star& star = star_.star();
+    return all_.rank_of(static_cast<float>(std::max(cost, 0.0)), star.u, star.v, square);
   }
 
   /// Of an edge that is not free in its places, and its twin edge; after their stars are gathered.
   float second_look_at_tied(std::uint32_t h, std::uint32_t twin, const Placed& placed) {
     const auto squares = [&](const CollapseChecks& checks) {
-      const Fan& fan = checks.fan(mesh_);
+      Fan& fan = checks.fan(mesh_);
       const Star& star = checks.star();
       if (all_.points_ != nullptr) {
         return growth_of_points(star, fan, checks.place(), checks.normals()) / optimism;
@@ -245,7 +286,7 @@ class CollapsePasses::Worker {
   }
 
   /// Of their squared distances, with the shapes.
-  double growth_of_points(const Star& star, const Fan& fan, Vec3d r,
+  double growth_of_points(const Star& star, Fan& fan, Vec3d r,
                           std::span<const Vec3d> normals) const {
     double sum = all_.points_->growth(star, fan);
     const double weight = all_.order_.shape_weight;
@@ -292,31 +333,38 @@ class CollapsePasses::Worker {
   void replace_terms(const Star& star, Vec3d r) {
     const Measure measure = all_.order_.measure;
     FloatTerms merged;
-    std::array<FloatTerms, PassStar::capacity> changes;
+    FloatTerms first_change;
+    FloatTerms change;
     Vec3d x = mesh_.r[star.ring[0]] - r;
     for (int i = 0; i < star.count; ++i) {
       const Vec3d y = mesh_.r[star.ring[i + 1]] - r;
       const std::uint32_t f = star.facet[i];
       const Vec3d n = cross(x, y);
       mesh_.normals[f] = n;
-      FloatTerms& change = changes[i];
-      const FloatRecord record = all_.floats_.normal(n, checks_.error(f));
-      change.add(measure, 1, {record.x, record.y, record.z});
-      merged.add(change);
-      change.add(measure, -1, all_.normal(f));
-      all_.floats_.normals[f] = record;
+      FloatRecord& record = all_.floats_.normals[f];
+      const FloatTerms before = FloatTerms::of(measure, vector_lanes(record));
+      record = all_.floats_.normal(n, checks_.error(f));
+      const FloatTerms after = FloatTerms::of(measure, vector_lanes(record));
+      merged += after;
+      // A vertex of the ring has this facet and the one before.
+      FloatTerms both = change;
+      change = after;
+      change -= before;
+      both += change;
+      if (i == 0) {
+        first_change = change;
+      } else {
+        all_.terms_[star.ring[i]] += both;
+      }
       x = y;
     }
-    for (int i = 0; i < star.count; ++i) {
-      FloatTerms& terms = all_.terms_[star.ring[i]];
-      terms.add(changes[i]);
-      terms.add(changes[i == 0 ? star.count - 1 : i - 1]);
-    }
+    first_change += change;
+    all_.terms_[star.ring[0]] += first_change;
     for (const std::uint32_t f : star.dying) {
-      const std::uint32_t h = 3 * f;
-      for (std::uint32_t g = h; g < h + 3; ++g) {
-        const std::uint32_t w = mesh_.topology.origin(g);
-        if (w != star.u && w != star.v) all_.terms_[w].add(measure, -1, all_.normal(f));
+      const FloatTerms before = FloatTerms::of(measure, vector_lanes(all_.floats_.normals[f]));
+      for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        const std::uint32_t w = mesh_.topology.origin(h);
+        if (w != star.u && w != star.v) all_.terms_[w] -= before;
       }
     }
     all_.terms_[star.u] = merged;
@@ -442,7 +490,6 @@ CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeS
       changed_in_(mesh.r.size(), first_pass),
       merged_in_(mesh.r.size(), 0),
       tied_(mesh.r.size(), 1),
-      at_seam_(mesh.r.size(), 0),
       merged_into_(mesh.r.size()) {
   std::iota(merged_into_.begin(), merged_into_.end(), 0U);
   constexpr std::size_t grain = 4096;
@@ -464,8 +511,10 @@ CollapsePasses::CollapsePasses(CollapseMesh& mesh, CollapseChecks& checks, EdgeS
 
 void CollapsePasses::find_terms(std::uint32_t v) {
   FloatTerms terms;
-  mesh_.topology.for_each_outgoing(
-      v, [&](std::uint32_t h) { terms.add(order_.measure, 1, normal(HalfEdges::facet(h))); });
+  mesh_.topology.for_each_outgoing(v, [&](std::uint32_t h) {
+    const FloatRecord& record = floats_.normals[HalfEdges::facet(h)];
+    terms += FloatTerms::of(order_.measure, vector_lanes(record));
+  });
   terms_[v] = terms;
 }
 
@@ -506,88 +555,121 @@ float CollapsePasses::rank_of_tied(std::uint32_t h, const Placed& placed) const 
                          wants(mesh_.topology.origin(twin), mesh_.topology.target(twin)));
 }
 
-void CollapsePasses::rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates) {
+void CollapsePasses::rank_edges_of(std::uint32_t begin, std::uint32_t end, Ranked& ranked) {
   const HalfEdges& topology = mesh_.topology;
   EdgeCosts costs(order_.measure);
   const auto finish = [&] {
-    costs.finish([&](std::uint32_t h, float cost, float square) {
-      cost_[h] = rank_of(cost, topology.origin(h), topology.target(h), square);
+    costs.finish([&](const EdgeCosts::Edge& edge, float cost, float square) {
+      cost_[edge.h] = rank_of(cost, edge.u, edge.v, square);
     });
   };
-  list_edges(blocks, block, candidates.edges);
-  candidates.edge_count = candidates.edges.size();
+  std::array<std::uint32_t, std::size_t{3} * facets_per_range> edges;
+  const std::size_t edge_count = list_edges(begin, end, edges);
   const bool has_limits = sizes_.has_limits();
   std::size_t kept = 0;
-  for (const std::uint32_t h : candidates.edges) {
+  for (std::size_t i = 0; i < edge_count; ++i) {
+    const std::uint32_t h = edges[i];
     const std::uint32_t u = topology.origin(h);
     const std::uint32_t v = topology.target(h);
     const bool stale = is_stale(h, u, v);
     if (!stale && cost_[h] == never) continue;
     if (has_limits && !is_wanted(h, u, v)) continue;
-    candidates.edges[kept++] = h;
+    edges[kept++] = h;
     if (!stale) continue;
     ranked_in_[h] = static_cast<std::uint16_t>(pass_ - 1);
     if ((tied_[u] | tied_[v]) != 0) {
       cost_[h] = tied_rank(h);
       continue;
     }
-    costs.add(h, edge(u, v), terms_[u], terms_[v], normal(HalfEdges::facet(h)),
-              normal(HalfEdges::facet(topology.opposite(h))));
+    const FloatLanes along = vector_lanes(floats_.r[v]) - vector_lanes(floats_.r[u]);
+    costs.add({h, u, v}, along, terms_[u], terms_[v],
+              vector_lanes(floats_.normals[HalfEdges::facet(h)]),
+              vector_lanes(floats_.normals[HalfEdges::facet(topology.opposite(h))]));
     if (costs.is_full()) finish();
   }
   finish();
-  candidates.edges.resize(kept);
-  candidates.bins.resize(candidates.edges.size());
-  for (std::size_t i = 0; i < candidates.edges.size(); ++i) {
-    const std::uint32_t bin = Histogram::bin(cost_[candidates.edges[i]]);
-    candidates.bins[i] = static_cast<std::uint16_t>(bin);
-    candidates.costs.add(bin);
+  ranked.edge_count = edge_count;
+  ranked.candidates.edges.assign(edges.begin(), edges.begin() + kept);
+  ranked.candidates.bins.resize(kept);
+  for (std::size_t i = 0; i < kept; ++i) {
+    const std::uint32_t bin = Histogram::bin(cost_[edges[i]]);
+    ranked.candidates.bins[i] = static_cast<std::uint16_t>(bin);
+    ranked.costs.add(bin);
   }
 }
 
-/// Edges whose lower end lies in the block; at boundaries, those that begin there.
-void CollapsePasses::list_edges(const Blocks& blocks, std::uint32_t block,
-                                std::vector<std::uint32_t>& edges) {
+/// Edges of a range of facets, into an array with room for all their half edges. Returns how many.
+std::size_t CollapsePasses::list_edges(std::uint32_t begin, std::uint32_t end,
+                                       std::span<std::uint32_t> edges) const {
   const HalfEdges& topology = mesh_.topology;
-  edges.resize(4 * blocks.vertices(block).size() + 2);
   std::size_t count = 0;
-  for (const std::uint32_t u : blocks.vertices(block)) {
-    std::uint32_t at_seam = 0;
-    topology.for_each_outgoing(u, [&](std::uint32_t h) {
-      const std::uint32_t v = topology.target(h);
-      at_seam |= blocks.holds(block, v) ? 0 : 1;
+  for (std::uint32_t f = begin; f < end; ++f) {
+    if (!topology.alive(f)) continue;
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
       // Written anyway, and kept or not: half of all are not, in no order that could be foreseen.
-      if (count == edges.size()) edges.resize(2 * count);
       edges[count] = h;
-      count += topology.opposite(h) == HalfEdges::none || u < v ? 1 : 0;
-    });
-    at_seam_[u] = static_cast<std::uint8_t>(at_seam);
+      count += topology.is_edge(h) ? 1 : 0;
+    }
   }
-  edges.resize(count);
-  if (!mesh_.has_twins()) return;
-  std::erase_if(edges, [&](std::uint32_t h) {
+  if (!mesh_.has_twins()) return count;
+  const auto is_of_twin = [&](std::uint32_t h) {
     return topology.opposite(h) == HalfEdges::none && mesh_.edge(h) != h;
-  });
+  };
+  const auto listed_end = edges.begin() + static_cast<std::ptrdiff_t>(count);
+  return static_cast<std::size_t>(std::remove_if(edges.begin(), listed_end, is_of_twin) -
+                                  edges.begin());
 }
 
-std::vector<CollapsePasses::Candidates> CollapsePasses::rank(const Blocks& blocks) {
-  std::vector<Candidates> candidates(blocks.count());
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      rank_block(blocks, block, candidates[block]);
-    }
+std::vector<CollapsePasses::Ranked> CollapsePasses::rank() {
+  const std::size_t facet_count = mesh_.normals.size();
+  std::vector<Ranked> ranked((facet_count + facets_per_range - 1) / facets_per_range);
+  parallel_for(facet_count, facets_per_range, [&](std::size_t begin, std::size_t end) {
+    rank_edges_of(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
+                  ranked[begin / facets_per_range]);
   });
-  return candidates;
+  return ranked;
+}
+
+/// Of the candidates of a range those up to a bin of costs, by the block that holds both ends.
+void CollapsePasses::split(const Blocks& blocks, std::uint32_t last_bin, Ranked& ranked) const {
+  const auto& [edges, bins] = ranked.candidates;
+  std::vector<Part>& parts = ranked.parts;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (bins[i] > last_bin) continue;
+    const std::uint32_t h = edges[i];
+    const std::uint32_t block = blocks.of(mesh_.topology.origin(h));
+    if (!blocks.holds(block, mesh_.topology.target(h))) continue;
+    // Few blocks meet in a range, and neighbours are mostly in the same one.
+    if (last == parts.size() || parts[last].block != block) {
+      const auto part = std::find_if(parts.begin(), parts.end(),
+                                     [&](const Part& each) { return each.block == block; });
+      last = static_cast<std::size_t>(part - parts.begin());
+      if (part == parts.end()) parts.push_back({block, {}});
+    }
+    parts[last].candidates.edges.push_back(h);
+    parts[last].candidates.bins.push_back(bins[i]);
+  }
+}
+
+/// How many edges each block has, after split().
+std::vector<std::size_t> CollapsePasses::edges_of(std::span<const Ranked> ranked,
+                                                  std::uint32_t block_count) {
+  std::vector<std::size_t> result(block_count, 0);
+  for (const Ranked& each : ranked) {
+    for (const Part& part : each.parts) result[part.block] += part.candidates.edges.size();
+  }
+  return result;
 }
 
 /// Returns how many vertices are gone, of those that are more than the target.
 std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t target,
                                        double most_share, double most_tries) {
   ++pass_;
-  const std::vector<Candidates> candidates = rank(blocks);
+  std::vector<Ranked> ranked = rank();
   Histogram costs;
   std::size_t edge_count = 0;
-  for (const Candidates& each : candidates) {
+  for (const Ranked& each : ranked) {
     costs.add(each.costs);
     edge_count += each.edge_count;
   }
@@ -597,15 +679,16 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
   // The blocks together collapse no more than are to go.
   const double share = (mesh_.live_vertices - target + 0.5) / costs.up_to(last_bin);
 
+  parallel_for(ranked.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t range = begin; range < end; ++range) split(blocks, last_bin, ranked[range]);
+  });
   std::vector<std::uint32_t> removed(blocks.count(), 0);
   std::vector<std::uint8_t> bound_was_met(blocks.count(), 0);
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      Worker worker(*this, blocks, block);
-      worker.run(candidates[block], last_bin, share);
-      removed[block] = worker.removed();
-      bound_was_met[block] = worker.bound_was_met() ? 1 : 0;
-    }
+  for_each_block(edges_of(ranked, blocks.count()), [&](std::uint32_t block) {
+    Worker worker(*this, blocks, block);
+    worker.run(ranked, last_bin, share);
+    removed[block] = worker.removed();
+    bound_was_met[block] = worker.bound_was_met() ? 1 : 0;
   });
   if (std::find(bound_was_met.begin(), bound_was_met.end(), 1) != bound_was_met.end()) {
     checks_.note_bound_was_met();
@@ -630,7 +713,7 @@ bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
 }
 
 void CollapsePasses::run_to(std::uint32_t target) {
-  approach(target, {});
+  approach(target, order_.looks_twice ? with_second_looks : Approach{});
   double factor = 1;
   while (mesh_.live_vertices > target && pass_ < most_passes) {
     const double tries = factor * std::max(Approach{}.tries * (mesh_.live_vertices - target),

@@ -34,9 +34,9 @@ struct PassOrder {
 /// only roughly in their order.
 ///
 /// A pass finds what edges cost whose ends have changed (placement.h), takes the cheapest of all,
-/// at most a quarter, and goes through them block by block (blocks.h), within a block from cheap to
-/// dear. A vertex is merged once in a pass, so the collapses spread over the mesh; an edge that was
-/// refused waits until one of its ends has changed.
+/// at most a share of them, and goes through them block by block (blocks.h), within a block from
+/// cheap to dear. A vertex is merged once in a pass, so the collapses spread over the mesh; an edge
+/// that was refused waits until one of its ends has changed.
 ///
 /// Edges between free vertices go through the checks of pass_star.h first. Those at sides, borders
 /// and boundaries, also in periodic pairs, go through CollapseChecks alone. Nothing goes that the
@@ -44,12 +44,12 @@ struct PassOrder {
 ///
 /// Costs do not know what earlier collapses did. A second look may: after follow(), an edge whose
 /// turn it is has to be among the cheapest by how much it adds to the squared distances of all
-/// vertices of the input as well. That is dear, and it is enough for the last few per cent.
+/// vertices of the input as well. That is dear, and it is enough for the last part of the way.
 ///
 /// A number of vertices is reached by passes that try less the nearer it is; the last ones go
 /// through the whole mesh in one block, and stop at the number.
 ///
-/// Cost:   about 2 us of one core per vertex removed; 230 bytes per vertex.
+/// Cost:   about 2 us of one core per vertex removed; 240 bytes per vertex.
 /// Source: the placement and cost are those of Lindstrom and Turk 1998, sec. 4.
 class CollapsePasses {
  public:
@@ -86,12 +86,18 @@ class CollapsePasses {
   static constexpr std::uint16_t first_pass = 1;
 
   struct Candidates;
+  struct Part;
+  struct Ranked;
   class Worker;
 
   void find_terms(std::uint32_t v);
-  std::vector<Candidates> rank(const Blocks& blocks);
-  void rank_block(const Blocks& blocks, std::uint32_t block, Candidates& candidates);
-  void list_edges(const Blocks& blocks, std::uint32_t block, std::vector<std::uint32_t>& edges);
+  std::vector<Ranked> rank();
+  void rank_edges_of(std::uint32_t begin, std::uint32_t end, Ranked& ranked);
+  std::size_t list_edges(std::uint32_t begin, std::uint32_t end,
+                         std::span<std::uint32_t> edges) const;
+  void split(const Blocks& blocks, std::uint32_t last_bin, Ranked& ranked) const;
+  static std::vector<std::size_t> edges_of(std::span<const Ranked> ranked,
+                                           std::uint32_t block_count);
   bool is_stale(std::uint32_t h, std::uint32_t u, std::uint32_t v) const;
   float tied_rank(std::uint32_t h) const;
   float rank_of_tied(std::uint32_t h, const Placed& placed) const;
@@ -149,7 +155,6 @@ class CollapsePasses {
   std::vector<std::uint16_t> changed_in_;   ///< per vertex: the pass that changed its facets
   std::vector<std::uint16_t> merged_in_;    ///< per vertex: the pass that merged it
   std::vector<std::uint8_t> tied_;          ///< per vertex: whether not free to go anywhere
-  std::vector<std::uint8_t> at_seam_;       ///< per vertex: whether it has neighbours elsewhere
   std::vector<std::uint32_t> merged_into_;  ///< per vertex
   bool has_kept_ = false;                   ///< facets
   float limit_ = 0;                         ///< on the costs of the last pass

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "mesh/lanes.h"
 
 namespace scarp {
 
@@ -154,6 +155,37 @@ struct Group {
   }
 };
 
+/// Four boxes, so that another one is compared with all of them at once.
+struct FourBoxes {
+  std::array<FloatLanes, 3> lower{all_lanes(1e30F), all_lanes(1e30F), all_lanes(1e30F)};
+  std::array<FloatLanes, 3> upper{all_lanes(-1e30F), all_lanes(-1e30F), all_lanes(-1e30F)};
+
+  void put(std::size_t i, const RoundedBox& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis][i] = box.lower[axis];
+      upper[axis][i] = box.upper[axis];
+    }
+  }
+
+  /// Around all of them.
+  RoundedBox box() const {
+    RoundedBox all;
+    for (std::size_t i = 0; i < float_lanes; ++i) {
+      all.add({{lower[0][i], lower[1][i], lower[2][i]}, {upper[0][i], upper[1][i], upper[2][i]}});
+    }
+    return all;
+  }
+
+  FloatMask meet(const RoundedBox& box) const {
+    FloatMask apart{};
+    for (int axis = 0; axis < 3; ++axis) {
+      apart |=
+          (upper[axis] < all_lanes(box.lower[axis])) | (all_lanes(box.upper[axis]) < lower[axis]);
+    }
+    return ~apart;
+  }
+};
+
 /// The living facets in groups of neighbours, under a tree of boxes.
 class FacetGroups {
  public:
@@ -180,29 +212,37 @@ class FacetGroups {
       }
     });
     sort_along_curve();
-    levels_.emplace_back();
-    for (const Group& group : groups_) levels_[0].push_back(group.box());
+    for (const Group& group : groups_) boxes_.push_back(group.box());
+    levels_.push_back(in_fours(boxes_));
     while (levels_.back().size() > 1) {
-      const std::vector<RoundedBox>& below = levels_.back();
-      std::vector<RoundedBox> above((below.size() + branching - 1) / branching);
-      for (std::size_t i = 0; i < below.size(); ++i) above[i / branching].add(below[i]);
-      levels_.push_back(std::move(above));
+      std::vector<RoundedBox> boxes;
+      for (const FourBoxes& four : levels_.back()) boxes.push_back(four.box());
+      levels_.push_back(in_fours(boxes));
     }
   }
 
   std::size_t count() const { return groups_.size(); }
   const Group& group(std::size_t g) const { return groups_[g]; }
-  const RoundedBox& box(std::size_t g) const { return levels_.front()[g]; }
+  const RoundedBox& box(std::size_t g) const { return boxes_[g]; }
 
   /// Calls visit(g) for the groups from `first` on whose boxes meet the given one, in order.
   template <class Visit>
   void for_each_meeting(const RoundedBox& box, std::size_t first, const Visit& visit) const {
-    look(levels_.size() - 1, 0, box, first, visit);
+    if (!groups_.empty()) look(levels_.size() - 1, 0, box, first, visit);
   }
 
  private:
   static constexpr int bits = 2;
   static constexpr std::size_t branching = 1U << bits;
+  static_assert(branching == float_lanes);
+
+  static std::vector<FourBoxes> in_fours(std::span<const RoundedBox> boxes) {
+    std::vector<FourBoxes> fours((boxes.size() + branching - 1) / branching);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      fours[i / branching].put(i % branching, boxes[i]);
+    }
+    return fours;
+  }
 
   /// Puts the groups along a Z curve (Morton 1966), so that each part of the row is compact.
   void sort_along_curve() {
@@ -217,20 +257,25 @@ class FacetGroups {
     groups_ = std::move(sorted);
   }
 
+  /// At what lies under four boxes of a level.
   template <class Visit>
-  void look(std::size_t level, std::size_t i, const RoundedBox& box, std::size_t first,
+  void look(std::size_t level, std::size_t four, const RoundedBox& box, std::size_t first,
             const Visit& visit) const {
-    if (((i + 1) << (bits * level)) <= first || !levels_[level][i].meets(box)) return;
-    if (level == 0) {
-      visit(i);
-      return;
+    const FloatMask meet = levels_[level][four].meet(box);
+    for (std::size_t i = 0; i < branching; ++i) {
+      const std::size_t child = branching * four + i;
+      if (meet[i] == 0 || ((child + 1) << (bits * level)) <= first) continue;
+      if (level == 0) {
+        visit(child);
+      } else {
+        look(level - 1, child, box, first, visit);
+      }
     }
-    const std::size_t end = std::min(branching * (i + 1), levels_[level - 1].size());
-    for (std::size_t j = branching * i; j < end; ++j) look(level - 1, j, box, first, visit);
   }
 
   std::vector<Group> groups_;
-  std::vector<std::vector<RoundedBox>> levels_;  ///< of the groups, of four of those, and so on
+  std::vector<RoundedBox> boxes_;               ///< of the groups
+  std::vector<std::vector<FourBoxes>> levels_;  ///< of the groups, of four of those, and so on
 };
 
 /// Volume that three vectors span; 0 where rounding could have made it.

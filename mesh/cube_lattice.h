@@ -20,11 +20,12 @@ class CubeLattice {
     constexpr double most_per_axis = 127;
     const Vec3d extent = box.upper - box.lower;
     const double longest = std::max({extent.x, extent.y, extent.z});
-    size_ = std::max({size, longest / most_per_axis, 1e-300});
-    const double offset = shift * size_;
+    size = std::max({size, longest / most_per_axis, 1e-300});
+    per_size_ = 1 / size;
+    const double offset = shift * size;
     origin_ = box.lower - Vec3d{offset, offset, offset};
     for (int axis = 0; axis < 3; ++axis) {
-      count_[axis] = static_cast<std::uint32_t>((box.upper[axis] - origin_[axis]) / size_) + 1;
+      count_[axis] = static_cast<std::uint32_t>((box.upper[axis] - origin_[axis]) * per_size_) + 1;
     }
   }
 
@@ -37,12 +38,12 @@ class CubeLattice {
 
  private:
   std::uint32_t index(Vec3d r, int axis) const {
-    const double cubes = (r[axis] - origin_[axis]) / size_;
+    const double cubes = (r[axis] - origin_[axis]) * per_size_;
     if (!(cubes > 0)) return 0;
     return cubes < count_[axis] ? static_cast<std::uint32_t>(cubes) : count_[axis] - 1;
   }
 
-  double size_ = 1;
+  double per_size_ = 1;
   Vec3d origin_;
   std::array<std::uint32_t, 3> count_{};
 };

@@ -18,36 +18,37 @@ constexpr double medians_of_noise = 5.2;
 /// How many mean edge lengths the radius of an edge may have that is still a feature.
 constexpr double feature_radius = 8;
 
-/// What one corner of a facet adds to the curvature of its vertex.
-struct CornerShare {
-  Vec3d laplacian;  ///< sum of cotangent times edge, for the two edges at the corner
-  double area = 0;  ///< part of the facet that belongs to the corner
+/// What a facet adds to the curvature of its vertices.
+struct FacetShares {
+  std::array<float, 3> area{};  ///< parts of the facet that belong to its corners
+  float per_length = 0;         ///< the inverse of twice its area
 };
 
-/// p: the corner first; twice_area: of the facet.
-CornerShare corner_share(const std::array<Vec3d, 3>& p, double twice_area) {
-  const Vec3d ab = p[1] - p[0];
-  const Vec3d ac = p[2] - p[0];
-  const double square_ab = dot(ab, ab);
-  const double square_ac = dot(ac, ac);
-  const double product = dot(ab, ac);
-  const double square_bc = square_ab + square_ac - 2 * product;
+FacetShares shares_of(const CollapseMesh& mesh, std::uint32_t f) {
+  const double twice_area = length(mesh.normals[f]);
+  // Of the edge opposite to each corner.
+  const std::array<double, 3> square{mesh.squared_length(3 * f + 1), mesh.squared_length(3 * f + 2),
+                                     mesh.squared_length(3 * f)};
   // A facet without a height has no angles; it carries no area either.
-  if (twice_area <= 1e-9 * std::max({square_ab, square_ac, square_bc})) return {};
-  const double inverse = 1 / twice_area;
-  const double cot_a = product * inverse;
-  const double cot_b = (square_ab - product) * inverse;
-  const double cot_c = (square_ac - product) * inverse;
-  // The angle opposite to an edge weighs that edge.
-  CornerShare share{.laplacian = -cot_c * ab - cot_b * ac, .area = 0};
-  if (cot_a < 0) {
-    share.area = twice_area / 4;
-  } else if (cot_b < 0 || cot_c < 0) {
-    share.area = twice_area / 8;
-  } else {
-    share.area = (square_ab * cot_c + square_ac * cot_b) / 8;
+  if (twice_area <= 1e-9 * std::max({square[0], square[1], square[2]})) return {};
+  FacetShares shares{.per_length = static_cast<float>(1 / twice_area)};
+  const double sum = square[0] + square[1] + square[2];
+  // Cotangents, times four times the area.
+  const auto cot = [&](int i) { return sum - 2 * square[i]; };
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const int k = (i + 2) % 3;
+    double area = 0;
+    if (cot(i) < 0) {
+      area = twice_area / 4;
+    } else if (cot(j) < 0 || cot(k) < 0) {
+      area = twice_area / 8;
+    } else {
+      area = (square[j] * cot(j) + square[k] * cot(k)) / (16 * twice_area);
+    }
+    shares.area[i] = static_cast<float>(area);
   }
-  return share;
+  return shares;
 }
 
 double median(std::vector<double> values) {
@@ -57,21 +58,26 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// Of some facets, which stand for all.
 double mean_edge_length(const CollapseMesh& mesh) {
   struct Lengths {
     double sum = 0;
     std::size_t count = 0;
   };
-  const auto of_range = [&mesh](std::size_t begin, std::size_t end) {
+  const std::uint32_t stride = mesh.stride_of_sample();
+  const auto of_range = [&mesh, stride](std::size_t begin, std::size_t end) {
     Lengths lengths;
-    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
-      if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
-      lengths.sum += std::sqrt(mesh.squared_length(h));
-      ++lengths.count;
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; f += stride) {
+      if (!mesh.topology.alive(f)) continue;
+      for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        if (!mesh.topology.is_edge(h)) continue;
+        lengths.sum += std::sqrt(mesh.squared_length(h));
+        ++lengths.count;
+      }
     }
     return lengths;
   };
-  const Lengths all = parallel_reduce(mesh.topology.half_edge_count(), grain, Lengths{}, of_range,
+  const Lengths all = parallel_reduce(mesh.normals.size(), grain, Lengths{}, of_range,
                                       [](Lengths a, const Lengths& b) {
                                         return Lengths{a.sum + b.sum, a.count + b.count};
                                       });
@@ -82,6 +88,12 @@ double mean_edge_length(const CollapseMesh& mesh) {
 
 std::vector<double> mean_curvature(const CollapseMesh& mesh) {
   const HalfEdges& topology = mesh.topology;
+  std::vector<FacetShares> shares(mesh.normals.size());
+  parallel_for(shares.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
+      if (topology.alive(f)) shares[f] = shares_of(mesh, f);
+    }
+  });
   std::vector<double> curvature(topology.vertex_count(), 0);
   parallel_for(curvature.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
@@ -90,11 +102,12 @@ std::vector<double> mean_curvature(const CollapseMesh& mesh) {
       Vec3d normal;
       double area = 0;
       topology.for_each_outgoing(v, [&](std::uint32_t h) {
-        const Vec3d n = mesh.normals[HalfEdges::facet(h)];
-        const CornerShare share = corner_share(
-            {mesh.r[v], mesh.r[topology.target(h)], mesh.r[topology.apex(h)]}, length(n));
-        laplacian += share.laplacian;
-        area += share.area;
+        const std::uint32_t f = HalfEdges::facet(h);
+        const Vec3d n = mesh.normals[f];
+        // The cotangents of the other two angles times their opposite edges, as one product.
+        const Vec3d opposite = mesh.r[topology.apex(h)] - mesh.r[topology.target(h)];
+        laplacian += double{shares[f].per_length} * cross(n, opposite);
+        area += double{shares[f].area[h - 3 * f]};
         normal += n;
       });
       // Behind a side lies the mirror image: what points through the side cancels, all else

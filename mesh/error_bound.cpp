@@ -287,6 +287,10 @@ bool ErrorBound::allows(const CollapseMesh& mesh, const Star& star, Vec3d r) {
   for (int i = 0; i < old_count; ++i) largest_old = std::max(largest_old, old_error(i));
   if (largest_old == kept) return false;
   const double simple = largest_old + shift;
+  if (simple <= limit_.rough) {
+    std::fill_n(proposed_.begin(), star.count, simple);
+    return true;
+  }
 
   const Vec3d n = direction_of(mesh, star);
   if (largest_old < limit_.rough) {

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/facet_shape.h"
 
@@ -33,11 +32,12 @@ struct Pass {
   const Blocks& blocks;
 
   /// Flips edges whose facets lie in the block.
-  void run(CollapseMesh& mesh, CollapseChecks& shared, std::uint32_t block) const {
+  void run(CollapseMesh& mesh, CollapseChecks& shared, std::uint32_t block,
+           std::span<const std::uint32_t> vertices) const {
     const HalfEdges& topology = mesh.topology;
     CollapseChecks checks = shared.sharing();
     std::vector<std::uint32_t> edges;
-    for (const std::uint32_t v : blocks.vertices(block)) {
+    for (const std::uint32_t v : vertices) {
       edges.clear();
       topology.for_each_outgoing(v, [&](std::uint32_t h) { edges.push_back(h); });
       for (const std::uint32_t h : edges) {
@@ -64,8 +64,8 @@ struct Pass {
     // The distances cannot fall by more than they are.
     if (shapes >= points.sum_of_squares(star)) return;
     if (mesh.is_border(h) || !sizes.allows_flip(mesh, star)) return;
-    if (!checks.may_flip(mesh, h, reference)) return;
     if (!(shapes + points.growth(star, checks.fan(mesh)) < 0)) return;
+    if (!checks.may_flip(mesh, h, reference)) return;
     if (!mesh.topology.can_flip(h) || !keeps_off_sides(mesh, star)) return;
     if (!checks.keeps_bound_of_flip(mesh)) return;
     points.move(star, checks.fan(mesh));
@@ -82,11 +82,10 @@ void flip_edges(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& point
                 int pass) {
   const Blocks blocks(mesh, pass);
   const Pass flips{points, sizes, shape_weight, reference, blocks};
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      flips.run(mesh, checks, block);
-    }
-  });
+  VerticesByBlock(mesh, blocks)
+      .for_each_block([&](std::uint32_t block, std::span<const std::uint32_t> vertices) {
+        flips.run(mesh, checks, block, vertices);
+      });
 }
 
 }  // namespace scarp

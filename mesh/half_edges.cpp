@@ -20,19 +20,28 @@ std::string place(Vec3f r) { return rounded_place(Vec3d(r)); }
 
 /// Half edges by origin, in compressed rows.
 struct HalfEdges::Rows {
+  struct Entry {
+    std::uint32_t half_edge;
+    std::uint32_t target;
+  };
   std::vector<std::uint32_t> begin;
-  LargeVector<std::uint32_t> half_edges;
+  LargeVector<Entry> entries;
 
   Rows(std::span<const std::uint32_t> origin, std::size_t vertex_count)
-      : begin(vertex_count + 1, 0), half_edges(origin.size()) {
+      : begin(vertex_count + 1, 0), entries(origin.size()) {
     for (const std::uint32_t v : origin) ++begin[v + 1];
     for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
     std::vector<std::uint32_t> cursor(begin.begin(), begin.end() - 1);
-    for (std::uint32_t h = 0; h < origin.size(); ++h) half_edges[cursor[origin[h]]++] = h;
+    for (std::uint32_t h = 0; h < origin.size(); h += 3) {
+      const std::array<std::uint32_t, 3> v{origin[h], origin[h + 1], origin[h + 2]};
+      entries[cursor[v[0]]++] = {h, v[1]};
+      entries[cursor[v[1]]++] = {h + 1, v[2]};
+      entries[cursor[v[2]]++] = {h + 2, v[0]};
+    }
   }
 
-  std::span<const std::uint32_t> row(std::uint32_t v) const {
-    return {half_edges.data() + begin[v], half_edges.data() + begin[v + 1]};
+  std::span<const Entry> row(std::uint32_t v) const {
+    return {entries.data() + begin[v], entries.data() + begin[v + 1]};
   }
 };
 
@@ -66,8 +75,8 @@ bool HalfEdges::drop_repeated(const Rows& rows) {
   std::vector<bool> repeated(facet_count(), false);
   for (std::uint32_t f = 0; f < facet_count(); ++f) {
     const std::uint32_t h = 3 * f;
-    for (const std::uint32_t g : rows.row(origin(h))) {
-      if (facet(g) < f && target(g) == target(h) && apex(g) == apex(h)) repeated[f] = true;
+    for (const auto& [g, w] : rows.row(origin(h))) {
+      if (facet(g) < f && w == target(h) && apex(g) == apex(h)) repeated[f] = true;
     }
   }
   std::uint32_t kept = 0;
@@ -88,15 +97,17 @@ std::uint32_t HalfEdges::match_opposites(const Rows& rows) {
   std::vector<std::uint32_t> bad(outgoing_.size() / grain + 1, none);
   parallel_for(outgoing_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
-      for (const std::uint32_t h : rows.row(v)) {
-        const std::uint32_t w = target(h);
-        for (const std::uint32_t g : rows.row(v)) {
-          if (g < h && target(g) == w) bad[begin / grain] = std::min(bad[begin / grain], g);
+      const std::span<const Rows::Entry> row = rows.row(v);
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        const auto [h, w] = row[i];
+        for (std::size_t j = 0; j < i; ++j) {
+          if (row[j].target != w) continue;
+          bad[begin / grain] = std::min(bad[begin / grain], row[j].half_edge);
         }
         // Of every edge the lower end joins the two.
         if (w < v) continue;
-        for (const std::uint32_t g : rows.row(w)) {
-          if (target(g) == v) link(h, g);
+        for (const auto& [g, target_of_g] : rows.row(w)) {
+          if (target_of_g == v) link(h, g);
         }
       }
     }
@@ -111,21 +122,21 @@ void HalfEdges::split_touching_sheets(const Rows& rows) {
   parallel_for(vertex_count, grain, [&](std::size_t begin, std::size_t end) {
     for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v) {
       if (rows.row(v).empty()) continue;
-      choose_outgoing(v, rows.row(v).front());
+      choose_outgoing(v, rows.row(v).front().half_edge);
       std::size_t count = 0;
       for_each_outgoing(v, [&](std::uint32_t) { ++count; });
       has_more[v] = count < rows.row(v).size() ? 1 : 0;
     }
   });
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
-    if (has_more[v] != 0) split_sheets_of(v, rows.row(v));
+    if (has_more[v] != 0) split_sheets_of(v, rows);
   }
 }
 
-void HalfEdges::split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing) {
+void HalfEdges::split_sheets_of(std::uint32_t v, const Rows& rows) {
   std::vector<std::uint32_t> seen;
   std::uint32_t sheet = v;
-  for (const std::uint32_t h : outgoing) {
+  for (const auto& [h, target_of_h] : rows.row(v)) {
     if (std::count(seen.begin(), seen.end(), h) > 0) continue;
     if (!seen.empty()) {
       sheet = static_cast<std::uint32_t>(outgoing_.size());

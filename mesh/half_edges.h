@@ -17,7 +17,7 @@ namespace scarp {
 /// turning from it meets all the others. A facet that was collapsed is dead.
 class HalfEdges {
  public:
-  static constexpr std::uint32_t none = 0xffffffffU;
+  static constexpr std::uint32_t none = 0xffffffffU;  ///< greater than any number
 
   /// Drops triangles with a repeated corner and repeated triangles. A vertex where several sheets
   /// touch becomes one vertex per sheet: see copies().
@@ -52,7 +52,7 @@ class HalfEdges {
   bool alive(std::uint32_t f) const { return origin_[std::size_t{3} * f] != none; }
   bool on_boundary(std::uint32_t v) const { return opposite_[outgoing_[v]] == none; }
   /// The one of its two half edges that stands for an edge.
-  bool is_edge(std::uint32_t h) const { return opposite_[h] == none || h < opposite_[h]; }
+  bool is_edge(std::uint32_t h) const { return h < opposite_[h]; }
   std::uint32_t edge(std::uint32_t h) const {
     return opposite_[h] != none && opposite_[h] < h ? opposite_[h] : h;
   }
@@ -109,7 +109,7 @@ class HalfEdges {
   /// Returns the first half edge that another one runs along the same way; none if there is none.
   std::uint32_t match_opposites(const Rows& rows);
   void split_touching_sheets(const Rows& rows);
-  void split_sheets_of(std::uint32_t v, std::span<const std::uint32_t> outgoing);
+  void split_sheets_of(std::uint32_t v, const Rows& rows);
 
   LargeVector<std::uint32_t> origin_;
   LargeVector<std::uint32_t> opposite_;

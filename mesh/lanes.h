@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -33,6 +34,19 @@ inline void store(double* to, DoubleLanes lanes) { std::memcpy(to, &lanes, sizeo
 
 inline FloatLanes all_lanes(float value) { return FloatLanes{value, value, value, value}; }
 inline DoubleLanes all_lanes(double value) { return DoubleLanes{value, value}; }
+
+// For what is written once for a number and for lanes.
+
+template <class Number>
+[[gnu::always_inline]] inline Number splat(float value) {
+  return Number{} + value;
+}
+inline float larger(float a, float b) { return a < b ? b : a; }
+inline FloatLanes larger(FloatLanes a, FloatLanes b) { return a < b ? b : a; }
+inline float root(float a) { return std::sqrt(a); }
+inline FloatLanes root(FloatLanes a) {
+  return FloatLanes{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
+}
 
 inline FloatLanes lane_min(FloatLanes a, FloatLanes b) { return a < b ? a : b; }
 inline FloatLanes lane_max(FloatLanes a, FloatLanes b) { return a > b ? a : b; }

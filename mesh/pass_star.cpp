@@ -34,15 +34,7 @@ constexpr std::size_t grain = 4096;
 
 /// The power of two next to it.
 double inverse_mean_edge(const CollapseMesh& mesh) {
-  const double twice_area = parallel_reduce(
-      mesh.normals.size(), grain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t f = begin; f < end; ++f) sum += length(mesh.normals[f]);
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
-  const double squared_edge = twice_area / static_cast<double>(mesh.normals.size());
+  const double squared_edge = 2 * mesh.area / static_cast<double>(mesh.normals.size());
   return squared_edge > 0 ? std::ldexp(1.0, -std::ilogb(squared_edge) / 2) : 1;
 }
 
@@ -283,15 +275,18 @@ class PassStar::Heights {
     project();
   }
 
-  /// False if one of the surfaces is no height field.
+  /// False if the new surface is no height field, or with_old and the old one is none.
+  template <bool with_old>
   bool find();
 
-  /// After find().
+  // After find().
+
   float squares_of_ends() const {
     const float u = over_u_.best().height - u_.z;
     const float v = over_v_.best().height - v_.z;
     return u * u + v * v;
   }
+  /// With the old surface.
   bool exceed(float limit) const {
     const float dying = std::max(first_dying_.w, second_dying_.w);
     return differs(over_u_.best().height, u_.z, std::max(largest(u_error_), dying), limit) ||
@@ -378,6 +373,7 @@ void PassStar::Heights::project() {
   v_ = flat(star_.v_);
 }
 
+template <bool with_old>
 bool PassStar::Heights::find() {
   const int count = star_.star_.count;
   const FloatLanes zero{};
@@ -386,23 +382,11 @@ bool PassStar::Heights::find() {
   FloatLanes number = first_numbers;
   for (int i = 0; i < count; i += float_lanes, number += all_lanes(float{float_lanes})) {
     const FloatMask counts = number < all_lanes(static_cast<float>(count));
-    const FloatMask at_v = number >= all_lanes(static_cast<float>(star_.at_origin_));
     const Lanes3 a = load_rows(flat_, i);
     const Lanes3 b = load_rows(flat_, i + 1);
-    const FloatLanes error = load(&star_.error_[i]);
-    const FloatLanes cx = at_v ? all_lanes(v_.x) : all_lanes(u_.x);
-    const FloatLanes cy = at_v ? all_lanes(v_.y) : all_lanes(u_.y);
-    const FloatLanes cz = at_v ? all_lanes(v_.z) : all_lanes(u_.z);
     const FloatLanes area = a.x * b.y - a.y * b.x;
-    const FloatLanes old_area = (a.x - cx) * (b.y - cy) - (a.y - cy) * (b.x - cx);
-    bad |= counts & ~((area > zero) & (old_area > zero));
+    bad |= counts & ~(area > zero);
     const FloatLanes inverse = one / area;
-    const FloatLanes old_inverse = one / old_area;
-    const FloatLanes of_c = area * old_inverse;
-    const FloatLanes of_a = (b.x * cy - b.y * cx) * old_inverse;
-    const FloatLanes of_b = one - of_c - of_a;
-    merged_.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * a.z + of_b * b.z, error,
-                  counts);
     const auto offer_new = [&](Vec3f p, Places& places) {
       const FloatLanes new_a = (all_lanes(p.x) * b.y - all_lanes(p.y) * b.x) * inverse;
       const FloatLanes new_b = (a.x * all_lanes(p.y) - a.y * all_lanes(p.x)) * inverse;
@@ -411,6 +395,20 @@ bool PassStar::Heights::find() {
     };
     offer_new(u_, over_u_);
     offer_new(v_, over_v_);
+    if constexpr (!with_old) continue;
+    const FloatMask at_v = number >= all_lanes(static_cast<float>(star_.at_origin_));
+    const FloatLanes error = load(&star_.error_[i]);
+    const FloatLanes cx = at_v ? all_lanes(v_.x) : all_lanes(u_.x);
+    const FloatLanes cy = at_v ? all_lanes(v_.y) : all_lanes(u_.y);
+    const FloatLanes cz = at_v ? all_lanes(v_.z) : all_lanes(u_.z);
+    const FloatLanes old_area = (a.x - cx) * (b.y - cy) - (a.y - cy) * (b.x - cx);
+    bad |= counts & ~(old_area > zero);
+    const FloatLanes old_inverse = one / old_area;
+    const FloatLanes of_c = area * old_inverse;
+    const FloatLanes of_a = (b.x * cy - b.y * cx) * old_inverse;
+    const FloatLanes of_b = one - of_c - of_a;
+    merged_.offer(lane_min(of_c, lane_min(of_a, of_b)), of_c * cz + of_a * a.z + of_b * b.z, error,
+                  counts);
     u_error_ = lane_max(u_error_, counts & ~at_v ? error : zero);
     v_error_ = lane_max(v_error_, counts & at_v ? error : zero);
   }
@@ -442,13 +440,13 @@ void PassStar::Heights::offer_dying(const std::array<Vec3f, 3>& corners, float e
 
 float PassStar::squared_heights_of_ends(const FloatMesh& floats) const {
   Heights heights(*this, floats);
-  return heights.find() ? heights.squares_of_ends() : 0;
+  return heights.find<false>() ? heights.squares_of_ends() : 0;
 }
 
 bool PassStar::exceeds(const FloatMesh& floats, float limit) const {
   Heights heights(*this, floats);
   // Of what is no height field the bound knows by itself.
-  return heights.find() && heights.exceed(limit);
+  return heights.find<true>() && heights.exceed(limit);
 }
 
 }  // namespace scarp

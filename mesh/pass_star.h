@@ -19,6 +19,12 @@ struct alignas(16) FloatRecord {
   float w = 0;
 };
 
+/// The first three numbers of a record; the fourth lane is 0.
+inline FloatLanes vector_lanes(const FloatRecord& record) {
+  constexpr FloatMask first_three{-1, -1, -1, 0};
+  return reinterpret_cast<FloatLanes>(reinterpret_cast<FloatMask>(load(&record.x)) & first_three);
+}
+
 /// A copy of what is asked most of a mesh, in single precision.
 ///
 /// Places are relative to the centre of the mesh; their rounding is 6e-8 of its size. They decide

@@ -91,22 +91,26 @@ double mean_feature_edge(const CollapseMesh& mesh, const std::vector<bool>& is_f
     std::array<std::size_t, 2> count{};
   };
   constexpr std::size_t grain = 8192;
+  const std::uint32_t stride = mesh.stride_of_sample();
   const auto of_range = [&](std::size_t begin, std::size_t end) {
     Lengths lengths;
-    for (auto h = static_cast<std::uint32_t>(begin); h < end; ++h) {
-      if (!mesh.topology.alive(HalfEdges::facet(h)) || !mesh.topology.is_edge(h)) continue;
-      const bool inside =
-          is_feature[mesh.topology.origin(h)] && is_feature[mesh.topology.target(h)];
-      const double length = std::sqrt(mesh.squared_length(h));
-      for (std::size_t i = 0; i <= (inside ? 1 : 0); ++i) {
-        lengths.sum[i] += length;
-        ++lengths.count[i];
+    for (auto f = static_cast<std::uint32_t>(begin); f < end; f += stride) {
+      if (!mesh.topology.alive(f)) continue;
+      for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        if (!mesh.topology.is_edge(h)) continue;
+        const bool inside =
+            is_feature[mesh.topology.origin(h)] && is_feature[mesh.topology.target(h)];
+        const double length = std::sqrt(mesh.squared_length(h));
+        for (std::size_t i = 0; i <= (inside ? 1 : 0); ++i) {
+          lengths.sum[i] += length;
+          ++lengths.count[i];
+        }
       }
     }
     return lengths;
   };
-  const Lengths lengths = parallel_reduce(mesh.topology.half_edge_count(), grain, Lengths{},
-                                          of_range, [](Lengths all, const Lengths& part) {
+  const Lengths lengths = parallel_reduce(mesh.normals.size(), grain, Lengths{}, of_range,
+                                          [](Lengths all, const Lengths& part) {
                                             for (std::size_t i = 0; i < 2; ++i) {
                                               all.sum[i] += part.sum[i];
                                               all.count[i] += part.count[i];

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <span>
 
-#include "core/parallel.h"
 #include "mesh/blocks.h"
 #include "mesh/facet_shape.h"
 
@@ -30,36 +29,43 @@ bool may_move(const CollapseMesh& mesh, std::uint32_t v) {
   return mesh.kind[v] == VertexKind::free && (!mesh.topology.on_boundary(v) || mesh.sides[v] != 0);
 }
 
-/// Sum of the squared distances of the points when the centre of a star moves by r, in the frame of
-/// the centre. A point moves with its facet, by the weight that the centre has where it lies.
-Quadric distances_of_points(const CollapseMesh& mesh, const Star& star,
-                            const TrackedPoints& points) {
-  Quadric q;
-  const Vec3d centre = mesh.r[star.u];
-  for (int i = 0; i < star.count; ++i) {
-    const Vec3d x = mesh.r[star.ring[i]] - centre;
-    const Vec3d y = mesh.r[star.ring[i + 1]] - centre;
-    const Vec3d n = mesh.normals[star.facet[i]];
-    const double square = dot(n, n);
-    // The weight falls from 1 at the centre to 0 at the rim.
-    const Vec3d fall = cross(x - y, n) / square;
-    double weights = 0;  // sums over the points: of the squared weights
-    double moments = 0;  // of weight times height, in lengths of n
-    double heights = 0;  // of the squared heights
-    points.for_each(star.facet[i], [&](Vec3d place) {
-      const Vec3d p = place - centre;
-      const double weight = std::clamp(1 + dot(fall, p), 0.0, 1.0);
-      const double height = dot(n, p);
-      weights += weight * weight;
-      moments += weight * height;
-      heights += height * height;
-    });
-    q.H.add_outer(weights / square, n);
-    q.g += (moments / square) * n;
-    q.k += heights / square;
+/// What the facets around a vertex say of where it should go, in its frame.
+struct Around {
+  Quadric distances;  ///< sum of the squared distances of the points when it moves by r
+  Vec3d middle;       ///< the sum of three times the centres of the facets, by twice their area
+  double twice_area = 0;
+
+  /// A point moves with its facet, by the weight that the centre has where it lies.
+  void add(const CollapseMesh& mesh, const Star& star, const TrackedPoints& points) {
+    const Vec3d centre = mesh.r[star.u];
+    for (int i = 0; i < star.count; ++i) {
+      const Vec3d x = mesh.r[star.ring[i]] - centre;
+      const Vec3d y = mesh.r[star.ring[i + 1]] - centre;
+      const Vec3d n = mesh.normals[star.facet[i]];
+      const double square = dot(n, n);
+      const double twice_area_here = std::sqrt(square);
+      twice_area += twice_area_here;
+      middle += twice_area_here * (x + y);
+      const double per_square = 1 / square;
+      // The weight falls from 1 at the centre to 0 at the rim.
+      const Vec3d fall = per_square * cross(x - y, n);
+      double weights = 0;  // sums over the points: of the squared weights
+      double moments = 0;  // of weight times height, in lengths of n
+      double heights = 0;  // of the squared heights
+      points.for_each(star.facet[i], [&](Vec3d place) {
+        const Vec3d p = place - centre;
+        const double weight = std::clamp(1 + dot(fall, p), 0.0, 1.0);
+        const double height = dot(n, p);
+        weights += weight * weight;
+        moments += weight * height;
+        heights += height * height;
+      });
+      distances.H.add_outer(weights * per_square, n);
+      distances.g += (moments * per_square) * n;
+      distances.k += heights * per_square;
+    }
   }
-  return q;
-}
+};
 
 /// The lowest point of q + weight |r - centre|^2 that a vertex of these sides may go to from 0.
 Vec3d minimum_within_sides(const Quadric& q, double weight, Vec3d centre, SideMask sides) {
@@ -75,26 +81,19 @@ Vec3d minimum_within_sides(const Quadric& q, double weight, Vec3d centre, SideMa
 /// How a vertex should be moved; `around` has its star, and that of its twin if it has one.
 Vec3d best_shift(const CollapseMesh& mesh, std::span<const CollapseChecks> around,
                  const TrackedPoints& points, double shape_weight) {
-  Quadric q;
-  // The centre of area, in the frame of the centre of the star.
-  Vec3d middle;
-  double twice_area = 0;
+  Around facets;
   double pull = 0;
   for (const CollapseChecks& checks : around) {
     const Star& star = checks.star();
-    q.add(1, distances_of_points(mesh, star, points));
-    double twice_area_here = 0;
-    for (int i = 0; i < star.count; ++i) {
-      const double weight = length(mesh.normals[star.facet[i]]);
-      middle += weight * (mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]] - 2.0 * mesh.r[star.u]);
-      twice_area_here += weight;
-    }
-    if (!(twice_area_here > 0)) return {};
-    twice_area += twice_area_here;
+    const double before = facets.twice_area;
+    facets.add(mesh, star, points);
+    const double twice_area = facets.twice_area - before;
+    if (!(twice_area > 0)) return {};
     // Shapes grow with the square of the shift over that of an edge, about twice an area.
-    pull += pull_of_shape * shape_weight * points.per_facet(star) * star.count / twice_area_here;
+    pull += pull_of_shape * shape_weight * points.per_facet(star) * star.count / twice_area;
   }
-  middle = middle / (3 * twice_area);
+  const Quadric& q = facets.distances;
+  const Vec3d middle = facets.middle / (3 * facets.twice_area);
   pull /= static_cast<double>(around.size());
   const double weight = faint * q.H.trace() + pull;
   if (!(weight > 0)) return {};
@@ -111,10 +110,10 @@ struct Sweep {
   std::span<const Vec3d> reference;
 
   /// Moves the vertices of a block whose stars lie in it.
-  void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks,
-           std::uint32_t block) const {
+  void run(CollapseMesh& mesh, CollapseChecks& shared, const Blocks& blocks, std::uint32_t block,
+           std::span<const std::uint32_t> vertices) const {
     std::array<CollapseChecks, 2> checks{shared.sharing(), shared.sharing()};
-    for (const std::uint32_t v : blocks.vertices(block)) {
+    for (const std::uint32_t v : vertices) {
       if (!may_move(mesh, v) || !checks[0].gather_vertex(mesh, v)) continue;
       if (!blocks.holds(block, checks[0].star())) continue;
       if (mesh.kind[v] != VertexKind::paired) {
@@ -158,11 +157,10 @@ void relocate(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points,
               double shape_weight, std::span<const Vec3d> reference, int pass) {
   const Sweep sweep{points, shape_weight, reference};
   const Blocks blocks(mesh, pass);
-  parallel_for(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-    for (auto block = static_cast<std::uint32_t>(begin); block < end; ++block) {
-      sweep.run(mesh, checks, blocks, block);
-    }
-  });
+  VerticesByBlock(mesh, blocks)
+      .for_each_block([&](std::uint32_t block, std::span<const std::uint32_t> vertices) {
+        sweep.run(mesh, checks, blocks, block, vertices);
+      });
 }
 
 }  // namespace scarp

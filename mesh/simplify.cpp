@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "mesh/collapse_passes.h"
 #include "mesh/crossings.h"
@@ -31,7 +34,9 @@ constexpr double soft_max_error = 0.5;
 constexpr double rough_error = 0.25;  ///< up to here it is proven roughly
 constexpr double default_l0 = 0.6;
 constexpr double default_step_length = 2;
-constexpr double default_shape_weight = 4e-6;  ///< of the spacing's square
+// Of the spacing's square.
+constexpr double shape_weight_to_number = 5e-6;
+constexpr double shape_weight_within_bound = 4e-6;
 
 /// Of moves, once the vertices are as few as asked for.
 constexpr int sweeps = 3;
@@ -40,8 +45,9 @@ constexpr int sweeps = 3;
 constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.15;
-constexpr CollapsePasses::Approach up_to_following{.nearest = 0.08, .tries = 2};
+constexpr double vertices_to_follow = 1.45;
+constexpr CollapsePasses::Approach up_to_following{
+    .nearest = 0.08, .share_of_pass = 0.33, .tries = 2};
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
@@ -106,10 +112,8 @@ std::uint32_t target_of(const SimplifyOptions& options, std::uint32_t live_verti
 }
 
 /// The side of a square with the area of a mesh per vertex.
-double mean_spacing(const TriMesh& mesh) {
-  double area = 0;
-  for (const double each : facet_areas(mesh)) area += each;
-  return std::sqrt(area / static_cast<double>(mesh.vertices.size()));
+double mean_spacing(double area, std::size_t vertex_count) {
+  return std::sqrt(area / static_cast<double>(vertex_count));
 }
 
 bool uses_features(SimplifyMethod method) {
@@ -188,8 +192,9 @@ double finish_curvature(const EdgeSizes& sizes, double shape_weight, int sweeps,
   return points.largest(work);
 }
 
-double shape_weight_of(const SimplifyOptions& options) {
-  return options.shape_weight.value_or(default_shape_weight) * options.spacing * options.spacing;
+double shape_weight_of(const SimplifyOptions& options, bool to_number) {
+  const double by_default = to_number ? shape_weight_to_number : shape_weight_within_bound;
+  return options.shape_weight.value_or(by_default) * options.spacing * options.spacing;
 }
 
 /// Down to a number of vertices, with a bound as low as will do.
@@ -206,12 +211,19 @@ void run_to(std::uint32_t target, CollapsePasses& passes, CollapseMesh& work,
 double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is_feature,
                      CollapseMesh& work, CollapseChecks& checks, std::uint32_t target) {
   const bool to_number = target > 0;
-  const double shape_weight = shape_weight_of(options);
+  const double shape_weight = shape_weight_of(options, to_number);
   const std::uint32_t before = work.live_vertices;
-  EdgeSizes sizes = sizes_of(options, is_feature, work);
-  LargeVector<Vec3d> places = work.r;
-  CollapsePasses passes(work, checks, sizes,
-                        {.looks_twice = to_number, .shape_weight = shape_weight});
+  EdgeSizes sizes;
+  LargeVector<Vec3d> places;
+  std::optional<CollapsePasses> ready;
+  const auto find_sizes = [&] { sizes = sizes_of(options, is_feature, work); };
+  const auto get_ready = [&] {
+    places = work.r;
+    ready.emplace(work, checks, sizes,
+                  PassOrder{.looks_twice = to_number, .shape_weight = shape_weight});
+  };
+  in_parallel(find_sizes, get_ready);
+  CollapsePasses& passes = *ready;
   passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target), up_to_following);
   TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
   if (to_number) {
@@ -293,7 +305,10 @@ void measure(const TriMesh& input, SimplifyResult& result) {
   };
   result.max_distance = greatest(surface_vertices(input), result.mesh);
   // As dense as the vertices of the input, on large facets as well.
-  result.reverse_max_distance = greatest(surface_samples(result.mesh, mean_spacing(input)), input);
+  const std::vector<double> areas = facet_areas(input);
+  const double spacing =
+      mean_spacing(std::accumulate(areas.begin(), areas.end(), 0.0), input.vertices.size());
+  result.reverse_max_distance = greatest(surface_samples(result.mesh, spacing), input);
 }
 
 std::string reason(const SimplifyOptions& options, const CollapseMesh& work,
@@ -322,7 +337,8 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   if (work.topology.facet_count() == 0) {
     throw InputError("simplify: no triangle of the mesh has three different corners");
   }
-  const double spacing = wanted.spacing > 0 ? wanted.spacing : mean_spacing(mesh);
+  const double spacing =
+      wanted.spacing > 0 ? wanted.spacing : mean_spacing(work.area, mesh.vertices.size());
   const double moved = remove_zero_area(
       work, share_of_zero_area * wanted.max_error.value_or(default_max_error * spacing));
 
@@ -343,11 +359,11 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   } else {
     run_plain(options, work, checks, target);
   }
-  attempt.result.mesh = work.extract(order);
+  in_parallel([&] { attempt.crossings = crossings(work); },
+              [&] { attempt.result.mesh = work.extract(order); });
   attempt.result.proven_distance = moved + checks.proven_error(work.topology);
   attempt.result.stopped_by = reason(options, work, checks, target);
   attempt.bound = checks.bound();
-  attempt.crossings = crossings(work);
   return attempt;
 }
 

@@ -48,8 +48,9 @@ struct SimplifyOptions {
   std::span<const float> size_limit{};  ///< greatest size at each vertex; empty: no limit
 
   /// What a facet of no area weighs against the squared distances of the vertices of the input that
-  /// it stands for, in squared spacings (4e-6); curvature only. At 3e-5 the distances are like
-  /// those of `lindstrom_turk`, and the smallest angles of the facets 3 to 10 degrees greater.
+  /// it stands for, in squared spacings (5e-6 to a number of vertices, else 4e-6); curvature only.
+  /// At 3e-5 the distances are like those of `lindstrom_turk`, and the smallest angles of the
+  /// facets 3 to 10 degrees greater.
   std::optional<double> shape_weight{};
 
   // What is a feature (paper, curvature).

@@ -101,52 +101,64 @@ void Fan::spread(const CollapseMesh& mesh, const Star& star, Vec3d r,
   mesh_ = &mesh;
   star_ = &star;
   r_ = r;
-  Vec3d axis;
+  axis_ = {};
+  has_found_ = false;
+  spoke_[0] = mesh.r[star.ring[0]] - r;
   for (int i = 0; i < star.count; ++i) {
-    axis += normals[i];
-    normal_[i] = normals[i];
-    weight_[i] = 1 / dot(normals[i], normals[i]);
-  }
-  for (int k = 0; k <= star.count; ++k) {
-    spoke_[k] = mesh.r[star.ring[k]] - r;
-    left_[k] = cross(axis, spoke_[k]);
+    const Vec3d n = normals[i];
+    spoke_[i + 1] = mesh.r[star.ring[i + 1]] - r;
+    axis_ += n;
+    normal_[i] = n;
+    square_[i] = dot(n, n);
+    to_first_[i] = cross(spoke_[i + 1], n);
+    to_second_[i] = cross(n, spoke_[i]);
   }
 }
 
-/// The facet that d lies in when seen along the mean normal; where that says nothing, the first.
+/// The facet in whose sector d lies when seen along the mean normal; -1: none.
 int Fan::sector(Vec3d d) const {
-  double left = dot(left_[0], d);
+  const Vec3d along = cross(d, axis_);
+  double left = dot(spoke_[0], along);
   for (int i = 0; i < star_->count; ++i) {
-    const double after = dot(left_[i + 1], d);
+    const double after = dot(spoke_[i + 1], along);
     if (left >= 0 && after < 0) return i;
     left = after;
   }
-  return 0;
+  return -1;
 }
 
 /// Whether the point of the plane of facet i that is nearest to d lies in the facet.
 bool Fan::is_over(int i, Vec3d d) const {
-  const Vec3d a = spoke_[i];
-  const Vec3d b = spoke_[i + 1];
-  const Vec3d n = normal_[i];
-  return dot(cross(a, d), n) >= 0 && dot(cross(d, b), n) >= 0 && dot(cross(b - a, d - a), n) >= 0;
+  const double first = dot(to_first_[i], d);
+  const double second = dot(to_second_[i], d);
+  return first >= 0 && second >= 0 && first + second <= square_[i];
 }
 
-Fan::Nearest Fan::nearest(Vec3d p) const {
+Fan::Nearest Fan::over(int i, Vec3d d) const {
+  const double height = dot(normal_[i], d);
+  return {star_->facet[i], height * height / square_[i]};
+}
+
+Fan::Nearest Fan::nearest(Vec3d p, int likely) const {
   const Vec3d d = p - r_;
+  if (likely >= 0 && is_over(likely, d)) return over(likely, d);
   const int i = sector(d);
-  if (is_over(i, d)) return {star_->facet[i], squared(dot(normal_[i], d)) * weight_[i]};
-  return nearest_of_all(d);
+  if (i >= 0 && is_over(i, d)) return over(i, d);
+  // Seen in the sector of a facet it is near that one or those beside it.
+  const int count = star_->count;
+  const bool is_inside = i >= 0 && star_->closed && count > 3;
+  return is_inside ? nearest_of(i > 0 ? i - 1 : count - 1, 3, d) : nearest_of(0, count, d);
 }
 
-/// d: from the centre.
-Fan::Nearest Fan::nearest_of_all(Vec3d d) const {
+/// Of `count` facets from `first` on and those behind their rims; d: from the centre.
+Fan::Nearest Fan::nearest_of(int first, int count, Vec3d d) const {
   Nearest nearest;
   const auto look_at = [&](std::uint32_t f, const std::array<Vec3d, 3>& corners) {
     const double square = squared(closest_on_triangle(d, corners).distance);
     if (square < nearest.squared_distance) nearest = {f, square};
   };
-  for (int k = 0; k < star_->count; ++k) {
+  for (int i = first; i < first + count; ++i) {
+    const int k = i < star_->count ? i : i - star_->count;
     look_at(star_->facet[k], {Vec3d{}, spoke_[k], spoke_[k + 1]});
     const std::uint32_t across = mesh_->topology.opposite(star_->rim[k]);
     if (across == HalfEdges::none) continue;
@@ -202,13 +214,27 @@ void TrackedPoints::add(std::uint32_t point, const Fan::Nearest& nearest) {
   squares_[f] += nearest.squared_distance;
 }
 
-double TrackedPoints::growth(const Star& star, const Fan& fan) const {
+/// Asks for all points of a star, each from the facet that it belongs to.
+void TrackedPoints::find(const Star& star, Fan& fan) const {
+  if (fan.has_found_) return;
+  fan.has_found_ = true;
+  fan.found_.clear();
+  const auto find_those_of = [&](std::uint32_t f, int likely) {
+    for (std::uint32_t p = first_[f]; p != HalfEdges::none; p = next_[p]) {
+      fan.found_.push_back({p, fan.nearest(places_[p], likely)});
+    }
+  };
+  for (int i = 0; i < star.count; ++i) find_those_of(star.facet[i], i);
+  for (const std::uint32_t f : star.dying) {
+    if (f != HalfEdges::none) find_those_of(f, -1);
+  }
+}
+
+double TrackedPoints::growth(const Star& star, Fan& fan) const {
+  find(star, fan);
   double sum = 0;
-  for_each_old_facet(star, [&](std::uint32_t f) {
-    sum -= squares_[f];
-    for_each(f, [&](Vec3d p) { sum += fan.nearest(p).squared_distance; });
-  });
-  return sum;
+  for (const Fan::Found& each : fan.found_) sum += each.nearest.squared_distance;
+  return sum - sum_of_squares(star);
 }
 
 double TrackedPoints::sum_of_squares(const Star& star) const {
@@ -223,26 +249,14 @@ double TrackedPoints::per_facet(const Star& star) const {
   return static_cast<double>(count) / (star.count + star.dying_count());
 }
 
-void TrackedPoints::move(const Star& star, const Fan& fan) {
-  // All points of the star as one chain, so that a facet's own are gone before it is given new
-  // ones.
-  std::uint32_t chain = HalfEdges::none;
+void TrackedPoints::move(const Star& star, Fan& fan) {
+  find(star, fan);
   for_each_old_facet(star, [&](std::uint32_t f) {
-    for (std::uint32_t p = first_[f]; p != HalfEdges::none;) {
-      const std::uint32_t after = next_[p];
-      next_[p] = chain;
-      chain = p;
-      p = after;
-    }
     first_[f] = HalfEdges::none;
     count_[f] = 0;
     squares_[f] = 0;
   });
-  while (chain != HalfEdges::none) {
-    const std::uint32_t p = chain;
-    chain = next_[p];
-    add(p, fan.nearest(places_[p]));
-  }
+  for (const Fan::Found& each : fan.found_) add(each.point, each.nearest);
 }
 
 double TrackedPoints::largest(const CollapseMesh& mesh) const {
@@ -250,7 +264,9 @@ double TrackedPoints::largest(const CollapseMesh& mesh) const {
   const auto largest_of_range = [&](std::size_t begin, std::size_t end) {
     double largest = 0;
     for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
-      if (first_[f] == HalfEdges::none) continue;
+      // The sum of the squares tells that none of most facets' points is so far away.
+      constexpr double rounding = 1 + 1e-6;
+      if (first_[f] == HalfEdges::none || squares_[f] * rounding < largest * largest) continue;
       const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
                                          mesh.r[mesh.topology.origin(3 * f + 1)],
                                          mesh.r[mesh.topology.origin(3 * f + 2)]};

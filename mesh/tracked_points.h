@@ -27,21 +27,34 @@ class Fan {
     double squared_distance = 1e300;
   };
 
-  /// The facet nearest to p among those of the star and those behind its rim.
-  Nearest nearest(Vec3d p) const;
+  /// The facet nearest to p among those of the star and those behind its rim. likely: number in the
+  /// star of a facet that is asked first, and taken if p lies over it; -1: none.
+  Nearest nearest(Vec3d p, int likely = -1) const;
 
  private:
+  friend class TrackedPoints;
+
+  struct Found {
+    std::uint32_t point;
+    Nearest nearest;
+  };
+
   int sector(Vec3d d) const;
   bool is_over(int i, Vec3d d) const;
-  Nearest nearest_of_all(Vec3d d) const;
+  Nearest over(int i, Vec3d d) const;
+  Nearest nearest_of(int first, int count, Vec3d d) const;
 
   const CollapseMesh* mesh_ = nullptr;
   const Star* star_ = nullptr;
   Vec3d r_;
+  Vec3d axis_;                                   ///< along the mean normal
   std::array<Vec3d, Star::capacity + 1> spoke_;  ///< from the centre to the ring vertices
-  std::array<Vec3d, Star::capacity + 1> left_;   ///< d lies left of spoke k if left d > 0
   std::array<Vec3d, Star::capacity> normal_;     ///< twice the area vectors
-  std::array<double, Star::capacity> weight_;    ///< their squares, inverse
+  std::array<double, Star::capacity> square_;    ///< of the normals
+  std::array<Vec3d, Star::capacity> to_first_;   ///< d has weight to_first d of ring vertex i,
+  std::array<Vec3d, Star::capacity> to_second_;  ///< to_second d of the next, of square in all
+  std::vector<Found> found_;                     ///< of the points of the star
+  bool has_found_ = false;
 };
 
 /// The vertices of the input while their mesh is simplified: each belongs to the facet of the
@@ -62,7 +75,7 @@ class TrackedPoints {
 
   /// By how much the sum of the squared distances grows when a star becomes a fan. The fan has to
   /// belong to the star.
-  double growth(const Star& star, const Fan& fan) const;
+  double growth(const Star& star, Fan& fan) const;
 
   /// Of the distances of the points of the facets of a star.
   double sum_of_squares(const Star& star) const;
@@ -71,7 +84,7 @@ class TrackedPoints {
   double per_facet(const Star& star) const;
 
   /// Gives the points of a star to the facets of its fan. To be called before the topology changes.
-  void move(const Star& star, const Fan& fan);
+  void move(const Star& star, Fan& fan);
 
   /// Calls visit(place) for each point of a facet.
   template <class Visit>
@@ -85,6 +98,7 @@ class TrackedPoints {
 
  private:
   void add(std::uint32_t point, const Fan::Nearest& nearest);
+  void find(const Star& star, Fan& fan) const;
 
   LargeVector<Vec3d> places_;         ///< per point, as the places of the mesh
   LargeVector<std::uint32_t> next_;   ///< per point: the next one of the same facet

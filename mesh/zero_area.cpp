@@ -146,13 +146,23 @@ bool flip_cap(CollapseMesh& mesh, std::uint32_t h, const Shape& shape, Moves& mo
   return true;
 }
 
+/// As Shape::has_area(), for nearly all that have: by the length of only two edges, which the third
+/// is no longer than.
+bool surely_has_area(const CollapseMesh& mesh, std::uint32_t f) {
+  const double sum = mesh.squared_length(3 * f) + mesh.squared_length(3 * f + 1);
+  const double most = 2 * sum;
+  const Vec3d n = mesh.normals[f];
+  return dot(n, n) > 2 * without_area * without_area * most * most;
+}
+
 std::vector<std::uint32_t> facets_without_area(const CollapseMesh& mesh) {
   using Facets = std::vector<std::uint32_t>;
   constexpr std::size_t grain = 4096;
   const auto of_range = [&mesh](std::size_t begin, std::size_t end) {
     Facets facets;
     for (auto f = static_cast<std::uint32_t>(begin); f < end; ++f) {
-      if (mesh.topology.alive(f) && !shape_of(mesh, f).has_area()) facets.push_back(f);
+      if (!mesh.topology.alive(f) || surely_has_area(mesh, f)) continue;
+      if (!shape_of(mesh, f).has_area()) facets.push_back(f);
     }
     return facets;
   };

@@ -53,6 +53,22 @@ TEST(ParallelReduce, JoinsTheRangesInTheirOrder) {
   }
 }
 
+TEST(InParallel, CallsBothOnceAndLetsThemUseTheThreads) {
+  for (const int threads : {1, 2, 8}) {
+    const ThreadLimit limit(threads);
+    std::atomic<int> first = 0;
+    std::atomic<int> second = 0;
+    const auto count = [](std::atomic<int>& calls) {
+      parallel_for(1000, 1, [&](std::size_t begin, std::size_t end) {
+        calls += static_cast<int>(end - begin);
+      });
+    };
+    in_parallel([&] { count(first); }, [&] { count(second); });
+    EXPECT_EQ(first, 1000);
+    EXPECT_EQ(second, 1000);
+  }
+}
+
 TEST(ParallelFor, RangesDoNotDependOnTheNumberOfThreads) {
   const std::set<std::pair<std::size_t, std::size_t>> expected{{0, 4}, {4, 8}, {8, 10}};
   for (const int threads : {1, 2, 8}) {

@@ -34,6 +34,19 @@ TEST(CollapseMesh, RoundsEveryCoordinateToFloat) {
   }
 }
 
+TEST(CollapseMesh, KnowsTheBoxAndTheAreaOfTheInput) {
+  const CollapseMesh mesh(noisy_plane(30, 0), {});
+  EXPECT_NEAR(mesh.area, 900, 1e-3);
+  for (std::size_t v = 0; v < mesh.r.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_GE(mesh.r[v][axis], mesh.box.lower[axis]);
+      EXPECT_LE(mesh.r[v][axis], mesh.box.upper[axis]);
+    }
+  }
+  EXPECT_EQ(length(mesh.box.lower + mesh.box.upper), 0) << "in the frame of the places";
+  EXPECT_EQ(mesh.box.upper.x - mesh.box.lower.x, 30);
+}
+
 TEST(CollapseMesh, ExtractGivesTheInputBack) {
   const Grid grid{.cells = {12, 12, 12}, .noise = 0.05};
   const TriMesh input = polygonised(grid, random_landscape(grid.cells, 3));

@@ -11,12 +11,14 @@
 namespace scarp {
 namespace {
 
+FloatLanes lanes(Vec3f a) { return FloatLanes{a.x, a.y, a.z, 0}; }
+
 struct Terms {
   explicit Terms(const CollapseMesh& mesh, Measure measure = Measure::distance)
       : of(mesh.r.size()) {
     for (std::uint32_t v = 0; v < of.size(); ++v) {
       mesh.topology.for_each_outgoing(v, [&](std::uint32_t h) {
-        of[v].add(measure, 1, Vec3f(mesh.normals[HalfEdges::facet(h)]));
+        of[v] += FloatTerms::of(measure, lanes(Vec3f(mesh.normals[HalfEdges::facet(h)])));
       });
     }
   }
@@ -73,23 +75,24 @@ TEST_P(EdgeCostBy, IsThatOfLindstromAndTurk) {
   EXPECT_GT(count, 1000);
 }
 
-INSTANTIATE_TEST_SUITE_P(Measures, EdgeCostBy, testing::Values(Measure::volume, Measure::distance));
-
-TEST(EdgeCost, OfManyIsThatOfEach) {
+TEST_P(EdgeCostBy, OfManyIsThatOfEach) {
   const CollapseMesh mesh(noisy_plane(10, 0.05), {});
-  const Terms terms(mesh);
-  EdgeCosts costs(Measure::distance);
+  const Terms terms(mesh, GetParam());
+  EdgeCosts costs(GetParam());
   std::map<std::uint32_t, float> found;
   const auto finish = [&] {
-    costs.finish([&](std::uint32_t h, float cost, float square) {
-      found[h] = cost;
-      EXPECT_FLOAT_EQ(square, static_cast<float>(mesh.squared_length(h)));
+    costs.finish([&](const EdgeCosts::Edge& edge, float cost, float square) {
+      found[edge.h] = cost;
+      EXPECT_EQ(edge.u, mesh.topology.origin(edge.h));
+      EXPECT_EQ(edge.v, mesh.topology.target(edge.h));
+      EXPECT_FLOAT_EQ(square, static_cast<float>(mesh.squared_length(edge.h)));
     });
   };
   std::size_t count = 0;
   for_each_inner_edge(mesh, [&](std::uint32_t h) {
     const Edge edge(mesh, h);
-    costs.add(h, edge.along, terms.of[edge.u], terms.of[edge.v], edge.a, edge.b);
+    costs.add({h, edge.u, edge.v}, lanes(edge.along), terms.of[edge.u], terms.of[edge.v],
+              lanes(edge.a), lanes(edge.b));
     ++count;
     if (costs.is_full()) finish();
   });
@@ -98,9 +101,11 @@ TEST(EdgeCost, OfManyIsThatOfEach) {
   EXPECT_EQ(found.size(), count);
   for (const auto& [h, cost] : found) {
     const Edge edge(mesh, h);
-    EXPECT_EQ(cost, placed(Measure::distance, terms, edge).cost);
+    EXPECT_EQ(cost, placed(GetParam(), terms, edge).cost);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Measures, EdgeCostBy, testing::Values(Measure::volume, Measure::distance));
 
 TEST(EdgeCost, OfAPlaneRanksShortEdgesFirst) {
   const CollapseMesh mesh(noisy_plane(6, 0), {});

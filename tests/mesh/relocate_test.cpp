@@ -20,7 +20,8 @@ void disturb(CollapseMesh& mesh, CollapseChecks& checks, TrackedPoints& points) 
     const Vec3d step{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
     const Vec3d r = mesh.rounded(mesh.r[v] + 0.2 * step);
     if (!checks.may_move(mesh, r, reference)) continue;
-    points.move(checks.star(), Fan(mesh, checks.star(), r, checks.normals()));
+    Fan fan(mesh, checks.star(), r, checks.normals());
+    points.move(checks.star(), fan);
     mesh.r[v] = r;
     for (int i = 0; i < checks.star().count; ++i) {
       mesh.normals[checks.star().facet[i]] = checks.normals()[i];

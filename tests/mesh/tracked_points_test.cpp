@@ -58,6 +58,27 @@ TEST(Fan, FindsTheNearestFacetAroundAVertex) {
   EXPECT_LT(missed, 0.1 * asked);
 }
 
+TEST(Fan, TakesALikelyFacetOnlyForAPointOverIt) {
+  const CollapseMesh mesh(noisy_plane(6, 0), {});
+  int taken = 0;
+  for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
+    if (mesh.topology.on_boundary(v)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    const Fan fan(mesh, star, mesh.r[v], normals_around(mesh, star, mesh.r[v]));
+    for (int i = 0; i < star.count; ++i) {
+      const Vec3d inside =
+          (mesh.r[v] + mesh.r[star.ring[i]] + mesh.r[star.ring[i + 1]]) / 3.0 + Vec3d{0, 0, 0.1};
+      for (int likely = -1; likely < star.count; ++likely) {
+        EXPECT_EQ(fan.nearest(inside, likely).facet, star.facet[i]) << likely;
+        EXPECT_NEAR(fan.nearest(inside, likely).squared_distance, 0.01, 1e-9);
+      }
+      ++taken;
+    }
+  }
+  EXPECT_GT(taken, 50);
+}
+
 TEST(Fan, HasTheDistanceOfAPointOverAPlane) {
   const CollapseMesh mesh(noisy_plane(6, 0), {});
   for (std::uint32_t v = 0; v < mesh.r.size(); ++v) {
@@ -109,7 +130,7 @@ TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
     int n = 0;
     for (const Vec3d r : {there, back}) {
       const auto normals = normals_around(mesh, star, r);
-      const Fan fan(mesh, star, r, normals);
+      Fan fan(mesh, star, r, normals);
       growth[n++] = points.growth(star, fan);
       points.move(star, fan);
       mesh.r[v] = r;
@@ -121,6 +142,63 @@ TEST(TrackedPoints, CostNothingWhenAVertexMovesThereAndBack) {
   }
   EXPECT_GT(there_sum, 0.01);
   EXPECT_NEAR(points.largest(mesh), 0, 1e-7);
+}
+
+/// Moves every seventh inner vertex, with the points around it. Calls note(growth) for each.
+template <class Note>
+void disturb(CollapseMesh& mesh, TrackedPoints& points, const Note& note) {
+  for (std::uint32_t v = 0; v < mesh.r.size(); v += 7) {
+    if (mesh.topology.outgoing(v) == HalfEdges::none || mesh.topology.on_boundary(v)) continue;
+    Star star;
+    ASSERT_TRUE(star.gather_vertex(mesh.topology, v));
+    const Vec3d r = mesh.r[v] + (1 + v % 3) * Vec3d{0.05, -0.04, 0.06};
+    const auto normals = normals_around(mesh, star, r);
+    Fan fan(mesh, star, r, normals);
+    const double growth = points.growth(star, fan);
+    points.move(star, fan);
+    mesh.r[v] = r;
+    for (int i = 0; i < star.count; ++i) mesh.normals[star.facet[i]] = normals[i];
+    note(growth);
+  }
+}
+
+TEST(TrackedPoints, GrowByWhatWasSaidOfAMove) {
+  CollapseMesh mesh(landscape(), {});
+  TrackedPoints points(mesh);
+  double expected = 0;
+  for (int i = 0; i < 2; ++i) {
+    disturb(mesh, points, [&](double growth) { expected += growth; });
+  }
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
+    Star only;
+    only.count = 1;
+    only.facet[0] = f;
+    only.dying = {HalfEdges::none, HalfEdges::none};
+    sum += points.sum_of_squares(only);
+    points.for_each(f, [&](Vec3d) { ++count; });
+  }
+  EXPECT_GT(expected, 0.1);
+  EXPECT_NEAR(sum, expected, 1e-9);
+  EXPECT_EQ(count, mesh.live_vertices) << "none is lost";
+}
+
+TEST(TrackedPoints, OneOfAllIsFurthest) {
+  CollapseMesh mesh(landscape(), {});
+  TrackedPoints points(mesh);
+  disturb(mesh, points, [](double) {});
+  double furthest = 0;
+  for (std::uint32_t f = 0; f < mesh.normals.size(); ++f) {
+    const std::array<Vec3d, 3> corners{mesh.r[mesh.topology.origin(3 * f)],
+                                       mesh.r[mesh.topology.origin(3 * f + 1)],
+                                       mesh.r[mesh.topology.origin(3 * f + 2)]};
+    points.for_each(f, [&](Vec3d p) {
+      furthest = std::max(furthest, closest_on_triangle(p, corners).distance);
+    });
+  }
+  EXPECT_GT(furthest, 0.05);
+  EXPECT_EQ(points.largest(mesh), furthest);
 }
 
 TEST(TrackedPoints, AreFoundAgainFromTheVerticesTheyWentInto) {
