@@ -169,9 +169,10 @@ TEST(EndCondition, SaysWhatItWaitsForAndWhere) {
   EXPECT_EQ(text_of(condition, materials, {.two_dimensional = true}), "SiO2 exposed at x = 1 um");
 }
 
-// The mean over a surface with noise of 1 % is not what ends the step, but its highest point.
+// The mean over a surface with noise of 1 % is not what ends the step, but its highest point: it
+// ends early, by a little less than that over eight seeds.
 TEST(EndCondition, OfAFilmIsMetWithinTheErrorOfTheFlux) {
-  const Recipe recipe = read_text(R"(
+  const std::string text = R"(
 [domain]
 spacing = "2 nm"
 extent = ["40 nm", "40 nm"]
@@ -187,8 +188,15 @@ duration = "1 min"
 growth_rate = "1 nm/s"
 material = "SiO2"
 until = { thickness = "20 nm" }
-)");
-  EXPECT_NEAR(final_state(recipe).time, 20, 0.01 * 20);
+)";
+  constexpr int seeds = 8;
+  double mean = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    Recipe recipe = read_text(text);
+    recipe.flux.seed = static_cast<std::uint64_t>(seed);
+    mean += final_state(recipe).time / seeds;
+  }
+  EXPECT_NEAR(mean, 20, 0.01 * 20);
 }
 
 struct Mistake {
