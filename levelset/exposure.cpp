@@ -191,9 +191,7 @@ double thinnest_film(const Layers& layers, float least) {
   for (const std::vector<Spot>& each : of_ranges)
     spots.insert(spots.end(), each.begin(), each.end());
   // What is a film is dear to tell: asked from the thinnest one on, and only until one is.
-  const auto is_thicker = [](const Spot& a, const Spot& b) {
-    return a.thickness > b.thickness;
-  };
+  const auto is_thicker = [](const Spot& a, const Spot& b) { return a.thickness > b.thickness; };
   std::ranges::make_heap(spots, is_thicker);
   for (; !spots.empty(); spots.pop_back()) {
     std::ranges::pop_heap(spots, is_thicker);
