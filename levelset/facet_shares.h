@@ -19,8 +19,8 @@ struct FacetShare {
 /// At an edge of the surface each of its sides counts by its nearest facet: the less the further
 /// that is away, and the less it faces along the direction. So it makes no difference which of two
 /// sides that are as near and face it as much is found first, by rounding or because the mesh is
-/// cut into facets otherwise. A facet of another material than the first one's does not count: a
-/// border is sharp.
+/// cut into facets otherwise: a narrow bevel between two sides is none. A facet of another material
+/// than the first one's does not count: a border is sharp.
 ///
 /// Shape: the first facet first, the others in any order; those are left that count.
 /// Units: room in that of the mesh: what is further away by so much does not count.

@@ -268,6 +268,28 @@ TEST(FacetShares, SidesCountOnceByTheirNearestFacet) {
   EXPECT_EQ(shares({2, 0, 2}, 0), (Shares{1, 0, 0}));
 }
 
+// Which marching cubes make where an edge lies close to a node; on a simplified mesh it is gone.
+TEST(FacetShares, ANarrowBevelIsNoSide) {
+  const auto shares = [](float bevel) {
+    TriMesh mesh;
+    mesh.vertices = {{bevel, 0, 0},   {90, 0, 0},  {90, 40, 0},   {0, 0, -bevel},
+                     {0, 40, -bevel}, {0, 0, -90}, {bevel, 40, 0}};
+    mesh.triangles = {{0, 6, 3}, {0, 1, 2}, {3, 4, 5}};
+    std::vector<FacetShare> result(3);
+    for (std::uint32_t f = 0; f < 3; ++f) {
+      result[f].point.triangle = f;
+      result[f].point.distance = f == 0 ? 0.07 : 0.1;
+    }
+    share_out(mesh, {-1, 0, 1}, 0.1, result);
+    std::array<double, 3> of_facets{};
+    for (const FacetShare& each : result) of_facets[each.point.triangle] = each.share;
+    return of_facets;
+  };
+  using Shares = std::array<double, 3>;
+  EXPECT_EQ(shares(0.1F), (Shares{0, 0.5, 0.5}));
+  EXPECT_EQ(shares(9), (Shares{1, 0, 0}));
+}
+
 TEST(Extend, CarriesTheAmplitudesOfFactors) {
   const Frame frame{.spacing = 1, .cells = {20, 16}};
   const Layers layers = single_layer(
