@@ -237,9 +237,14 @@ TEST(Extend, NodesAtAnEdgeAcrossAPeriodicSideTakeTheMeanOfItsSides) {
   mesh.vertices = {{-15, -8, above}, {0.001F, -8, above}, {0.001F, 8, above}, {-15, 8, above},
                    {left, -8, -10},  {left, 8, -10},      {left, 8, above},   {left, -8, above}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 7, 6}, {4, 6, 5}};
-  const CornerSpeeds speeds{{1, 1, 1}, {1, 1, 1}, {2, 2, 2}, {2, 2, 2}};
-  const SpeedField field = extend_speeds(layers, open_gas(layers), mesh, speeds);
-  EXPECT_NEAR(speed_at(layers, field, 0, 8, 0), 1.5, 0.01);
+  const LayerSpeeds speeds{.speed = {{1, 1, 1}, {1, 1, 1}, {2, 2, 2}, {2, 2, 2}}};
+  FacetTree facets(mesh);
+  // As well when it is asked again, of facets that answered before.
+  for (int move = 0; move < 2; ++move) {
+    const SpeedField field =
+        extend_speeds(layers, open_gas(layers), facets, {&speeds, 1}, {}, 0.1, close_facets);
+    EXPECT_NEAR(speed_at(layers, field, 0, 8, 0), 1.5, 0.01);
+  }
 }
 
 TEST(FacetShares, SidesCountOnceByTheirNearestFacet) {
