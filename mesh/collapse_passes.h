@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -84,6 +85,8 @@ class CollapsePasses {
  private:
   /// Before the first pass; 0 is before that.
   static constexpr std::uint16_t first_pass = 1;
+  /// Cost of what is refused.
+  static constexpr float never = std::numeric_limits<float>::infinity();
 
   struct Candidates;
   struct Part;
