@@ -267,11 +267,16 @@ class Renderer {
     std::vector<Flight> flights(rays.size());
     scene_.fly(rays, flights);
     const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
+    Vec3d normal{};
     for (std::size_t k = 0; k < there.size(); ++k) {
       const auto own = std::span(flights).subspan(k * sky_rays, sky_rays);
       const auto is_sky = [](const Flight& each) { return each.end == Flight::End::sky; };
       const double sky = static_cast<double>(std::ranges::count_if(own, is_sky)) / sky_rays_;
-      const double lit = std::max(0.0, dot(smooth_normal(there[k]), light));
+      // A pixel is small: the samples of it that see the same facet share a normal.
+      const bool goes_on = k > 0 && there[k].facet == there[k - 1].facet &&
+                           samples[k] / samples_per_pixel == samples[k - 1] / samples_per_pixel;
+      if (!goes_on) normal = smooth_normal(there[k]);
+      const double lit = std::max(0.0, dot(normal, light));
       seen[samples[k]] =
           (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[there[k].facet]);
     }

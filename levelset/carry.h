@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -60,11 +61,26 @@ void for_each_node(const LeafMask& mask, const Visit& visit) {
   }
 }
 
+/// Calls visit(k) for the nodes of a row whose bits are set.
+template <class Visit>
+void for_each_of_row(unsigned row, const Visit& visit) {
+  for (; row != 0; row &= row - 1) visit(std::countr_zero(row));
+}
+
+/// A rule for one node as one for rows.
+template <class Rule>
+auto each_of_row(const Rule& rule) {
+  return [rule](const float* phi, const float* values, unsigned asked, float* answers) {
+    for_each_of_row(asked, [&](int k) { answers[k] = rule(phi + k, values + k); });
+  };
+}
+
 /// Carries values from the nodes next to the surface to the whole band.
 ///
-/// rule(phi, values) gives the value of a node from its neighbours along the axes, whose phi and
-/// values are at the strides of Block; no_value as long as it cannot tell, always if none of them
-/// has a value. All nodes of a pass are asked before any value changes: the order of nodes and
+/// rule(phi, values, asked, answers) gives the values of the nodes of a row whose bits are set in
+/// asked, from their neighbours along the axes, whose phi and values are at the strides of Block;
+/// no_value as long as it cannot tell, always if none of them has a value. Answers for others do
+/// not matter. All nodes of a pass are asked before any value changes: the order of nodes and
 /// threads does not matter.
 ///
 /// Shape: 512 values per leaf, no_value where there is none; what no value reaches stays so.
@@ -97,10 +113,15 @@ void carry_outward(const Band& band, std::span<float> values, const Rule& rule) 
         gather<1>(band, n, in_tree, phi);
         gather<1>(band, n, so_far, known);
         float* answer = &answers[first[n]];
-        for_each_node(asked[n], [&](int node) {
-          *answer++ = rule(phi.row(node >> 6, (node >> 3) & 7) + (node & 7),
-                           known.row(node >> 6, (node >> 3) & 7) + (node & 7));
-        });
+        for (int ij = 0; ij < leaf_edge * leaf_edge; ++ij) {
+          const int i = ij / leaf_edge;
+          const int j = ij % leaf_edge;
+          const auto row = static_cast<unsigned>(asked[n][i] >> (leaf_edge * j)) & 0xffU;
+          if (row == 0) continue;
+          std::array<float, leaf_edge> answers_of_row{};
+          rule(phi.row(i, j), known.row(i, j), row, answers_of_row.data());
+          for_each_of_row(row, [&](int k) { *answer++ = answers_of_row[k]; });
+        }
       }
     });
     parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {

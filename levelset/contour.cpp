@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <ranges>
 
 namespace scarp {
 
@@ -298,20 +299,40 @@ std::optional<Facet> find_facet(std::span<const Point> wall, double spacing) {
   return std::nullopt;
 }
 
+constexpr std::size_t stretch_length = 16;  // segments
+
 }  // namespace
+
+Contour::Contour(std::vector<Point> points, const Mouth& mouth)
+    : points_(std::move(points)), mouth_(mouth) {
+  for (std::size_t n = 0; n + 1 < points_.size(); n += stretch_length) {
+    const auto heights =
+        std::span(points_).subspan(n, std::min(stretch_length + 1, points_.size() - n)) |
+        std::views::elements<1>;
+    const auto [lowest, highest] = std::ranges::minmax(heights);
+    stretches_.push_back({.lowest = lowest, .highest = highest});
+  }
+}
 
 std::optional<Gap> Contour::gap(double height) const {
   std::vector<Crossing> crossings;
+  const auto add_crossings_of = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin / stretch_length; n * stretch_length + 1 < end; ++n) {
+      if (!(stretches_[n].lowest < height && height <= stretches_[n].highest)) continue;
+      const std::size_t from = std::max(begin, n * stretch_length);
+      const std::size_t to = std::min(end, (n + 1) * stretch_length + 1);
+      add_crossings(std::span(points_).subspan(from, to - from), height, 0, crossings);
+    }
+  };
   if (height < mouth_.height) {
     // In the order of the contour: a pocket that walls part from the mouth lies in between.
-    const std::size_t begin = std::max<std::size_t>(mouth_.first, 1) - 1;
-    const std::size_t end = std::min(mouth_.last + 2, points_.size());
-    add_crossings(std::span(points_).subspan(begin, end - begin), height, 0, crossings);
+    add_crossings_of(std::max<std::size_t>(mouth_.first, 1) - 1,
+                     std::min(mouth_.last + 2, points_.size()));
     if (crossings.empty() || !crossings.front().falls || crossings.back().falls)
       return std::nullopt;
     return Gap{.left = crossings.front().lateral, .right = crossings.back().lateral};
   }
-  add_crossings(points_, height, 0, crossings);
+  add_crossings_of(0, points_.size());
   sort_by_place(crossings);
   std::optional<Gap> best;
   for (std::size_t n = 1; n < crossings.size(); ++n) {

@@ -42,8 +42,7 @@ class Contour {
     std::size_t last = 0;
   };
 
-  Contour(std::vector<Point> points, const Mouth& mouth)
-      : points_(std::move(points)), mouth_(mouth) {}
+  Contour(std::vector<Point> points, const Mouth& mouth);
 
   const std::vector<Point>& points() const { return points_; }
 
@@ -66,10 +65,17 @@ class Contour {
   std::span<const Point> right_wall(double lowest) const;
 
  private:
+  /// Heights of some of the points, one after the other, of which the last is the next one's first.
+  struct Stretch {
+    double lowest = 0;
+    double highest = 0;
+  };
+
   std::size_t lowest_index() const;
 
   std::vector<Point> points_;
   Mouth mouth_;
+  std::vector<Stretch> stretches_;
 };
 
 /// The contour whose gap at a height holds a lateral position, cut off at the fields; nothing where

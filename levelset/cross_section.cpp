@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <unordered_map>
 #include <utility>
 
 #include "levelset/extract_surface.h"
@@ -12,77 +11,56 @@ namespace scarp {
 
 namespace {
 
-/// One triangle's part of a cross-section: from one cut edge to another, by the vertices of the
-/// edges.
+using Point = std::array<double, 2>;
+
+/// One facet's part of a cross-section: from one cut edge to another, by the vertices of the edges.
 struct Segment {
   std::uint64_t from = 0;
   std::uint64_t to = 0;
 };
 
-using Point = std::array<double, 2>;
-
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
 }
 
-class Slicer {
- public:
-  Slicer(const TriMesh& mesh, const CutPlane& plane) : mesh_(mesh), plane_(plane) {}
+/// From a plane to the left of its direction.
+double distance(const CutPlane& plane, double x, double y) {
+  return plane.along[0] * (y - plane.origin[1]) - plane.along[1] * (x - plane.origin[0]);
+}
 
-  std::vector<Polyline> run() {
-    collect();
+// A vertex in the plane counts as left of it: lines pass beside vertices, never through them.
+bool is_left(const CutPlane& plane, double x, double y) { return distance(plane, x, y) >= 0; }
+
+/// Segments joined to lines.
+class Chain {
+ public:
+  Chain(const TriMesh& mesh, const CutPlane& plane, std::vector<Segment> segments)
+      : mesh_(mesh), plane_(plane), segments_(std::move(segments)), used_(segments_.size()) {
+    for (std::size_t n = 0; n < segments_.size(); ++n) {
+      leaves_.emplace_back(segments_[n].from, n);
+      arrives_.push_back(segments_[n].to);
+    }
+    std::ranges::sort(leaves_);
+    std::ranges::sort(arrives_);
+  }
+
+  std::vector<Polyline> lines() {
     std::vector<Polyline> lines;
     // Open lines start where nothing leads to; what is left are closed ones.
-    for (std::size_t n = 0; n < segments_.size(); ++n) {
-      if (!arrives_.contains(segments_[n].from)) {
-        lines.push_back(follow(n));
-      }
-    }
-    for (std::size_t n = 0; n < segments_.size(); ++n) {
-      if (!used_[n]) {
-        lines.push_back(follow(n));
-      }
-    }
+    for (std::size_t n = 0; n < segments_.size(); ++n)
+      if (!std::ranges::binary_search(arrives_, segments_[n].from)) lines.push_back(follow(n));
+    for (std::size_t n = 0; n < segments_.size(); ++n)
+      if (!used_[n]) lines.push_back(follow(n));
     return lines;
   }
 
  private:
-  /// From the plane to the left of its direction.
-  double distance(const Vec3f& r) const {
-    return plane_.along[0] * (r.y - plane_.origin[1]) - plane_.along[1] * (r.x - plane_.origin[0]);
-  }
-
-  void collect() {
-    // A vertex in the plane counts as left of it: lines pass beside vertices, never through them.
-    std::vector<char> is_left(mesh_.vertices.size());
-    for (std::size_t v = 0; v < is_left.size(); ++v)
-      is_left[v] = distance(mesh_.vertices[v]) >= 0 ? 1 : 0;
-    for (const Triangle& triangle : mesh_.triangles) {
-      const int left = is_left[triangle[0]] + is_left[triangle[1]] + is_left[triangle[2]];
-      if (left == 0 || left == 3) continue;
-      Segment segment;
-      for (int c = 0; c < 3; ++c) {
-        const std::uint32_t a = triangle[c];
-        const std::uint32_t b = triangle[(c + 1) % 3];
-        if (is_left[a] > is_left[b]) {
-          segment.from = edge_key(a, b);
-        } else if (is_left[a] < is_left[b]) {
-          segment.to = edge_key(a, b);
-        }
-      }
-      leaves_[segment.from] = segments_.size();
-      arrives_[segment.to] = segments_.size();
-      segments_.push_back(segment);
-    }
-    used_.assign(segments_.size(), false);
-  }
-
   Point point(std::uint64_t edge) const {
-    const Vec3f& from = mesh_.vertices[edge >> 32];
-    const Vec3f& to = mesh_.vertices[edge & 0xffffffffU];
-    const double t = distance(from) / (distance(from) - distance(to));
-    const Vec3d a(from);
-    const Vec3d r = a + t * (Vec3d(to) - a);
+    const Vec3d a(mesh_.vertices[edge >> 32]);
+    const Vec3d b(mesh_.vertices[edge & 0xffffffffU]);
+    const double before = distance(plane_, a.x, a.y);
+    const double after = distance(plane_, b.x, b.y);
+    const Vec3d r = a + before / (before - after) * (b - a);
     return {plane_.along[0] * (r.x - plane_.origin[0]) + plane_.along[1] * (r.y - plane_.origin[1]),
             r.z};
   }
@@ -93,25 +71,24 @@ class Slicer {
     while (!used_[n]) {
       used_[n] = true;
       // Edges that meet in a vertex of the plane are cut at the same point.
-      const Point next_point = point(segments_[n].to);
-      if (next_point != line.points.back()) {
-        line.points.push_back(next_point);
-      }
-      const auto next = leaves_.find(segments_[n].to);
-      if (next == leaves_.end()) {
-        break;
-      }
-      n = next->second;
+      const std::uint64_t edge = segments_[n].to;
+      const Point next_point = point(edge);
+      if (next_point != line.points.back()) line.points.push_back(next_point);
+      const auto next = std::ranges::upper_bound(leaves_, edge, {}, &Leaving::first);
+      if (next == leaves_.begin() || std::prev(next)->first != edge) break;
+      n = std::prev(next)->second;
     }
     return line;
   }
 
+  using Leaving = std::pair<std::uint64_t, std::size_t>;  ///< an edge, and the segment from there
+
   const TriMesh& mesh_;
-  CutPlane plane_;
+  const CutPlane& plane_;
   std::vector<Segment> segments_;
   std::vector<bool> used_;
-  std::unordered_map<std::uint64_t, std::size_t> leaves_;
-  std::unordered_map<std::uint64_t, std::size_t> arrives_;
+  std::vector<Leaving> leaves_;         ///< sorted
+  std::vector<std::uint64_t> arrives_;  ///< edges, sorted
 };
 
 /// Mirrored about a lateral position; turned round, so that the gas stays on the left.
@@ -184,8 +161,61 @@ double just_inside(double position, double lower, double upper) {
   return std::clamp(position, lower + inside, upper - inside);
 }
 
+Slicer::Slicer(const TriMesh& mesh) : mesh_(mesh) {
+  for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += run_length) {
+    const std::size_t count = std::min(run_length, mesh.triangles.size() - begin);
+    const Vec3f& any = mesh.vertices[mesh.triangles[begin][0]];
+    Run run{.lower = {any.x, any.y}, .upper = {any.x, any.y}};
+    for (const Triangle& triangle : std::span(mesh.triangles).subspan(begin, count)) {
+      for (int c = 0; c < 3; ++c) {
+        const Vec3f& r = mesh.vertices[triangle[c]];
+        run.lower = {std::min(run.lower[0], r.x), std::min(run.lower[1], r.y)};
+        run.upper = {std::max(run.upper[0], r.x), std::max(run.upper[1], r.y)};
+      }
+    }
+    runs_.push_back(run);
+  }
+}
+
+// Of a run the two corners decide that are farthest to the left and to the right: by the arithmetic
+// of a vertex, which no rounding brings beyond them.
+bool Slicer::passes(const CutPlane& plane, const Run& run) {
+  const auto corner = [&](bool leftmost) {
+    return is_left(plane, (plane.along[1] > 0) == leftmost ? run.lower[0] : run.upper[0],
+                   (plane.along[0] > 0) == leftmost ? run.upper[1] : run.lower[1]);
+  };
+  return corner(true) && !corner(false);
+}
+
+std::vector<Polyline> Slicer::cut(const CutPlane& plane) const {
+  std::vector<Segment> segments;
+  const auto add = [&](const Triangle& triangle) {
+    std::array<bool, 3> left{};
+    for (int c = 0; c < 3; ++c) {
+      const Vec3f& r = mesh_.vertices[triangle[c]];
+      left[static_cast<std::size_t>(c)] = is_left(plane, r.x, r.y);
+    }
+    if (left[0] == left[1] && left[1] == left[2]) return;
+    Segment segment;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t next = (c + 1) % 3;
+      if (left[c] == left[next]) continue;
+      (left[c] ? segment.from : segment.to) =
+          edge_key(triangle[static_cast<int>(c)], triangle[static_cast<int>(next)]);
+    }
+    segments.push_back(segment);
+  };
+  for (std::size_t n = 0; n < runs_.size(); ++n) {
+    if (!passes(plane, runs_[n])) continue;
+    const std::size_t begin = n * run_length;
+    const std::size_t count = std::min(run_length, mesh_.triangles.size() - begin);
+    for (const Triangle& triangle : std::span(mesh_.triangles).subspan(begin, count)) add(triangle);
+  }
+  return Chain(mesh_, plane, std::move(segments)).lines();
+}
+
 std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane) {
-  return Slicer(mesh, plane).run();
+  return Slicer(mesh).cut(plane);
 }
 
 std::vector<Polyline> cross_section(const TriMesh& mesh, int axis, double position) {

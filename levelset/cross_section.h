@@ -40,9 +40,31 @@ struct CutPlane {
 /// A position moved off the sides of what is cut: a plane on them would have nothing beyond it.
 double just_inside(double position, double lower, double upper);
 
-/// Where a plane cuts a mesh.
-///
-/// Lines follow the facets, so sharp corners stay.
+/// Cuts a mesh with upright planes, each of which looks only at the facets near it. The mesh has to
+/// stay.
+class Slicer {
+ public:
+  explicit Slicer(const TriMesh& mesh);
+
+  /// Where a plane cuts the mesh. Lines follow the facets, so sharp corners stay.
+  std::vector<Polyline> cut(const CutPlane& plane) const;
+
+ private:
+  /// Some facets one after the other, seen from above.
+  struct Run {
+    std::array<float, 2> lower;
+    std::array<float, 2> upper;
+  };
+
+  static constexpr std::size_t run_length = 32;
+
+  static bool passes(const CutPlane& plane, const Run& run);
+
+  const TriMesh& mesh_;
+  std::vector<Run> runs_;
+};
+
+/// Where one plane cuts a mesh.
 std::vector<Polyline> cross_section(const TriMesh& mesh, const CutPlane& plane);
 
 /// Where the plane r[axis] = position (axis 0 or 1) cuts a mesh; a plane on a domain side is taken

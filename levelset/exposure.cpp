@@ -43,6 +43,25 @@ float layer_of_neighbour(const float* phi, const float* layer) {
   return found;
 }
 
+/// The layer that is seen where the top's surface cuts the edge between two nodes.
+std::uint16_t seen_on_edge(const Layers& layers, const std::array<std::array<int, 3>, 2>& nodes,
+                           const std::array<float, 2>& top) {
+  const std::size_t solid = top[0] < 0 ? 0 : 1;
+  bool reached = false;
+  for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
+    const auto phi = [&](std::size_t end) {
+      const auto [i, j, k] = nodes[end];
+      return layers.stack[layer].phi.node(i, j, k);
+    };
+    const float within = phi(solid);
+    reached = reached || within < 0;
+    if (!reached) continue;
+    if (within <= top[solid] + same_phi || phi(1 - solid) <= top[1 - solid] + same_phi)
+      return static_cast<std::uint16_t>(layer);
+  }
+  return static_cast<std::uint16_t>(layers.stack.size() - 1);
+}
+
 }  // namespace
 
 std::size_t layer_at(const Layers& layers, const std::array<int, 3>& node) {
@@ -54,21 +73,9 @@ std::size_t layer_at(const Layers& layers, const std::array<int, 3>& node) {
 std::uint16_t exposed_layer(const Layers& layers, std::array<int, 3> node, int axis) {
   std::array<int, 3> next = node;
   ++next[axis];
-  const auto phi = [](const Layer& layer, std::array<int, 3> at) {
-    return layer.phi.band().node(at[0], at[1], at[2]);
-  };
-  const Layer& top = layers.stack.back();
-  const std::array<float, 2> top_phi{phi(top, node), phi(top, next)};
-  const int solid_end = top_phi[0] < 0 ? 0 : 1;
-  bool reached = false;
-  for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
-    const std::array<float, 2> here{phi(layers.stack[layer], node), phi(layers.stack[layer], next)};
-    reached = reached || here[solid_end] < 0;
-    if (reached && (here[0] <= top_phi[0] + same_phi || here[1] <= top_phi[1] + same_phi)) {
-      return static_cast<std::uint16_t>(layer);
-    }
-  }
-  return static_cast<std::uint16_t>(layers.stack.size() - 1);
+  const LevelSet& top = layers.top();
+  return seen_on_edge(layers, {node, next},
+                      {top.node(node[0], node[1], node[2]), top.node(next[0], next[1], next[2])});
 }
 
 std::uint16_t exposed_layer_next_to(const Layers& layers, std::array<int, 3> node,
@@ -83,9 +90,9 @@ std::uint16_t exposed_layer_next_to(const Layers& layers, std::array<int, 3> nod
       if ((*phi < 0) == (there < 0)) {
         continue;
       }
-      std::array<int, 3> lower = node;
-      lower[axis] += step < 0 ? -1 : 0;
-      best.offer(crossing(*phi, there), exposed_layer(layers, lower, axis));
+      std::array<int, 3> next = node;
+      next[axis] += step;
+      best.offer(crossing(*phi, there), seen_on_edge(layers, {node, next}, {*phi, there}));
     }
   }
   return best.layer;
@@ -114,7 +121,7 @@ std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
       });
     }
   });
-  carry_outward(band, seen, layer_of_neighbour);
+  carry_outward(band, seen, each_of_row(layer_of_neighbour));
   std::vector<std::uint16_t> found(count);
   std::transform(seen.begin(), seen.end(), found.begin(), [&](float layer) {
     return static_cast<std::uint16_t>(layer == no_value ? layers.stack.size() - 1 : layer);

@@ -345,26 +345,44 @@ float speed_as_near(const float* phi, const float* speed) {
   return as_near;
 }
 
-/// The speed of a node from its neighbours nearer to the surface: grad V . grad phi = 0, upwind.
-/// Of two on an axis that are as near it takes the mean, the same for its mirror image. Where none
-/// is nearer, at an edge of the surface, the fastest of those that are as near.
-float carried_speed(const float* phi, const float* speed) {
-  double weights = 0;
-  double sum = 0;
+/// Adds a neighbour's speed on an axis to a mean: that of the nearer one to the surface, if any is
+/// nearer, and the mean of two that are as near.
+SCARP_KERNEL_PART void add_upwind(const float* phi, const float* speed, std::ptrdiff_t stride,
+                                  double& weights, double& sum) {
   // Without branches: which neighbours count is as good as random.
-  for (const std::ptrdiff_t stride : axis_strides) {
-    const float before = std::abs(phi[-stride]);
-    const float behind = std::abs(phi[stride]);
-    const float nearer = larger(std::abs(*phi) - smaller(before, behind), 0);
-    const bool takes_before = (before <= behind) & (speed[-stride] != no_value);
-    const bool takes_behind = (behind <= before) & (speed[stride] != no_value);
-    const double taken = static_cast<double>(select(takes_before, speed[-stride], 0.0F)) +
-                         select(takes_behind, speed[stride], 0.0F);
-    const double weight = select(takes_before | takes_behind, nearer, 0.0F);
-    weights += weight;
-    sum += weight * (select(takes_before & takes_behind, 0.5F, 1.0F) * taken);
+  const float before = std::abs(phi[-stride]);
+  const float behind = std::abs(phi[stride]);
+  const float nearer = larger(std::abs(*phi) - smaller(before, behind), 0);
+  const bool takes_before = (before <= behind) & (speed[-stride] != no_value);
+  const bool takes_behind = (behind <= before) & (speed[stride] != no_value);
+  const double taken = static_cast<double>(select(takes_before, speed[-stride], 0.0F)) +
+                       static_cast<double>(select(takes_behind, speed[stride], 0.0F));
+  const double weight = select(takes_before | takes_behind, nearer, 0.0F);
+  weights += weight;
+  sum += weight * (select(takes_before & takes_behind, 0.5F, 1.0F) * taken);
+}
+
+/// The speeds of a row of nodes from their neighbours nearer to the surface: grad V . grad phi = 0,
+/// upwind. Of two on an axis that are as near it takes the mean, the same for its mirror image;
+/// no_value where none is nearer.
+SCARP_VECTOR_KERNEL void carry_row(const float* phi, const float* speed, float* carried) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    double weights = 0;
+    double sum = 0;
+    add_upwind(phi + k, speed + k, axis_strides[0], weights, sum);
+    add_upwind(phi + k, speed + k, axis_strides[1], weights, sum);
+    add_upwind(phi + k, speed + k, axis_strides[2], weights, sum);
+    carried[k] = select(weights > 0, static_cast<float>(sum / weights), no_value);
   }
-  return weights > 0 ? static_cast<float>(sum / weights) : speed_as_near(phi, speed);
+}
+
+/// Where no neighbour is nearer to the surface, at an edge of it, the fastest of those that are as
+/// near.
+void carried_speeds(const float* phi, const float* speed, unsigned asked, float* carried) {
+  carry_row(phi, speed, carried);
+  for_each_of_row(asked, [&](int k) {
+    if (carried[k] == no_value) carried[k] = speed_as_near(phi + k, speed + k);
+  });
 }
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,
@@ -389,11 +407,11 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
       const std::span<float> past_standing(band_.scratch(0)[0], field.size());
       std::copy(field.begin(), field.end(), past_standing.begin());
       solid.set_standing(past_standing, no_value);
-      carry_outward(band_, past_standing, carried_speed);
-      carry_outward(band_, field, carried_speed);
+      carry_outward(band_, past_standing, carried_speeds);
+      carry_outward(band_, field, carried_speeds);
       solid.take_moving(past_standing, field);
     } else {
-      carry_outward(band_, field, carried_speed);
+      carry_outward(band_, field, carried_speeds);
     }
     // What no surface reaches does not move.
     std::replace(field.begin(), field.end(), no_value, 0.0F);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -16,8 +17,11 @@ namespace {
 
 constexpr float half_width = LevelSet::half_width;
 
-/// Distance from the centre of a leaf to its outermost nodes, in spacings.
-const double leaf_radius = 3.5 * std::sqrt(3.0);
+/// Nodes from one on, as many along each axis.
+struct Cube {
+  std::array<int, 3> origin;
+  int edge;
+};
 
 struct Sampler {
   const Frame& frame;
@@ -30,9 +34,17 @@ struct Sampler {
             frame.node_position(2, k)};
   }
 
-  bool near_band(const std::array<int, 3>& origin) const {
-    const double d = distance(position(origin[0] + 3.5, origin[1] + 3.5, origin[2] + 3.5));
-    return !(std::abs(d) > overestimate * (half_width + leaf_radius) * frame.spacing);
+  /// In the middle of a cube of nodes, in spacings.
+  double middle(const Cube& cube) const {
+    const double half = 0.5 * (cube.edge - 1);
+    const auto& [i, j, k] = cube.origin;
+    return distance(position(i + half, j + half, k + half)) / frame.spacing;
+  }
+
+  /// Whether nodes of a cube may be in the band, by the distance in its middle.
+  bool near_band(const Cube& cube, double middle) const {
+    const double radius = 0.5 * (cube.edge - 1) * std::numbers::sqrt3;
+    return !(std::abs(middle) > overestimate * (half_width + radius));
   }
 
   float phi(int i, int j, int k) const {
@@ -51,10 +63,9 @@ std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int l
       const int x = static_cast<int>(c) / band.column_count(1);
       const int y = static_cast<int>(c) % band.column_count(1);
       for (int z = lowest; z <= highest; ++z) {
-        const NewLeaf leaf{.origin = {x * leaf_edge, y * leaf_edge, z * leaf_edge}};
-        if (sampler.near_band(leaf.origin)) {
-          found[c].push_back(leaf);
-        }
+        const Cube leaf{.origin = {x * leaf_edge, y * leaf_edge, z * leaf_edge}, .edge = leaf_edge};
+        if (sampler.near_band(leaf, sampler.middle(leaf)))
+          found[c].push_back({.origin = leaf.origin});
       }
     }
   });
@@ -65,25 +76,47 @@ std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int l
   return all;
 }
 
-void sample_leaf(const Leaf& leaf, const Sampler& sampler, int i_count, int j_count) {
-  for (int i = 0; i < i_count; ++i) {
-    for (int j = 0; j < j_count; ++j) {
-      for (int k = 0; k < leaf_edge; ++k) {
+void sample_cube(const Band& band, const Leaf& leaf, const Sampler& sampler, const Cube& cube) {
+  // Most of a leaf is far from a surface that runs through it or past it.
+  const double middle = sampler.middle(cube);
+  const bool is_far = !sampler.near_band(cube, middle);
+  const auto [i0, j0, k0] = cube.origin;
+  for (int i = i0; i < std::min(i0 + cube.edge, band.node_count(0)); ++i) {
+    for (int j = j0; j < std::min(j0 + cube.edge, band.node_count(1)); ++j) {
+      for (int k = k0; k < k0 + cube.edge; ++k) {
         leaf.phi[leaf_offset(i, j, k)] =
-            sampler.phi(leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k);
+            is_far ? static_cast<float>(std::copysign(half_width, middle)) : sampler.phi(i, j, k);
       }
     }
   }
 }
 
 void sample(const Band& band, const Sampler& sampler) {
+  constexpr int edge = 4;
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = band.leaves()[n];
-      sample_leaf(leaf, sampler, std::min(leaf_edge, band.node_count(0) - leaf.origin[0]),
-                  std::min(leaf_edge, band.node_count(1) - leaf.origin[1]));
+      for (int part = 0; part < 8; ++part) {
+        Cube cube{.origin = leaf.origin, .edge = edge};
+        for (int axis = 0; axis < 3; ++axis) cube.origin[axis] += (part >> axis & 1) * edge;
+        sample_cube(band, leaf, sampler, cube);
+      }
     }
   });
+}
+
+/// The values of the leaf that has all nodes of a cell, by two opposite ones: most cells have one.
+const float* leaf_of_cell(const Band& band, const std::array<std::array<int, 3>, 2>& corner) {
+  std::array<int, 3> place{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [first, last] = std::minmax(corner[0][axis], corner[1][axis]);
+    const bool is_folded =
+        axis != 2 && (first < 0 || last >= band.node_count(static_cast<int>(axis)));
+    if (first >> 3 != last >> 3 || is_folded) return nullptr;
+    place[axis] = first >> 3;
+  }
+  const int leaf = band.find(place[0], place[1], place[2]);
+  return leaf >= 0 ? band.leaves()[static_cast<std::size_t>(leaf)].phi : missing_values(leaf);
 }
 
 }  // namespace
@@ -131,9 +164,12 @@ double LevelSet::distance(Vec3d r) const {
     part[1][axis] = index - below;
     part[0][axis] = 1 - part[1][axis];
   }
+  const float* leaf = leaf_of_cell(*band_, corner);
   const auto weighted = [&](int i, int j, int k) {
     const double weight = part[i][0] * part[j][1] * part[k][2];
-    return weight > 0 ? weight * node(corner[i][0], corner[j][1], corner[k][2]) : 0.0;
+    const auto [x, y, z] = std::array{corner[i][0], corner[j][1], corner[k][2]};
+    if (leaf != nullptr) return weight * leaf[leaf_offset(x, y, z)];
+    return weight > 0 ? weight * node(x, y, z) : 0.0;
   };
   double phi = 0;
   for (const int k : {0, 1})

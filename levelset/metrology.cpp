@@ -61,7 +61,10 @@ class WaferSurfaces {
       meshes_.push_back(extract_surface(layers.stack[n].phi));
       if (adds_material(layers, n)) present_.push_back(n);
     }
-    for (const TriMesh& mesh : meshes_) views_.emplace_back(mesh);
+    for (const TriMesh& mesh : meshes_) {
+      views_.emplace_back(mesh);
+      slicers_.emplace_back(mesh);
+    }
     structure_ = present_.size() - 1;
     for (std::size_t k = present_.size(); k-- > 1;) {
       if (std::ranges::find(masks, material(k)) == masks.end()) continue;
@@ -76,6 +79,7 @@ class WaferSurfaces {
   std::size_t count() const { return present_.size(); }
   MaterialId material(std::size_t k) const { return layers_.stack[present_[k]].material; }
   const TriMesh& mesh(std::size_t k) const { return meshes_[present_[k]]; }
+  const Slicer& slicer(std::size_t k) const { return slicers_[present_[k]]; }
   const ViewFromAbove& view(std::size_t k) const { return views_[present_[k]]; }
 
   std::size_t exposed() const { return present_.size() - 1; }
@@ -101,6 +105,7 @@ class WaferSurfaces {
   const Layers& layers_;
   std::vector<TriMesh> meshes_;
   std::vector<ViewFromAbove> views_;
+  std::vector<Slicer> slicers_;
   std::vector<std::size_t> present_;  ///< in the stack
   std::size_t structure_ = 0;
   std::optional<std::size_t> top_mask_;
@@ -169,7 +174,7 @@ class SectionMeasurement {
     const int along = 1 - axis_;
     const CutPlane plane =
         CutPlane::across(axis_, just_inside(position_, sides.lower[axis_], sides.upper[axis_]));
-    Cut cut{.lines = with_surroundings(cross_section(surfaces_.mesh(k), plane), sides.lower[along],
+    Cut cut{.lines = with_surroundings(surfaces_.slicer(k).cut(plane), sides.lower[along],
                                        sides.upper[along], sides.boundary[along])};
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
     cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);

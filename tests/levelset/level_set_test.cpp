@@ -49,9 +49,9 @@ TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
 TEST(LevelSet, HasMirroredDistancesToTheLastBit) {
   const auto pit = [](Vec3d r) { return r.z + 9 - 0.8 * std::hypot(r.x, r.y); };
   const Frame frame{.spacing = 0.7, .cells = {24, 24}};
-  const LevelSet whole(frame, pit, -20, 20);
+  const LevelSet whole(frame, pit, -20, 20, 1.3);
   const Frame quarter_frame{.spacing = 0.7, .cells = {12, 12}, .half = {true, true}};
-  const LevelSet quarter(quarter_frame, pit, -20, 20);
+  const LevelSet quarter(quarter_frame, pit, -20, 20, 1.3);
   int near = 0;
   for (int n = 1; n < 400; ++n) {
     const Vec3d r{8 * std::abs(std::sin(1.7 * n)), 8 * std::abs(std::sin(2.3 * n)),
