@@ -190,14 +190,18 @@ class Renderer {
   void look(int row, std::vector<Colour>& seen) const {
     std::vector<Sight> sights;
     std::vector<Ray> rays;
+    std::optional<FacePoint> last;
     for (std::size_t sample = 0; sample < seen.size(); ++sample) {
       const Vec3d r = place_of(row, sample);
       const auto passage = block_.passage(r, camera_.forward);
       if (!passage) continue;
       const Vec3d entry = r + passage->enter * camera_.forward;
-      if (passage->axis != 2 && layers_.top().distance(entry) < 0) {
-        seen[sample] = within(entry, passage->axis);
-        continue;
+      if (passage->axis != 2) {
+        if (!last || !last->reaches(entry, passage->axis)) last = face_point(entry, passage->axis);
+        if (last) {
+          seen[sample] = last->colour;
+          continue;
+        }
       }
       const Vec3d exit = r + passage->leave * camera_.forward;
       sights.push_back({.sample = sample, .entry = entry, .exit = exit, .axis = passage->axis});
@@ -215,21 +219,46 @@ class Renderer {
       } else if (sight.axis != 2 && layers_.top().distance(sight.exit) < 0) {
         // Between nodes a sharp edge of the mesh reaches further than phi: there the line went
         // through solid all the way.
-        seen[sight.sample] = within(sight.entry, sight.axis);
+        seen[sight.sample] = within(sight.entry, sight.axis).colour;
       }
     }
     shade(row, lit, there, seen);
   }
 
-  /// A side or a cut: the material there, its borders as lines.
-  Colour within(const Vec3d& r, int axis) const {
+  /// A place on a side or a cut.
+  struct FacePoint {
+    Colour colour;
+    Vec3d r;
+    int axis;
+    double clearance;  ///< to the next line
+
+    /// Whether another one looks the same for sure: phi may change a little faster than distances.
+    bool reaches(const Vec3d& other, int its_axis) const {
+      return axis == its_axis && 1.5 * length(other - r) < clearance;
+    }
+  };
+
+  /// Nothing in the gas.
+  std::optional<FacePoint> face_point(const Vec3d& r, int axis) const {
+    if (!(layers_.top().distance(r) < 0)) return std::nullopt;
+    return within(r, axis);
+  }
+
+  /// The material in the solid, its borders as lines.
+  FacePoint within(const Vec3d& r, int axis) const {
     const double line = 0.8 * pixel_;
+    FacePoint found{.colour = on_face(axis, layers_.stack.back().material),
+                    .r = r,
+                    .axis = axis,
+                    .clearance = 1e300};
     for (const Layer& layer : layers_.stack) {
       const double distance = layer.phi.distance(r);
-      if (std::abs(distance) < line) return ink;
-      if (distance < 0) return on_face(axis, layer.material);
+      found.clearance = std::min(found.clearance, std::abs(distance) - line);
+      if (found.clearance < 0) found.colour = ink;
+      if (found.clearance >= 0 && distance < 0) found.colour = on_face(axis, layer.material);
+      if (found.clearance < 0 || distance < 0) break;
     }
-    return on_face(axis, layers_.stack.back().material);
+    return found;
   }
 
   static Colour on_face(int axis, MaterialId material) {

@@ -442,6 +442,7 @@ class SpeedAt {
   SpeedAt(const NearNode& at, std::span<const FacetShare> facets,
           std::span<const AngularFactor> factors)
       : facets_(facets), factors_(factors) {
+    if (factors.empty()) return;
     const Vec3d gradient = central_gradient(at.phi);
     normal_ = Vec3f(length(gradient) > 0 ? normalized(gradient) : Vec3d{0, 0, 1});
   }
@@ -476,8 +477,8 @@ class SpeedAt {
 
 /// The mean over dt of the speed at a node, from layer to layer.
 float mean_speed(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
-                 const NearNode& at, std::size_t seen, const SpeedAt& speed_at, double dt) {
-  const float speed = speed_at.of(speeds_of_layers[seen]);
+                 const NearNode& at, std::size_t seen, float speed, const SpeedAt& speed_at,
+                 double dt) {
   if (speed >= 0 || seen == 0) return speed;
   std::vector<float> speeds;
   for (std::size_t layer = 0; layer <= seen; ++layer)
@@ -577,7 +578,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
     const SpeedAt speed_at(at, shares, factors);
     const float speed = speed_at.of(of_seen);
-    const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed_at, dt);
+    const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed, speed_at, dt);
     if (factors.empty()) {
       values[0] = mean;
       return;

@@ -153,12 +153,10 @@ double LevelSet::distance(Vec3d r) const {
   std::array<std::array<double, 3>, 2> part{};
   for (int axis = 0; axis < 3; ++axis) {
     const double from_middle = r[axis] / frame.spacing;
-    const double middle = frame.middle(axis);
-    const double whole = std::floor(middle);
-    const double index = std::abs(from_middle) + (middle - whole);
-    const double below = std::floor(index);
-    const auto nearer = static_cast<int>(whole + below);
-    const auto mirrored = static_cast<int>(2 * middle);
+    const auto mirrored = static_cast<int>(2 * frame.middle(axis));
+    const double index = std::abs(from_middle) + (mirrored % 2 == 0 ? 0 : 0.5);
+    const auto below = static_cast<int>(index);
+    const int nearer = mirrored / 2 + below;
     corner[0][axis] = from_middle < 0 ? mirrored - nearer : nearer;
     corner[1][axis] = from_middle < 0 ? mirrored - nearer - 1 : nearer + 1;
     part[1][axis] = index - below;
