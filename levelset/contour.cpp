@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <ranges>
 
 namespace scarp {
 
@@ -306,11 +305,12 @@ constexpr std::size_t stretch_length = 16;  // segments
 Contour::Contour(std::vector<Point> points, const Mouth& mouth)
     : points_(std::move(points)), mouth_(mouth) {
   for (std::size_t n = 0; n + 1 < points_.size(); n += stretch_length) {
-    const auto heights =
-        std::span(points_).subspan(n, std::min(stretch_length + 1, points_.size() - n)) |
-        std::views::elements<1>;
-    const auto [lowest, highest] = std::ranges::minmax(heights);
-    stretches_.push_back({.lowest = lowest, .highest = highest});
+    Stretch stretch{.lowest = points_[n][1], .highest = points_[n][1]};
+    for (std::size_t k = n; k < std::min(n + stretch_length + 1, points_.size()); ++k) {
+      stretch.lowest = std::min(stretch.lowest, points_[k][1]);
+      stretch.highest = std::max(stretch.highest, points_[k][1]);
+    }
+    stretches_.push_back(stretch);
   }
 }
 
