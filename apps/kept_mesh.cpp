@@ -65,6 +65,10 @@ bool boxes_are_close(const TriMesh& mesh, const TriMesh& surface, double distanc
 
 }  // namespace
 
+std::shared_ptr<const TriangleTree> tree_of(const KeptMesh& mesh) {
+  return mesh.tree ? mesh.tree : std::make_shared<const TriangleTree>(mesh.facets);
+}
+
 std::optional<std::vector<MaterialId>> materials_if_close(const TriMesh& mesh,
                                                           const TriMesh& surface, double distance) {
   if (!boxes_are_close(mesh, surface, distance)) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/tri_mesh.h"
+#include "core/triangle_tree.h"
 #include "flux/solve.h"
 
 namespace scarp {
@@ -21,7 +22,12 @@ struct KeptMesh {
   double max_distance = 0;    ///< that it found
   /// What rays met on it; not part of a state, since they find it again.
   std::shared_ptr<KeptHits> hits{};
+  /// Of the facets; not part of a state either.
+  std::shared_ptr<const TriangleTree> tree{};
 };
+
+/// Its tree, if need be one made now.
+std::shared_ptr<const TriangleTree> tree_of(const KeptMesh& mesh);
 
 /// The materials of a mesh as those of the surface, if the two are one within a distance: no vertex
 /// of the surface or of the mesh is further from facets of its own material in the other one.

@@ -101,7 +101,7 @@ class Mover {
         recipe_(recipe),
         survey_(survey),
         result_(result),
-        facets_(survey.facets),
+        facets_(survey.facets, survey.tree),
         gas_(survey.gas) {}
 
   // Ends before dt where the flux would not be that of the facets any more: where a void closes, or

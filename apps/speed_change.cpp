@@ -21,8 +21,8 @@ constexpr double reach = 3;
 constexpr double least_cosine = 0.95;
 
 // The place then that is closest to the middle of each facet now.
-std::vector<ClosestPoint> places_then(const TriMesh& before, const TriMesh& now, double spacing) {
-  const TriangleTree tree(before);
+std::vector<ClosestPoint> places_then(const TriMesh& before, const TriangleTree& tree,
+                                      const TriMesh& now, double spacing) {
   const std::vector<Vec3f> normals_then = facet_normals(before);
   const std::vector<Vec3f> normals = facet_normals(now);
   std::vector<ClosestPoint> places(normals.size());
@@ -174,11 +174,12 @@ void change_by(CornerSpeeds& speeds, std::span<const float> change, double time)
 
 }  // namespace
 
-SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
-                         std::span<const std::size_t> layer_of_facet,
+SpeedChange speed_change(const SurfaceSpeeds& before, const TriangleTree& tree_before,
+                         const SurfaceSpeeds& now, std::span<const std::size_t> layer_of_facet,
                          std::span<const AngularFactor> factors, double dt, double spacing) {
   constexpr double patch_width = 4;  // spacings
-  const std::vector<ClosestPoint> places = places_then(before.facets, now.facets, spacing);
+  const std::vector<ClosestPoint> places =
+      places_then(before.facets, tree_before, now.facets, spacing);
   const PatchMeans patches(now.facets, patch_width * spacing);
   SpeedChange change;
   std::vector<double> seen(places.size());

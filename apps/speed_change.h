@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/tri_mesh.h"
+#include "core/triangle_tree.h"
 #include "levelset/extend.h"
 
 namespace scarp {
@@ -37,11 +38,12 @@ struct SurfaceSpeeds {
 
 /// Where speeds depend on the normal by known factors they are compared at the normal of now.
 ///
+/// tree_before: of the earlier facets.
 /// Shape: of the two surfaces as many layers; layer_of_facet, one per facet of the later one.
 /// Units: dt, the time between them, in s; spacing in nm.
 /// Cost:  a closest-point query per facet, about a microsecond.
-SpeedChange speed_change(const SurfaceSpeeds& before, const SurfaceSpeeds& now,
-                         std::span<const std::size_t> layer_of_facet,
+SpeedChange speed_change(const SurfaceSpeeds& before, const TriangleTree& tree_before,
+                         const SurfaceSpeeds& now, std::span<const std::size_t> layer_of_facet,
                          std::span<const AngularFactor> factors, double dt, double spacing);
 
 /// The speeds some time later, if they go on changing as they did; none turns round, nor more than

@@ -188,9 +188,9 @@ void find_change(const State& state, const Recipe& recipe, Survey& result) {
   std::vector<std::size_t> layers;
   for (const MaterialId material : result.facets.materials)
     layers.push_back(layer_of(state, material));
-  result.change =
-      speed_change({state.mesh.facets, before}, {result.facets, result.speeds_of_layers}, layers,
-                   result.factors, earlier.dt, recipe.frame.spacing);
+  result.change = speed_change({state.mesh.facets, before}, *tree_of(state.mesh),
+                               {result.facets, result.speeds_of_layers}, layers, result.factors,
+                               earlier.dt, recipe.frame.spacing);
 }
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {

@@ -98,6 +98,7 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
   result.simplify_max_distance = kept.max_distance;
   // Most meshes serve once: theirs are not worth the memory.
   result.hits = kept.hits ? kept.hits : keep_hits();
+  result.tree = tree_of(kept);
   return true;
 }
 
@@ -326,6 +327,10 @@ Survey survey_now(const State& state, const Recipe& recipe) {
     result.longest_dt = model->longest_time_step();
   TriMesh surface = exposed_surface(state, recipe, result);
   make_facets(std::move(surface), state, recipe, result);
+  if (!result.tree) {
+    const auto measurement = result.timer.measure("map");
+    result.tree = std::make_shared<const TriangleTree>(result.facets);
+  }
   FluxOptions options = recipe.flux;
   const bool refines = aims_at_position(state, recipe);
   if (refines) options.target_error = first_flux_error;
@@ -345,7 +350,8 @@ KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
           .made_at = survey.made_at,
           .bound = survey.simplify_bound,
           .max_distance = survey.simplify_max_distance,
-          .hits = survey.hits};
+          .hits = survey.hits,
+          .tree = survey.tree};
 }
 
 EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) {

@@ -44,6 +44,7 @@ struct Survey {
   std::uint32_t made_at = 0;         ///< the time step that the facets were made in
   double simplify_bound = 0;         ///< on the distance between facets and surface then; nm
   std::shared_ptr<KeptHits> hits{};  ///< of a mesh that was kept before
+  std::shared_ptr<const TriangleTree> tree{};  ///< of the facets
   std::vector<FluxField> flux;
   std::vector<std::vector<float>> coverages;  ///< on facets, in the order of the model's names
   CoverageFit coverage_fit;

@@ -135,6 +135,7 @@ State whole_of(State state) {
   state.voids.clear();
   state.mesh.facets = with_images(state.mesh.facets, frame);
   state.mesh.hits = {};
+  state.mesh.tree = {};
   state.earlier = {};
   for (std::vector<float>& values : state.coverages.values) values = with_images(values, frame);
   return state;

@@ -71,7 +71,7 @@ class Extension {
         band_(layers.top().band()),
         gas_(gas),
         facets_(facets.facets),
-        tree_(facets.tree),
+        tree_(*facets.tree),
         is_creased_(facets.is_creased),
         kept_(facets.kept),
         distance_(distance),

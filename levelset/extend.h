@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,11 +24,13 @@ using CornerSpeeds = std::vector<std::array<float, 3>>;
 /// Facets that speeds are carried from, once or often, what finds the closest of them, and which
 /// ones these were. Refers to the mesh.
 struct FacetTree {
+  FacetTree(const TriMesh& mesh, std::shared_ptr<const TriangleTree> its_tree)
+      : facets(mesh), tree(std::move(its_tree)), is_creased(creased_facets(mesh)) {}
   explicit FacetTree(const TriMesh& mesh)
-      : facets(mesh), tree(mesh), is_creased(creased_facets(mesh)) {}
+      : FacetTree(mesh, std::make_shared<const TriangleTree>(mesh)) {}
 
   const TriMesh& facets;
-  TriangleTree tree;
+  std::shared_ptr<const TriangleTree> tree;
   std::vector<bool> is_creased;
   KeptFacets kept{};
 };

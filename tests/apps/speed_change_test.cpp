@@ -50,7 +50,7 @@ std::vector<LayerSpeeds> speeds_on(const TriMesh& mesh, const std::function<doub
 SpeedChange change_between(const TriMesh& before, const std::vector<LayerSpeeds>& then,
                            const TriMesh& now, const std::vector<LayerSpeeds>& speeds, double dt) {
   const std::vector<std::size_t> layers(now.triangles.size());
-  return speed_change({before, then}, {now, speeds}, layers, {}, dt, 1);
+  return speed_change({before, then}, TriangleTree(before), {now, speeds}, layers, {}, dt, 1);
 }
 
 // 0.5 nm/s more everywhere after 0.25 s, whatever the speeds are.
