@@ -347,8 +347,10 @@ void add_arguments(CLI::App& command, RenderArguments& arguments) {
   command.add_option("--cut", arguments.cut,
                      "Where the wafer is cut open, what lies before is left out: 'y = 0 nm' "
                      "(default), 'x = 1 um' or none");
-  command.add_option("--azimuth", arguments.azimuth,
-                     "Direction of the eye in degrees, from -y towards -x (default: 30)");
+  command
+      .add_option("--azimuth", arguments.azimuth,
+                  "Direction of the eye in degrees, from -y towards -x (default: 30)")
+      ->check(number("a number", [](double x) { return std::isfinite(x); }));
   command
       .add_option("--elevation", arguments.elevation,
                   "Height of the eye in degrees, up to 90 (default: 35)")

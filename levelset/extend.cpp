@@ -435,6 +435,20 @@ float speed_on(std::span<const std::array<float, 3>> speeds, std::span<const Fac
   return static_cast<float>(speed);
 }
 
+/// The side of an edge that the surface follows there, as a share of all.
+std::optional<FacetShare> leading_share(const TriMesh& facets, std::span<const FacetShare> sides,
+                                        std::span<const std::array<float, 3>> speeds) {
+  if (sides.size() == 1) return std::nullopt;
+  std::vector<float> of_sides;
+  for (const FacetShare& side : sides) {
+    const FacetShare alone{.point = side.point};
+    of_sides.push_back(speed_on(speeds, {&alone, 1}));
+  }
+  const auto leading = leading_side(facets, sides, of_sides);
+  if (!leading) return std::nullopt;
+  return FacetShare{.point = sides[*leading].point};
+}
+
 /// The speed that a layer has at a node next to the surface: with factors of the normal at that of
 /// phi, which does not hang on how facets lie there.
 class SpeedAt {
@@ -536,7 +550,8 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
   SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
   const auto speed_at = [&](const NearNode&, std::span<const FacetShare> shares,
                             std::span<float> values) {
-    values[0] = speed_on(corner_speeds, shares);
+    const std::optional<FacetShare> leading = leading_share(facets, shares, corner_speeds);
+    values[0] = speed_on(corner_speeds, leading ? std::span(&*leading, 1) : shares);
   };
   SpeedField field;
   const double distance = close_facets * layers.frame.spacing;
@@ -565,17 +580,19 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
   std::atomic<std::size_t> newly_seen = 0;
   const auto values_at = [&](const NearNode& at, std::span<const FacetShare> shares,
                              std::span<float> values) {
-    const std::uint32_t facet = shares.front().point.triangle;
     std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
     // A film that meets a wall is seen from within, even if the wall is as near.
     if (field.grows_beside_standing && field.stands_still[seen] && *at.phi < 0) {
       seen = layer_at(layers, at.index);
     }
     nodes.fetch_add(1, std::memory_order_relaxed);
+    const std::uint32_t facet = shares.front().point.triangle;
     if (!facets.facets.materials.empty() &&
         layers.stack[seen].material != facets.facets.materials[facet])
       newly_seen.fetch_add(1, std::memory_order_relaxed);
     const LayerSpeeds& of_seen = speeds_of_layers[seen];
+    const std::optional<FacetShare> leading = leading_share(facets.facets, shares, of_seen.speed);
+    if (leading) shares = {&*leading, 1};
     const SpeedAt speed_at(at, shares, factors);
     const float speed = speed_at.of(of_seen);
     const float mean = mean_speed(layers, speeds_of_layers, at, seen, speed, speed_at, dt);

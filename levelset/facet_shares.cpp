@@ -85,4 +85,18 @@ void share_out(const TriMesh& facets, Vec3d direction, double room,
   for (FacetShare& each : shares) each.share /= sum;
 }
 
+std::optional<std::size_t> leading_side(const TriMesh& facets, std::span<const FacetShare> sides,
+                                        std::span<const float> speeds) {
+  const auto [lowest, highest] = std::ranges::minmax_element(speeds);
+  const auto slow = static_cast<std::size_t>(lowest - speeds.begin());
+  const auto fast = static_cast<std::size_t>(highest - speeds.begin());
+  const std::uint32_t facet = sides[slow].point.triangle;
+  const auto [a, b, c] = corners(facets, facet);
+  const auto [d, e, f] = corners(facets, sides[fast].point.triangle);
+  const bool stands_out = dot(area_vector(facets, facet), (d + e + f) - (a + b + c)) < 0;
+  if (stands_out && *lowest < 0) return slow;
+  if (!stands_out && *highest > 0) return fast;
+  return std::nullopt;
+}
+
 }  // namespace scarp

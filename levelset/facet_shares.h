@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/tri_mesh.h"
@@ -26,5 +28,14 @@ struct FacetShare {
 /// Units: room in that of the mesh: what is further away by so much does not count.
 void share_out(const TriMesh& facets, Vec3d direction, double room,
                std::vector<FacetShare>& shares);
+
+/// Of two sides that do not go on alike, the one that the surface follows where they meet: the
+/// slower one where the edge stands out and one of them recedes, the faster one where it lies in a
+/// corner and one of them grows. There the two go on to meet in an edge, and a mean would leave a
+/// fence or a slot behind. Nothing where the edge becomes round, as it does in all other cases.
+///
+/// speeds: of the sides, one each.
+std::optional<std::size_t> leading_side(const TriMesh& facets, std::span<const FacetShare> sides,
+                                        std::span<const float> speeds);
 
 }  // namespace scarp

@@ -413,6 +413,13 @@ std::vector<double> section_positions(const Frame& frame, int axis, const Openin
   return positions;
 }
 
+/// Of a lateral position and its copies over periodic sides the one that is nearest to another.
+double copy_near(const Frame& frame, int axis, double position, double other) {
+  if (frame.boundary[axis] != Boundary::periodic) return position;
+  const double width = frame.sides().width(axis);
+  return position + width * std::round((other - position) / width);
+}
+
 std::optional<OpeningMetrology> measure_opening(const WaferSurfaces& surfaces,
                                                 const MetrologyOptions& options,
                                                 const OpeningMap& map, std::size_t number,
@@ -425,7 +432,8 @@ std::optional<OpeningMetrology> measure_opening(const WaferSurfaces& surfaces,
       std::optional<OpeningRow> row = map.row(number, 1 - axis, positions[n]);
       if (!row) continue;
       // Of a hole it is known better than from the nodes of one row.
-      if (!opening.through[axis]) row->centre = opening.centre[1 - axis];
+      if (!opening.through[axis])
+        row->centre = copy_near(surfaces.frame(), 1 - axis, opening.centre[1 - axis], row->centre);
       found[n] = SectionMeasurement(surfaces, options, axis, positions[n], *row).run();
     }
   });

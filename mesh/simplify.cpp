@@ -145,9 +145,9 @@ struct Restraint {
   std::vector<Box> kept;             ///< facets of the input near these stay as they are
 };
 
-/// moved: how far the surface is from the input already.
+/// highest: what no bound may exceed. moved: how far the surface is from the input already.
 ErrorLimit error_limit(const SimplifyOptions& options, double highest, double moved) {
-  if (options.max_error) return {std::max(*options.max_error - moved, 0.0)};
+  if (options.max_error) return {std::max(std::min(*options.max_error, highest) - moved, 0.0)};
   const double limit = std::min(soft_max_error * options.spacing, highest);
   return {limit, std::min(rough_error * options.spacing, 0.5 * limit), highest};
 }

@@ -109,6 +109,8 @@ TEST_F(RenderCommand, WritesAPictureThatIsReadBack) {
   EXPECT_THAT(scarp("render " + path("out") + " --cut 'y = 1 m'").messages,
               HasSubstr("--cut: \"y = 1 m\" lies outside the domain"));
   EXPECT_EQ(scarp("render " + path("out") + " --elevation 0").exit_code, 2);
+  for (const std::string angle : {"nan", "inf", "-inf"})
+    EXPECT_EQ(scarp("render " + path("out") + " --azimuth " + angle).exit_code, 2) << angle;
 }
 
 }  // namespace

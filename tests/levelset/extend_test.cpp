@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "levelset/advect.h"
 #include "levelset/band.h"
 #include "levelset/extract_surface.h"
 #include "levelset/facet_shares.h"
@@ -218,6 +219,61 @@ TEST(Extend, NodesAtAnEdgeTakeTheMeanOfItsSides) {
     EXPECT_EQ(speed_at_edge(0.2F, 0.3F, reversed), 1);
     EXPECT_EQ(speed_at_edge(0.3F, 0.2F, reversed), 2);
   }
+}
+
+// Of a step, and of a floor with a wall.
+TEST(Extend, NodesAtAnEdgeFollowTheSideThatLeads) {
+  const Frame frame{.spacing = 1, .cells = {30, 16}};
+  constexpr float at = 0.001F;
+  const auto speed_at_edge = [&](bool stands_out, float level, float steep) {
+    const Layers layers = single_layer(
+        frame,
+        [=](Vec3d r) {
+          return stands_out ? std::max(r.z - at, r.x - at) : std::min(r.z - at, at - r.x);
+        },
+        -10, 10);
+    TriMesh mesh;
+    mesh.vertices = {{-15, -8, at}, {at, -8, at}, {at, 8, at}, {-15, 8, at}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    if (stands_out) {
+      mesh.vertices.insert(mesh.vertices.end(), {{at, -8, -10}, {at, 8, -10}});
+      mesh.triangles.insert(mesh.triangles.end(), {{1, 4, 5}, {1, 5, 2}});
+    } else {
+      mesh.vertices.insert(mesh.vertices.end(), {{at, -8, 10}, {at, 8, 10}});
+      mesh.triangles.insert(mesh.triangles.end(), {{1, 4, 5}, {1, 5, 2}});
+    }
+    const CornerSpeeds speeds{
+        {level, level, level}, {level, level, level}, {steep, steep, steep}, {steep, steep, steep}};
+    return speed_at(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 15, 8, 0);
+  };
+  EXPECT_EQ(speed_at_edge(true, -1, 0), -1);
+  EXPECT_EQ(speed_at_edge(true, -1, -3), -3);
+  EXPECT_EQ(speed_at_edge(true, -1, 1), -1);
+  EXPECT_NEAR(speed_at_edge(true, 1, 3), 2, 0.01);
+  EXPECT_EQ(speed_at_edge(false, 1, 0), 1);
+  EXPECT_EQ(speed_at_edge(false, 1, 3), 3);
+  EXPECT_EQ(speed_at_edge(false, -1, 1), 1);
+  EXPECT_NEAR(speed_at_edge(false, -1, -3), -2, 0.2);
+}
+
+// The top of a step drawn along the nodes is etched, its side is not.
+TEST(Extend, ATopThatIsEtchedLeavesNoFence) {
+  const Frame frame{.spacing = 1, .cells = {30, 16}};
+  Layers layers = single_layer(
+      frame, [](Vec3d r) { return std::max(r.z, r.x - 0.001); }, -20, 8);
+  constexpr double dt = 0.3;
+  constexpr int moves = 30;
+  for (int move = 0; move < moves; ++move) {
+    const TriMesh mesh = extract_surface(layers);
+    CornerSpeeds speeds;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+      const float speed = normalized(area_vector(mesh, f)).z > 0.7 ? -1.0F : 0.0F;
+      speeds.push_back({speed, speed, speed});
+    }
+    advect(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), dt, Scheme::eno2);
+  }
+  const Box box = bounding_box(extract_surface(layers));
+  EXPECT_NEAR(box.upper.z, -moves * dt, 0.1);
 }
 
 // The side beyond the periodic side of the domain as well.

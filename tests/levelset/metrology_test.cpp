@@ -251,6 +251,40 @@ TEST(Metrology, OfAHoleThatSidesCutIsThatOfTheWholeHole) {
   }
 }
 
+// With its middle on either side of the domain's.
+TEST(Metrology, OfAHoleAcrossPeriodicSidesIsThatOfTheWholeHole) {
+  Frame frame = space;
+  frame.boundary = {Boundary::periodic, Boundary::periodic};
+  for (const int axis : {0, 1}) {
+    for (const int direction : {-1, 1}) {
+      std::array<double, 2> place{0.3, 0.3};
+      place[static_cast<std::size_t>(axis)] = direction * (0.5 * frame.cells[axis] - 3.3);
+      Layers layers{.frame = frame, .stack = {}};
+      layers.stack.push_back(
+          {0, LevelSet(
+                  frame,
+                  [&](Vec3d r) {
+                    double x = r.x / h - place[0];
+                    double y = r.y / h - place[1];
+                    x = std::remainder(x, frame.cells[0]);
+                    y = std::remainder(y, frame.cells[1]);
+                    return h *
+                           std::max(r.z / h - 0.3, std::min(10 - std::hypot(x, y), r.z / h + 29.7));
+                  },
+                  -36 * h, 6 * h, 1.2)});
+      const Metrology found = measure(layers);
+      ASSERT_EQ(found.openings.size(), 2U);
+      for (const OpeningMetrology& each : found.openings)
+        expect(each,
+               {{"depth", &M::depth, 30},
+                {"middle", &M::middle_cd, 20},
+                angle("left", &M::left_angle, 90),
+                angle("right", &M::right_angle, 90)},
+               " along " + std::to_string(axis) + " at " + std::to_string(direction));
+    }
+  }
+}
+
 /// A trench along an axis whose walls come and go by a wave, in spacings.
 Layers wavy_trench(const Frame& frame, int along, double centre, double amplitude) {
   Layers layers{.frame = frame, .stack = {}};

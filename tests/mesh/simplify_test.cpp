@@ -685,5 +685,30 @@ TEST(Simplify, BadInputIsRefused) {
   EXPECT_THAT(message(fin, {}), HasSubstr("not a 2-manifold"));
 }
 
+// Two sheets at one place, which pass through each other as soon as one of them moves: without a
+// bound of the caller's it is halved until they do not, and then they are kept.
+TEST(Simplify, EndsWhereSheetsLieOnEachOther) {
+  constexpr std::uint32_t count = 11;
+  TriMesh mesh;
+  for (std::uint32_t v = 0; v < count * count; ++v)
+    mesh.vertices.push_back({static_cast<float>(v % count), static_cast<float>(v / count),
+                             0.2F * std::sin(static_cast<float>(v))});
+  for (std::uint32_t j = 0; j + 1 < count; ++j) {
+    for (std::uint32_t i = 0; i + 1 < count; ++i) {
+      const std::uint32_t v = j * count + i;
+      mesh.triangles.push_back({v, v + 1, v + count + 1});
+      mesh.triangles.push_back({v, v + count + 1, v + count});
+    }
+  }
+  const std::size_t facets = mesh.triangles.size();
+  for (std::size_t v = 0; v < count * count; ++v) mesh.vertices.push_back(mesh.vertices[v]);
+  for (std::size_t f = 0; f < facets; ++f) {
+    const Triangle t = mesh.triangles[f];
+    mesh.triangles.push_back({t[0] + count * count, t[2] + count * count, t[1] + count * count});
+  }
+  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::lindstrom_turk})
+    EXPECT_FALSE(simplify(mesh, {.method = method}).mesh.triangles.empty());
+}
+
 }  // namespace
 }  // namespace scarp
