@@ -8,7 +8,7 @@ namespace scarp {
 
 namespace {
 
-// Below it neither way takes longer than the other, whatever the step.
+// Below it neither way takes much longer than the other, whatever the step.
 constexpr std::size_t few_facets = 1000;
 
 // Beams do: every facet looks for them.
@@ -38,7 +38,7 @@ std::string cell_of(SimplifyChoice choice) {
 std::string reason_of(SimplifyChoice choice) {
   return choice == SimplifyChoice::no_rays
              ? "the step traces no rays"
-             : fmt::format("the mesh has less than {} facets", few_facets);
+             : fmt::format("the mesh has fewer than {} facets", few_facets);
 }
 
 LeftOutCount left_out_count(const std::filesystem::path& metrics) {

@@ -165,7 +165,7 @@ TEST_F(SimplifyChoiceOfARun, OfASmallSurfaceIsTheFullMesh) {
   EXPECT_EQ(summary("r")["state_hash"], summary("full")["state_hash"]);
   EXPECT_THAT(cells("r", "simplify_left_out", "2"), Each("few_facets"));
   EXPECT_GT(summary("r")["simplify_left_out"]["few_facets"], 0);
-  EXPECT_THAT(messages, HasSubstr("the mesh has less than 1000 facets"));
+  EXPECT_THAT(messages, HasSubstr("the mesh has fewer than 1000 facets"));
   EXPECT_EQ(summary("full")["simplify_left_out"]["few_facets"], 0);
 }
 
