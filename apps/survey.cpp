@@ -98,7 +98,7 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
   result.simplify_max_distance = kept.max_distance;
   // Most meshes serve once: theirs are not worth the memory.
   result.hits = kept.hits ? kept.hits : keep_hits();
-  result.tree = tree_of(kept);
+  result.tree = kept.tree;
   return true;
 }
 

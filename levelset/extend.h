@@ -39,9 +39,9 @@ struct FacetTree {
 ///
 /// A node next to the surface takes the speed at the closest point of the facets, linear between
 /// the corners of its facet; facets that face the other way (the far side of a thin wall) do not
-/// count. At an edge it takes the mean of the sides that face it alike (facet_shares.h). From there
-/// speeds are constant along the normals. Nodes of closed voids, and solid whose nearest surface is
-/// not in the mesh, have speed 0.
+/// count. At an edge it takes that of the side that leads, or the mean of the sides that face it
+/// alike (facet_shares.h). From there speeds are constant along the normals. Nodes of closed voids,
+/// and solid whose nearest surface is not in the mesh, have speed 0.
 ///
 /// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay
 ///         within half a spacing of the surface.

@@ -88,6 +88,7 @@ void share_out(const TriMesh& facets, Vec3d direction, double room,
 std::optional<std::size_t> leading_side(const TriMesh& facets, std::span<const FacetShare> sides,
                                         std::span<const float> speeds) {
   const auto [lowest, highest] = std::ranges::minmax_element(speeds);
+  if (*lowest == *highest) return std::nullopt;
   const auto slow = static_cast<std::size_t>(lowest - speeds.begin());
   const auto fast = static_cast<std::size_t>(highest - speeds.begin());
   const std::uint32_t facet = sides[slow].point.triangle;

@@ -32,7 +32,8 @@ void share_out(const TriMesh& facets, Vec3d direction, double room,
 /// Of two sides that do not go on alike, the one that the surface follows where they meet: the
 /// slower one where the edge stands out and one of them recedes, the faster one where it lies in a
 /// corner and one of them grows. There the two go on to meet in an edge, and a mean would leave a
-/// fence or a slot behind. Nothing where the edge becomes round, as it does in all other cases.
+/// fence or a slot behind. Nothing where they are as fast, so that mirror images have the same, and
+/// where the edge becomes round, as it does in all other cases.
 ///
 /// speeds: of the sides, one each.
 std::optional<std::size_t> leading_side(const TriMesh& facets, std::span<const FacetShare> sides,

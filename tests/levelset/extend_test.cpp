@@ -256,6 +256,23 @@ TEST(Extend, NodesAtAnEdgeFollowTheSideThatLeads) {
   EXPECT_NEAR(speed_at_edge(false, -1, -3), -2, 0.2);
 }
 
+// Mirror images of each other have the same speed, whichever is found first, but other parts.
+TEST(FacetShares, OfSidesThatAreAsFastNoneLeads) {
+  TriMesh mesh;
+  mesh.vertices = {{-4, -4, 0}, {0, -4, 0}, {0, 4, 0}, {0, -4, -4}};
+  mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+  std::vector<FacetShare> sides(2);
+  sides[0].point.triangle = 0;
+  sides[1].point.triangle = 1;
+  const auto leading = [&](const std::array<float, 2>& speeds) {
+    return leading_side(mesh, sides, speeds);
+  };
+  EXPECT_EQ(leading({-1, -1}), std::nullopt);
+  EXPECT_EQ(leading({-1, -2}), 1U);
+  EXPECT_EQ(leading({-2, 1}), 0U);
+  EXPECT_EQ(leading({1, 2}), std::nullopt);
+}
+
 // The top of a step drawn along the nodes is etched, its side is not.
 TEST(Extend, ATopThatIsEtchedLeavesNoFence) {
   const Frame frame{.spacing = 1, .cells = {30, 16}};

@@ -304,4 +304,31 @@ inline TriMesh noisy_plane(int n, double noise, std::uint64_t seed = 1) {
                      [](Vec3d r) { return r.z - 1.77; });
 }
 
+/// A wavy film, thin against the waves, with facets of size 1.
+inline TriMesh wavy_film(int cells, float thickness) {
+  TriMesh mesh;
+  const auto row = static_cast<std::uint32_t>(cells + 1);
+  for (const bool is_top : {false, true}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (std::uint32_t j = 0; j < row; ++j) {
+      for (std::uint32_t i = 0; i < row; ++i) {
+        const auto x = static_cast<float>(i);
+        const auto y = static_cast<float>(j);
+        const float wave = 0.3F * std::sin(0.7F * x) * std::cos(0.5F * y);
+        mesh.vertices.push_back({x, y, wave + (is_top ? thickness : 0)});
+      }
+    }
+    for (std::uint32_t j = 0; j + 1 < row; ++j) {
+      for (std::uint32_t i = 0; i + 1 < row; ++i) {
+        const std::uint32_t a = first + j * row + i;
+        for (Triangle t : {Triangle{a, a + 1, a + row + 1}, Triangle{a, a + row + 1, a + row}}) {
+          if (!is_top) std::swap(t[1], t[2]);
+          mesh.triangles.push_back(t);
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
 }  // namespace scarp

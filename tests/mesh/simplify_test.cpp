@@ -254,33 +254,6 @@ TEST_P(EveryMethod, LeavesNothingBeyondTheSides) {
   }
 }
 
-/// A wavy film, thin against the waves, with facets of size 1.
-TriMesh wavy_film(int cells, float thickness) {
-  TriMesh mesh;
-  const auto row = static_cast<std::uint32_t>(cells + 1);
-  for (const bool is_top : {false, true}) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (std::uint32_t j = 0; j < row; ++j) {
-      for (std::uint32_t i = 0; i < row; ++i) {
-        const auto x = static_cast<float>(i);
-        const auto y = static_cast<float>(j);
-        const float wave = 0.3F * std::sin(0.7F * x) * std::cos(0.5F * y);
-        mesh.vertices.push_back({x, y, wave + (is_top ? thickness : 0)});
-      }
-    }
-    for (std::uint32_t j = 0; j + 1 < row; ++j) {
-      for (std::uint32_t i = 0; i + 1 < row; ++i) {
-        const std::uint32_t a = first + j * row + i;
-        for (Triangle t : {Triangle{a, a + 1, a + row + 1}, Triangle{a, a + row + 1, a + row}}) {
-          if (!is_top) std::swap(t[1], t[2]);
-          mesh.triangles.push_back(t);
-        }
-      }
-    }
-  }
-  return mesh;
-}
-
 TEST_P(EveryMethod, DoesNotPassOneSheetThroughAnotherToReachANumber) {
   const TriMesh mesh = wavy_film(30, 0.1F);
   for (const double removed : {0.5, 0.9, 0.98}) {
@@ -582,46 +555,6 @@ TEST(Simplify, CallersCurvatureAndSizeLimitAreUsed) {
   EXPECT_LT(half.mesh.vertices.size(), 0.8 * mesh.vertices.size());
 }
 
-TEST(Simplify, MeasuresLargeFacetsAsDenselyAsTheInput) {
-  TriMesh mesh = wavy_film(30, 3);
-  mesh.triangles.resize(mesh.triangles.size() / 2);
-  const SimplifyResult result =
-      simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .vertices = 6});
-  const double dense = surface_distance(mesh, result.mesh, 0.1).reverse.max;
-  EXPECT_LE(result.reverse_max_distance, dense + 0.01);
-  EXPECT_GE(result.reverse_max_distance, dense - 0.1);
-}
-
-TEST(Simplify, VerticesOfNoTriangleDoNotCount) {
-  TriMesh mesh = noisy_plane(10, 0.02);
-  const SimplifyResult without = simplify(mesh, {.sides = sides_of(mesh), .spacing = 1});
-  mesh.vertices.push_back({-50, 70, 9});
-  const SimplifyResult with = simplify(mesh, {.sides = sides_of(mesh), .spacing = 1});
-  EXPECT_EQ(with.mesh.vertices, without.mesh.vertices);
-  EXPECT_EQ(with.mesh.triangles, without.mesh.triangles);
-}
-
-// An open boundary that leaves a side and comes back to it: a triangle less at the side of a plane.
-TEST(Simplify, FillsNoNotchAtASide) {
-  TriMesh mesh = noisy_plane(10, 0);
-  const auto at_side = [&](const Triangle& t) {
-    return std::ranges::count_if(t, [&](std::uint32_t v) { return mesh.vertices[v].x == 0; }) == 2;
-  };
-  mesh.triangles.erase(std::find_if(mesh.triangles.begin() + 50, mesh.triangles.end(), at_side));
-  const auto area = [](const TriMesh& surface) {
-    double sum = 0;
-    for (const double each : facet_areas(surface)) sum += each;
-    return sum;
-  };
-  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::paper,
-                                      SimplifyMethod::lindstrom_turk, SimplifyMethod::length}) {
-    const SimplifyResult result = simplify(
-        mesh, {.method = method, .sides = sides_of(mesh), .spacing = 1, .max_error = 0.02});
-    EXPECT_LT(result.mesh.vertices.size(), mesh.vertices.size() / 2);
-    EXPECT_NEAR(area(result.mesh), area(mesh), 0.02 * 2.5);
-  }
-}
-
 TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
   TriMesh mesh = noisy_plane(10, 0.01);
   // A needle: an edge of length zero put into the middle of an edge. A cap: a vertex on an edge.
@@ -641,73 +574,6 @@ TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
       simplify(mesh, {.sides = sides_of(mesh), .spacing = 1, .remove = 0});
   expect_sound(result.mesh, mesh, sides_of(mesh));
   EXPECT_LT(result.max_distance, 1e-5);
-}
-
-TEST(Simplify, ABoundOfZeroMovesNothing) {
-  const TriMesh mesh = noisy_plane(6, 0.1);
-  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::lindstrom_turk}) {
-    const SimplifyResult result =
-        simplify(mesh, {.method = method, .sides = sides_of(mesh), .spacing = 1, .max_error = 0});
-    EXPECT_EQ(surface_distance(mesh, result.mesh).symmetric_max, 0);
-  }
-}
-
-// Beside a vertex far out facets are as long as it is far, and their heights small against that.
-TEST(Simplify, FacetsThatAreThinAgainstTheirLengthKeepTheBound) {
-  TriMesh mesh = noisy_plane(30, 0.1);
-  mesh.vertices[mesh.vertices.size() / 2].x = 20'000;
-  const SimplifyResult result =
-      simplify(mesh, {.method = SimplifyMethod::lindstrom_turk, .spacing = 1, .max_error = 0.001});
-  EXPECT_LE(surface_distance(mesh, result.mesh).forward.max, 0.001);
-}
-
-TEST(Simplify, BadInputIsRefused) {
-  const TriMesh mesh = noisy_plane(6, 0);
-  const auto message = [](const TriMesh& input, const SimplifyOptions& options) {
-    try {
-      simplify(input, options);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
-  };
-  EXPECT_THAT(message({}, {}), HasSubstr("no triangles"));
-  EXPECT_THAT(message({mesh.vertices, {{1, 1, 2}}, {}}, {}), HasSubstr("three different corners"));
-  EXPECT_THAT(message(mesh, {.remove = 1.0}), HasSubstr("remove: 1.0"));
-  EXPECT_THAT(message(mesh, {.remove = -0.1}), HasSubstr("outside [0, 1)"));
-  EXPECT_THAT(message(mesh, {.l0 = -1}), HasSubstr("l0: -1"));
-  EXPECT_THAT(message(mesh, {.max_error = std::nan("")}), HasSubstr("max_error"));
-  EXPECT_THAT(message(mesh, {.l_max = std::numeric_limits<double>::infinity()}),
-              HasSubstr("l_max"));
-  TriMesh fin = mesh;
-  fin.vertices.push_back({3, 3, 9});
-  fin.triangles.push_back({fin.triangles[20][0], fin.triangles[20][1], 49});
-  EXPECT_THAT(message(fin, {}), HasSubstr("not a 2-manifold"));
-}
-
-// Two sheets at one place, which pass through each other as soon as one of them moves: without a
-// bound of the caller's it is halved until they do not, and then they are kept.
-TEST(Simplify, EndsWhereSheetsLieOnEachOther) {
-  constexpr std::uint32_t count = 11;
-  TriMesh mesh;
-  for (std::uint32_t v = 0; v < count * count; ++v)
-    mesh.vertices.push_back({static_cast<float>(v % count), static_cast<float>(v / count),
-                             0.2F * std::sin(static_cast<float>(v))});
-  for (std::uint32_t j = 0; j + 1 < count; ++j) {
-    for (std::uint32_t i = 0; i + 1 < count; ++i) {
-      const std::uint32_t v = j * count + i;
-      mesh.triangles.push_back({v, v + 1, v + count + 1});
-      mesh.triangles.push_back({v, v + count + 1, v + count});
-    }
-  }
-  const std::size_t facets = mesh.triangles.size();
-  for (std::size_t v = 0; v < count * count; ++v) mesh.vertices.push_back(mesh.vertices[v]);
-  for (std::size_t f = 0; f < facets; ++f) {
-    const Triangle t = mesh.triangles[f];
-    mesh.triangles.push_back({t[0] + count * count, t[2] + count * count, t[1] + count * count});
-  }
-  for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::lindstrom_turk})
-    EXPECT_FALSE(simplify(mesh, {.method = method}).mesh.triangles.empty());
 }
 
 }  // namespace
