@@ -44,6 +44,45 @@ TEST(LevelSet, IsMirroredAtReflectiveSidesAndWrappedAtPeriodicOnes) {
   }
 }
 
+// However far the middles of leaves and of their parts are from the surface.
+TEST(LevelSet, HasTheDistanceAtEveryNodeOfTheBand) {
+  const Frame frame{.spacing = 0.7, .cells = {40, 36}};
+  const auto ball = [](Vec3d r) { return length(r - Vec3d{0.21, -0.13, 1.17}) - 8.9; };
+  const LevelSet phi(frame, ball, -9, 12);
+  int near = 0;
+  for (int i = 0; i <= frame.cells[0]; ++i) {
+    for (int j = 0; j <= frame.cells[1]; ++j) {
+      for (int k = -14; k <= 18; ++k) {
+        const double distance = ball(frame.node_position({i, j, k})) / frame.spacing;
+        const double held =
+            std::clamp<double>(distance, -LevelSet::half_width, LevelSet::half_width);
+        EXPECT_NEAR(phi.node(i, j, k), held, 1e-3) << i << ' ' << j << ' ' << k;
+        near += std::abs(distance) < LevelSet::half_width ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(near, 5000);
+}
+
+// Where cells reach beyond the stored nodes.
+TEST(LevelSet, GoesOnBeyondTheSides) {
+  for (const Boundary boundary : {Boundary::reflective, Boundary::periodic}) {
+    const Frame frame{.spacing = 1, .cells = {28, 26}, .boundary = {boundary, boundary}};
+    const LevelSet phi(
+        frame, [](Vec3d r) { return r.z - 0.8 * std::cos(0.2 * r.x) - 0.3; }, -4, 4, 1.1);
+    for (int axis = 0; axis < 2; ++axis) {
+      const double side = 0.5 * frame.cells[axis];
+      for (const double beyond : {0.3, 1.4, 2.6, 5.7}) {
+        Vec3d outside{1.3, 2.2, 0.4};
+        Vec3d image = outside;
+        outside[axis] = side + beyond;
+        image[axis] = boundary == Boundary::periodic ? beyond - side : side - beyond;
+        EXPECT_NEAR(phi.distance(outside), phi.distance(image), 1e-6) << axis << ' ' << beyond;
+      }
+    }
+  }
+}
+
 // Of the whole and of a quarter from its middle on, at points that are no nodes: the same bits at
 // mirror images of a point, also across the diagonal.
 TEST(LevelSet, HasMirroredDistancesToTheLastBit) {
