@@ -73,7 +73,7 @@ TEST(LevelSet, GoesOnBeyondTheSides) {
     for (int axis = 0; axis < 2; ++axis) {
       const double side = 0.5 * frame.cells[axis];
       for (const double beyond : {0.3, 1.4, 2.6, 5.7}) {
-        Vec3d outside{3.3, 4.2, 0.4};  // else within leaves
+        Vec3d outside{3.3, 4.2, 0.4};  // its cell is within a leaf
         Vec3d image = outside;
         outside[axis] = side + beyond;
         image[axis] = boundary == Boundary::periodic ? beyond - side : side - beyond;
