@@ -20,6 +20,9 @@ namespace {
 
 constexpr int samples_per_side = 2;  // of a pixel
 constexpr int samples_per_pixel = samples_per_side * samples_per_side;
+constexpr int pixels_per_side = 2;  // of a tile, whose samples share what they see of the sky
+constexpr int pixels_per_tile = pixels_per_side * pixels_per_side;
+constexpr int samples_per_tile = pixels_per_tile * samples_per_pixel;
 constexpr double depth_below = 0.08;  // of the block's width, below the lowest point
 
 using Colour = Vec3d;  // linear in what is stored
@@ -78,10 +81,10 @@ struct Camera {
   }
 };
 
-/// Numbers in [0, 1) that fill the unit square evenly (after Roberts 2018), shifted from pixel to
-/// pixel.
-std::array<double, 2> even_numbers(std::uint64_t pixel, int n) {
-  std::uint64_t hash = (pixel + 1) * 0x9e3779b97f4a7c15U;
+/// Numbers in [0, 1) that fill the unit square evenly (after Roberts 2018), shifted from tile to
+/// tile.
+std::array<double, 2> even_numbers(std::uint64_t tile, int n) {
+  std::uint64_t hash = (tile + 1) * 0x9e3779b97f4a7c15U;
   hash = (hash ^ (hash >> 31)) * 0xbf58476d1ce4e5b9U;
   const auto fraction = [](double x) { return x - std::floor(x); };
   constexpr double to_unit = 0x1p-32;
@@ -121,8 +124,9 @@ class Renderer {
   Image run() const {
     Image image{.width = width_, .height = height_, .pixels = {}};
     image.pixels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-    parallel_for(static_cast<std::size_t>(height_), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t row = begin; row < end; ++row) draw_row(static_cast<int>(row), image);
+    const int tile_rows = (height_ + pixels_per_side - 1) / pixels_per_side;
+    parallel_for(static_cast<std::size_t>(tile_rows), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) draw_tiles(static_cast<int>(row), image);
     });
     return image;
   }
@@ -155,19 +159,22 @@ class Renderer {
 
   /// What a line of sight meets between where it enters the block and leaves it.
   struct Sight {
-    std::size_t sample;  ///< of its row
+    std::size_t sample;  ///< of its row of tiles
     Vec3d entry;
     Vec3d exit;
     int axis = 2;  ///< of the face through which it enters
   };
 
-  void draw_row(int row, Image& image) const {
-    std::vector<Colour> seen(static_cast<std::size_t>(width_ * samples_per_pixel), background);
-    look(row, seen);
-    for (int column = 0; column < width_; ++column) {
+  /// Samples of a row of tiles lie tile by tile, in each pixel by pixel.
+  void draw_tiles(int tile_row, Image& image) const {
+    const int tiles = (width_ + pixels_per_side - 1) / pixels_per_side;
+    std::vector<Colour> seen(static_cast<std::size_t>(tiles * samples_per_tile), background);
+    look(tile_row, seen);
+    for (std::size_t first = 0; first < seen.size(); first += samples_per_pixel) {
+      const auto [row, column] = pixel_of(tile_row, first);
+      if (row >= height_ || column >= width_) continue;
       Colour sum{};
-      for (int n = 0; n < samples_per_pixel; ++n)
-        sum += seen[static_cast<std::size_t>(column * samples_per_pixel + n)];
+      for (const Colour& sample : std::span(seen).subspan(first, samples_per_pixel)) sum += sample;
       const Colour mean = sum / samples_per_pixel;
       Rgb& pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
                                 static_cast<std::size_t>(column)];
@@ -177,22 +184,35 @@ class Renderer {
     }
   }
 
-  Vec3d place_of(int row, std::size_t sample) const {
+  struct Pixel {
+    int row;
+    int column;
+  };
+
+  static Pixel pixel_of(int tile_row, std::size_t sample) {
+    const auto tile = static_cast<int>(sample / samples_per_tile);
+    const auto n = static_cast<int>(sample % samples_per_tile) / samples_per_pixel;
+    return {.row = pixels_per_side * tile_row + n / pixels_per_side,
+            .column = pixels_per_side * tile + n % pixels_per_side};
+  }
+
+  Vec3d place_of(int tile_row, std::size_t sample) const {
+    const auto [row, column] = pixel_of(tile_row, sample);
     const std::size_t n = sample % samples_per_pixel;
     const auto offset = [](std::size_t k) {
       return (static_cast<double>(k) + 0.5) / samples_per_side;
     };
-    const double x = static_cast<double>(sample / samples_per_pixel) + offset(n % samples_per_side);
+    const double x = column + offset(n % samples_per_side);
     const double y = row + offset(n / samples_per_side);
     return (left_ + x * pixel_) * camera_.right + (top_ - y * pixel_) * camera_.up;
   }
 
-  void look(int row, std::vector<Colour>& seen) const {
+  void look(int tile_row, std::vector<Colour>& seen) const {
     std::vector<Sight> sights;
     std::vector<Ray> rays;
     std::optional<FacePoint> last;
     for (std::size_t sample = 0; sample < seen.size(); ++sample) {
-      const Vec3d r = place_of(row, sample);
+      const Vec3d r = place_of(tile_row, sample);
       const auto passage = block_.passage(r, camera_.forward);
       if (!passage) continue;
       const Vec3d entry = r + passage->enter * camera_.forward;
@@ -222,7 +242,7 @@ class Renderer {
         seen[sight.sample] = within(sight.entry, sight.axis).colour;
       }
     }
-    shade(row, lit, there, seen);
+    shade(tile_row, lit, there, seen);
   }
 
   /// A place on a side or a cut.
@@ -276,39 +296,69 @@ class Renderer {
     return is_straight && along * layers_.frame.spacing <= length * (1 + 1e-6);
   }
 
-  /// Shape: flights that arrived on the surface, by the samples of the row that see them.
-  void shade(int row, std::span<const std::size_t> samples, std::span<const Flight> there,
+  /// Shape: flights that arrived on the surface, by the samples of the row of tiles that see them.
+  void shade(int tile_row, std::span<const std::size_t> samples, std::span<const Flight> there,
              std::vector<Colour>& seen) const {
+    const std::vector<int> open = rays_to_sky(tile_row, samples, there);
+    const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
+    Vec3d normal{};
+    for (std::size_t k = 0; k < there.size(); ++k) {
+      // A pixel is small: the samples of it that see the same facet share a normal.
+      const bool goes_on = k > 0 && there[k].facet == there[k - 1].facet &&
+                           samples[k] / samples_per_pixel == samples[k - 1] / samples_per_pixel;
+      if (!goes_on) normal = smooth_normal(there[k]);
+      const double sky = share_of_sky(k, samples, there, open);
+      const double lit = std::max(0.0, dot(normal, light));
+      seen[samples[k]] =
+          (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[there[k].facet]);
+    }
+  }
+
+  /// How many of the rays from each place meet nothing. The samples of a tile share out one set of
+  /// directions.
+  std::vector<int> rays_to_sky(int tile_row, std::span<const std::size_t> samples,
+                               std::span<const Flight> there) const {
     const auto sky_rays = static_cast<std::size_t>(sky_rays_);
     std::vector<Ray> rays;
     rays.reserve(there.size() * sky_rays);
     for (std::size_t k = 0; k < there.size(); ++k) {
       const Vec3d n = scene_.normal(there[k].facet);
-      const std::uint64_t pixel =
-          (static_cast<std::uint64_t>(row) << 32) + samples[k] / samples_per_pixel;
-      // The samples of a pixel share out one set of directions.
-      const int first = static_cast<int>(samples[k] % samples_per_pixel) * sky_rays_;
+      const std::uint64_t tile =
+          (static_cast<std::uint64_t>(tile_row) << 32) + samples[k] / samples_per_tile;
+      const int first = static_cast<int>(samples[k] % samples_per_tile) * sky_rays_;
       for (int m = first; m < first + sky_rays_; ++m) {
         rays.push_back(
-            {.r = there[k].r, .u = towards_sky(n, even_numbers(pixel, m)), .from = there[k].facet});
+            {.r = there[k].r, .u = towards_sky(n, even_numbers(tile, m)), .from = there[k].facet});
       }
     }
     std::vector<Flight> flights(rays.size());
     scene_.fly(rays, flights);
-    const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
-    Vec3d normal{};
-    for (std::size_t k = 0; k < there.size(); ++k) {
-      const auto own = std::span(flights).subspan(k * sky_rays, sky_rays);
-      const auto is_sky = [](const Flight& each) { return each.end == Flight::End::sky; };
-      const double sky = static_cast<double>(std::ranges::count_if(own, is_sky)) / sky_rays_;
-      // A pixel is small: the samples of it that see the same facet share a normal.
-      const bool goes_on = k > 0 && there[k].facet == there[k - 1].facet &&
-                           samples[k] / samples_per_pixel == samples[k - 1] / samples_per_pixel;
-      if (!goes_on) normal = smooth_normal(there[k]);
-      const double lit = std::max(0.0, dot(normal, light));
-      seen[samples[k]] =
-          (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[there[k].facet]);
+    std::vector<int> open(there.size());
+    for (std::size_t k = 0; k < flights.size(); ++k)
+      open[k / sky_rays] += static_cast<int>(flights[k].end == Flight::End::sky);
+    return open;
+  }
+
+  /// By the rays of all samples of the tile that face about the same way.
+  double share_of_sky(std::size_t k, std::span<const std::size_t> samples,
+                      std::span<const Flight> there, std::span<const int> open) const {
+    const Vec3d n = scene_.normal(there[k].facet);
+    const std::size_t tile = samples[k] / samples_per_tile;
+    int rays = 0;
+    int to_sky = 0;
+    const auto add = [&](std::size_t other) {
+      if (samples[other] / samples_per_tile != tile) return false;
+      if (dot(scene_.normal(there[other].facet), n) > 0.9) {
+        rays += sky_rays_;
+        to_sky += open[other];
+      }
+      return true;
+    };
+    for (std::size_t other = k; other < there.size() && add(other); ++other) {
     }
+    for (std::size_t other = k; other > 0 && add(other - 1); --other) {
+    }
+    return static_cast<double>(to_sky) / rays;
   }
 
   /// That of phi where it agrees with the facet: smooth on curved walls, sharp at edges.
