@@ -308,7 +308,7 @@ void thin_out(Scene& scene, std::size_t most_bytes) {
 
 std::string wafer_picture(const SavedWafer& wafer) {
   const Image image = render(
-      wafer.layers, {.cut = RenderCut{.axis = 1, .position = 0}, .width = 480, .sky_rays = 1});
+      wafer.layers, {.cut = RenderCut{.axis = 1, .position = 0}, .width = 400, .sky_rays = 1});
   return embedded_picture("image/png", png_bytes(image),
                           fmt::format("The wafer at t = {:.4g} s, cut open at y = 0", wafer.time));
 }
