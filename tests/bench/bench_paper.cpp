@@ -66,8 +66,7 @@ struct Row {
   double reverse_max = 0;
   Defects defects{};
   double mean_minimum_angle = 0;
-  double trace_seconds = 1e9;
-  double segments = 0;
+  TraceTime trace{};
 };
 
 /// What a method makes of a surface.
@@ -101,9 +100,9 @@ Simplified simplified(const TriMesh& original, const Method& method, int percent
 }
 
 void trace(const TriMesh& mesh, const Sides& sides, std::uint64_t rays, Row& row) {
-  const TraceTime time = trace_time(mesh, sides, rays);
-  row.trace_seconds = std::min(row.trace_seconds, time.cpu_seconds);
-  row.segments = static_cast<double>(time.segments);
+  TraceTime time = trace_time(mesh, sides, rays);
+  if (row.trace.segments > 0) time.take_lesser(row.trace);
+  row.trace = std::move(time);
 }
 
 std::vector<Row> study(const Surface& surface, const Settings& settings) {
@@ -137,7 +136,7 @@ const Row& row_of(const std::vector<Row>& rows, const std::string& method, int p
 }
 
 double trace_speedup(const std::vector<Row>& rows, const Row& row) {
-  return rows.front().trace_seconds / row.trace_seconds;
+  return rows.front().trace.total() / row.trace.total();
 }
 
 /// By how many per cent the speed-up falls at the most where more vertices are removed.
@@ -193,8 +192,8 @@ Json json_of(const Row& row) {
           {"non_manifold_edges", row.defects.non_manifold_edges},
           {"off_plane", row.defects.off_plane},
           {"lost_corners", row.defects.lost_corners},
-          {"trace_cpu_seconds", row.trace_seconds},
-          {"trace_segments", row.segments}};
+          {"trace_cpu_seconds", row.trace.total()},
+          {"trace_segments", row.trace.segments}};
 }
 
 std::string table_of(const Surface& surface, const std::vector<Row>& rows,
@@ -210,7 +209,7 @@ std::string table_of(const Surface& surface, const std::vector<Row>& rows,
         "{:>8.3f}\n",
         row.percent, row.method, row.vertices, row.facets, row.distance.mean, row.distance.max,
         row.reverse_max, row.simplify_seconds, row.mean_minimum_angle, row.defects.flipped,
-        row.trace_seconds, trace_speedup(rows, row));
+        row.trace.total(), trace_speedup(rows, row));
   }
   return out + fmt::format("largest fall of the speed-up of curvature from row to row: {:.1f} %\n",
                            largest_fall(rows, "curvature"));
@@ -272,7 +271,7 @@ std::string plots_of(const std::string& name, const std::vector<Row>& rows) {
       {plot("mean distance [spacings]", [](const Row& row) { return row.distance.mean; }),
        plot("greatest distance [spacings]", [](const Row& row) { return row.distance.max; }),
        plot("simplification [CPU s]", [](const Row& row) { return row.simplify_seconds; }),
-       plot("tracing [CPU s]", [](const Row& row) { return row.trace_seconds; })});
+       plot("tracing [CPU s]", [](const Row& row) { return row.trace.total(); })});
 }
 
 void run(const Settings& settings) {

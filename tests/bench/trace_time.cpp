@@ -1,9 +1,11 @@
 #include "tests/bench/trace_time.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <vector>
 
+#include "core/error.h"
 #include "core/random.h"
 #include "flux/ray_scene.h"
 #include "flux/sampling.h"
@@ -47,18 +49,29 @@ std::vector<Ray> sent_on(const RayScene& scene, const std::vector<Flight>& fligh
 
 }  // namespace
 
+double TraceTime::total() const {
+  return std::accumulate(cpu_seconds.begin(), cpu_seconds.end(), 0.0);
+}
+
+void TraceTime::take_lesser(const TraceTime& again) {
+  SCARP_ASSERT(again.cpu_seconds.size(), ==, cpu_seconds.size());
+  std::ranges::transform(cpu_seconds, again.cpu_seconds, cpu_seconds.begin(),
+                         [](double a, double b) { return std::min(a, b); });
+}
+
 TraceTime trace_time(const TriMesh& mesh, const Sides& sides, std::uint64_t particles) {
   TraceTime time;
   std::optional<RayScene> scene;
-  time.cpu_seconds = cpu_seconds_of([&] { scene.emplace(mesh, sides, 1.0); });
+  time.cpu_seconds.push_back(cpu_seconds_of([&] { scene.emplace(mesh, sides, 1.0); }));
   std::vector<Flight> flights;
   for (std::uint64_t first = 0; first < particles; first += block_size) {
     RandomStream random({.seed = 1, .ray = first});
+    double& of_block = time.cpu_seconds.emplace_back(0);
     for (std::vector<Ray> rays =
              from_source(*scene, std::min(block_size, particles - first), random);
          !rays.empty(); rays = sent_on(*scene, flights, random)) {
       flights.resize(rays.size());
-      time.cpu_seconds += cpu_seconds_of([&] { scene->fly(rays, flights); });
+      of_block += cpu_seconds_of([&] { scene->fly(rays, flights); });
       time.segments += rays.size();
     }
   }

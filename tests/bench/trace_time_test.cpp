@@ -20,7 +20,16 @@ TEST(TraceTime, FlatWafersSendParticlesBackOnce) {
 
   const double std_error = std::sqrt(particles * 0.9 * 0.1);
   EXPECT_NEAR(static_cast<double>(time.segments), 1.9 * particles, 5 * std_error);
-  EXPECT_GT(time.cpu_seconds, 0);
+  EXPECT_GT(time.total(), 0);
+}
+
+TEST(TraceTime, IsWhatNothingDisturbed) {
+  TraceTime time{.cpu_seconds = {1, 5, 2}, .segments = 7};
+
+  time.take_lesser({.cpu_seconds = {2, 3, 2}, .segments = 7});
+
+  EXPECT_EQ(time.cpu_seconds, (std::vector<double>{1, 3, 2}));
+  EXPECT_EQ(time.total(), 6);
 }
 
 TEST(TraceTime, TrenchesKeepParticlesForLonger) {
