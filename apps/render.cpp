@@ -300,6 +300,18 @@ class Renderer {
   void shade(int tile_row, std::span<const std::size_t> samples, std::span<const Flight> there,
              std::vector<Colour>& seen) const {
     const std::vector<int> open = rays_to_sky(tile_row, samples, there);
+    const auto tile_of = [&](std::size_t k) { return samples[k] / samples_per_tile; };
+    for (std::size_t first = 0, end = 0; first < there.size(); first = end) {
+      while (end < there.size() && tile_of(end) == tile_of(first)) ++end;
+      const std::size_t count = end - first;
+      shade_tile(samples.subspan(first, count), there.subspan(first, count),
+                 std::span(open).subspan(first, count), seen);
+    }
+  }
+
+  /// open: of the rays to the sky from each place.
+  void shade_tile(std::span<const std::size_t> samples, std::span<const Flight> there,
+                  std::span<const int> open, std::vector<Colour>& seen) const {
     const Vec3d light = normalized(Vec3d{-0.5, -0.4, 1});
     Vec3d normal{};
     for (std::size_t k = 0; k < there.size(); ++k) {
@@ -307,10 +319,9 @@ class Renderer {
       const bool goes_on = k > 0 && there[k].facet == there[k - 1].facet &&
                            samples[k] / samples_per_pixel == samples[k - 1] / samples_per_pixel;
       if (!goes_on) normal = smooth_normal(there[k]);
-      const double sky = share_of_sky(k, samples, there, open);
       const double lit = std::max(0.0, dot(normal, light));
-      seen[samples[k]] =
-          (0.22 + 0.43 * sky + 0.35 * lit) * colour_of(surface_.materials[there[k].facet]);
+      seen[samples[k]] = (0.22 + 0.43 * share_of_sky(there[k], there, open) + 0.35 * lit) *
+                         colour_of(surface_.materials[there[k].facet]);
     }
   }
 
@@ -339,24 +350,16 @@ class Renderer {
     return open;
   }
 
-  /// By the rays of all samples of the tile that face about the same way.
-  double share_of_sky(std::size_t k, std::span<const std::size_t> samples,
-                      std::span<const Flight> there, std::span<const int> open) const {
-    const Vec3d n = scene_.normal(there[k].facet);
-    const std::size_t tile = samples[k] / samples_per_tile;
+  /// By the rays from all places of a tile that face about the same way as one of them.
+  double share_of_sky(const Flight& from, std::span<const Flight> there,
+                      std::span<const int> open) const {
+    const Vec3d n = scene_.normal(from.facet);
     int rays = 0;
     int to_sky = 0;
-    const auto add = [&](std::size_t other) {
-      if (samples[other] / samples_per_tile != tile) return false;
-      if (dot(scene_.normal(there[other].facet), n) > 0.9) {
-        rays += sky_rays_;
-        to_sky += open[other];
-      }
-      return true;
-    };
-    for (std::size_t other = k; other < there.size() && add(other); ++other) {
-    }
-    for (std::size_t other = k; other > 0 && add(other - 1); --other) {
+    for (std::size_t k = 0; k < there.size(); ++k) {
+      if (dot(scene_.normal(there[k].facet), n) < 0.9) continue;
+      rays += sky_rays_;
+      to_sky += open[k];
     }
     return static_cast<double>(to_sky) / rays;
   }

@@ -102,6 +102,20 @@ void expect_failures_elsewhere() { std::set_terminate(fail_elsewhere); }
 [[gnu::used,
   gnu::section(".preinit_array")]] void (*const before_libraries)() = expect_failures_elsewhere;
 
+/// Of those that this program is compiled for, a set that the processor does not have; or nothing.
+const char* missing_instructions() {
+#ifdef __SSE4_2__
+  if (__builtin_cpu_supports("sse4.2") == 0) return "SSE4.2";
+#endif
+#ifdef __AVX2__
+  if (__builtin_cpu_supports("avx2") == 0) return "AVX2";
+#endif
+#ifdef __AVX512F__
+  if (__builtin_cpu_supports("avx512f") == 0) return "AVX-512";
+#endif
+  return nullptr;
+}
+
 }  // namespace
 
 }  // namespace scarp
@@ -109,6 +123,11 @@ void expect_failures_elsewhere() { std::set_terminate(fail_elsewhere); }
 int main(int argc, char** argv) {
   using namespace scarp;
   open_standard_streams();
+  if (const char* const set = missing_instructions()) {
+    return fail(could_not_go_on, std::string("this processor has no ") + set +
+                                     ", which the program is compiled for: build it where it runs "
+                                     "(at least SSE4.2 is needed)");
+  }
   keep_freed_memory();
   // Asks a run for a checkpoint; until it listens there is nothing to save.
   std::signal(SIGUSR1, SIG_IGN);

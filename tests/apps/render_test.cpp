@@ -13,7 +13,9 @@
 namespace scarp {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr Frame frame{.spacing = 10, .cells = {30, 20}};
 
@@ -61,6 +63,18 @@ TEST(Render, TheBottomOfAHoleIsDarkerThanTheField) {
       frame, std::vector<Shape>{WaferShape{}, HoleShape{.radius = 50, .cut = {.depth = 150}}});
   const Image image = render(layers, {.elevation = 90, .width = 120});
   EXPECT_LT(pixel(image, 0.5, 0.5)[0], 0.75 * pixel(image, 0.1, 0.5)[0]);
+}
+
+// Tiles of two by two pixels reach beyond it.
+TEST(Render, APictureOfOddSizeIsComplete) {
+  const Layers layers = build_layers(frame, std::vector<Shape>{WaferShape{}});
+  bool has_odd_height = false;
+  for (const int width : {121, 123, 125, 127}) {
+    const Image image = render(layers, {.elevation = 90, .width = width});
+    has_odd_height = has_odd_height || image.height % 2 == 1;
+    EXPECT_THAT(image.pixels, Not(Contains(Rgb{0, 0, 0}))) << width;
+  }
+  EXPECT_TRUE(has_odd_height);
 }
 
 // A deep hole is not drawn on a picture of many screens.
