@@ -21,7 +21,7 @@ constexpr double least_tries_per_vertex = 0.05;
 constexpr float stale_is_dear = 2;
 
 /// Of passes whose second looks know the points: most of what they try waits.
-constexpr CollapsePasses::Approach with_second_looks{.tries = 2};
+constexpr CollapsePasses::Approach with_second_looks{.tries = 2.5};
 
 /// Facets whose edges are ranked together.
 constexpr std::size_t facets_per_range = 4096;

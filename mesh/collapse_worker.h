@@ -77,7 +77,8 @@ class CollapsePasses::Worker {
  private:
   /// Of the limit of a pass, up to where an edge goes by its second look: the next pass has others
   /// that are as cheap.
-  static constexpr float share_of_second_look = 0.7F;
+  static constexpr float share_of_second_look = 0.85F;
+  static constexpr float share_with_points = 0.7F;
 
   /// How much more shapes weigh in a second look without points: what they are by then is what
   /// later collapses have to live with.
@@ -144,7 +145,7 @@ class CollapsePasses::Worker {
     if (!blocks_.holds(block_, star)) return;
     for (int i = 0; i < star.count; ++i) prefetch(&all_.terms_[star.ring[i]]);
     const Vec3d r = mesh_.rounded(mesh_.r[u] + Vec3d(placed.r) / all_.floats_.scale);
-    star_.place_at(mesh_, all_.floats_, all_.floats_.place(r));
+    star_.place_at(all_.floats_, all_.floats_.place(r));
     const double shapes = cost_of_early_shapes();
     // Half of what waits does so for its shapes alone, the quickest to see.
     const auto look_at_shapes = [&] { return look(placed.cost + shapes, square); };
@@ -168,8 +169,9 @@ class CollapsePasses::Worker {
   bool comes_later(std::uint32_t h, const Look& look) {
     if (!all_.order_.looks_twice) return false;
     const float rank = look();
-    if (rank <= share_of_second_look * all_.limit_) return false;
-    all_.cost_[h] = rank / share_of_second_look;
+    const float share = all_.points_ == nullptr ? share_of_second_look : share_with_points;
+    if (rank <= share * all_.limit_) return false;
+    all_.cost_[h] = rank / share;
     all_.ranked_in_[h] = all_.pass_;
     return true;
   }

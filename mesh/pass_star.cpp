@@ -62,7 +62,7 @@ bool PassStar::gather(const HalfEdges& topology, std::uint32_t h) {
   return true;
 }
 
-void PassStar::place_at(const CollapseMesh& mesh, const FloatMesh& floats, FloatRecord r) {
+void PassStar::place_at(const FloatMesh& floats, FloatRecord r) {
   const int count = star_.count;
   const auto from_r = [&r](const FloatRecord& a) {
     return FloatRecord{a.x - r.x, a.y - r.y, a.z - r.z, 0};
@@ -75,14 +75,11 @@ void PassStar::place_at(const CollapseMesh& mesh, const FloatMesh& floats, Float
     const FloatRecord& n = floats.normals[star_.facet[i]];
     old_normals_.put(i, n.x, n.y, n.z);
     error_[i] = n.w;
-    const Vec3f input(Vec3d(mesh.input_normals[star_.facet[i]]));
-    input_normals_.put(i, input.x, input.y, input.z);
   }
   // What lies beyond the end is not asked for, but worked on.
   for (int i = count; i < count + 2 * float_lanes && i < padded; ++i) {
     ring_.put(i, ring_.x[i - count], ring_.y[i - count], ring_.z[i - count]);
     old_normals_.put(i, old_normals_.x[0], old_normals_.y[0], old_normals_.z[0]);
-    input_normals_.put(i, input_normals_.x[0], input_normals_.y[0], input_normals_.z[0]);
     error_[i] = error_[0];
   }
   for (int i = 0; i < count; i += float_lanes) {
@@ -124,6 +121,14 @@ bool PassStar::keeps_lengths(std::span<const float> limits) const {
 
 bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
   const int count = star_.count;
+  Rows input_normals;
+  for (int i = 0; i < count; ++i) {
+    const Vec3f input(Vec3d(mesh.input_normals[star_.facet[i]]));
+    input_normals.put(i, input.x, input.y, input.z);
+  }
+  for (int i = count; i < count + float_lanes && i < padded; ++i) {
+    input_normals.put(i, input_normals.x[0], input_normals.y[0], input_normals.z[0]);
+  }
   Vec3f around;
   for (int i = 0; i < count; ++i) {
     around += Vec3f{old_normals_.x[i], old_normals_.y[i], old_normals_.z[i]};
@@ -145,7 +150,7 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
     const auto [bx, by, bz] = load_rows(ring_, i + 1);
     const auto [nx, ny, nz] = load_rows(normals_, i);
     const auto [ox, oy, oz] = load_rows(old_normals_, i);
-    const auto [ix, iy, iz] = load_rows(input_normals_, i);
+    const auto [ix, iy, iz] = load_rows(input_normals, i);
     const FloatLanes dx = bx - ax;
     const FloatLanes dy = by - ay;
     const FloatLanes dz = bz - az;

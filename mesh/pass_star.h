@@ -63,7 +63,7 @@ class PassStar {
   bool gather(const HalfEdges& topology, std::uint32_t h);
 
   /// To be called after gather() and before all others.
-  void place_at(const CollapseMesh& mesh, const FloatMesh& floats, FloatRecord r);
+  void place_at(const FloatMesh& floats, FloatRecord r);
 
   /// Whether no edge gets longer than the limit, or than one that it replaces.
   bool keeps_length(float limit) const;
@@ -125,7 +125,6 @@ class PassStar {
   Rows ring_;         ///< from the merged vertex; the first one is repeated at the end
   Rows normals_;      ///< after the collapse
   Rows old_normals_;  ///< before it
-  Rows input_normals_;
   Row error_;
 };
 

@@ -45,9 +45,9 @@ constexpr int sweeps = 3;
 constexpr CollapsePasses::Approach ring_by_ring{.least = 0.1, .share_of_pass = 0.4};
 
 /// Of the vertices asked for: from so many on `curvature` follows those of the input.
-constexpr double vertices_to_follow = 1.45;
+constexpr double vertices_to_follow = 1.4;
 constexpr CollapsePasses::Approach up_to_following{
-    .nearest = 0.08, .share_of_pass = 0.33, .tries = 2};
+    .nearest = 0.15, .share_of_pass = 0.5, .tries = 2.5};
 
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;

@@ -43,7 +43,7 @@ TEST(PassStar, DecidesAboutFacetsAndFoldsAsTheChecksOfTheOtherMethods) {
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
     const bool is_gathered = star.gather(mesh.topology, h);
     const bool expected = checks.gather(mesh, h, r) && checks.keeps_surface(mesh, h);
-    if (is_gathered) star.place_at(mesh, floats, floats.place(r));
+    if (is_gathered) star.place_at(floats, floats.place(r));
     const bool found = is_gathered && star.keeps_facets(mesh) && star.makes_no_fold(mesh, floats);
     EXPECT_EQ(found, expected) << h;
     ++(found ? allowed : refused);
@@ -63,7 +63,7 @@ TEST(PassStar, ExceedsWhatTheBoundRefusesAndHardlyAnythingElse) {
   int wrong = 0;
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
     if (!star.gather(mesh.topology, h) || !checks.gather(mesh, h, r)) return;
-    star.place_at(mesh, floats, floats.place(r));
+    star.place_at(floats, floats.place(r));
     if (!star.keeps_facets(mesh)) return;
     const bool exceeds = star.exceeds(floats, floats.length(limit));
     const bool keeps = checks.keeps_bound(mesh);
@@ -84,7 +84,7 @@ TEST(PassStar, KnowsEdgesThatGetTooLong) {
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d) {
     ASSERT_TRUE(star.gather(mesh.topology, h));
     const Vec3d u = mesh.r[mesh.topology.origin(h)];
-    star.place_at(mesh, floats, floats.place(u));
+    star.place_at(floats, floats.place(u));
     double longest = 0;
     for (int i = 0; i < star.star().count; ++i) {
       if (star.star().at_target[i]) {
@@ -111,7 +111,7 @@ TEST(PassStar, KnowsHowFarTheEndsWillBeAndHowShapesGrow) {
   int nearer = 0;
   for_each_free_edge(mesh, [&](std::uint32_t h, Vec3d r) {
     if (!star.gather(mesh.topology, h) || !checks.gather(mesh, h, r)) return;
-    star.place_at(mesh, floats, floats.place(r));
+    star.place_at(floats, floats.place(r));
     if (!star.keeps_facets(mesh)) return;
     ++count;
     double twice_area = 0;
