@@ -125,7 +125,7 @@ void warn_of_leaks(const FluxAudit& audit) {
   const double lost = share(audit.lost(), audit);
   if (lost <= most_lost) return;
   tell(fmt::format(
-      "warning: {:.0f} % of the particles are lost: the mesh has holes, does not reach its "
+      "warning: {:.2g} % of the particles are lost: the mesh has holes, does not reach its "
       "sides, or faces down in places; its outside is where vertices go round "
       "counter-clockwise\n",
       100 * lost));
@@ -143,19 +143,13 @@ void warn_of_fault(const TriMesh& mesh, const Sides& sides) {
 
 // A simplified mesh looks as if it came from a coarser grid, on whose scale the flux is resolved.
 void warn_of_coarse_spacing(const TriMesh& mesh) {
-  constexpr double longest_of_cell = 1.75;  // the diagonal of a cube
-  const double spacing = spacing_of_unsimplified(mesh);
-  double longest = 0;
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    const auto [a, b, c] = corners(mesh, f);
-    longest = std::max({longest, length(b - a), length(c - b), length(a - c)});
-  }
-  if (longest <= longest_of_cell * spacing) return;
+  const std::optional<double> longest = edge_beyond_cells(mesh);
+  if (!longest) return;
   tell(fmt::format(
       "warning: the mesh looks simplified, with edges up to {:.3g}; errors are those of patches of "
       "{:.3g}, four times a spacing guessed from its facets: give the grid spacing that it came "
       "from by --spacing\n",
-      longest, 4 * spacing));
+      *longest, 4 * guessed_spacing(mesh)));
 }
 
 // Both engines have a least number of rays.

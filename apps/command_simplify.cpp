@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.h"
@@ -21,6 +23,39 @@ SimplifyMethod method_named(const std::string& name) {
   return SimplifyMethod::curvature;
 }
 
+// The greatest number where none was asked for.
+std::size_t vertices_asked(const TriMesh& mesh, const SimplifyOptions& options) {
+  if (options.vertices) return *options.vertices;
+  if (!options.remove) return std::numeric_limits<std::size_t>::max();
+  return static_cast<std::size_t>(
+      std::ceil((1 - *options.remove) * static_cast<double>(mesh.vertices.size())));
+}
+
+void warn_of_missed_number(const SimplifyResult& simplified, std::size_t asked) {
+  const std::size_t left = simplified.mesh.vertices.size();
+  if (left <= asked) return;
+  const std::string why =
+      simplified.stopped_by == "self_intersections"
+          ? "on the way to fewer, parts of the surface passed through each other; try --max-error"
+      : simplified.stopped_by == "max_error" ? "--max-error was reached"
+      : simplified.stopped_by == "sizes"     ? "edges are as long as they may be"
+                                             : "no other edge can be collapsed without turning "
+                                               "facets over, making them thin or moving a side";
+  Log(std::cerr).warn(fmt::format("{} vertices are left in place of {}: {}", left, asked, why));
+}
+
+// Bounds, sizes and features are in grid spacings.
+void warn_of_coarse_spacing(const TriMesh& mesh, const SimplifyOptions& options) {
+  if (options.spacing > 0) return;
+  if (const std::optional<double> longest = edge_beyond_cells(mesh)) {
+    Log(std::cerr).warn(fmt::format(
+        "the mesh looks simplified already, with edges up to {:.3g}: bounds and sizes follow a "
+        "grid spacing guessed from its edges, which is too large then; give that of the grid it "
+        "came from by --spacing",
+        *longest));
+  }
+}
+
 }  // namespace
 
 ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common) {
@@ -33,12 +68,8 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
   const SimplifyResult simplified = simplify(mesh, options);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   write_mesh(arguments.out, simplified.mesh);
-  if (simplified.stopped_by == "self_intersections") {
-    Log(std::cerr).warn(fmt::format(
-        "{} vertices are left: on the way to fewer, parts of the surface passed through "
-        "each other; try --max-error",
-        simplified.mesh.vertices.size()));
-  }
+  warn_of_coarse_spacing(mesh, options);
+  warn_of_missed_number(simplified, vertices_asked(mesh, options));
 
   const nlohmann::ordered_json result{{"method", arguments.method},
                                       {"vertices_in", mesh.vertices.size()},

@@ -34,7 +34,9 @@ struct Range {
   double size() const { return high - low; }
   void widen() {
     if (low > high) low = high = 0;
-    const double room = size() > 0 ? 0.04 * size() : std::max(1.0, std::abs(low));
+    // What differs by its rounding alone is one value.
+    const double rounding = 1e-9 * std::max(std::abs(low), std::abs(high));
+    const double room = size() > rounding ? 0.04 * size() : std::max(1.0, std::abs(low));
     low -= room;
     high += room;
   }

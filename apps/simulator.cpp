@@ -159,7 +159,9 @@ class Mover {
 
   // How far the facets of the survey may be from a surface that has moved since.
   double distance() const {
-    return (close_facets + static_cast<double>(moves_) * recipe_.cfl) * spacing();
+    const double off = survey_.simplify_bound + recipe_.keep_mesh_within;
+    return std::max(close_facets * spacing(), off) +
+           static_cast<double>(moves_) * recipe_.cfl * spacing();
   }
 
   SpeedField extended_speeds(double dt) {

@@ -1,6 +1,9 @@
 #include "core/tri_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
 
 namespace scarp {
 
@@ -42,6 +45,24 @@ std::vector<double> areas_around(const TriMesh& mesh, const Frame& frame) {
     areas[f] *= frame.around((a.x + b.x + c.x) / 3);
   }
   return areas;
+}
+
+double guessed_spacing(const TriMesh& mesh) {
+  const std::vector<double> areas = facet_areas(mesh);
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  return std::sqrt(2 * area / static_cast<double>(areas.size()));
+}
+
+std::optional<double> edge_beyond_cells(const TriMesh& mesh) {
+  // The diagonal of a cube, and a tenth because the guess may be low.
+  constexpr double longest_of_cell = 1.1 * std::numbers::sqrt3;
+  double longest = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto [a, b, c] = corners(mesh, f);
+    longest = std::max({longest, length(b - a), length(c - b), length(a - c)});
+  }
+  if (longest <= longest_of_cell * guessed_spacing(mesh)) return std::nullopt;
+  return longest;
 }
 
 }  // namespace scarp

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,5 +54,13 @@ std::vector<Vec3f> facet_normals(const TriMesh& mesh);
 std::vector<double> facet_areas(const TriMesh& mesh);
 /// The same, with what goes around the axis in axisymmetric frames.
 std::vector<double> areas_around(const TriMesh& mesh, const Frame& frame);
+
+/// The spacing of the grid that a mesh came from if it has two facets per cell, as marching cubes
+/// gives them; too large for a simplified mesh.
+double guessed_spacing(const TriMesh& mesh);
+
+/// The longest edge of a mesh that looks simplified: one that is longer than a cell of the guessed
+/// grid allows.
+std::optional<double> edge_beyond_cells(const TriMesh& mesh);
 
 }  // namespace scarp

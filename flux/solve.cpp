@@ -239,12 +239,6 @@ bool can_keep_hits(const Species& species) {
   return source.kind == SourceLobe::Kind::none || (source.is_lambert() && source.map.empty());
 }
 
-double spacing_of_unsimplified(const TriMesh& mesh) {
-  double area = 0;
-  for (const double a : facet_areas(mesh)) area += a;
-  return std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
-}
-
 namespace {
 
 // All species on one surface, each by the engine that suits it.
@@ -299,7 +293,7 @@ Solver::Solver(const TriMesh& facets, std::span<const Species> species, const Fl
       feedback_(feedback),
       emission_(emission),
       scene_(facets, options.sides,
-             options.spacing > 0 ? options.spacing : spacing_of_unsimplified(facets)),
+             options.spacing > 0 ? options.spacing : guessed_spacing(facets)),
       patches_(facets, scene_, options.rings),
       fields_(species.size()) {
   for (const Species& one : species) sticking_.push_back(sticking_of_facets(facets, one));

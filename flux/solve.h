@@ -46,7 +46,7 @@ struct FluxOptions {
   /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. What arrives is
   /// told of whole rings.
   std::vector<std::uint32_t> rings{};
-  double spacing = 0;          ///< of the grid; 0: spacing_of_unsimplified()
+  double spacing = 0;          ///< of the grid; 0: as guessed_spacing()
   double target_error = 0.01;  ///< root mean square over the exposed surface, by area, of the
                                ///< error on patches of 4 x 4 spacings / max(flux, 0.05)
   /// What follows from each tally, if there are any: the target is then the root mean square over
@@ -132,9 +132,5 @@ struct SurfaceEmission {
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options, const StickingFeedback& feedback = {},
                                   const SurfaceEmission& emission = {});
-
-/// The spacing of the grid that a mesh came from if it has two facets per cell, as marching cubes
-/// gives them; too large for a simplified mesh.
-double spacing_of_unsimplified(const TriMesh& mesh);
 
 }  // namespace scarp

@@ -264,14 +264,17 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
 }
 
 bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
+  double factor = 1;
   while (mesh_.live_vertices > target && pass_ < most_passes) {
     const std::uint32_t before = mesh_.live_vertices;
     const std::uint32_t wanted = before - target;
     if (target > 0 && wanted <= std::max<double>(few, until.nearest * before)) return true;
-    const double most_tries = target > 0 ? until.tries * wanted : unlimited;
+    const double most_tries = target > 0 ? factor * until.tries * wanted : unlimited;
     const std::uint32_t removed =
-        run_pass(Blocks(mesh_, pass_ + 1), target, until.share_of_pass, most_tries);
+        run_pass(Blocks(mesh_, pass_ + 1), target, factor * until.share_of_pass, most_tries);
     const bool all_refused = removed == 0 && limit_ < most_dear;
+    // What it tried may be dearer than its rank says, by rounding, and comes up again.
+    factor = all_refused ? 2 * factor : 1;
     if (removed <= until.least * wanted && !all_refused) return false;
   }
   return mesh_.live_vertices <= target;

@@ -367,6 +367,22 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   return attempt;
 }
 
+/// Leaves out what crosses in the input already, to within a distance.
+void forget_old(const std::vector<Box>& old, double within, std::vector<Box>& crossings) {
+  const auto is_near = [within](const Box& a, const Box& b) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (a.lower[axis] > b.upper[axis] + within || b.lower[axis] > a.upper[axis] + within) {
+        return false;
+      }
+    }
+    return true;
+  };
+  const auto is_old = [&](const Box& box) {
+    return std::any_of(old.begin(), old.end(), [&](const Box& each) { return is_near(box, each); });
+  };
+  crossings.erase(std::remove_if(crossings.begin(), crossings.end(), is_old), crossings.end());
+}
+
 /// Simplifies, and again as long as facets pass through each other that did not in the input: in
 /// few places by keeping the input there, in growing boxes, and in the last attempt everywhere; in
 /// many with half the bound, if it is not the caller's. That is rare, and looking for it at the end
@@ -377,10 +393,11 @@ Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& orde
   Attempt attempt = simplify_once(mesh, order, wanted, restraint);
   if (attempt.crossings.empty()) return attempt;
   const CollapseMesh input(reordered(mesh, order), wanted.sides);
-  const std::size_t allowed = crossings(input).size();
+  const std::vector<Box> old = crossings(input);
+  forget_old(old, attempt.bound, attempt.crossings);
   const double few = most_kept * static_cast<double>(mesh.triangles.size());
   double reach = attempt.bound;
-  for (int i = 1; i < most_attempts && attempt.crossings.size() > allowed; ++i, reach *= 2) {
+  for (int i = 1; i < most_attempts && !attempt.crossings.empty(); ++i, reach *= 2) {
     if (i == most_attempts - 1) reach = diameter(input);
     const Vec3d around{reach, reach, reach};
     for (const Box& box : attempt.crossings) {
@@ -393,6 +410,7 @@ Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& orde
       i = 0;
     }
     attempt = simplify_once(mesh, order, wanted, restraint);
+    forget_old(old, attempt.bound, attempt.crossings);
   }
   return attempt;
 }

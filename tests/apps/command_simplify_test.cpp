@@ -97,5 +97,13 @@ TEST_F(SimplifyCommand, AFullDiskIsExitThree) {
   EXPECT_THAT(simplify.messages, HasSubstr("the disk is full"));
 }
 
+TEST_F(SimplifyCommand, ANumberThatIsMissedIsToldWithTheReason) {
+  write("a.obj", pyramid);
+  const Outcome outcome =
+      scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --vertices 3 --spacing 1");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.messages, HasSubstr("5 vertices are left in place of 3: no other edge"));
+}
+
 }  // namespace
 }  // namespace scarp

@@ -23,5 +23,14 @@ TEST(PlotSvg, CurvesBeyondTheColoursOfAPageAreDashed) {
   EXPECT_THAT(svg, Not(HasSubstr("curve c6")));
 }
 
+// Fluxes of a flat wafer.
+TEST(PlotSvg, WhatDiffersByItsRoundingIsOneValue) {
+  const Plot plot{.title = "Flux",
+                  .x_label = "x [nm]",
+                  .y_label = "",
+                  .curves = {{.name = "flux", .lines = {{{0, 1}, {1, 1 - 1e-16}, {2, 1}}}}}};
+  EXPECT_LT(plot_svg(plot).size(), 10000U);
+}
+
 }  // namespace
 }  // namespace scarp

@@ -103,6 +103,31 @@ duration = "8 s"
 directional_etch_rate = "1 nm/s"
 )";
 
+// The mesh may be kept until it is the bound and more behind the surface.
+TEST(Simplification, WithAWideBoundTheSurfaceStillMovesAllTheWay) {
+  for (const char* bound : {"0.1", "1", "10"}) {
+    const Layers layers = final_layers(std::string(R"(
+[domain]
+spacing = "0.1 um"
+extent = ["0.2 um", "0.2 um"]
+boundary = ["periodic", "reflective"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[simplify]
+max_error = )") + bound + R"(
+[flux]
+target_error = 0.02
+[[step]]
+model = "single_particle"
+duration = "20 s"
+etch_rate = { Si = "10 nm/s" }
+sticking = 0.5
+)");
+    EXPECT_NEAR(layers.top().distance({0, 0, -200}), 0, 0.5) << bound;
+  }
+}
+
 // Two films in each round, and both are stripped.
 TEST(Layers, ThatAreGoneDoNotPileUpInCycles) {
   const State end = final_state(read_text(R"(

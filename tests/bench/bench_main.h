@@ -20,7 +20,11 @@ int bench_main(int argc, char** argv, const std::string& title, const Declare& d
   try {
     CLI::App app{title};
     declare(app);
-    CLI11_PARSE(app, argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : 2;
+    }
     run();
     return 0;
   } catch (const std::exception& error) {

@@ -3,8 +3,8 @@
 //
 //   ./dev bench paper [MESH...] [--rays N] [--repeats N] [--json] [-o DIR]
 //
-// Without files, surfaces of about 70k and 175k vertices are generated: an array of tapered vias,
-// and deep trenches. Sides are those of the bounding box. `length` is the homogeneous reference.
+// Without files, surfaces that runs of scarp leave (tests/bench/surfaces). Sides are those of the
+// bounding box. `length` is the homogeneous reference. Distances are in the unit of the mesh.
 // All on one thread, in CPU time, the least of the repeats; every repeat traces all meshes in turn.
 //
 // Tracing takes a fixed number of particles from a cosine source and follows them until they stick
@@ -268,8 +268,8 @@ std::string plots_of(const std::string& name, const std::vector<Row>& rows) {
     return result;
   };
   return svg_of(
-      {plot("mean distance [spacings]", [](const Row& row) { return row.distance.mean; }),
-       plot("greatest distance [spacings]", [](const Row& row) { return row.distance.max; }),
+      {plot("mean distance [unit of the mesh]", [](const Row& row) { return row.distance.mean; }),
+       plot("greatest distance [unit of the mesh]", [](const Row& row) { return row.distance.max; }),
        plot("simplification [CPU s]", [](const Row& row) { return row.simplify_seconds; }),
        plot("tracing [CPU s]", [](const Row& row) { return row.trace.total(); })});
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace scarp {
 namespace {
 
@@ -31,6 +33,20 @@ TEST(TriMesh, KnowsItsBox) {
   EXPECT_EQ(box.upper, (Vec3d{2, 3, 4}));
   const Box empty = bounding_box({});
   EXPECT_GT(empty.lower.x, empty.upper.x);
+}
+
+TEST(TriMesh, AnEdgeThatIsLongerThanACellTellsASimplifiedMesh) {
+  TriMesh mesh;
+  for (int n = 0; n < 36; ++n) mesh.vertices.push_back({n % 6 * 2.0F, n / 6 * 2.0F, 0});
+  for (std::uint32_t n = 0; n < 30; ++n) {
+    if (n % 6 == 5) continue;
+    mesh.triangles.push_back({n, n + 1, n + 7});
+    mesh.triangles.push_back({n, n + 7, n + 6});
+  }
+  EXPECT_NEAR(guessed_spacing(mesh), 2, 1e-9);
+  EXPECT_FALSE(edge_beyond_cells(mesh));
+  mesh.triangles.push_back({0, 5, 35});
+  EXPECT_NEAR(edge_beyond_cells(mesh).value_or(0), std::sqrt(200.0), 1e-5);
 }
 
 }  // namespace

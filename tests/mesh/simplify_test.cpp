@@ -576,5 +576,46 @@ TEST(Simplify, ZeroAreaAndRepeatedTrianglesOfTheInputAreGone) {
   EXPECT_LT(result.max_distance, 1e-5);
 }
 
+/// Two shells that are a little apart, and elsewhere two spheres that pass through each other.
+TriMesh shells_and_crossing_spheres() {
+  TriMesh mesh;
+  const auto add = [&mesh](const TriMesh& part, bool inside_out) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (Triangle t : part.triangles) {
+      if (inside_out) std::swap(t[0], t[1]);
+      mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+  };
+  add(octahedral_sphere(1.04, 16), false);
+  add(octahedral_sphere(1, 16), true);
+  add(octahedral_sphere(0.5, 16, {4, 0, 0}), false);
+  add(octahedral_sphere(0.5, 16, {4.5, 0, 0}), false);
+  return mesh;
+}
+
+TEST(Simplify, CrossingsOfTheInputAllowNoOthers) {
+  const TriMesh mesh = shells_and_crossing_spheres();
+  ASSERT_GT(self_intersections(mesh), 100U);
+  const SimplifyResult result = simplify(mesh, {.spacing = 0.2, .remove = 0.96});
+  TriMesh shells = result.mesh;
+  shells.triangles.clear();
+  for (const Triangle& t : result.mesh.triangles) {
+    if (result.mesh.vertices[t[0]].x < 2) shells.triangles.push_back(t);
+  }
+  EXPECT_EQ(self_intersections(shells), 0U);
+  EXPECT_EQ(result.stopped_by, "self_intersections");
+}
+
+// In single precision the ranks of edges on long slivers are far off.
+TEST(Simplify, StretchedMeshesAreReducedLikeOthers) {
+  TriMesh mesh = octahedral_sphere(1, 12);
+  for (Vec3f& r : mesh.vertices) r.x *= 1000;
+  for (const std::size_t wanted : {250U, 242U, 150U}) {
+    const SimplifyResult result = simplify(mesh, {.vertices = wanted});
+    EXPECT_EQ(result.mesh.vertices.size(), wanted);
+  }
+}
+
 }  // namespace
 }  // namespace scarp
