@@ -589,22 +589,21 @@ TriMesh shells_and_crossing_spheres() {
   };
   add(octahedral_sphere(1.04, 16), false);
   add(octahedral_sphere(1, 16), true);
-  add(octahedral_sphere(0.5, 16, {4, 0, 0}), false);
-  add(octahedral_sphere(0.5, 16, {4.5, 0, 0}), false);
+  add(octahedral_sphere(1, 30, {5, 0, 0}), false);
+  add(octahedral_sphere(1, 30, {6.5, 0.1, 0.2}), false);
   return mesh;
 }
 
 TEST(Simplify, CrossingsOfTheInputAllowNoOthers) {
   const TriMesh mesh = shells_and_crossing_spheres();
-  ASSERT_GT(self_intersections(mesh), 100U);
-  const SimplifyResult result = simplify(mesh, {.spacing = 0.2, .remove = 0.96});
+  ASSERT_GT(self_intersections(mesh), 20U);
+  const SimplifyResult result = simplify(mesh, {.spacing = 0.2, .max_error = 0.2});
   TriMesh shells = result.mesh;
   shells.triangles.clear();
   for (const Triangle& t : result.mesh.triangles) {
     if (result.mesh.vertices[t[0]].x < 2) shells.triangles.push_back(t);
   }
   EXPECT_EQ(self_intersections(shells), 0U);
-  EXPECT_EQ(result.stopped_by, "self_intersections");
 }
 
 // In single precision the ranks of edges on long slivers are far off.
