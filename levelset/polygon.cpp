@@ -140,11 +140,11 @@ std::vector<Loop> shifted(std::vector<Loop> loops, int axis, double shift) {
   return loops;
 }
 
-Loop box(const Sides& sides, double margin) {
-  const double left = sides.lower[0] - margin;
-  const double right = sides.upper[0] + margin;
-  const double front = sides.lower[1] - margin;
-  const double back = sides.upper[1] + margin;
+Loop box(const Sides& sides, Point2 margin) {
+  const double left = sides.lower[0] - margin[0];
+  const double right = sides.upper[0] + margin[0];
+  const double front = sides.lower[1] - margin[1];
+  const double back = sides.upper[1] + margin[1];
   return {{left, front}, {right, front}, {right, back}, {left, back}};
 }
 
@@ -169,6 +169,39 @@ std::vector<Loop> clipped(double unit, const std::vector<Loop>& loops, const Loo
   arrangement.add(box, 1);
   return arrangement.region(
       [&](int turns, int turns_of_box) { return inside(turns) && turns_of_box != 0; });
+}
+
+/// Whether some of what a loop surrounds lies in a box.
+bool meets(double unit, const Loop& loop, const Loop& box) {
+  return may_meet(loop, box) &&
+         !clipped(unit, {loop}, box, [](int turns) { return turns != 0; }).empty();
+}
+
+/// By how much loops have to be shifted for their copies beyond periodic sides to come into a box.
+std::vector<Point2> shifts_into(const Frame& frame, const std::vector<Loop>& loops,
+                                const Loop& box) {
+  std::array<std::vector<double>, 2> along{{{0}, {0}}};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (frame.boundary[axis] != Boundary::periodic) continue;
+    double lower = box[2][axis];
+    double upper = box[0][axis];
+    for (const Loop& loop : loops) {
+      for (const Point2& point : loop) {
+        lower = std::min(lower, point[axis]);
+        upper = std::max(upper, point[axis]);
+      }
+    }
+    const double width = frame.sides().width(static_cast<int>(axis));
+    const double last = std::floor((box[2][axis] - lower) / width);
+    for (double n = std::ceil((box[0][axis] - upper) / width); n <= last; ++n) {
+      if (n != 0) along[axis].push_back(n * width);
+    }
+  }
+  std::vector<Point2> shifts;
+  for (const double x : along[0]) {
+    for (const double y : along[1]) shifts.push_back({x, y});
+  }
+  return shifts;
 }
 
 }  // namespace
@@ -230,28 +263,41 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
 std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline, double growth) {
   const Sides sides = frame.sides();
   const double unit = frame.spacing / units_per_spacing;
+  const double reach = image_reach * frame.spacing + 2 * std::abs(growth);
   const bool even_odd = outline.rule == PolygonOutline::Rule::even_odd;
   // Loops that go round the same way never cancel where they overlap.
   std::vector<Loop> loops = outline.loops;
   for (Loop& loop : loops) {
     if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
   }
-  std::vector<Loop> all = clipped(unit, loops, box(sides, 0), [&](int turns) {
-    return even_odd ? turns % 2 != 0 : turns != 0;
-  });
+  if (!even_odd) {
+    const Loop domain = box(sides, {0, 0});
+    const auto is_outside = [&](const Loop& loop) { return !meets(unit, loop, domain); };
+    loops.erase(std::remove_if(loops.begin(), loops.end(), is_outside), loops.end());
+  }
+  // Cut at reflective sides alone: elsewhere no edge gets a new end.
+  Point2 margin{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (frame.boundary[axis] == Boundary::periodic) margin[axis] = reach;
+  }
+  const Loop kept = box(sides, margin);
+  std::vector<Loop> all;
+  for (const Point2& shift : shifts_into(frame, loops, kept)) {
+    const std::vector<Loop> part =
+        clipped(unit, shifted(shifted(loops, 0, shift[0]), 1, shift[1]), kept,
+                [even_odd](int turns) { return even_odd ? turns % 2 != 0 : turns != 0; });
+    all.insert(all.end(), part.begin(), part.end());
+  }
   for (int axis = 0; axis < 2; ++axis) {
+    if (frame.boundary[axis] == Boundary::periodic) continue;
     std::vector<Loop> images = all;
     for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
-      const double shift = wall == sides.lower[axis] ? -sides.width(axis) : sides.width(axis);
-      const std::vector<Loop> image = frame.boundary[axis] == Boundary::periodic
-                                          ? shifted(all, axis, shift)
-                                          : mirrored(all, axis, wall);
+      const std::vector<Loop> image = mirrored(all, axis, wall);
       images.insert(images.end(), image.begin(), image.end());
     }
     all = std::move(images);
   }
-  return clipped(unit, all, box(sides, image_reach * frame.spacing + 2 * std::abs(growth)),
-                 [](int turns) { return turns != 0; });
+  return clipped(unit, all, box(sides, {reach, reach}), [](int turns) { return turns != 0; });
 }
 
 double area(std::span<const Loop> loops) {

@@ -40,6 +40,10 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
 /// as loops that neither cross nor touch except at points, interior on the left. Empty if the
 /// outline leaves the domain empty.
 ///
+/// What reaches beyond a periodic side comes back on the other one, however far. Of loops that may
+/// overlap, those of a layout, only these do that are in the domain with a part: what lies wholly
+/// outside belongs to another cell.
+///
 /// Images are kept to 24 spacings beyond the sides, and twice the given growth for loops that will
 /// be moved by it.
 ///

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -18,9 +19,10 @@ namespace {
 
 using Solid = std::function<Distance(Vec3d)>;
 
-/// Images of a shape beyond a side count within this many spacings of the side: more than a leaf
-/// and the band.
+/// Images of a shape count within this many spacings of it: more than a leaf and the band.
 constexpr double image_reach = 16;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// How far the distance to a composed solid may be above its bound: that to an edge of 60 degrees.
 constexpr double most_overestimate = 2;
@@ -109,34 +111,89 @@ Solid outside(Solid a) {
   return [a = std::move(a)](Vec3d r) { return complement(a(r)); };
 }
 
-/// The shape together with what the domain sides make of it: mirror images or copies.
-Solid with_images(const Frame& frame, int axis, Solid shape) {
-  return [frame, axis, sides = frame.sides(), shape = std::move(shape)](Vec3d r) {
+/// Where a shape lies along x and y; infinite where it goes on for ever.
+struct Extent {
+  std::array<double, 2> lower{-infinite, -infinite};
+  std::array<double, 2> upper{infinite, infinite};
+
+  void set(int axis, double centre, double half) {
+    lower[axis] = centre - half;
+    upper[axis] = centre + half;
+  }
+  bool is_infinite(int axis) const { return upper[axis] == infinite; }
+};
+
+/// The half of what a shape and its copies take along an axis. growth: of a wall, by its taper.
+double half_extent(double width, const Repeat& repeat, int axis, double growth) {
+  return 0.5 * width + 0.5 * (repeat.count[axis] - 1) * repeat.pitch[axis] + growth;
+}
+
+Extent extent_of_slab(int axis, double centre, double width, const Repeat& repeat, double growth) {
+  Extent extent;
+  extent.set(axis, centre, half_extent(width, repeat, axis, growth));
+  return extent;
+}
+
+Extent extent_of_box(std::array<double, 2> centre, std::array<double, 2> size, const Repeat& repeat,
+                     double growth) {
+  Extent extent;
+  for (int axis = 0; axis < 2; ++axis) {
+    extent.set(axis, centre[axis], half_extent(size[axis], repeat, axis, growth));
+  }
+  return extent;
+}
+
+/// The shape together with its copies beyond periodic sides, wherever they reach.
+Solid with_copies(const Frame& frame, int axis, const Extent& extent, Solid shape) {
+  const double reach = image_reach * frame.spacing;
+  return [axis, width = frame.sides().width(axis), lower = extent.lower[axis] - reach,
+          upper = extent.upper[axis] + reach, shape = std::move(shape)](Vec3d r) {
+    Distance all = shape(r);
+    const double last = std::floor((upper - r[axis]) / width);
+    for (double n = std::ceil((lower - r[axis]) / width); n <= last; ++n) {
+      if (n == 0) continue;
+      Vec3d copy = r;
+      copy[axis] += n * width;
+      all = unite(all, shape(copy));
+    }
+    return all;
+  };
+}
+
+/// The shape, whose centre is in the domain, together with its mirror images: beyond the sides, to
+/// where nodes are.
+Solid with_mirror_images(const Frame& frame, int axis, Solid shape) {
+  return [axis, sides = frame.sides(), reach = image_reach * frame.spacing,
+          shape = std::move(shape)](Vec3d r) {
     Distance all = shape(r);
     for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
-      if (std::abs(r[axis] - wall) > image_reach * frame.spacing) {
-        continue;
-      }
-      const bool periodic = frame.boundary[axis] == Boundary::periodic;
-      const double shift = wall == sides.lower[axis] ? sides.width(axis) : -sides.width(axis);
+      if (std::abs(r[axis] - wall) > reach) continue;
       Vec3d image = r;
-      image[axis] = periodic ? r[axis] + shift : 2 * wall - r[axis];
+      image[axis] = 2 * wall - r[axis];
       Distance seen = shape(image);
-      seen.normal[axis] *= periodic ? 1 : -1;
+      seen.normal[axis] *= -1;
       all = unite(all, seen);
     }
     return all;
   };
 }
 
-Solid with_images(const Frame& frame, Solid shape) {
-  return with_images(frame, 1, with_images(frame, 0, std::move(shape)));
+/// The shape together with what the domain sides make of it.
+Solid with_images(const Frame& frame, const Extent& extent, Solid shape) {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (extent.is_infinite(axis)) continue;
+    shape = frame.boundary[axis] == Boundary::periodic
+                ? with_copies(frame, axis, extent, std::move(shape))
+                : with_mirror_images(frame, axis, std::move(shape));
+  }
+  return shape;
 }
 
 /// The region under and between the walls of a mask, images beyond the sides included.
 Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeights& heights) {
   const double z = heights.foot;
   const double slope = heights.slope;
+  const double wider = std::abs((heights.top - heights.foot) * std::tan(slope));
   if (const auto* polygon = std::get_if<PolygonOutline>(&outline)) {
     const double growth = (heights.top - heights.foot) * std::tan(slope);
     const auto walls =
@@ -148,11 +205,13 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
       return slab(1 - slot->along, slot->centre, slot->width, z, by);
     };
     return with_images(
-        frame, repeated(slot->repeat, {slot->centre, slot->centre}, upright_below(walls, slope)));
+        frame, extent_of_slab(1 - slot->along, slot->centre, slot->width, slot->repeat, wider),
+        repeated(slot->repeat, {slot->centre, slot->centre}, upright_below(walls, slope)));
   }
   if (const auto* circle = std::get_if<CircleOutline>(&outline)) {
     const auto walls = [&](double by) { return cone(circle->centre, circle->radius, z, by); };
-    return with_images(frame,
+    const double width = 2 * circle->radius;
+    return with_images(frame, extent_of_box(circle->centre, {width, width}, circle->repeat, wider),
                        repeated(circle->repeat, circle->centre, upright_below(walls, slope)));
   }
   const auto& box = std::get<RectangleOutline>(outline);
@@ -160,7 +219,8 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
     return round_common(slab(0, box.centre[0], box.size[0], z, by),
                         slab(1, box.centre[1], box.size[1], z, by), box.corner_radius);
   };
-  return with_images(frame, repeated(box.repeat, box.centre, upright_below(walls, slope)));
+  return with_images(frame, extent_of_box(box.centre, box.size, box.repeat, wider),
+                     repeated(box.repeat, box.centre, upright_below(walls, slope)));
 }
 
 /// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
@@ -183,14 +243,20 @@ class Builder {
 
   void apply(const TrenchShape& shape) {
     const double z = cut_from(shape.cut);
-    const Solid walls = slab(1 - shape.along, shape.centre, shape.width, z, shape.cut.taper);
-    cut(shape.cut, z, repeated(shape.repeat, {shape.centre, shape.centre}, walls));
+    const int across = 1 - shape.along;
+    const Solid walls = slab(across, shape.centre, shape.width, z, shape.cut.taper);
+    cut(shape.cut, z,
+        extent_of_slab(across, shape.centre, shape.width, shape.repeat, growth_of(shape.cut, z)),
+        repeated(shape.repeat, {shape.centre, shape.centre}, walls));
   }
 
   void apply(const HoleShape& shape) {
     const double z = cut_from(shape.cut);
     const Solid walls = cone(shape.centre, shape.radius, z, shape.cut.taper);
-    cut(shape.cut, z, repeated(shape.repeat, shape.centre, walls));
+    const double width = 2 * shape.radius;
+    cut(shape.cut, z,
+        extent_of_box(shape.centre, {width, width}, shape.repeat, growth_of(shape.cut, z)),
+        repeated(shape.repeat, shape.centre, walls));
   }
 
   void apply(const FinShape& shape) {
@@ -200,8 +266,12 @@ class Builder {
     };
     Solid ridge =
         repeated(shape.repeat, {shape.centre, shape.centre}, upright_below(walls, -shape.taper));
-    grow(shape.material, foot + shape.height,
-         with_images(frame_, common(std::move(ridge), below(foot + shape.height))));
+    const double wider = std::abs(shape.height * std::tan(shape.taper));
+    grow(
+        shape.material, foot + shape.height,
+        with_images(frame_,
+                    extent_of_slab(1 - shape.along, shape.centre, shape.width, shape.repeat, wider),
+                    common(std::move(ridge), below(foot + shape.height))));
   }
 
   void apply(const MaskShape& shape) {
@@ -223,9 +293,10 @@ class Builder {
     lower_ = std::min(lower_, box.lower.z);
     Solid solid = [body = std::make_shared<const MeshSolid>(mesh)](Vec3d r) { return (*body)(r); };
     const bool is_patch = mesh_border(mesh) > 0;
+    const Extent extent{{box.lower.x, box.lower.y}, {box.upper.x, box.upper.y}};
     for (int axis = 0; axis < 2 && !is_patch; ++axis) {
       if (frame_.boundary[axis] == Boundary::periodic) {
-        solid = with_images(frame_, axis, std::move(solid));
+        solid = with_copies(frame_, axis, extent, std::move(solid));
       }
     }
     if (shape.material) {
@@ -314,10 +385,15 @@ class Builder {
     parts_.back().operation_count = operations_.size();
   }
 
-  void cut(const Cut& cut, double z, Solid walls) {
+  /// How much wider than at height z a cut is anywhere in the solid.
+  double growth_of(const Cut& cut, double z) const {
+    return std::abs(std::tan(cut.taper)) * std::max(cut.depth, upper_ - z);
+  }
+
+  void cut(const Cut& cut, double z, const Extent& extent, Solid walls) {
     lower_ = std::min(lower_, z - cut.depth);
     const Solid gone = with_images(
-        frame_, round_common(std::move(walls), above(z - cut.depth), cut.bottom_radius));
+        frame_, extent, round_common(std::move(walls), above(z - cut.depth), cut.bottom_radius));
     const auto is_cut = [&](std::size_t layer) {
       return cut.through.empty() || std::find(cut.through.begin(), cut.through.end(),
                                               parts_[layer].material) != cut.through.end();

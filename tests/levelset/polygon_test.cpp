@@ -72,8 +72,8 @@ TEST(Polygon, SidesMirrorOrRepeatWhatTheyCut) {
   EXPECT_DOUBLE_EQ(area_of({{square(20, 0, 5)}}, narrow), 100);
   // Beyond the reach of images nothing is kept: at 24 spacings from the sides.
   EXPECT_DOUBLE_EQ(area_of({{square(0, 0, 500)}}), 208 * 208);
-  // Both halves: the one inside, and the copy of it beyond the other side.
-  EXPECT_DOUBLE_EQ(area_of({{square(20, 0, 5)}}, periodic), 2 * 50);
+  // What lies beyond a side comes back on the other one; both have copies outside.
+  EXPECT_DOUBLE_EQ(area_of({{square(20, 0, 5)}}, periodic), 2 * 100);
   EXPECT_EQ(domain_loops(periodic, {{square(20, 0, 5), square(-20, 0, 5)}, Rule::any}).size(), 2U);
 }
 

@@ -4,10 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
+#include "levelset/layer_steps.h"
 #include "levelset/shapes.h"
 
 namespace scarp {
@@ -106,6 +112,94 @@ TEST(ShiftedShapes, APolygonMaskIsTheSameAtEveryOffset) {
     const Opening opening = measure(layers, 0.25, 2, 8);
     EXPECT_NEAR(opening.left, shift - 7.65, 0.05);
     EXPECT_NEAR(opening.right, shift + 7.65, 0.05);
+  }
+}
+
+const Frame wrapped{
+    .spacing = 1, .cells = {80, 60}, .boundary = {Boundary::periodic, Boundary::periodic}};
+
+PolygonOutline diamond(double x, double y, PolygonOutline::Rule rule) {
+  return {.loops = {{{x - 23.3, y}, {x, y - 26.2}, {x + 23.3, y}, {x, y + 26.2}},
+                    {{x - 4, y - 4}, {x + 4, y - 4}, {x + 4, y + 4}, {x - 4, y + 4}}},
+          .rule = rule};
+}
+
+Shape box(double x, double y) {
+  TriMesh mesh;
+  for (const double cz : {-6.3, 8.4}) {
+    for (const double cy : {-21.6, 21.6}) {
+      for (const double cx : {-27.4, 27.4}) mesh.vertices.emplace_back(Vec3d{x + cx, y + cy, cz});
+    }
+  }
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return MeshShape{.mesh = std::make_shared<const TriMesh>(mesh), .material = 1};
+}
+
+struct Movable {
+  const char* name;
+  std::function<Shape(double x, double y)> at;
+};
+
+std::vector<Movable> movable_shapes() {
+  const Cut cut{.depth = 7.3, .taper = 0.1};
+  const auto mask = [](Outline outline) {
+    return Shape(
+        MaskShape{.material = 1, .thickness = 6.2, .taper = -0.1, .outline = std::move(outline)});
+  };
+  using Rule = PolygonOutline::Rule;
+  return {
+      {"trench",
+       [=](double x, double) { return TrenchShape{.width = 55.7, .centre = x, .cut = cut}; }},
+      {"hole",
+       [=](double x, double y) {
+         return HoleShape{.radius = 24.3, .centre = {x, y}, .cut = cut};
+       }},
+      {"holes",
+       [=](double x, double y) {
+         return HoleShape{.radius = 9.3,
+                          .centre = {x, y},
+                          .cut = cut,
+                          .repeat = {.count = {3, 2}, .pitch = {24, 28}}};
+       }},
+      {"fin",
+       [=](double x, double) {
+         return FinShape{.material = 1, .width = 47.7, .height = 20, .centre = x, .taper = 0.1};
+       }},
+      {"slot", [=](double x, double) { return mask(SlotOutline{.width = 45.7, .centre = x}); }},
+      {"circle",
+       [=](double x, double y) {
+         return mask(CircleOutline{.radius = 22.3, .centre = {x, y}});
+       }},
+      {"rectangle",
+       [=](double x, double y) {
+         return mask(RectangleOutline{.size = {51.3, 40.6}, .centre = {x, y}, .corner_radius = 5});
+       }},
+      {"polygon", [=](double x, double y) { return mask(diamond(x, y, Rule::even_odd)); }},
+      {"layout", [=](double x, double y) { return mask(diamond(x, y, Rule::any)); }},
+      {"mesh", box},
+  };
+}
+
+std::vector<double> volumes_at(const Movable& movable, double x, double y) {
+  return material_volumes(
+      build_layers(wrapped, std::vector<Shape>{WaferShape{}, movable.at(x, y)}));
+}
+
+TEST(ShiftedShapes, OverPeriodicSidesAndCornersNothingIsLost) {
+  for (const Movable& movable : movable_shapes()) {
+    const std::vector<double> inside = volumes_at(movable, 0, 0);
+    const std::array<std::array<double, 2>, 4> centres{{{39, 0}, {0, -29}, {39, 29}, {-17, 13}}};
+    const bool is_row = std::string(movable.name) == "holes";  // all copies are in the domain
+    for (const auto& [x, y] : centres) {
+      const std::vector<double> there =
+          volumes_at(movable, is_row ? std::round(0.3 * x) : x, is_row ? std::round(0.4 * y) : y);
+      ASSERT_EQ(there.size(), inside.size());
+      for (std::size_t m = 0; m < inside.size(); ++m) {
+        EXPECT_NEAR(there[m], inside[m], 1e-6 * std::abs(inside[m]))
+            << movable.name << " at " << x << ", " << y;
+      }
+    }
   }
 }
 
