@@ -269,7 +269,8 @@ std::string plots_of(const std::string& name, const std::vector<Row>& rows) {
   };
   return svg_of(
       {plot("mean distance [unit of the mesh]", [](const Row& row) { return row.distance.mean; }),
-       plot("greatest distance [unit of the mesh]", [](const Row& row) { return row.distance.max; }),
+       plot("greatest distance [unit of the mesh]",
+            [](const Row& row) { return row.distance.max; }),
        plot("simplification [CPU s]", [](const Row& row) { return row.simplify_seconds; }),
        plot("tracing [CPU s]", [](const Row& row) { return row.trace.total(); })});
 }
