@@ -340,8 +340,9 @@ std::string steps_section(const RunFiles& run) {
   if (run.metrics.row_count() == 0) return "";
   return "<h2>Time steps</h2>\n<div class=\"plots\">\n" +
          steps_plot(run, "Facets", "facets", facet_columns) +
-         steps_plot(run, "Standard error of the flux, on patches of 4 x 4 spacings", "relative",
-                    error_columns) +
+         steps_plot(run,
+                    "Error of the flux (noise and size of elements), on patches of 4 x 4 spacings",
+                    "relative", error_columns) +
          stages_bar(run) + steps_plot(run, "Wall time of each time step", "s", stage_columns) +
          "</div>\n";
 }

@@ -29,6 +29,9 @@ constexpr std::size_t facets_per_range = 4096;
 /// So few vertices are removed as quickly in one block.
 constexpr std::uint32_t few = 200;
 
+/// After so many passes that collapse nothing the next ones try more and more.
+constexpr int most_idle_passes = 8;
+
 /// Passes are counted in two bytes.
 constexpr std::uint16_t most_passes = 0xfff0;
 
@@ -264,6 +267,7 @@ std::uint32_t CollapsePasses::run_pass(const Blocks& blocks, std::uint32_t targe
 }
 
 bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
+  int idle_passes = 0;
   double factor = 1;
   while (mesh_.live_vertices > target && pass_ < most_passes) {
     const std::uint32_t before = mesh_.live_vertices;
@@ -273,8 +277,9 @@ bool CollapsePasses::approach(std::uint32_t target, const Approach& until) {
     const std::uint32_t removed =
         run_pass(Blocks(mesh_, pass_ + 1), target, factor * until.share_of_pass, most_tries);
     const bool all_refused = removed == 0 && limit_ < most_dear;
-    // What it tried may be dearer than its rank says, by rounding, and comes up again.
-    factor = all_refused ? 2 * factor : 1;
+    // What is dearer than its rank says, by rounding, comes up again and again.
+    idle_passes = all_refused ? idle_passes + 1 : 0;
+    factor = idle_passes > most_idle_passes ? 2 * factor : 1;
     if (removed <= until.least * wanted && !all_refused) return false;
   }
   return mesh_.live_vertices <= target;

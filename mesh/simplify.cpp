@@ -49,6 +49,9 @@ constexpr double vertices_to_follow = 1.4;
 constexpr CollapsePasses::Approach up_to_following{
     .nearest = 0.15, .share_of_pass = 0.5, .tries = 2.5};
 
+/// Of `curvature` where the bound alone stops it.
+constexpr CollapsePasses::Approach up_to_bound{.share_of_pass = 0.33};
+
 /// Mean length of an edge between features in marching cubes, in grid spacings.
 constexpr double edge_per_spacing = 0.97;
 
@@ -224,7 +227,8 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   };
   in_parallel(find_sizes, get_ready);
   CollapsePasses& passes = *ready;
-  passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target), up_to_following);
+  passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target),
+                  to_number ? up_to_following : up_to_bound);
   TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
   if (to_number) {
     passes.follow(points);
