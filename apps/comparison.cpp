@@ -42,14 +42,14 @@ void require_same_domain(const Frame& a, const Frame& b, const std::string& wher
       fmt::format("{}: has another extent or other sides than what it is compared with", where));
 }
 
-/// Makes what was a cross-section as long as a slice.
+/// Makes what was a cross-section, or one through an axis, as long as another.
 void lengthen(Snapshot& section, const Sides& slice) {
   const Sides own = section.frame.sides();
   const double longer = slice.width(1) / own.width(1);
   for (Vec3f& r : section.surface.vertices)
     r.y = static_cast<float>(slice.lower[1] + longer * (static_cast<double>(r.y) - own.lower[1]));
   for (MetrologyValue& each : section.values)
-    if (each.name.ends_with("_nm3")) each.value *= longer;
+    if (each.name.ends_with("_nm3") && !section.frame.axisymmetric) each.value *= longer;
 }
 
 /// Makes what was a section through an axis a surface between four sides, as wide either way. Its
@@ -75,16 +75,18 @@ void revolve(Snapshot& section) {
                 [](const MetrologyValue& each) { return each.name.ends_with("_nm3"); });
 }
 
-/// Gives sections the length, or the circles, of a surface between four sides, if there is one.
+/// Gives sections the length, or the circles, of a surface between four sides, if there is one;
+/// else all of them that of the first, each having that of its own spacing.
 void make_comparable(std::span<Snapshot> all) {
   const auto is_section = [](const Snapshot& each) { return each.frame.two_dimensional; };
   const auto slice = std::ranges::find_if_not(all, is_section);
-  if (slice == all.end()) return;
+  const bool has_slice = slice != all.end();
+  const Sides sides = (has_slice ? *slice : all.front()).frame.sides();
   for (Snapshot& each : all) {
-    if (each.frame.axisymmetric) {
+    if (each.frame.axisymmetric && has_slice) {
       revolve(each);
     } else if (is_section(each)) {
-      lengthen(each, slice->frame.sides());
+      lengthen(each, sides);
     }
   }
 }
@@ -106,19 +108,18 @@ std::optional<double> tolerance_of(const MetrologyValue& value, double mean, dou
   return std::nullopt;
 }
 
+/// An opening that a run does not have is at most as deep as the least that is called one.
 std::vector<double> values_of(std::span<const Snapshot> group, const std::string& name) {
   std::vector<double> found;
   for (const Snapshot& each : group) {
     const auto same = std::ranges::find(each.values, name, &MetrologyValue::name);
-    if (same != each.values.end()) found.push_back(same->value);
+    if (same != each.values.end()) {
+      found.push_back(same->value);
+    } else if (name.ends_with(" depth_nm")) {
+      found.push_back(least_opening_depth * group.front().frame.spacing);
+    }
   }
   return found;
-}
-
-/// An opening that a group does not have is at most as deep as the least that is called one.
-void stand_in_for_depth(const std::string& name, double spacing, Sample& sample) {
-  if (sample.count == 0 && name.ends_with(" depth_nm"))
-    sample = {.count = 0, .mean = least_opening_depth * spacing};
 }
 
 ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
@@ -127,10 +128,7 @@ ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
   ComparedValue result{.name = value.name,
                        .first = sample_of(values_of(a, value.name)),
                        .second = sample_of(values_of(b, value.name))};
-  stand_in_for_depth(value.name, spacing, result.first);
-  stand_in_for_depth(value.name, spacing, result.second);
-  const bool is_missing = result.first.count == 0 || result.second.count == 0;
-  if (is_missing && !value.name.ends_with(" depth_nm")) return result;
+  if (result.first.count == 0 || result.second.count == 0) return result;
   result.difference = result.second.mean - result.first.mean;
   const auto error = difference_error(result.first, result.second);
   if (error) result.std_error = error->std_error;
@@ -488,6 +486,7 @@ class Comparer {
                       ends_text(runs_)));
     }
     result_.reaches_ends = common.back() == ends_of(runs_);
+    if (!result_.reaches_ends) result_.ends_apart = ends_text(runs_);
     warn(runs_.front()->outputs[common.back().front()].time);
     for (const std::vector<std::size_t>& outputs : common) compare_at(outputs);
     // Times of runs that are not equally long say nothing.
@@ -603,6 +602,7 @@ Verdict judge(double size, double tolerance, double excess, std::optional<double
 
 std::vector<std::string> Comparison::moved() const {
   std::vector<std::string> lines;
+  if (!reaches_ends) lines.push_back("their ends are at different times: " + ends_apart);
   for (const ComparedDistance& each : distances) {
     const auto line = [&](Verdict verdict, const char* name, double DistanceStatistics::*member,
                           double tolerance) {

@@ -109,6 +109,7 @@ struct Comparison {
   double spacing = 0;                      ///< nm
   std::vector<std::string> warnings{};     ///< of runs that are not complete or end apart
   bool reaches_ends = true;                ///< the last outputs that are compared are the ends
+  std::string ends_apart{};                ///< when each ends, where it does not reach them
   std::optional<Tolerances> tolerances{};  ///< nothing where each value brings its own
   std::vector<ComparedValue> values{};
   std::vector<ComparedDistance> distances{};

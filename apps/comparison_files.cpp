@@ -171,11 +171,11 @@ std::string verdict_text(const Comparison& comparison) {
       "{} beyond their tolerance, but no further than seeds are apart: more of them "
       "would tell",
       unsure);
+  if (!comparison.reaches_ends && comparison.moved().size() == 1)
+    return fmt::format("{}: within the tolerances up to {:.6g} s, but not compared to the end",
+                       names, comparison.distances.back().time);
   if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
   if (unsure > 0) return names + ": nothing has moved for certain; " + rest;
-  if (!comparison.reaches_ends)
-    return fmt::format("{}: within the tolerances up to {:.6g} s", names,
-                       comparison.distances.back().time);
   return names + ": within the tolerances at every output";
 }
 

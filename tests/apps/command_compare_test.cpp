@@ -193,17 +193,20 @@ TEST_F(CompareCommand, RunsThatEndAtDifferentTimesAreComparedAsFarAsBothGo) {
     ASSERT_TRUE(fs::remove(folder_ / name));
   const Outcome outcome =
       scarp("compare " + path("whole") + ' ' + path("short") + " -o " + path("out"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.messages;
   const std::string ends =
       path("whole") + " ends at 30 s, " + path("short") + " at 20 s: compared up to 20 s";
   EXPECT_THAT(outcome.messages, HasSubstr("warning: " + ends));
   EXPECT_THAT(outcome.messages, HasSubstr("warning: " + path("short") + ": is not complete"));
   EXPECT_THAT(outcome.messages, Not(HasSubstr(path("whole") + ": is not complete")));
-  EXPECT_THAT(outcome.out, HasSubstr("within the tolerances up to 20 s"));
+  EXPECT_THAT(outcome.out,
+              HasSubstr("within the tolerances up to 20 s, but not compared to the end"));
+  EXPECT_THAT(outcome.out, HasSubstr("their ends are at different times"));
   EXPECT_THAT(read_file(path("out/report.html")), HasSubstr(ends));
   const auto found = nlohmann::json::parse(read_file(path("out/compare.json")));
   EXPECT_THAT(found["warnings"], Contains(ends));
   EXPECT_EQ(found["speedup"], nullptr);
+  EXPECT_EQ(found["passed"], false);
   ASSERT_EQ(found["distance"].size(), 3U);
   for (const nlohmann::json& each : found["distance"]) EXPECT_EQ(each["forward"]["max"], 0);
 
@@ -220,6 +223,32 @@ TEST_F(CompareCommand, RunsThatEndAtDifferentTimesAreComparedAsFarAsBothGo) {
   EXPECT_EQ(states.exit_code, 1) << states.messages;
   EXPECT_THAT(states.messages, HasSubstr("state_0001.vdb is at 10 s, "));
   EXPECT_THAT(states.messages, HasSubstr("state_0002.vdb at 20 s: compared at these times"));
+}
+
+// A section is as wide as its spacing.
+TEST_F(CompareCommand, SectionsOfDifferentSpacingsAreTheSame) {
+  write("flat.toml", R"([domain]
+spacing = "10 nm"
+extent = ["0.4 um"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "10 s"
+etch_rate = "5 nm/s"
+)");
+  const std::string run = "run " + path("flat.toml") + " --quiet -o ";
+  ASSERT_EQ(scarp(run + path("a")).exit_code, 0);
+  ASSERT_EQ(scarp(run + path("b") + " --set 'domain.spacing=\"20 nm\"'").exit_code, 0);
+  for (const auto& [first, second] : {std::pair("a", "b"), std::pair("b", "a")}) {
+    const Outcome outcome =
+        scarp("compare " + path(first) + ' ' + path(second) + " --json -o " + path("out"));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+    EXPECT_LT(json_of(outcome)["distance"].back()["forward"]["max"], 0.01);
+    EXPECT_NEAR(value(json_of(outcome), "Si_volume_nm3")["difference"], 0, 100);
+  }
 }
 
 // At the same depth.
