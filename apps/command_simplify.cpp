@@ -3,8 +3,9 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "apps/commands.h"
 #include "core/log.h"
@@ -23,25 +24,30 @@ SimplifyMethod method_named(const std::string& name) {
   return SimplifyMethod::curvature;
 }
 
-// The greatest number where none was asked for.
-std::size_t vertices_asked(const TriMesh& mesh, const SimplifyOptions& options) {
-  if (options.vertices) return *options.vertices;
-  if (!options.remove) return std::numeric_limits<std::size_t>::max();
+std::optional<std::size_t> vertices_asked(const TriMesh& mesh, const SimplifyOptions& options) {
+  if (options.vertices || !options.remove) return options.vertices;
   return static_cast<std::size_t>(
       std::ceil((1 - *options.remove) * static_cast<double>(mesh.vertices.size())));
 }
 
-void warn_of_missed_number(const SimplifyResult& simplified, std::size_t asked) {
+std::string reason_text(const std::string& stopped_by) {
+  if (stopped_by == "self_intersections") {
+    return "on the way to fewer, parts of the surface passed through each other; try --max-error";
+  }
+  if (stopped_by == "max_error") return "--max-error was reached";
+  if (stopped_by == "sizes") return "edges are as long as they may be";
+  if (stopped_by == "vertices") return "where facets meet in a vertex alone each sheet has its own";
+  return "no other edge can be collapsed without turning facets over, making them thin or moving a "
+         "side";
+}
+
+void warn_of_missed_number(const SimplifyResult& simplified, std::optional<std::size_t> asked) {
   const std::size_t left = simplified.mesh.vertices.size();
-  if (left <= asked) return;
-  const std::string why =
-      simplified.stopped_by == "self_intersections"
-          ? "on the way to fewer, parts of the surface passed through each other; try --max-error"
-      : simplified.stopped_by == "max_error" ? "--max-error was reached"
-      : simplified.stopped_by == "sizes"     ? "edges are as long as they may be"
-                                             : "no other edge can be collapsed without turning "
-                                               "facets over, making them thin or moving a side";
-  Log(std::cerr).warn(fmt::format("{} vertices are left in place of {}: {}", left, asked, why));
+  const bool is_missed = asked ? left > *asked : simplified.stopped_by == "self_intersections";
+  if (!is_missed) return;
+  Log(std::cerr).warn(fmt::format("{} vertices are left{}: {}", left,
+                                  asked ? fmt::format(" in place of {}", *asked) : "",
+                                  reason_text(simplified.stopped_by)));
 }
 
 // Bounds, sizes and features are in grid spacings.

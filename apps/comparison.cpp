@@ -109,14 +109,15 @@ std::optional<double> tolerance_of(const MetrologyValue& value, double mean, dou
 }
 
 /// An opening that a run does not have is at most as deep as the least that is called one.
-std::vector<double> values_of(std::span<const Snapshot> group, const std::string& name) {
+std::vector<double> values_of(std::span<const Snapshot> group, const std::string& name,
+                              double spacing) {
   std::vector<double> found;
   for (const Snapshot& each : group) {
     const auto same = std::ranges::find(each.values, name, &MetrologyValue::name);
     if (same != each.values.end()) {
       found.push_back(same->value);
     } else if (name.ends_with(" depth_nm")) {
-      found.push_back(least_opening_depth * group.front().frame.spacing);
+      found.push_back(least_opening_depth * spacing);
     }
   }
   return found;
@@ -126,8 +127,8 @@ ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
                        std::span<const Snapshot> b, const Tolerances& allowed) {
   const double spacing = a.front().frame.spacing;
   ComparedValue result{.name = value.name,
-                       .first = sample_of(values_of(a, value.name)),
-                       .second = sample_of(values_of(b, value.name))};
+                       .first = sample_of(values_of(a, value.name, spacing)),
+                       .second = sample_of(values_of(b, value.name, spacing))};
   if (result.first.count == 0 || result.second.count == 0) return result;
   result.difference = result.second.mean - result.first.mean;
   const auto error = difference_error(result.first, result.second);
@@ -485,12 +486,11 @@ class Comparer {
                       "(.vdb) to compare them whatever their times",
                       ends_text(runs_)));
     }
-    result_.reaches_ends = common.back() == ends_of(runs_);
-    if (!result_.reaches_ends) result_.ends_apart = ends_text(runs_);
+    if (common.back() != ends_of(runs_)) result_.ends_apart = ends_text(runs_);
     warn(runs_.front()->outputs[common.back().front()].time);
     for (const std::vector<std::size_t>& outputs : common) compare_at(outputs);
     // Times of runs that are not equally long say nothing.
-    if (result_.reaches_ends) compare_costs(last_, result_);
+    if (result_.reaches_ends()) compare_costs(last_, result_);
     return std::move(result_);
   }
 
@@ -500,7 +500,7 @@ class Comparer {
       if (!run->is_complete) result_.warnings.push_back(incomplete_warning(*run));
     if (end_at_one_time(runs_)) return;
     result_.warnings.push_back(ends_text(runs_) +
-                               (result_.reaches_ends
+                               (result_.reaches_ends()
                                     ? ": compared at these times"
                                     : fmt::format(": compared up to {:.6g} s", last_time)));
   }
@@ -602,7 +602,7 @@ Verdict judge(double size, double tolerance, double excess, std::optional<double
 
 std::vector<std::string> Comparison::moved() const {
   std::vector<std::string> lines;
-  if (!reaches_ends) lines.push_back("their ends are at different times: " + ends_apart);
+  if (!reaches_ends()) lines.push_back("their ends are at different times: " + ends_apart);
   for (const ComparedDistance& each : distances) {
     const auto line = [&](Verdict verdict, const char* name, double DistanceStatistics::*member,
                           double tolerance) {

@@ -108,8 +108,7 @@ struct Comparison {
   std::string second;
   double spacing = 0;                      ///< nm
   std::vector<std::string> warnings{};     ///< of runs that are not complete or end apart
-  bool reaches_ends = true;                ///< the last outputs that are compared are the ends
-  std::string ends_apart{};                ///< when each ends, where it does not reach them
+  std::string ends_apart{};                ///< when each ends, where the ends are not compared
   std::optional<Tolerances> tolerances{};  ///< nothing where each value brings its own
   std::vector<ComparedValue> values{};
   std::vector<ComparedDistance> distances{};
@@ -121,6 +120,7 @@ struct Comparison {
   std::optional<double> speedup_std_error{};
   std::optional<EqualError> equal_error{};
 
+  bool reaches_ends() const { return ends_apart.empty(); }
   /// What fails it, a line each.
   std::vector<std::string> moved() const;
   bool passed() const { return moved().empty(); }

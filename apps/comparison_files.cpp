@@ -171,7 +171,7 @@ std::string verdict_text(const Comparison& comparison) {
       "{} beyond their tolerance, but no further than seeds are apart: more of them "
       "would tell",
       unsure);
-  if (!comparison.reaches_ends && comparison.moved().size() == 1)
+  if (!comparison.reaches_ends() && comparison.moved().size() == 1)
     return fmt::format("{}: within the tolerances up to {:.6g} s, but not compared to the end",
                        names, comparison.distances.back().time);
   if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
@@ -423,7 +423,7 @@ std::string comparison_text(const Comparison& comparison) {
   for (const std::string& line : comparison.moved()) text += "  " + line + '\n';
   const ComparedDistance& last = comparison.distances.back();
   text += fmt::format("distance at {}: mean {:.3g}, 99 % {:.3g}, max {:.3g} spacings\n",
-                      comparison.reaches_ends ? "the end" : fmt::format("{:.6g} s", last.time),
+                      comparison.reaches_ends() ? "the end" : fmt::format("{:.6g} s", last.time),
                       std::max(last.forward.mean, last.reverse.mean),
                       std::max(last.forward.p99, last.reverse.p99),
                       std::max(last.forward.max, last.reverse.max));

@@ -70,7 +70,7 @@ std::string flux_error_of(const RunFiles& run) {
   if (largest == 0) return "";
   const WantedError wanted{.in_position = flux.value("in_position", false)};
   const auto target = flux.value("target", ordered_json());
-  std::string text = fmt::format("Standard error of the {}: at most {}",
+  std::string text = fmt::format("Error of the {} (noise and size of elements): at most {}",
                                  wanted.in_position ? "position" : "flux", wanted.text(largest));
   if (target.is_number()) text += ", the target " + wanted.text(target.get<double>());
   const double missed = flux.value("time_steps_missed", 0.0);

@@ -15,7 +15,8 @@
 
 namespace scarp {
 
-/// How far simplified facets are taken to be from the surface, at the most. Spacings.
+/// How far simplified facets are taken to be from the surface where nothing else is known.
+/// Spacings.
 inline constexpr double close_facets = 0.5;
 
 /// Speeds at the three corners of every facet. Units: nm/s.

@@ -270,7 +270,9 @@ std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline
   for (Loop& loop : loops) {
     if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
   }
-  if (!even_odd) {
+  const bool is_periodic = std::find(frame.boundary.begin(), frame.boundary.end(),
+                                     Boundary::periodic) != frame.boundary.end();
+  if (!even_odd && is_periodic) {
     const Loop domain = box(sides, {0, 0});
     const auto is_outside = [&](const Loop& loop) { return !meets(unit, loop, domain); };
     loops.erase(std::remove_if(loops.begin(), loops.end(), is_outside), loops.end());

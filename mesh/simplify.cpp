@@ -371,8 +371,17 @@ Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const Simp
   return attempt;
 }
 
-/// Leaves out what crosses in the input already, to within a distance.
+/// By where they begin in x.
+std::vector<Box> sorted(std::vector<Box> boxes) {
+  std::sort(boxes.begin(), boxes.end(),
+            [](const Box& a, const Box& b) { return a.lower.x < b.lower.x; });
+  return boxes;
+}
+
+/// Leaves out what crosses in the input already, to within a distance. old: sorted.
 void forget_old(const std::vector<Box>& old, double within, std::vector<Box>& crossings) {
+  double widest = 0;
+  for (const Box& each : old) widest = std::max(widest, each.upper.x - each.lower.x);
   const auto is_near = [within](const Box& a, const Box& b) {
     for (int axis = 0; axis < 3; ++axis) {
       if (a.lower[axis] > b.upper[axis] + within || b.lower[axis] > a.upper[axis] + within) {
@@ -382,7 +391,12 @@ void forget_old(const std::vector<Box>& old, double within, std::vector<Box>& cr
     return true;
   };
   const auto is_old = [&](const Box& box) {
-    return std::any_of(old.begin(), old.end(), [&](const Box& each) { return is_near(box, each); });
+    const auto first = std::lower_bound(old.begin(), old.end(), box.lower.x - within - widest,
+                                        [](const Box& each, double x) { return each.lower.x < x; });
+    for (auto each = first; each != old.end() && each->lower.x <= box.upper.x + within; ++each) {
+      if (is_near(box, *each)) return true;
+    }
+    return false;
   };
   crossings.erase(std::remove_if(crossings.begin(), crossings.end(), is_old), crossings.end());
 }
@@ -397,7 +411,7 @@ Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& orde
   Attempt attempt = simplify_once(mesh, order, wanted, restraint);
   if (attempt.crossings.empty()) return attempt;
   const CollapseMesh input(reordered(mesh, order), wanted.sides);
-  const std::vector<Box> old = crossings(input);
+  const std::vector<Box> old = sorted(crossings(input));
   forget_old(old, attempt.bound, attempt.crossings);
   const double few = most_kept * static_cast<double>(mesh.triangles.size());
   double reach = attempt.bound;

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "apps/comparison.h"
+#include "apps/run_record.h"
 #include "apps/viewer/viewer_script.h"
 #include "program.h"
 
@@ -249,6 +251,33 @@ etch_rate = "5 nm/s"
     EXPECT_LT(json_of(outcome)["distance"].back()["forward"]["max"], 0.01);
     EXPECT_NEAR(value(json_of(outcome), "Si_volume_nm3")["difference"], 0, 100);
   }
+}
+
+// Seeds may see what is hardly deep enough, or not: that is chance, not a change.
+TEST_F(CompareCommand, AnOpeningThatFewSeedsSeeIsNoise) {
+  const std::string flat =
+      "[domain]\nspacing = \"10 nm\"\nextent = [\"600 nm\"]\nmode = \"2d\"\n"
+      "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
+  const std::string step =
+      "[[step]]\nmodel = \"conformal\"\nmaterial = \"SiO2\"\nthickness = \"20 nm\"\n";
+  write("flat.toml", flat + step);
+  write("trench.toml", flat + "[[geometry]]\nshape = \"trench\"\nwidth = \"300 nm\"\n" +
+                           "depth = \"60 nm\"\n" + step);
+  for (const char* name : {"flat", "trench"}) {
+    const Outcome run =
+        scarp("run " + path(std::string(name) + ".toml") + " --quiet -o " + path(name));
+    ASSERT_EQ(run.exit_code, 0) << run.messages;
+  }
+  const RunRecord without = read_run(path("flat"));
+  const RunRecord with = read_run(path("trench"));
+  const auto verdict = [](const RunGroup& first, const RunGroup& second) {
+    for (const ComparedValue& each : compare(first, second, {}).values)
+      if (each.name.ends_with(" depth_nm")) return each.verdict;
+    return Verdict::none;
+  };
+  const RunGroup none{.name = "none", .runs = {without, without, without}};
+  EXPECT_EQ(verdict({.name = "few", .runs = {with, without, without}}, none), Verdict::noise);
+  EXPECT_EQ(verdict({.name = "all", .runs = {with, with, with}}, none), Verdict::moved);
 }
 
 // At the same depth.

@@ -13,6 +13,7 @@ namespace scarp {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -103,6 +104,16 @@ TEST_F(SimplifyCommand, ANumberThatIsMissedIsToldWithTheReason) {
       scarp("simplify " + path("a.obj") + " " + path("b.ply") + " --vertices 3 --spacing 1");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.messages, HasSubstr("4 vertices are left in place of 3: no other edge"));
+}
+
+// Two cells of a grid, one of them drawn out.
+TEST_F(SimplifyCommand, AMeshThatLooksSimplifiedWantsItsSpacing) {
+  write("a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 20 0 0\nv 20 1 0\n"
+        "f 1 2 4\nf 1 4 3\nf 2 5 6\nf 2 6 4\n");
+  const std::string simplify = "simplify " + path("a.obj") + " " + path("b.ply");
+  EXPECT_THAT(scarp(simplify).messages, HasSubstr("the mesh looks simplified already"));
+  EXPECT_THAT(scarp(simplify + " --spacing 1").messages, Not(HasSubstr("simplified already")));
 }
 
 }  // namespace

@@ -72,7 +72,9 @@ TEST_F(FluxTargetOfARun, IsToldWhereItIsMissed) {
   EXPECT_GT(flux_["time_steps_missed"], 0);
   EXPECT_THAT(messages_, AllOf(HasSubstr("the cap of 4096 rays came first"),
                                HasSubstr("flux.target_error, 0.001, was missed in ")));
-  EXPECT_THAT(page_, HasSubstr("<p class=\"unsure\">Standard error of the flux: at most "));
+  EXPECT_THAT(
+      page_,
+      HasSubstr("<p class=\"unsure\">Error of the flux (noise and size of elements): at most "));
 }
 
 TEST_F(FluxTargetOfARun, IsToldWhereItIsKept) {
@@ -80,7 +82,7 @@ TEST_F(FluxTargetOfARun, IsToldWhereItIsKept) {
   EXPECT_EQ(flux_["time_steps_missed"], 0);
   EXPECT_LE(flux_["largest_error"], 0.03);
   EXPECT_THAT(messages_, HasSubstr("the error of the flux is at most 0.0"));
-  EXPECT_THAT(page_, HasSubstr("<p>Standard error of the flux: at most"));
+  EXPECT_THAT(page_, HasSubstr("<p>Error of the flux (noise and size of elements): at most"));
 }
 
 TEST_F(FluxTargetOfARun, IsToldInNanometresOfThePosition) {
@@ -89,7 +91,7 @@ TEST_F(FluxTargetOfARun, IsToldInNanometresOfThePosition) {
   EXPECT_NEAR(flux_["target"].get<double>(), 0.1, 1e-12);
   EXPECT_EQ(flux_["time_steps_missed"], 0);
   EXPECT_THAT(messages_, HasSubstr(" nm (flux.position_error 0.1 nm)"));
-  EXPECT_THAT(page_, HasSubstr("Standard error of the position: at most "));
+  EXPECT_THAT(page_, HasSubstr("Error of the position (noise and size of elements): at most "));
 }
 
 TEST_F(FluxTargetOfARun, IsNoneOfAFixedNumberOfRays) {
