@@ -77,6 +77,13 @@ TEST(Polygon, SidesMirrorOrRepeatWhatTheyCut) {
   EXPECT_EQ(domain_loops(periodic, {{square(20, 0, 5), square(-20, 0, 5)}, Rule::any}).size(), 2U);
 }
 
+TEST(Polygon, OfALayoutWhatLiesBesideTheDomainStaysOutside) {
+  // One that touches the side, one over it, and one that is drawn by hand.
+  EXPECT_TRUE(domain_loops(periodic, {{square(25, 0, 5)}, Rule::any}).empty());
+  EXPECT_DOUBLE_EQ(area_of({{square(24, 0, 5)}, Rule::any}, periodic), 2 * 100);
+  EXPECT_DOUBLE_EQ(area_of({{square(40, 0, 3)}}, periodic), 3 * 36);
+}
+
 TEST(Polygon, OutsideTheDomainNothingIsLeft) {
   EXPECT_TRUE(domain_loops(frame, {{square(90, 0, 5)}}).empty());
 }
