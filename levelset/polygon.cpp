@@ -284,11 +284,20 @@ std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline
   }
   const Loop kept = box(sides, margin);
   std::vector<Loop> all;
-  for (const Point2& shift : shifts_into(frame, loops, kept)) {
-    const std::vector<Loop> part =
-        clipped(unit, shifted(shifted(loops, 0, shift[0]), 1, shift[1]), kept,
-                [even_odd](int turns) { return even_odd ? turns % 2 != 0 : turns != 0; });
-    all.insert(all.end(), part.begin(), part.end());
+  const auto add_copies = [&](const std::vector<Loop>& of, const auto& cut) {
+    for (const Point2& shift : shifts_into(frame, of, kept)) {
+      const std::vector<Loop> copy = cut(shifted(shifted(of, 0, shift[0]), 1, shift[1]));
+      all.insert(all.end(), copy.begin(), copy.end());
+    }
+  };
+  if (even_odd) {
+    add_copies(loops, [&](const std::vector<Loop>& copy) {
+      return clipped(unit, copy, kept, [](int turns) { return turns % 2 != 0; });
+    });
+  } else {
+    // Each by itself: a long one has many copies.
+    for (const Loop& loop : loops) add_copies({loop}, [](std::vector<Loop> copy) { return copy; });
+    all = clipped(unit, all, kept, [](int turns) { return turns != 0; });
   }
   for (int axis = 0; axis < 2; ++axis) {
     if (frame.boundary[axis] == Boundary::periodic) continue;

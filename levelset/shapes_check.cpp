@@ -394,6 +394,7 @@ class Checker {
       }
     }
     if (mesh_border(mesh) > 0) return;
+    if (is_endless("file", {box.lower.x, box.lower.y}, {box.upper.x, box.upper.y})) return;
     for (const TriMesh& part : separate_parts(mesh)) {
       const double thick = thickness(part);
       if (is_narrow(thick)) {
@@ -408,6 +409,35 @@ class Checker {
         return;
       }
     }
+  }
+
+  /// So long that its copies beyond periodic sides could not be counted.
+  bool is_endless(const std::string& key, Point2 lower, Point2 upper) {
+    constexpr double most_domains = 1000;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double size = upper[axis] - lower[axis];
+      const bool is_periodic = frame_.boundary[axis] == Boundary::periodic;
+      if (!is_periodic || size <= most_domains * sides_.width(axis)) continue;
+      report(key, "is " + in_nm(size) + " long across a periodic side, more than " +
+                      rounded_number(most_domains) +
+                      " domains; choose another unit or a part of it");
+      return true;
+    }
+    return false;
+  }
+
+  bool is_endless(const std::string& key, const std::vector<Loop>& loops) {
+    return std::any_of(loops.begin(), loops.end(), [&](const Loop& loop) {
+      Point2 lower = loop.front();
+      Point2 upper = loop.front();
+      for (const Point2& point : loop) {
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          lower[axis] = std::min(lower[axis], point[axis]);
+          upper[axis] = std::max(upper[axis], point[axis]);
+        }
+      }
+      return is_endless(key, lower, upper);
+    });
   }
 
   void report_outside(const std::string& key) {
@@ -470,6 +500,7 @@ class Checker {
         return;
       }
     }
+    if (is_endless(key, outline.loops)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
     if (foot.empty()) {
       report_outside(key);

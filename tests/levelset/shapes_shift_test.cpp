@@ -203,5 +203,15 @@ TEST(ShiftedShapes, OverPeriodicSidesAndCornersNothingIsLost) {
   }
 }
 
+TEST(ShiftedShapes, WhatIsTooLongToRepeatIsRefused) {
+  const PolygonOutline strip{.loops = {{{0, 0}, {90000, 0}, {90000, 9}, {0, 9}}}};
+  const std::vector<Shape> shapes{WaferShape{},
+                                  MaskShape{.material = 1, .thickness = 6, .outline = strip}};
+  const std::vector<ShapeProblem> problems = check_shapes(wrapped, shapes);
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_NE(problems[0].message.find("90000 nm long across a periodic side"), std::string::npos)
+      << problems[0].message;
+}
+
 }  // namespace
 }  // namespace scarp
