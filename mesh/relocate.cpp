@@ -12,15 +12,19 @@ namespace scarp {
 
 namespace {
 
-/// Pull to where the vertex is, as part of the quadric's trace: where no point says otherwise, a
+/// Pull to where the vertex is, as part of the quadric's trace: where nothing says otherwise, a
 /// vertex stays.
 constexpr double faint = 1e-2;
+
+/// Pull to the planes of the facets around, in points: where no point is near, the pull of shape
+/// would draw a vertex off the surface.
+constexpr double pull_of_planes = 0.3;
 
 /// Pull to the middle of the neighbours, in shape weights.
 constexpr double pull_of_shape = 120;
 
 /// What is left of the sum of the squared distances after a move that is worth its cost.
-constexpr double worth_a_move = 0.97;
+constexpr double worth_a_move = 0.985;
 
 bool may_move(const CollapseMesh& mesh, std::uint32_t v) {
   if (mesh.topology.outgoing(v) == HalfEdges::none) return false;
@@ -49,9 +53,10 @@ struct Around {
       const double per_square = 1 / square;
       // The weight falls from 1 at the centre to 0 at the rim.
       const Vec3d fall = per_square * cross(x - y, n);
-      double weights = 0;  // sums over the points: of the squared weights
-      double moments = 0;  // of weight times height, in lengths of n
-      double heights = 0;  // of the squared heights
+      // Sums over the points: of the squared weights, which the pull is one of,
+      double weights = pull_of_planes / star.count;
+      double moments = 0;  // of weight times height, in lengths of n,
+      double heights = 0;  // and of the squared heights.
       points.for_each(star.facet[i], [&](Vec3d place) {
         const Vec3d p = place - centre;
         const double weight = std::clamp(1 + dot(fall, p), 0.0, 1.0);

@@ -107,6 +107,17 @@ TEST_P(EveryMethod, HoldsTheBoundInBothDirections) {
   EXPECT_LT(result.mesh.vertices.size(), 0.6 * mesh.vertices.size());
 }
 
+/// Where few points are left to say where the surface is, the moves for better shapes must not draw
+/// vertices off it: single ones were .1 spacings away.
+TEST(Curvature, LeavesNoVertexFarFromTheSurfaceWhereHalfOfThemGo) {
+  const TriMesh& mesh = surfaces().via;
+  SimplifyOptions wanted{.method = SimplifyMethod::curvature};
+  wanted.sides = surfaces().via_grid.sides();
+  wanted.remove = 0.5;
+  const SimplifyResult result = simplify(mesh, wanted);
+  EXPECT_LE(surface_distance(mesh, result.mesh).reverse.max, 0.03);
+}
+
 TEST_P(EveryMethod, IsTheSameOnAnyNumberOfThreadsAndTheSecondTime) {
   const Grid& grid = surfaces().trench_grid;
   const TriMesh& mesh = surfaces().trenches;
