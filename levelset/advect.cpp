@@ -1,5 +1,6 @@
 #include "levelset/advect.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -13,6 +14,7 @@
 #include "core/parallel.h"
 #include "core/quantity.h"
 #include "levelset/band.h"
+#include "levelset/cell_words.h"
 #include "levelset/differences.h"
 #include "levelset/lax_friedrichs.h"
 #include "levelset/leaf_stage.h"
@@ -189,6 +191,48 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
   return residues;
 }
 
+/// The solid next to closed voids, and what it is before a move.
+///
+/// Where the ceiling of a void is a node thick, that node belongs to the open surface as well.
+/// What grows there would move the void's surface on the other side of the node. What etches may:
+/// it is about to open the void.
+class Ceilings {
+ public:
+  Ceilings(const Band& band, std::span<const std::uint64_t> closed) {
+    for (std::size_t word = 0; word < closed.size(); ++word) {
+      const Leaf& leaf = band.leaves()[word / leaf_edge];
+      for_each_bit(closed[word], [&](int bit) {
+        add_next_to(band, node_at(leaf, static_cast<int>(word % leaf_edge) * 64 + bit));
+      });
+    }
+  }
+
+  void keep() const {
+    for (const auto& [phi, before] : nodes_) *phi = std::max(*phi, before);
+  }
+
+ private:
+  struct Solid {
+    float* phi;
+    float before;
+  };
+
+  void add_next_to(const Band& band, const Node& gas) {
+    for (int face = 0; face < 6; ++face) {
+      Node node = gas;
+      node[face / 2] += face % 2 == 0 ? -1 : 1;
+      for (int axis = 0; axis < 2; ++axis) node[axis] = band.fold(axis, node[axis]);
+      const int leaf = band.find(node[0] >> 3, node[1] >> 3, node[2] >> 3);
+      if (leaf < 0) continue;
+      float* phi = band.leaves()[static_cast<std::size_t>(leaf)].phi +
+                   leaf_offset(node[0], node[1], node[2]);
+      if (*phi < 0) nodes_.push_back({phi, *phi});
+    }
+  }
+
+  std::vector<Solid> nodes_;
+};
+
 SCARP_VECTOR_KERNEL bool all_finite(const std::vector<float>& values) {
   int bad = 0;
   for (const float value : values) {
@@ -230,9 +274,11 @@ double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme)
   const Scheme used = by_normal && scheme == Scheme::eno2 ? Scheme::weno5 : scheme;
   const double h = layers.frame.spacing;
   const auto scaled_dt = static_cast<float>(dt / h);
+  const Ceilings ceilings(layers.top().band(), field.closed);
   const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, used)
                                     : move_by_speed(layers, field, scaled_dt, used);
-  redistance(layers.top().band(), used);
+  ceilings.keep();
+  redistance(layers.top().band(), used, field.closed);
   cut_lower_layers(layers);
   return residues * h * h * h;
 }

@@ -97,7 +97,7 @@ class RegionList {
   /// The surfaces of all of them.
   std::vector<TriMesh> surfaces() {
     list_regions({});
-    const TriMesh all = extract_surface(layers_, only_regions());
+    const TriMesh all = surface();
     const std::vector<std::size_t> region = regions_of_facets(all);
     std::vector<TriMesh> surfaces(regions_.size());
     std::vector<std::uint32_t> renumbered(all.vertices.size(), unused);
@@ -151,7 +151,7 @@ class RegionList {
   }
 
   void measure() {
-    const TriMesh surface = extract_surface(layers_, only_regions());
+    const TriMesh surface = this->surface();
     const std::vector<std::size_t> region = regions_of_facets(surface);
     const std::vector<double> rise = bulges(surface, band_.frame());
     std::vector<std::array<bool, 2>> is_cut(regions_.size());  // by the planes of symmetry
@@ -193,21 +193,13 @@ class RegionList {
     return regions;
   }
 
-  /// As if there were nothing but the new regions: for voids their gas, for islands all but their
-  /// solid.
-  OpenGas only_regions() const {
-    OpenGas gas;
-    for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
-      LeafMask nodes{};
-      for (const LeafPiece& piece : graph_.pieces(n)) {
-        if (new_region(piece) == none) continue;
-        for (int i = 0; i < leaf_edge; ++i) nodes[i] |= piece.nodes[i];
-      }
-      for (const std::uint64_t word : nodes) {
-        gas.open.push_back(phase_ == Phase::gas ? word : ~word);
-      }
-    }
-    return gas;
+  /// Of all voids, or of the new islands.
+  TriMesh surface() const {
+    if (phase_ == Phase::gas) return extract_voids(layers_, graph_);
+    OpenGas all_but_islands{
+        .open = graph_.nodes_where([&](const LeafPiece& p) { return new_region(p) != none; })};
+    for (std::uint64_t& word : all_but_islands.open) word = ~word;
+    return extract_surface(layers_, all_but_islands);
   }
 
   /// The region at the corners of the cell that a facet lies in; none if there are several.
@@ -300,18 +292,28 @@ void clear_islands(Band& band, const PhaseGraph& solid) {
 
 }  // namespace
 
+std::vector<std::uint64_t> closed_nodes(const Layers& layers, const OpenGas& gas) {
+  if (gas.voids.empty()) return {};
+  std::vector<std::uint64_t> closed(gas.open.size(), 0);
+  const Band& band = layers.top().band();
+  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
+    const Leaf& leaf = band.leaves()[n];
+    for (int node = 0; node < leaf_size; ++node) {
+      const auto [i, j, k] = node_at(leaf, node);
+      if (i >= band.node_count(0) || j >= band.node_count(1)) continue;
+      const bool is_closed = !(leaf.phi[node] < 0) && !gas.is_open(n, node);
+      closed[n * 8 + static_cast<std::size_t>(node >> 6)] |= std::uint64_t{is_closed}
+                                                             << (node & 63);
+    }
+  }
+  return closed;
+}
+
 OpenGas open_gas(const Layers& layers, std::span<const Region> known) {
   const Band& band = layers.top().band();
   const PhaseGraph graph(band, Phase::gas);
   OpenGas gas;
-  gas.open.assign(band.leaves().size() * 8, 0);
-  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
-    for (const LeafPiece& piece : graph.pieces(n)) {
-      for (int i = 0; piece.region == 0 && i < leaf_edge; ++i) {
-        gas.open[n * 8 + static_cast<std::size_t>(i)] |= piece.nodes[i];
-      }
-    }
-  }
+  gas.open = graph.nodes_where([](const LeafPiece& piece) { return piece.region == 0; });
   if (graph.has_closed_regions()) {
     gas.voids = RegionList(layers, Phase::gas, graph).run(known);
   }

@@ -37,12 +37,15 @@ struct Region {
 /// Shape: open has 8 words per leaf of the top layer's band, one bit per node.
 struct OpenGas {
   std::vector<std::uint64_t> open;
-  std::vector<Region> voids;  ///< ordered by their first node
+  std::vector<Region> voids{};  ///< ordered by their first node
 
   bool is_open(std::size_t leaf, int node) const {
     return ((open[leaf * 8 + static_cast<std::size_t>(node >> 6)] >> (node & 63)) & 1) != 0;
   }
 };
+
+/// The gas nodes of closed voids, as OpenGas::open; nothing if there are none.
+std::vector<std::uint64_t> closed_nodes(const Layers& layers, const OpenGas& gas);
 
 /// Labels the gas of the top layer. Voids that are known from before, by their first node, keep
 /// what was measured when they closed: a closed void does not move.

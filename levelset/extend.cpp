@@ -554,6 +554,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh
     values[0] = speed_on(corner_speeds, leading ? std::span(&*leading, 1) : shares);
   };
   SpeedField field;
+  field.closed = closed_nodes(layers, gas);
   const double distance = close_facets * layers.frame.spacing;
   FacetTree tree(facets);
   field.speed = std::move(Extension(layers, gas, tree, distance, speed_at).run(1).front());
@@ -576,6 +577,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
                          std::span<const AngularFactor> factors, double dt, double distance) {
   SCARP_ASSERT(speeds_of_layers.size(), ==, layers.stack.size());
   SpeedField field;
+  field.closed = closed_nodes(layers, gas);
   std::atomic<std::size_t> nodes = 0;
   std::atomic<std::size_t> newly_seen = 0;
   const auto values_at = [&](const NearNode& at, std::span<const FacetShare> shares,

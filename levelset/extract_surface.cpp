@@ -8,6 +8,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/closed_gas.h"
+#include "levelset/phase_graph.h"
 #include "levelset/surface_triangles.h"
 #include "levelset/surface_vertices.h"
 
@@ -142,16 +144,46 @@ TriMesh extract(const Band& band, const OpenGas* gas, const Layers* layers) {
   return assembly.take_mesh();
 }
 
+TriMesh extract_closed(const Band& band, const PhaseGraph& graph, const Layers* layers) {
+  const ClosedGas voids = closed_gas(band, graph);
+  return extract(voids.phi.band(), &voids.gas, layers);
+}
+
+void append(const TriMesh& part, TriMesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+  for (const Triangle& t : part.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  mesh.materials.insert(mesh.materials.end(), part.materials.begin(), part.materials.end());
+}
+
+/// All of the surface.
+TriMesh extract_all(const Band& band, const Layers* layers) {
+  const PhaseGraph graph(band, Phase::gas);
+  if (!graph.has_closed_regions()) return extract(band, nullptr, layers);
+  const OpenGas open{
+      .open = graph.nodes_where([](const LeafPiece& piece) { return piece.region == 0; })};
+  TriMesh mesh = extract(band, &open, layers);
+  append(extract_closed(band, graph, layers), mesh);
+  return mesh;
+}
+
 }  // namespace
 
-TriMesh extract_surface(const Layers& layers) {
-  return extract(layers.top().band(), nullptr, &layers);
-}
+TriMesh extract_surface(const Layers& layers) { return extract_all(layers.top().band(), &layers); }
 
 TriMesh extract_surface(const Layers& layers, const OpenGas& gas) {
   return extract(layers.top().band(), &gas, &layers);
 }
 
-TriMesh extract_surface(const LevelSet& phi) { return extract(phi.band(), nullptr, nullptr); }
+TriMesh extract_voids(const Layers& layers, const PhaseGraph& gas) {
+  return extract_closed(layers.top().band(), gas, &layers);
+}
+
+TriMesh extract_surface(const LevelSet& phi) { return extract_all(phi.band(), nullptr); }
+
+TriMesh extract_surface(const LevelSet& phi, const OpenGas& gas) {
+  return extract(phi.band(), &gas, nullptr);
+}
 
 }  // namespace scarp

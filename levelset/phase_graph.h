@@ -50,6 +50,18 @@ class PhaseGraph {
     const std::size_t c = static_cast<std::size_t>(x) * band_.column_count(1) + y;
     return std::span(gaps_).subspan(first_gap_[c], first_gap_[c + 1] - first_gap_[c]);
   }
+  /// The nodes of those pieces that is_wanted(piece) holds for: 8 words per leaf, one bit per node.
+  template <class IsWanted>
+  std::vector<std::uint64_t> nodes_where(const IsWanted& is_wanted) const {
+    std::vector<std::uint64_t> nodes((first_.size() - 1) * leaf_edge, 0);
+    for (std::size_t n = 0; n + 1 < first_.size(); ++n) {
+      for (const LeafPiece& piece : pieces(n)) {
+        if (!is_wanted(piece)) continue;
+        for (std::size_t i = 0; i < leaf_edge; ++i) nodes[n * leaf_edge + i] |= piece.nodes[i];
+      }
+    }
+    return nodes;
+  }
   /// Numbers of regions are below this; not all of them occur.
   std::size_t region_limit() const { return pieces_.size() + gaps_.size() + 1; }
   /// Anything that is not joined to region 0.

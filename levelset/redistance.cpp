@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "levelset/band.h"
+#include "levelset/carry.h"
 #include "levelset/differences.h"
 #include "levelset/stencil.h"
 
@@ -85,6 +86,45 @@ void grow_band(Band& band) {
   band.change_leaves(added, {});
 }
 
+/// Nodes that keep their phi, through the growth of a band.
+class HeldNodes {
+ public:
+  HeldNodes(const Band& band, std::span<const std::uint64_t> held) {
+    for (std::size_t n = 0; n * leaf_edge < held.size(); ++n) {
+      LeafMask mask{};
+      std::copy_n(held.begin() + static_cast<std::ptrdiff_t>(n * leaf_edge), leaf_edge, mask.begin());
+      if (mask != LeafMask{}) masks_.push_back({band.leaves()[n].origin, mask});
+    }
+  }
+
+  /// To be called once the band has all its leaves.
+  void find_leaves(const Band& band) {
+    if (masks_.empty()) return;
+    of_leaf_.assign(band.leaves().size(), nullptr);
+    for (const auto& [origin, mask] : masks_) {
+      const int leaf = band.find(origin[0] >> 3, origin[1] >> 3, origin[2] >> 3);
+      of_leaf_[static_cast<std::size_t>(leaf)] = &mask;
+    }
+  }
+
+  /// Gives what a leaf's held nodes had.
+  void restore(std::size_t leaf, const Block& before, float* phi) const {
+    if (of_leaf_.empty() || of_leaf_[leaf] == nullptr) return;
+    for_each_node(*of_leaf_[leaf], [&](int node) {
+      phi[node] = before.row(node >> 6, node >> 3 & 7)[node & 7];
+    });
+  }
+
+ private:
+  struct Held {
+    Node origin;
+    LeafMask mask;
+  };
+
+  std::vector<Held> masks_;
+  std::vector<const LeafMask*> of_leaf_;
+};
+
 /// Whether a node keeps what it has: it is next to the surface, or outside the band.
 SCARP_KERNEL_PART bool is_held(const float* p, float side) {
   // No node is exactly 0: a product is negative if that neighbour has the other sign.
@@ -160,39 +200,43 @@ using LeafKernel = void (*)(const Block&, int, int, float*);
 
 /// Applies a kernel to all leaves, from one set of values to another.
 template <int halo, class Source, class Target>
-void for_each_leaf(const Band& band, const Source& from, const Target& to, LeafKernel kernel) {
+void for_each_leaf(const Band& band, const HeldNodes& held, const Source& from, const Target& to,
+                   LeafKernel kernel) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     Block block;
     for (std::size_t n = begin; n < end; ++n) {
       gather<halo>(band, n, from, block);
       kernel(block, stored_nodes(band, band.leaves()[n], 0),
              stored_nodes(band, band.leaves()[n], 1), to(n));
+      held.restore(n, block, to(n));
     }
   });
 }
 
 /// The steps, from the tree to scratch, where the last one ends.
 template <int halo>
-void step_all(const Band& band, LeafValues& scratch, LeafKernel step_leaf) {
+void step_all(const Band& band, const HeldNodes& held, LeafValues& scratch, LeafKernel step_leaf) {
   const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
   const auto aside = [&](std::size_t n) { return scratch[n]; };
-  for_each_leaf<1>(band, in_tree, aside, extend_leaf);
+  for_each_leaf<1>(band, held, in_tree, aside, extend_leaf);
   static_assert(step_count % 2 == 0);
   for (int step = 0; step < step_count; step += 2) {
-    for_each_leaf<halo>(band, aside, in_tree, step_leaf);
-    for_each_leaf<halo>(band, in_tree, aside, step_leaf);
+    for_each_leaf<halo>(band, held, aside, in_tree, step_leaf);
+    for_each_leaf<halo>(band, held, in_tree, aside, step_leaf);
   }
 }
 
 }  // namespace
 
-void redistance(Band& band, Scheme scheme) {
+void redistance(Band& band, Scheme scheme, std::span<const std::uint64_t> held) {
+  HeldNodes kept(band, held);
   grow_band(band);
+  kept.find_leaves(band);
   LeafValues& scratch = band.scratch(0);
   if (scheme == Scheme::weno5) {
-    step_all<3>(band, scratch, step_weno5);
+    step_all<3>(band, kept, scratch, step_weno5);
   } else {
-    step_all<2>(band, scratch, step_eno2);
+    step_all<2>(band, kept, scratch, step_eno2);
   }
   band.trim(scratch);
 }

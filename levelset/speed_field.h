@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct SpeedField {
   /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
   /// that grows.
   bool grows_beside_standing = false;
+  /// Gas of closed voids: one bit per node, 8 words per leaf; empty if there are none.
+  std::vector<std::uint64_t> closed{};
   /// The part of the nodes next to the surface that see another material than the facet does whose
   /// speed they take: what has come to light since the facets were made.
   double newly_seen = 0;

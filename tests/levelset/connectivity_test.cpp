@@ -55,9 +55,11 @@ TEST(OpenGas, BoxesHaveTheirExactVolumeWhereverTheirWallsLie) {
     ASSERT_EQ(gas.voids.size(), 1U);
     const double shrunk = 2 * 1e-3 * frame.spacing;
     const double exact = (12 - shrunk) * (8 - shrunk) * (10 - shrunk);
-    EXPECT_NEAR(gas.voids[0].volume, exact, 2e-5 * exact) << offset;
-    EXPECT_NEAR(gas.voids[0].lower, centre.z - 5 + 0.5 * shrunk, 1e-5) << offset;
-    EXPECT_NEAR(gas.voids[0].upper, centre.z + 5 - 0.5 * shrunk, 1e-5) << offset;
+    // Corners are found from the nodes next to the surface alone, single ones to within .05 spacings.
+    const double corner = 0.05 * frame.spacing;
+    EXPECT_NEAR(gas.voids[0].volume, exact, 3e-5 * exact) << offset;
+    EXPECT_NEAR(gas.voids[0].lower, centre.z - 5 + 0.5 * shrunk, corner) << offset;
+    EXPECT_NEAR(gas.voids[0].upper, centre.z + 5 - 0.5 * shrunk, corner) << offset;
   }
 }
 
@@ -106,7 +108,7 @@ TEST(OpenGas, AChannelOneNodeWideOpensACavityManyLeavesLarge) {
     EXPECT_EQ(gas.voids.size(), channel > 0.5 ? 0U : 1U);
     if (!gas.voids.empty()) {
       const double exact = 50.6 * 30.6 * 40.6;
-      EXPECT_NEAR(gas.voids[0].volume, exact, 1e-5 * exact);
+      EXPECT_NEAR(gas.voids[0].volume, exact, 3e-5 * exact);
       EXPECT_NEAR(gas.voids[0].lower, -60.3, 1e-4);
     }
   }

@@ -12,6 +12,7 @@
 
 #include "core/parallel.h"
 #include "levelset/advect.h"
+#include "levelset/band.h"
 #include "levelset/connectivity.h"
 #include "levelset/cross_section.h"
 #include "levelset/extend.h"
@@ -271,8 +272,7 @@ TEST_P(VoidUnderANeck, ClosesInTimeWithTheExactAreaAndStaysToTheLastBit) {
     gas = open_gas(layers, gas.voids);
   }
   EXPECT_EQ(largest_void(gas)->volume, closed->volume);
-  // Measured anew facets in the notch under the neck look at nodes beyond, which do change.
-  EXPECT_NEAR(largest_void(open_gas(layers))->volume, closed->volume, 1e-5 * closed->volume);
+  EXPECT_EQ(largest_void(open_gas(layers))->volume, closed->volume);
   const auto bottom = static_cast<int>(std::lround(-(height + 1) / h));
   // Below the notch under the neck, where the covering film ends.
   const auto top = static_cast<int>(std::floor(-neck / h)) - 8;
@@ -333,6 +333,65 @@ TEST(Void, FreezesBitForBitAndIsCounted) {
   const TriMesh traced = extract_surface(layers, open_gas(layers));
   EXPECT_EQ(in_void(traced), 0);
   EXPECT_EQ(faults(traced, layers.frame).boundary_off_sides, 0);
+}
+
+/// phi of the gas nodes of closed voids and of the solid nodes next to them.
+std::vector<float> phi_of_voids(const Layers& layers, const OpenGas& gas) {
+  std::vector<float> found;
+  const Band& band = layers.top().band();
+  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
+    for (int offset = 0; offset < leaf_size; ++offset) {
+      const Leaf& leaf = band.leaves()[n];
+      const auto [i, j, k] = node_at(leaf, offset);
+      const bool is_in_domain = i < band.node_count(0) && j < band.node_count(1);
+      if (!is_in_domain || leaf.phi[offset] < 0 || gas.is_open(n, offset)) continue;
+      found.push_back(leaf.phi[offset]);
+      for (const float next : {band.node(i - 1, j, k), band.node(i + 1, j, k),
+                               band.node(i, j, k - 1), band.node(i, j, k + 1)})
+        if (next < 0) found.push_back(next);
+    }
+  }
+  return found;
+}
+
+/// Of the vertices of a mesh, sorted.
+std::vector<std::array<float, 3>> places(const TriMesh& mesh) {
+  std::vector<std::array<float, 3>> places;
+  for (const Vec3f& r : mesh.vertices) places.push_back({r.x, r.y, r.z});
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+// The tip of a void lies under a ceiling that is thin at first: facets that looked at nodes beyond
+// the next ones moved by up to .7 spacings as the open surface left.
+class StandingVoid : public testing::TestWithParam<double> {};
+
+INSTANTIATE_TEST_SUITE_P(Necks, StandingVoid, testing::Values(4.2, 5.1, 6.3),
+                         [](const auto& test) { return "Case" + std::to_string(test.index); });
+
+TEST_P(StandingVoid, KeepsItsShapeWhileTheSurfaceAboveItGrowsAndIsEtched) {
+  Layers layers = necked_cavity(GetParam());
+  OpenGas gas = open_gas(layers);
+  const auto move = [&](float speed) {
+    const TriMesh mesh = extract_surface(layers, gas);
+    const CornerSpeeds speeds(mesh.triangles.size(), {speed, speed, speed});
+    advect(layers, extend_speeds(layers, gas, mesh, speeds), 0.3);
+    gas = open_gas(layers);
+  };
+  while (gas.voids.empty()) move(1);
+  const TriMesh closed = void_surfaces(layers, gas)[0];
+  const Region measured = gas.voids[0];
+  const std::vector<float> phi = phi_of_voids(layers, gas);
+  for (int step = 0; step < 90; ++step) {
+    // Up, down again to about two spacings above where the void closed, and up.
+    move(step < 30 || step >= 60 ? 1 : -0.8F);
+    ASSERT_EQ(gas.voids.size(), 1U);
+    ASSERT_EQ(gas.voids[0].volume, measured.volume) << step;
+    ASSERT_EQ(gas.voids[0].upper, measured.upper) << step;
+    ASSERT_EQ(phi_of_voids(layers, gas), phi) << step;
+    ASSERT_EQ(void_surfaces(layers, gas)[0].vertices, closed.vertices) << step;
+    ASSERT_TRUE(std::ranges::includes(places(extract_surface(layers)), places(closed))) << step;
+  }
 }
 
 /// Vertices on the surface of the topmost layer.
