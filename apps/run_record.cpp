@@ -113,13 +113,14 @@ Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
   SavedWafer wafer = read_wafer(file, materials);
   materials = wafer.materials;
   if (!start_) {
-    const fs::path& first = run_.outputs.front().state;
-    start_ = measure(read_wafer(first, materials).layers, wafer.metrology);
+    const SavedWafer first = read_wafer(run_.outputs.front().state, materials);
+    start_ = measure(first.layers, wafer.metrology, nullptr, first.openings);
   }
   const MetrologyNames names{.materials = wafer.materials, .options = wafer.metrology};
   const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
   return {.frame = wafer.layers.frame,
-          .values = metrology_values(measure(wafer.layers, wafer.metrology, &*start_), names),
+          .values = metrology_values(
+              measure(wafer.layers, wafer.metrology, &*start_, wafer.openings), names),
           .surface = extract_surface(wafer.layers),
           .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
 }
