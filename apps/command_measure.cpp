@@ -84,8 +84,7 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
 
   std::optional<Metrology> start;
   if (before) start = measure(before->layers, options, nullptr, before->openings);
-  const Metrology found =
-      measure(wafer.layers, options, start ? &*start : nullptr, wafer.openings);
+  const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr, wafer.openings);
 
   const MetrologyNames names{.materials = wafer.materials, .options = options};
   if (common.json) {

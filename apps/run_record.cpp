@@ -108,21 +108,36 @@ RunRecord read_run(const fs::path& where) {
   return run;
 }
 
-Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
-  const fs::path& file = run_.outputs[output].state;
-  SavedWafer wafer = read_wafer(file, materials);
-  materials = wafer.materials;
+Metrology SnapshotReader::measured(const SavedWafer& wafer, Materials& materials) {
   if (!start_) {
     const SavedWafer first = read_wafer(run_.outputs.front().state, materials);
+    materials = first.materials;
     start_ = measure(first.layers, wafer.metrology, nullptr, first.openings);
+    for (const MaterialVolume& each : start_->volumes) seen_.insert(each.material);
   }
-  const MetrologyNames names{.materials = wafer.materials, .options = wafer.metrology};
+  Metrology now = measure(wafer.layers, wafer.metrology, &*start_, wafer.openings);
+  for (const MaterialVolume& each : now.volumes) seen_.insert(each.material);
+  for (const MaterialId material : seen_)
+    if (std::ranges::find(now.volumes, material, &MaterialVolume::material) == now.volumes.end())
+      now.volumes.push_back({.material = material});
+  if (common_ != nullptr) common_->rename(now.openings, numbers_, wafer.layers.frame);
+  return now;
+}
+
+Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
+  const SavedWafer wafer = read_wafer(run_.outputs[output].state, materials);
+  materials = wafer.materials;
+  const Metrology now = measured(wafer, materials);
+  const MetrologyNames names{.materials = materials, .options = wafer.metrology};
   const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
-  return {.frame = wafer.layers.frame,
-          .values = metrology_values(
-              measure(wafer.layers, wafer.metrology, &*start_, wafer.openings), names),
-          .surface = extract_surface(wafer.layers),
-          .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
+  Snapshot snapshot{
+      .frame = wafer.layers.frame,
+      .values = metrology_values(now, names),
+      .openings = {},
+      .surface = extract_surface(wafer.layers),
+      .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
+  for (const OpeningMetrology& each : now.openings) snapshot.openings.push_back(place_of(each));
+  return snapshot;
 }
 
 }  // namespace scarp

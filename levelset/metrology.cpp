@@ -21,8 +21,9 @@ using Value = std::optional<double>;
 
 constexpr std::array<double, 3> cd_depths{0.1, 0.5, 0.9};  // top, middle, bottom, by the depth
 constexpr std::array<double, 2> angle_depths{0.2, 0.8};
-constexpr double least_bow = 0.1;    // spacings: less is noise and has no place
-constexpr double least_film = 0.01;  // spacings: less has no ratios
+constexpr double least_bow = 0.1;     // spacings: less is noise and has no place
+constexpr double least_film = 0.01;   // spacings: less has no ratios
+constexpr double least_above = 1e-3;  // spacings: less is where two layers have one surface
 constexpr int most_sections = 64;
 constexpr int least_for_roughness = 8;
 
@@ -93,16 +94,33 @@ class WaferSurfaces {
     for (std::size_t n = 0; n < each.size(); ++n) {
       const MaterialId material = layers_.stack[n].material;
       const auto same = std::ranges::find(volumes, material, &MaterialVolume::material);
+      const MaterialVolume own{.material = material, .volume = each[n], .area = upper_area(n)};
       if (same == volumes.end()) {
-        volumes.push_back({.material = material, .volume = each[n]});
+        volumes.push_back(own);
       } else {
-        same->volume += each[n];
+        same->volume += own.volume;
+        same->area += own.area;
       }
     }
     return volumes;
   }
 
  private:
+  /// Where a layer is not there, its surface is that of the one below.
+  double upper_area(std::size_t n) const {
+    const TriMesh& mesh = meshes_[n];
+    const std::vector<double> areas = areas_around(mesh, layers_.frame);
+    const auto is_own = [&](std::uint32_t v) {
+      const Vec3f& r = mesh.vertices[v];
+      return n == 0 || layers_.stack[n - 1].phi.distance({r.x, r.y, r.z}) >
+                           least_above * layers_.frame.spacing;
+    };
+    double sum = 0;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+      sum += areas[f] * static_cast<double>(std::ranges::count_if(mesh.triangles[f], is_own)) / 3;
+    return sum;
+  }
+
   const Layers& layers_;
   std::vector<TriMesh> meshes_;
   std::vector<ViewFromAbove> views_;
@@ -406,7 +424,8 @@ std::vector<double> section_positions(const Frame& frame, int axis, const Openin
   const Sides sides = frame.sides();
   // One on a periodic side may lie beyond it.
   if (!opening.through[axis])
-    return {opening.centre[axis] + (opening.centre[axis] < sides.lower[axis] ? sides.width(axis) : 0)};
+    return {opening.centre[axis] +
+            (opening.centre[axis] < sides.lower[axis] ? sides.width(axis) : 0)};
   if (frame.two_dimensional) return {0};
   const int count = std::min(frame.cells[axis], most_sections);
   std::vector<double> positions(static_cast<std::size_t>(count));
@@ -488,7 +507,8 @@ const OpeningMetrology* counterpart(const OpeningMetrology& opening, const Metro
   const OpeningMetrology* nearest = nullptr;
   const auto away = [&](const OpeningMetrology& other) {
     const auto along = [&](int axis) {
-      return copy_near(frame, axis, other.centre[axis], opening.centre[axis]) - opening.centre[axis];
+      return copy_near(frame, axis, other.centre[axis], opening.centre[axis]) -
+             opening.centre[axis];
     };
     return std::hypot(along(0), along(1));
   };

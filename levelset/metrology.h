@@ -89,13 +89,14 @@ struct VoidMetrology {
 struct MaterialVolume {
   MaterialId material = 0;
   double volume = 0;  ///< of the lowest layer from z = 0
+  double area = 0;    ///< of its upper surface, also where others lie on it
 };
 
 struct Metrology {
   double highest = 0;  ///< of the surface that gas from the source can reach
   double lowest = 0;
   std::optional<double> surface_roughness{};  ///< where there is no opening
-  std::vector<OpeningMetrology> openings{};  ///< by their numbers
+  std::vector<OpeningMetrology> openings{};   ///< by their numbers
   OpeningNames names{};
   std::vector<VoidMetrology> voids{};  ///< the largest first
   std::vector<MaterialVolume> volumes{};

@@ -65,7 +65,11 @@ void for_each_node(std::span<const NodeRun> runs, std::size_t node_count, const 
 class Naming {
  public:
   Naming(std::vector<NamedOpening>& known, const OpeningMap& map)
-      : known_(known), map_(map), numbers_(map.openings().size()), wholes_(numbers_.size()) {
+      : known_(known),
+        map_(map),
+        nodes_(map.nodes()),
+        numbers_(nodes_.size()),
+        wholes_(nodes_.size()) {
     for (const NamedOpening& each : known_) shares_.push_back(shares_with(each.nodes));
     sources_ = sources();
   }
@@ -195,7 +199,7 @@ class Naming {
       for (const auto& [found, nodes] : shares_[k]) {
         if (sources_[found].size() > 1 || wholes_[found]) continue;
         const auto both = static_cast<double>(nodes);
-        const double either = count_of(known_[k].nodes) + count_of(map_.nodes(found)) - both;
+        const double either = count_of(known_[k].nodes) + count_of(nodes_[found]) - both;
         candidates.push_back({both / either, k, found});
       }
     }
@@ -231,7 +235,7 @@ class Naming {
                           : copy_near(map_.frame(), axis, centre[axis], opening.place[axis]);
       }
       opening.is_there = true;
-      opening.nodes = map_.nodes(f);
+      opening.nodes = std::move(nodes_[f]);
       numbers.push_back(*numbers_[f]);
     }
     return numbers;
@@ -239,10 +243,11 @@ class Naming {
 
   std::vector<NamedOpening>& known_;
   const OpeningMap& map_;
-  std::vector<Shares> shares_;                              ///< of each number with what is found
-  std::vector<std::vector<std::size_t>> sources_;           ///< numbers, of each that is found
-  std::vector<std::optional<std::size_t>> numbers_;         ///< of each that is found
-  std::vector<std::optional<std::size_t>> wholes_;          ///< of which it is a new part
+  std::vector<std::vector<NodeRun>> nodes_;          ///< of each that is found
+  std::vector<Shares> shares_;                       ///< of each number with what is found
+  std::vector<std::vector<std::size_t>> sources_;    ///< numbers, of each that is found
+  std::vector<std::optional<std::size_t>> numbers_;  ///< of each that is found
+  std::vector<std::optional<std::size_t>> wholes_;   ///< of which it is a new part
 };
 
 }  // namespace

@@ -169,9 +169,8 @@ std::vector<std::size_t> OpeningMap::order() const {
     const double step = openings_[order[n]].centre[0] - openings_[order[n - 1]].centre[0];
     column[order[n]] = column[order[n - 1]] + (step < frame_.spacing ? 0 : 1);
   }
-  std::ranges::stable_sort(order, {}, [&](std::size_t n) {
-    return std::pair(column[n], openings_[n].centre[1]);
-  });
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t n) { return std::pair(column[n], openings_[n].centre[1]); });
   return order;
 }
 
@@ -195,15 +194,16 @@ int OpeningMap::fold(int axis, int index) const {
   return wrapped < nodes_[axis] ? wrapped : period - wrapped;
 }
 
-std::vector<NodeRun> OpeningMap::nodes(std::size_t opening) const {
-  std::vector<NodeRun> runs;
+std::vector<std::vector<NodeRun>> OpeningMap::nodes() const {
+  std::vector<std::vector<NodeRun>> nodes(openings_.size());
   for (std::size_t n = 0; n < labels_.size(); ++n) {
-    if (labels_[n] != static_cast<int>(opening)) continue;
+    if (labels_[n] == none) continue;
+    std::vector<NodeRun>& runs = nodes[static_cast<std::size_t>(labels_[n])];
     if (runs.empty() || runs.back().first + runs.back().count != n)
       runs.push_back({.first = static_cast<std::uint32_t>(n)});
     ++runs.back().count;
   }
-  return runs;
+  return nodes;
 }
 
 std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double position) const {

@@ -77,8 +77,8 @@ class OpeningMap {
   /// Of a node that may lie beyond the sides.
   int label(int i, int j) const { return labels_[place(fold(0, i), fold(1, j))]; }
 
-  /// Those of an opening in the order of labels.
-  std::vector<NodeRun> nodes(std::size_t opening) const;
+  /// Those of each opening in the order of labels.
+  std::vector<std::vector<NodeRun>> nodes() const;
 
   /// Along x (axis 0) or y (axis 1) at a position on the other axis. Nothing where the opening does
   /// not lie there, or has no end. Between two rows of nodes what lies in one of them counts.

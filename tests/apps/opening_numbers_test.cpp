@@ -1,5 +1,6 @@
 // An opening keeps its number and its place over outputs, seeds, interruptions and modes.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,6 +13,9 @@
 
 namespace scarp {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -52,7 +56,8 @@ void expect_four_holes(const std::map<int, Course>& courses, std::size_t outputs
     for (std::size_t n = 0; n < outputs; ++n) {
       EXPECT_NEAR(course.x[n], number <= 2 ? -250 : 250, 12.5) << number << ' ' << n;
       EXPECT_NEAR(course.y[n], number % 2 == 1 ? -250 : 250, 12.5) << number << ' ' << n;
-      EXPECT_NEAR(course.top_cd[n], narrow[n] + (number % 2 == 1 ? 83 : 0), 6) << number << ' ' << n;
+      EXPECT_NEAR(course.top_cd[n], narrow[n] + (number % 2 == 1 ? 83 : 0), 6)
+          << number << ' ' << n;
     }
   }
 }
@@ -63,30 +68,53 @@ TEST_F(OpeningNumbers, StayOverOutputsAndSeeds) {
     ASSERT_EQ(scarp(four_holes("--set flux.seed=" + std::to_string(seed) + " -o " + run)).exit_code,
               0);
     expect_four_holes(courses_of(run), 13);
+    const std::string page = read_file(fs::path(run) / "report.html");
+    EXPECT_THAT(page, HasSubstr("hole 4, across x"));
+    EXPECT_THAT(page, Not(HasSubstr("hole 4, x =")));
   }
 }
 
-// A run that goes on, rows that are measured again, and a state alone.
+// Of four trenches those on the right merge before those on the left.
 TEST_F(OpeningNumbers, StayOverInterruptions) {
-  ASSERT_EQ(scarp(four_holes("-o " + path("whole"))).exit_code, 0);
-  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
-  for (const char* late : {"summary.json", "metrology.csv", "state_0008.vdb", "state_0009.vdb",
-                           "state_0010.vdb", "state_0011.vdb", "state_0012.vdb"})
-    fs::remove(folder_ / "cut" / late);
-  // The numbers do not come from what is left of earlier outputs.
-  ASSERT_EQ(scarp(four_holes("--resume -o " + path("cut"))).exit_code, 0);
-  EXPECT_EQ(read_file(folder_ / "cut" / "metrology.csv"),
-            read_file(folder_ / "whole" / "metrology.csv"));
+  std::string text = R"(
+[domain]
+spacing = "20 nm"
+extent = ["1.6 um"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "45 s"
+etch_rate = "2 nm/s"
+[output]
+every = "5 s"
+)";
+  for (const char* center : {"-500", "-220", "220", "440"})
+    text += std::string("[[geometry]]\nshape = \"trench\"\nwidth = \"160 nm\"\n") +
+            "depth = \"300 nm\"\ncenter = \"" + center + " nm\"\n";
+  write("four.toml", text);
+  const std::string run = "run " + path("four.toml") + " --quiet -o ";
+  ASSERT_EQ(scarp(run + path("whole")).exit_code, 0);
   const auto courses = courses_of(folder_ / "whole");
-  for (const std::string state : {"state_0006", "state_0011"}) {
-    const auto json = json_of(scarp("measure --json " + path("whole/" + state + ".vdb")));
-    for (const auto& opening : json["openings"]) {
-      const Course& course = courses.at(opening["opening"]);
-      const auto n = static_cast<std::size_t>(std::stoi(state.substr(6)));
-      EXPECT_NEAR(opening["place"]["x_nm"], course.x[n], 1e-3);
-      EXPECT_NEAR(opening["place"]["y_nm"], course.y[n], 1e-3);
-    }
-  }
+  ASSERT_EQ(courses.size(), 6U);
+  EXPECT_NEAR(courses.at(5).x.back(), 330, 20);
+  EXPECT_NEAR(courses.at(6).x.back(), -360, 20);
+  ASSERT_LT(courses.at(6).x.size(), courses.at(5).x.size());
+
+  fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
+  // Nor do the numbers come from what is left of earlier outputs.
+  for (const char* gone :
+       {"summary.json", "metrology.csv", "state_0009.vdb", "state_0003.vdb", "state_0004.vdb"})
+    fs::remove(folder_ / "cut" / gone);
+  ASSERT_EQ(scarp(run + path("cut") + " --resume").exit_code, 0);
+  for (const auto& [number, course] : courses_of(folder_ / "cut"))
+    EXPECT_NEAR(course.x.back(), courses.at(number).x.back(), 1) << number;
+  const auto json = json_of(scarp("measure --json " + path("cut/state_0009.vdb")));
+  ASSERT_EQ(json["openings"].size(), 2U);
+  for (const auto& opening : json["openings"])
+    EXPECT_NEAR(opening["place"]["x_nm"], courses.at(opening["opening"]).x.back(), 1e-3);
 }
 
 // Of a trench on a periodic side and one in the middle.

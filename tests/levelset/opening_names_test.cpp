@@ -33,8 +33,7 @@ OpeningMap map_of(const std::vector<Hole>& holes, Boundary boundary = Boundary::
       [&](Vec3d r) {
         double inside = -100;
         for (const Hole& hole : holes)
-          inside = std::max(inside,
-                            hole.radius - std::hypot(gap(r.x, hole.x), gap(r.y, hole.y)));
+          inside = std::max(inside, hole.radius - std::hypot(gap(r.x, hole.x), gap(r.y, hole.y)));
         return std::max(r.z - 0.3, std::min(inside, r.z + 12));
       },
       -18, 6);
@@ -64,8 +63,7 @@ TEST(OpeningMap, WidthsAreThoseOfTheBoxAroundWholeOpenings) {
 
 TEST(OpeningNames, StayWhereCentresMove) {
   OpeningNames names;
-  EXPECT_EQ(names.add(map_of({{-10, -10}, {-10, 10}, {10, -10}, {10, 10}})),
-            (Numbers{0, 1, 2, 3}));
+  EXPECT_EQ(names.add(map_of({{-10, -10}, {-10, 10}, {10, -10}, {10, 10}})), (Numbers{0, 1, 2, 3}));
   // By place the second and the fourth one would now come before the others.
   EXPECT_EQ(names.add(map_of({{-9, -10}, {-11, 10}, {11, -10}, {9, 10}})), (Numbers{1, 0, 3, 2}));
 }
