@@ -132,7 +132,7 @@ material = "Si"
 shape = "trench"
 width = "160 nm"
 depth = "300 nm"
-center = "370 nm"
+center = "400 nm"
 [[geometry]]
 shape = "trench"
 width = "240 nm"
@@ -159,11 +159,11 @@ every = "2 s"
     const auto courses = courses_of(folder_ / run);
     ASSERT_EQ(courses.size(), 2U) << run;
     for (std::size_t n = 0; n < 21; ++n) {
-      EXPECT_NEAR(courses.at(1).x[n], 0, 20) << run << n;
-      EXPECT_NEAR(courses.at(2).x[n], 370, 20) << run << n;
+      EXPECT_NEAR(courses.at(1).x[n], -400, 20) << run << n;
+      EXPECT_NEAR(courses.at(2).x[n], 0, 20) << run << n;
     }
-    EXPECT_NEAR(courses.at(2).top_cd.front(), 160, 2);
-    EXPECT_GT(courses.at(2).top_cd.back(), 200);
+    EXPECT_NEAR(courses.at(1).top_cd.front(), 160, 2);
+    EXPECT_GT(courses.at(1).top_cd.back(), 200);
   }
 }
 
