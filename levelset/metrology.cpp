@@ -110,14 +110,16 @@ class WaferSurfaces {
   double upper_area(std::size_t n) const {
     const TriMesh& mesh = meshes_[n];
     const std::vector<double> areas = areas_around(mesh, layers_.frame);
-    const auto is_own = [&](std::uint32_t v) {
-      const Vec3f& r = mesh.vertices[v];
-      return n == 0 || layers_.stack[n - 1].phi.distance({r.x, r.y, r.z}) >
-                           least_above * layers_.frame.spacing;
-    };
+    std::vector<double> own(mesh.vertices.size(), 1);
+    if (n > 0) {
+      const LevelSet& below = layers_.stack[n - 1].phi;
+      std::ranges::transform(mesh.vertices, own.begin(), [&](const Vec3f& r) {
+        return below.distance({r.x, r.y, r.z}) > least_above * layers_.frame.spacing ? 1 : 0;
+      });
+    }
     double sum = 0;
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-      sum += areas[f] * static_cast<double>(std::ranges::count_if(mesh.triangles[f], is_own)) / 3;
+      for (const std::uint32_t v : mesh.triangles[f]) sum += areas[f] * own[v] / 3;
     return sum;
   }
 
