@@ -194,7 +194,9 @@ ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
     result.std_error = error->std_error;
   result.tolerance = tolerance_of(value, result.first.mean, spacing, allowed);
   if (!result.tolerance) return result;
-  if (std::abs(*result.difference) <= least_difference * spacing * std::abs(value.per_nm)) {
+  const double rounding = least_difference * spacing * std::abs(value.per_nm);
+  result.tolerance = std::max(*result.tolerance, rounding);
+  if (std::abs(*result.difference) <= rounding) {
     result.significance.is_significant = false;
   } else {
     result.significance.chance = chance_of(result.first, result.second, a.size() + b.size());
@@ -305,8 +307,8 @@ Significance significance_of(const AllDistances& all, double DistanceStatistics:
 ComparedDistance compared(const AllDistances& all, const Tolerances& allowed) {
   ComparedDistance result{.forward = mean_of(all.across.forward),
                           .reverse = mean_of(all.across.reverse),
-                          .mean_tolerance = allowed.mean_distance,
-                          .p99_tolerance = allowed.p99_distance};
+                          .mean_tolerance = std::max(allowed.mean_distance, least_difference),
+                          .p99_tolerance = std::max(allowed.p99_distance, least_difference)};
   std::vector<DistanceStatistics> seeds;
   for (const PairDistances* pairs : {&all.first, &all.second}) {
     seeds.insert(seeds.end(), pairs->forward.begin(), pairs->forward.end());

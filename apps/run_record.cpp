@@ -34,6 +34,21 @@ std::optional<RunCost> read_cost(const fs::path& metrics) {
   return cost;
 }
 
+/// Those that are measured; what is left around pillars lies everywhere.
+std::vector<OpeningPlace> places_of(const Metrology& metrology) {
+  std::vector<OpeningPlace> places;
+  std::set<int> numbers;
+  for (const OpeningMetrology& each : metrology.openings) {
+    places.push_back(place_of(each));
+    numbers.insert(each.opening);
+  }
+  const auto all = std::ranges::count_if(metrology.names.known(), &NamedOpening::is_there);
+  constexpr double everywhere = 1e300;
+  if (static_cast<std::size_t>(all) > numbers.size())
+    places.push_back({.number = -1, .width = {everywhere, everywhere}});
+  return places;
+}
+
 /// Empty of a run that is not complete.
 nlohmann::json read_summary(const fs::path& file) {
   if (!fs::exists(file)) return nlohmann::json::object();
@@ -130,14 +145,11 @@ Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
   const Metrology now = measured(wafer, materials);
   const MetrologyNames names{.materials = materials, .options = wafer.metrology};
   const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
-  Snapshot snapshot{
-      .frame = wafer.layers.frame,
-      .values = metrology_values(now, names),
-      .openings = {},
-      .surface = extract_surface(wafer.layers),
-      .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
-  for (const OpeningMetrology& each : now.openings) snapshot.openings.push_back(place_of(each));
-  return snapshot;
+  return {.frame = wafer.layers.frame,
+          .values = metrology_values(now, names),
+          .openings = places_of(now),
+          .surface = extract_surface(wafer.layers),
+          .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
 }
 
 }  // namespace scarp

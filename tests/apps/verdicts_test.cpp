@@ -49,8 +49,9 @@ sticking = 0.7
     ASSERT_EQ(run.exit_code, 0) << run.messages;
   }
 
-  static void run_film(const Verdicts& test, const std::string& folder, int thickness) {
-    test.write("film.toml", R"(
+  /// Units: nm.
+  void run_film(const std::string& folder, const std::string& thickness) const {
+    write("film.toml", R"(
 [domain]
 spacing = "20 nm"
 extent = ["400 nm"]
@@ -61,11 +62,9 @@ material = "Si"
 [[step]]
 model = "conformal"
 material = "SiO2"
-thickness = ")" + std::to_string(thickness) +
-                                " nm\"\n");
-    ASSERT_EQ(
-        test.scarp("run " + test.path("film.toml") + " --quiet -o " + test.path(folder)).exit_code,
-        0);
+thickness = ")" + thickness +
+                           " nm\"\n");
+    ASSERT_EQ(scarp("run " + path("film.toml") + " --quiet -o " + path(folder)).exit_code, 0);
   }
 
   static nlohmann::json last(const nlohmann::json& found, const std::string& name) {
@@ -78,7 +77,7 @@ thickness = ")" + std::to_string(thickness) +
 
 // 2 % and .1 spacings on the surface, which is 400 nm by one spacing.
 TEST_F(Verdicts, VolumesOfFilmsAreJudgedWithoutAnOpening) {
-  for (const int thickness : {60, 62, 64}) run_film(*this, std::to_string(thickness), thickness);
+  for (const char* thickness : {"60", "62", "64"}) run_film(thickness, thickness);
   const auto compared = [&](const char* other) {
     return last(
         json_of(scarp("compare " + path("60") + ' ' + path(other) + " --json -o " + path("out"))),
@@ -91,6 +90,19 @@ TEST_F(Verdicts, VolumesOfFilmsAreJudgedWithoutAnOpening) {
   EXPECT_EQ(thin["significant"], true);
   EXPECT_EQ(compared("64")["verdict"], "moved");
   EXPECT_EQ(compared("60")["significant"], false);
+}
+
+TEST_F(Verdicts, WhatIsRoundedIsTheSameWithoutTolerances) {
+  for (const char* thickness : {"60", "60.0001", "60.1"}) run_film(thickness, thickness);
+  const auto compare = [&](const char* other) {
+    return scarp("compare " + path("60") + ' ' + path(other) + " --json -o " + path("out") +
+                 no_tolerances);
+  };
+  const Outcome rounded = compare("60.0001");
+  EXPECT_EQ(rounded.exit_code, 0) << rounded.messages;
+  EXPECT_EQ(json_of(rounded)["significant"], false);
+  EXPECT_EQ(last(json_of(rounded), "SiO2_volume_nm3")["verdict"], "within");
+  EXPECT_EQ(compare("60.1").exit_code, 1);
 }
 
 // Free surfaces have volumes and heights; the seeds tell what is chance.
@@ -156,6 +168,35 @@ TEST_F(Verdicts, WhatHasMergedIsNotShallow) {
     EXPECT_EQ(each.verdict, Verdict::none) << each.name;
   }
   EXPECT_EQ(depths, 3);
+}
+
+// A hole grows into its images, until pillars are left.
+TEST_F(Verdicts, WhatIsLeftAroundPillarsIsNotShallow) {
+  write("hole.toml", R"(
+[domain]
+spacing = "20 nm"
+extent = ["200 nm", "200 nm"]
+boundary = ["periodic", "periodic"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "hole"
+radius = "75 nm"
+depth = "200 nm"
+[[step]]
+model = "isotropic"
+duration = "16 s"
+etch_rate = "2 nm/s"
+)");
+  const Outcome run = scarp("run " + path("hole.toml") + " --quiet -o " + path("hole"));
+  ASSERT_EQ(run.exit_code, 0) << run.messages;
+  const Outcome found = scarp("compare " + path("hole/state_0000.vdb") + ' ' +
+                              path("hole/state_0001.vdb") + " --json -o " + path("out"));
+  const auto depth = last(json_of(found), "hole 1 across y depth_nm");
+  EXPECT_EQ(depth["first"]["runs"], 1);
+  EXPECT_EQ(depth["second"]["runs"], 0);
+  EXPECT_EQ(depth["verdict"], "none");
 }
 
 // A material that a step takes away counts as a volume of 0 from then on.
