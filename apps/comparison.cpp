@@ -488,22 +488,30 @@ void compare_costs(const AllDistances& last, Comparison& result) {
 
 // --- verdicts ------------------------------------------------------------------------------------
 
-/// Everything that has a tolerance and may differ.
-std::vector<Significance*> looked_at(Comparison& comparison) {
-  std::vector<Significance*> all;
+/// Everything that has a tolerance and may differ: volumes, and the rest.
+std::array<std::vector<Significance*>, 2> looked_at(Comparison& comparison) {
+  std::array<std::vector<Significance*>, 2> all;
   for (ComparedValue& each : comparison.values)
-    if (each.tolerance && !each.significance.is_significant) all.push_back(&each.significance);
+    if (each.tolerance && !each.significance.is_significant)
+      all[each.name.ends_with("_nm3") ? 0 : 1].push_back(&each.significance);
   for (ComparedDistance& each : comparison.distances)
     for (Significance* one : {&each.mean_significance, &each.p99_significance})
-      if (!one->is_significant) all.push_back(one);
+      if (!one->is_significant) all[1].push_back(one);
   return all;
 }
 
-/// Of single runs nothing is known of chance: whatever differs counts.
+/// Volumes have half of the weight: they are means over the whole surface, which see a change most
+/// clearly. Of single runs nothing is known of chance: whatever differs counts.
 void find_significant(Comparison& comparison) {
-  const std::vector<Significance*> all = looked_at(comparison);
-  std::vector<double> chances;
-  for (const Significance* each : all) chances.push_back(each->chance.value_or(0));
+  std::vector<Significance*> all;
+  std::vector<LookedAt> chances;
+  for (const std::vector<Significance*>& half : looked_at(comparison)) {
+    for (Significance* each : half) {
+      all.push_back(each);
+      chances.push_back(
+          {.chance = each->chance.value_or(0), .weight = 1 / static_cast<double>(half.size())});
+    }
+  }
   const std::vector<bool> found = beyond_chance(chances, three_standard_errors_chance());
   for (std::size_t n = 0; n < all.size(); ++n) all[n]->is_significant = found[n];
 }

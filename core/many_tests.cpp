@@ -4,17 +4,18 @@
 
 namespace scarp {
 
-// One counts if the harmonic mean of every set with it is below what is wanted. The worst set has
-// all others that are above that themselves.
-std::vector<bool> beyond_chance(std::span<const double> chances, double wanted) {
+// One counts if the weighted harmonic mean of every set with it is below what is wanted. The worst
+// set has all others that are above that themselves.
+std::vector<bool> beyond_chance(std::span<const LookedAt> all, double wanted) {
   constexpr double least = 1e-300;
-  const double enough = 1 / wanted;
-  const auto inverse = [&](double chance) { return 1 / std::max(chance, least); };
+  const auto surplus = [&](const LookedAt& each) {
+    return each.weight * (1 / std::max(each.chance, least) - 1 / wanted);
+  };
   double lacking = 0;
-  for (const double chance : chances) lacking += std::max(0.0, enough - inverse(chance));
+  for (const LookedAt& each : all) lacking += std::max(0.0, -surplus(each));
   std::vector<bool> result;
-  for (const double chance : chances)
-    result.push_back(chance <= wanted && inverse(chance) - enough >= lacking);
+  for (const LookedAt& each : all)
+    result.push_back(each.chance <= wanted && surplus(each) >= lacking);
   return result;
 }
 

@@ -182,8 +182,9 @@ void print(const Json& results) {
   fmt::print("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (const auto& [name, changes] : results.items()) {
     for (const auto& [change, count] : changes.items())
-      fmt::print("| {} | {} | {} | {} | {} | {} |\n", name, change, count["comparisons"].get<int>(),
-                 count["failed"].get<int>(), count["failed_without_tolerances"].get<int>(),
+      fmt::print("| {} | {} | {} | {} | {} | {} | {} |\n", name, change,
+                 count["comparisons"].get<int>(), count["failed"].get<int>(),
+                 count["noise"].get<int>(), count["failed_without_tolerances"].get<int>(),
                  count["significant"].get<int>());
   }
 }
