@@ -79,7 +79,9 @@ const std::vector<Case> all_cases{
       {"rate + 2 %", {"step[0].etch_rate=\"2.04 nm/s\""}},
       {"width + .3 spacings", {"geometry[1].width=\"166 nm\""}},
       {"full mesh", {"simplify.enabled=false"}}}},
-    {"ridge_noisy", "verdict_ridge.toml", {"flux.engine=\"forward\"", "flux.rays=300"}},
+    {"ridge_noisy",
+     "verdict_ridge.toml",
+     {"flux.engine=\"forward\"", "flux.rays=300", "simplify.enabled=false"}},
 };
 
 constexpr Tolerances no_tolerances{.length_cells = 0,
