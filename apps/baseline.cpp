@@ -25,7 +25,10 @@ constexpr double least_tolerance = 0.02;
 constexpr const char* time_name = "time_s";
 constexpr double time_tolerance = 0.01;
 
-bool is_kept(const MetrologyValue& value) { return value.kind != ValueKind::other; }
+bool is_kept(const MetrologyValue& value) {
+  return value.kind == ValueKind::width_or_depth || value.kind == ValueKind::film ||
+         value.kind == ValueKind::coverage;
+}
 
 /// Of a single new run, from the spread of seeds.
 double chance_of(const Sample& seeds) {
@@ -127,8 +130,7 @@ ComparedValue compared(const BaselineValue& stored, double time,
   if (found == now.end()) return result;
   result.second = {.count = 1, .mean = found->value};
   result.difference = found->value - stored.value;
-  const double size = std::abs(*result.difference);
-  result.verdict = judge(size, stored.tolerance, size, std::nullopt);
+  result.verdict = judge(std::abs(*result.difference), stored.tolerance, true);
   return result;
 }
 
@@ -138,8 +140,8 @@ ComparedDistance compared(const BaselineOutput& stored, const Snapshot& now) {
                           .forward = distances(stored.profile, now.profile, spacing),
                           .reverse = distances(now.profile, stored.profile, spacing),
                           .mean_tolerance = stored.profile_distance};
-  const double mean = std::max(result.forward.mean, result.reverse.mean);
-  result.mean_verdict = judge(mean, stored.profile_distance, mean, std::nullopt);
+  result.mean_verdict =
+      judge(result.worst(&DistanceStatistics::mean), stored.profile_distance, true);
   return result;
 }
 

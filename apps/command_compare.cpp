@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "apps/attended_run.h"
 #include "apps/commands.h"
@@ -213,16 +214,29 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
   return write_results(folder, cases, compare_all(cases), recipe.title, common);
 }
 
+/// Runs or states, between commas unless that is the name of one.
+std::vector<fs::path> runs_of(const std::string& text) {
+  if (fs::exists(text)) return {text};
+  std::vector<fs::path> runs;
+  std::istringstream names(text);
+  for (std::string name; std::getline(names, name, ',');) runs.emplace_back(name);
+  return runs;
+}
+
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
   ComparisonCase wanted{.first = arguments.recipe,
                         .second = arguments.with,
-                        .first_runs = {arguments.recipe},
+                        .first_runs = runs_of(arguments.recipe),
                         .tolerances = arguments.tolerances};
   if (fs::path(arguments.with).extension() == ".csv") {
+    if (wanted.first_runs.size() > 1) {
+      throw InputError(
+          fmt::format("{}: a contour is compared with one run; name one", arguments.recipe));
+    }
     wanted.contour = arguments.with;
     wanted.line = arguments.line;
   } else {
-    wanted.second_runs = {arguments.with};
+    wanted.second_runs = runs_of(arguments.with);
   }
   const fs::path folder = arguments.output.empty() ? "results/compare" : arguments.output;
   // What cannot be compared leaves no folder.

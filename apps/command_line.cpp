@@ -296,6 +296,10 @@ void add_tolerances(CLI::App& command, Tolerances& allowed) {
   add("--film-cells", "Allowed difference of films and step coverages, in spacings of thickness",
       allowed.film_cells);
   add("--film-part", "Besides, as a part of the value", allowed.film_part);
+  add("--volume-cells",
+      "Allowed difference of volumes of materials, in spacings times the area of their surface",
+      allowed.volume_cells);
+  add("--volume-part", "Besides, as a part of the value", allowed.volume_part);
   add("--mean-distance", "Mean distance between the surfaces, in spacings", allowed.mean_distance);
   add("--p99-distance", "Distance that 99 of 100 places keep, in spacings", allowed.p99_distance);
 }
@@ -304,11 +308,11 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
   command
       .add_option("recipe", arguments.recipe,
                   "Recipe (.toml), run simplified and on the full mesh; or a result folder or a "
-                  "state (.vdb)")
+                  "state (.vdb), or several between commas, whose seeds differ")
       ->required();
   command.add_option("with", arguments.with,
-                     "What a run or state is compared with: another one, or a contour (.csv with a "
-                     "head such as 'x [um],z [um]')");
+                     "What runs or states are compared with: others, between commas, or a contour "
+                     "(.csv with a head such as 'x [um],z [um]')");
   command.add_option("--seeds", arguments.seeds, "Runs of each (default: 3)")->transform(count());
   command
       .add_option("--methods", arguments.methods,

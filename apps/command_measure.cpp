@@ -83,8 +83,8 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
   for (const std::string& height : arguments.cd_at) options.cd_heights.push_back(height_of(height));
 
   std::optional<Metrology> start;
-  if (before) start = measure(before->layers, options);
-  const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr);
+  if (before) start = measure(before->layers, options, nullptr, before->openings);
+  const Metrology found = measure(wafer.layers, options, start ? &*start : nullptr, wafer.openings);
 
   const MetrologyNames names{.materials = wafer.materials, .options = options};
   if (common.json) {

@@ -12,6 +12,7 @@
 #include "apps/section.h"
 #include "core/csv.h"
 #include "core/error.h"
+#include "core/many_tests.h"
 #include "core/read_file.h"
 #include "core/running_statistics.h"
 #include "core/student.h"
@@ -48,8 +49,11 @@ void lengthen(Snapshot& section, const Sides& slice) {
   const double longer = slice.width(1) / own.width(1);
   for (Vec3f& r : section.surface.vertices)
     r.y = static_cast<float>(slice.lower[1] + longer * (static_cast<double>(r.y) - own.lower[1]));
-  for (MetrologyValue& each : section.values)
-    if (each.name.ends_with("_nm3") && !section.frame.axisymmetric) each.value *= longer;
+  for (MetrologyValue& each : section.values) {
+    if (!each.name.ends_with("_nm3") || section.frame.axisymmetric) continue;
+    each.value *= longer;
+    each.per_nm *= longer;
+  }
 }
 
 /// Makes what was a section through an axis a surface between four sides, as wide either way. Its
@@ -93,51 +97,109 @@ void make_comparable(std::span<Snapshot> all) {
 
 // --- values --------------------------------------------------------------------------------------
 
+/// Differences below this are rounding. Units: spacings.
+constexpr double least_difference = 1e-4;
+
 std::optional<double> tolerance_of(const MetrologyValue& value, double mean, double spacing,
                                    const Tolerances& allowed) {
+  const auto of = [&](double cells, double part) {
+    return cells * spacing * std::abs(value.per_nm) + part * std::abs(mean);
+  };
   switch (value.kind) {
     case ValueKind::width_or_depth:
-      return allowed.length_cells * spacing + allowed.length_part * std::abs(mean);
+    case ValueKind::height:
+      return of(allowed.length_cells, allowed.length_part);
     case ValueKind::film:
     case ValueKind::coverage:
-      return allowed.film_cells * spacing * std::abs(value.per_nm) +
-             allowed.film_part * std::abs(mean);
+      return of(allowed.film_cells, allowed.film_part);
+    case ValueKind::volume:
+      return of(allowed.volume_cells, allowed.volume_part);
     case ValueKind::other:
       break;
   }
   return std::nullopt;
 }
 
-/// An opening that a run does not have is at most as deep as the least that is called one.
-std::vector<double> values_of(std::span<const Snapshot> group, const std::string& name,
-                              double spacing) {
-  std::vector<double> found;
+const OpeningPlace* find_opening(std::span<const Snapshot> group, int number) {
   for (const Snapshot& each : group) {
-    const auto same = std::ranges::find(each.values, name, &MetrologyValue::name);
-    if (same != each.values.end()) {
-      found.push_back(same->value);
-    } else if (name.ends_with(" depth_nm")) {
-      found.push_back(least_opening_depth * spacing);
+    const auto same = std::ranges::find(each.openings, number, &OpeningPlace::number);
+    if (same != each.openings.end()) return &*same;
+  }
+  return nullptr;
+}
+
+/// The same values of two groups.
+class SameValues {
+ public:
+  SameValues(const MetrologyValue& value, std::span<const Snapshot> a, std::span<const Snapshot> b)
+      : value_(value), spacing_(a.front().frame.spacing) {
+    if (value.opening) {
+      place_ = find_opening(a, *value.opening);
+      if (place_ == nullptr) place_ = find_opening(b, *value.opening);
     }
   }
-  return found;
+
+  Sample of(std::span<const Snapshot> group) const {
+    std::vector<double> found;
+    std::size_t stand_ins = 0;
+    for (const Snapshot& each : group) {
+      const auto same = std::ranges::find(each.values, value_.name, &MetrologyValue::name);
+      if (same != each.values.end()) {
+        found.push_back(same->value);
+      } else if (has_stand_in(each)) {
+        found.push_back(least_opening_depth * spacing_);
+        ++stand_ins;
+      }
+    }
+    Sample sample = sample_of(found);
+    sample.stand_ins = stand_ins;
+    return sample;
+  }
+
+ private:
+  /// An opening that a run does not have is at most as deep as the least that is called one; but
+  /// one that has merged or fallen apart is not shallow.
+  bool has_stand_in(const Snapshot& run) const {
+    if (place_ == nullptr || !value_.name.ends_with(" depth_nm")) return false;
+    return std::ranges::none_of(run.openings, [&](const OpeningPlace& other) {
+      return other.number != place_->number && overlap(other, *place_, run.frame);
+    });
+  }
+
+  const MetrologyValue& value_;
+  double spacing_;
+  const OpeningPlace* place_ = nullptr;
+};
+
+/// What chance alone makes of a difference of two samples of groups of runs; nothing of single
+/// ones. Where too few runs have the value to have a spread, chance may be all.
+std::optional<double> chance_of(const Sample& a, const Sample& b, std::size_t runs) {
+  if (runs < 3) return std::nullopt;
+  const auto error = difference_error(a, b);
+  if (!error) return 1;
+  const double chance = error->chance(b.mean - a.mean);
+  if (a.stand_ins + b.stand_ins == 0) return chance;
+  return std::max(chance,
+                  split_chance(a.count - a.stand_ins, a.count, b.count - b.stand_ins, b.count));
 }
 
 ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
                        std::span<const Snapshot> b, const Tolerances& allowed) {
   const double spacing = a.front().frame.spacing;
-  ComparedValue result{.name = value.name,
-                       .first = sample_of(values_of(a, value.name, spacing)),
-                       .second = sample_of(values_of(b, value.name, spacing))};
+  const SameValues same(value, a, b);
+  ComparedValue result{.name = value.name, .first = same.of(a), .second = same.of(b)};
   if (result.first.count == 0 || result.second.count == 0) return result;
   result.difference = result.second.mean - result.first.mean;
-  const auto error = difference_error(result.first, result.second);
-  if (error) result.std_error = error->std_error;
+  if (const auto error = difference_error(result.first, result.second))
+    result.std_error = error->std_error;
   result.tolerance = tolerance_of(value, result.first.mean, spacing, allowed);
-  if (result.tolerance) {
-    const double size = std::abs(*result.difference);
-    result.verdict =
-        judge(size, *result.tolerance, size, error ? std::optional(error->chance) : std::nullopt);
+  if (!result.tolerance) return result;
+  const double rounding = least_difference * spacing * std::abs(value.per_nm);
+  result.tolerance = std::max(*result.tolerance, rounding);
+  if (std::abs(*result.difference) <= rounding) {
+    result.significance.is_significant = false;
+  } else {
+    result.significance.chance = chance_of(result.first, result.second, a.size() + b.size());
   }
   return result;
 }
@@ -227,33 +289,34 @@ struct AllDistances {
   PairDistances second;
 };
 
-Verdict judge_distance(const AllDistances& all, double DistanceStatistics::*member,
-                       double tolerance) {
+Significance significance_of(const AllDistances& all, double DistanceStatistics::*member) {
   std::vector<double> seeds = all.first.worst(member);
   const std::vector<double> more = all.second.worst(member);
   seeds.insert(seeds.end(), more.begin(), more.end());
   const Sample apart = sample_of(all.across.worst(member));
+  if (apart.mean <= least_difference) return {.is_significant = false};
+  if (seeds.empty()) return {};
   const Sample noise = sample_of(seeds);
   const auto error = difference_error(noise, apart);
   // A single pair of seeds has no spread, but a size.
-  const double chance = error ? error->chance : 0;
-  return judge(apart.mean, tolerance, apart.mean - noise.mean,
-               noise.count > 0 ? std::optional(chance) : std::nullopt);
+  const double excess = apart.mean - noise.mean;
+  if (excess <= 0) return {.chance = 1};
+  return {.chance = error ? error->chance(excess) : 0};
 }
 
 ComparedDistance compared(const AllDistances& all, const Tolerances& allowed) {
   ComparedDistance result{.forward = mean_of(all.across.forward),
                           .reverse = mean_of(all.across.reverse),
-                          .mean_tolerance = allowed.mean_distance,
-                          .p99_tolerance = allowed.p99_distance};
+                          .mean_tolerance = std::max(allowed.mean_distance, least_difference),
+                          .p99_tolerance = std::max(allowed.p99_distance, least_difference)};
   std::vector<DistanceStatistics> seeds;
   for (const PairDistances* pairs : {&all.first, &all.second}) {
     seeds.insert(seeds.end(), pairs->forward.begin(), pairs->forward.end());
     seeds.insert(seeds.end(), pairs->reverse.begin(), pairs->reverse.end());
   }
   if (!seeds.empty()) result.between_seeds = mean_of(seeds);
-  result.mean_verdict = judge_distance(all, &DistanceStatistics::mean, allowed.mean_distance);
-  result.p99_verdict = judge_distance(all, &DistanceStatistics::p99, allowed.p99_distance);
+  result.mean_significance = significance_of(all, &DistanceStatistics::mean);
+  result.p99_significance = significance_of(all, &DistanceStatistics::p99);
   return result;
 }
 
@@ -423,8 +486,55 @@ void compare_costs(const AllDistances& last, Comparison& result) {
   result.equal_error = equal;
 }
 
-// --- ends
-// -----------------------------------------------------------------------------------------
+// --- verdicts ------------------------------------------------------------------------------------
+
+/// Everything that has a tolerance and may differ: volumes, and the rest.
+std::array<std::vector<Significance*>, 2> looked_at(Comparison& comparison) {
+  std::array<std::vector<Significance*>, 2> all;
+  for (ComparedValue& each : comparison.values)
+    if (each.tolerance && !each.significance.is_significant)
+      all[each.name.ends_with("_nm3") ? 0 : 1].push_back(&each.significance);
+  for (ComparedDistance& each : comparison.distances)
+    for (Significance* one : {&each.mean_significance, &each.p99_significance})
+      if (!one->is_significant) all[1].push_back(one);
+  return all;
+}
+
+/// Volumes have half of the weight: they are means over the whole surface, which see a change most
+/// clearly. Of single runs nothing is known of chance: whatever differs counts.
+void find_significant(Comparison& comparison) {
+  std::vector<Significance*> all;
+  std::vector<LookedAt> chances;
+  for (const std::vector<Significance*>& half : looked_at(comparison)) {
+    for (Significance* each : half) {
+      all.push_back(each);
+      chances.push_back(
+          {.chance = each->chance.value_or(0), .weight = 1 / static_cast<double>(half.size())});
+    }
+  }
+  const std::vector<bool> found = beyond_chance(chances, three_standard_errors_chance());
+  for (std::size_t n = 0; n < all.size(); ++n) all[n]->is_significant = found[n];
+}
+
+void judge_all(Comparison& comparison) {
+  find_significant(comparison);
+  for (ComparedValue& each : comparison.values) {
+    if (each.tolerance)
+      each.verdict =
+          judge(std::abs(*each.difference), *each.tolerance, *each.significance.is_significant);
+  }
+  for (ComparedDistance& each : comparison.distances) {
+    const auto verdict = [&](double DistanceStatistics::*member, double tolerance,
+                             const Significance& significance) {
+      return judge(each.worst(member), tolerance, *significance.is_significant);
+    };
+    each.mean_verdict =
+        verdict(&DistanceStatistics::mean, each.mean_tolerance, each.mean_significance);
+    each.p99_verdict = verdict(&DistanceStatistics::p99, each.p99_tolerance, each.p99_significance);
+  }
+}
+
+// --- ends ----------------------------------------------------------------------------------------
 
 bool is_same_time(double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(b); }
 
@@ -471,7 +581,7 @@ class Comparer {
     for (const RunGroup* group : {&first, &second}) {
       for (const RunRecord& run : group->runs) {
         runs_.push_back(&run);
-        readers_.emplace_back(run);
+        readers_.emplace_back(run, &openings_);
         if (run.cost)
           (group == &first ? result_.first_costs : result_.second_costs).push_back(*run.cost);
       }
@@ -489,6 +599,7 @@ class Comparer {
     if (common.back() != ends_of(runs_)) result_.ends_apart = ends_text(runs_);
     warn(runs_.front()->outputs[common.back().front()].time);
     for (const std::vector<std::size_t>& outputs : common) compare_at(outputs);
+    judge_all(result_);
     // Times of runs that are not equally long say nothing.
     if (result_.reaches_ends()) compare_costs(last_, result_);
     return std::move(result_);
@@ -537,6 +648,7 @@ class Comparer {
   std::vector<const RunRecord*> runs_;
   std::vector<SnapshotReader> readers_;
   Materials materials_;
+  CommonOpenings openings_;
   AllDistances last_;
 };
 
@@ -589,15 +701,42 @@ std::optional<DifferenceError> difference_error(const Sample& a, const Sample& b
   const auto m = static_cast<double>(b.count);
   const double squares =
       (n - 1) * std::pow(a.spread.value_or(0), 2) + (m - 1) * std::pow(b.spread.value_or(0), 2);
-  const double std_error = std::sqrt(squares / (n + m - 2) * (1 / n + 1 / m));
-  return DifferenceError{
-      .std_error = std_error,
-      .chance = std_error * three_standard_errors(static_cast<int>(a.count + b.count) - 2)};
+  return DifferenceError{.std_error = std::sqrt(squares / (n + m - 2) * (1 / n + 1 / m)),
+                         .degrees_of_freedom = static_cast<int>(a.count + b.count) - 2};
 }
 
-Verdict judge(double size, double tolerance, double excess, std::optional<double> chance) {
+double DifferenceError::chance(double difference) const {
+  if (difference == 0) return 1;
+  if (!(std_error > 0)) return 0;
+  return 1 - student_probability(std::abs(difference) / std_error, degrees_of_freedom);
+}
+
+double split_chance(std::size_t first_with, std::size_t first, std::size_t second_with,
+                    std::size_t second) {
+  const auto choose = [](std::size_t all, std::size_t some) {
+    double ways = 1;
+    for (std::size_t n = 0; n < some; ++n)
+      ways *= static_cast<double>(all - n) / static_cast<double>(n + 1);
+    return ways;
+  };
+  const std::size_t with = first_with + second_with;
+  const auto ways = [&](std::size_t n) { return choose(first, n) * choose(second, with - n); };
+  double as_rare = 0;
+  for (std::size_t n = with > second ? with - second : 0; n <= std::min(first, with); ++n)
+    if (ways(n) <= ways(first_with) * (1 + 1e-9)) as_rare += ways(n);
+  return as_rare / choose(first + second, with);
+}
+
+Verdict judge(double size, double tolerance, bool is_significant) {
   if (size <= tolerance) return Verdict::within;
-  return chance && excess <= *chance ? Verdict::noise : Verdict::moved;
+  return is_significant ? Verdict::moved : Verdict::noise;
+}
+
+bool Comparison::is_significant() const {
+  const auto is_so = [](const Significance& each) { return each.is_significant.value_or(false); };
+  return std::ranges::any_of(values, is_so, &ComparedValue::significance) ||
+         std::ranges::any_of(distances, is_so, &ComparedDistance::mean_significance) ||
+         std::ranges::any_of(distances, is_so, &ComparedDistance::p99_significance);
 }
 
 std::vector<std::string> Comparison::moved() const {
@@ -608,8 +747,7 @@ std::vector<std::string> Comparison::moved() const {
                           double tolerance) {
       if (verdict != Verdict::moved) return;
       lines.push_back(fmt::format("{} distance at t = {:.6g} s: {:.3g} spacings, allowed {:.3g}",
-                                  name, each.time,
-                                  std::max(each.forward.*member, each.reverse.*member), tolerance));
+                                  name, each.time, each.worst(member), tolerance));
     };
     line(each.mean_verdict, "mean", &DistanceStatistics::mean, each.mean_tolerance);
     line(each.p99_verdict, "99 %", &DistanceStatistics::p99, each.p99_tolerance);

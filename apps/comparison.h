@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,10 +16,12 @@ namespace scarp {
 
 /// How far they may differ. Units: grid spacings; parts of the value of the reference.
 struct Tolerances {
-  double length_cells = 0.25;  ///< widths and depths
+  double length_cells = 0.25;  ///< widths, depths and heights
   double length_part = 0.01;
   double film_cells = 0.1;  ///< thicknesses, and what they make of coverages
   double film_part = 0.02;
+  double volume_cells = 0.1;  ///< times the area of the material's surface
+  double volume_part = 0.02;
   double mean_distance = 0.2;
   double p99_distance = 0.75;
 };
@@ -32,6 +35,7 @@ struct RunGroup {
 /// Of a value over the seeds of a group.
 struct Sample {
   std::size_t count = 0;
+  std::size_t stand_ins = 0;  ///< of runs without the opening
   double mean = 0;
   std::optional<double> spread{};  ///< standard deviation; nothing of a single run
 };
@@ -43,6 +47,15 @@ enum class Verdict {
   moved    ///< beyond it, and beyond what seeds explain
 };
 
+/// What chance has to do with a difference.
+struct Significance {
+  /// How often seeds alone make it as large; nothing where each group has one run alone.
+  std::optional<double> chance{};
+  /// Chance does not explain it, with all others that are looked at. Of single runs every
+  /// difference beyond rounding. Nothing where there is no tolerance.
+  std::optional<bool> is_significant{};
+};
+
 /// A value at one time. Units: as its name says.
 struct ComparedValue {
   double time = 0;
@@ -52,6 +65,7 @@ struct ComparedValue {
   std::optional<double> difference{};  ///< second less first, where both have it
   std::optional<double> std_error{};
   std::optional<double> tolerance{};
+  Significance significance{};
   Verdict verdict = Verdict::none;
 };
 
@@ -63,8 +77,15 @@ struct ComparedDistance {
   std::optional<DistanceStatistics> between_seeds{};  ///< of the same group
   double mean_tolerance = 0;
   double p99_tolerance = 0;  ///< 0 where there is no verdict
+  Significance mean_significance{};
+  Significance p99_significance{};
   Verdict mean_verdict = Verdict::none;
   Verdict p99_verdict = Verdict::none;
+
+  /// The way on which it is larger.
+  double worst(double DistanceStatistics::*member) const {
+    return std::max(forward.*member, reverse.*member);
+  }
 };
 
 /// The flux along the profile in the middle of the domain, in pieces of two spacings.
@@ -121,6 +142,8 @@ struct Comparison {
   std::optional<EqualError> equal_error{};
 
   bool reaches_ends() const { return ends_apart.empty(); }
+  /// Whether anything differs by more than chance explains, within its tolerance or not.
+  bool is_significant() const;
   /// What fails it, a line each.
   std::vector<std::string> moved() const;
   bool passed() const { return moved().empty(); }
@@ -133,28 +156,36 @@ std::vector<std::vector<std::size_t>> common_outputs(std::span<const RunRecord* 
 
 /// Compares two groups at their common outputs.
 ///
-/// A value has moved where its means differ by more than the tolerance and by more than three
-/// standard errors of their difference, in the sense of Student. The standard error is that of the
-/// spreads of both groups together; where there is none, the tolerance alone decides.
-/// A distance has moved where its mean over pairs is beyond the tolerance, and beyond that between
-/// seeds of one group by three standard errors.
+/// A value has moved where its means differ by more than the tolerance and by more than chance
+/// explains: by Student's distribution of the difference by its standard error, which is that of
+/// the spreads of both groups together. All values and distances at all outputs share one chance
+/// of 0.27 %, see beyond_chance. A distance is significant by how far its mean over pairs is beyond
+/// that between seeds of one group. Of single runs the tolerance alone decides.
 ///
 /// Throws: InputError where the domains are not the same, no output is common, or no files are left
 ///         to compare.
 Comparison compare(const RunGroup& first, const RunGroup& second, const Tolerances& tolerances);
 
-/// The verdict on a difference: size against the tolerance, excess against what chance gives.
-Verdict judge(double size, double tolerance, double excess, std::optional<double> chance);
+/// The verdict on a difference.
+Verdict judge(double size, double tolerance, bool is_significant);
 
 /// Mean and spread of values.
 Sample sample_of(std::span<const double> values);
 
-/// The standard error of the difference of two means, from the spreads of both together, and how
-/// much of it chance gives (see three_standard_errors); nothing without spreads.
+/// The standard error of the difference of two means, from the spreads of both together; nothing
+/// without spreads.
 struct DifferenceError {
   double std_error = 0;
-  double chance = 0;
+  int degrees_of_freedom = 0;
+
+  /// How often chance makes a difference as large, on either side.
+  double chance(double difference) const;
 };
 std::optional<DifferenceError> difference_error(const Sample& a, const Sample& b);
+
+/// How often two groups of so many share so many runs with an opening as unequally by chance,
+/// whatever the part of all runs that has it. Source: Fisher's exact test.
+double split_chance(std::size_t first_with, std::size_t first, std::size_t second_with,
+                    std::size_t second);
 
 }  // namespace scarp

@@ -32,6 +32,8 @@ constexpr std::array tolerance_places{TolerancePlace{"length_cells", &Tolerances
                                       TolerancePlace{"length_part", &Tolerances::length_part},
                                       TolerancePlace{"film_cells", &Tolerances::film_cells},
                                       TolerancePlace{"film_part", &Tolerances::film_part},
+                                      TolerancePlace{"volume_cells", &Tolerances::volume_cells},
+                                      TolerancePlace{"volume_part", &Tolerances::volume_part},
                                       TolerancePlace{"mean_distance", &Tolerances::mean_distance},
                                       TolerancePlace{"p99_distance", &Tolerances::p99_distance}};
 
@@ -153,7 +155,7 @@ ComparisonCase read_case(const ordered_json& json, const fs::path& folder) {
     found.line = json.at("line");
   }
   for (const auto& [name, member] : tolerance_places)
-    found.tolerances.*member = json.at("tolerances").at(name);
+    found.tolerances.*member = json.at("tolerances").value(name, found.tolerances.*member);
   return found;
 }
 

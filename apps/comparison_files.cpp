@@ -32,13 +32,18 @@ const char* name_of(Verdict verdict) {
   return "none";
 }
 
-ordered_json json_of(std::optional<double> value) {
+template <class T>
+ordered_json json_of(const std::optional<T>& value) {
   return value ? ordered_json(*value) : ordered_json();
 }
 
 ordered_json json_of(const Sample& sample) {
-  if (sample.count == 0) return {{"runs", 0}, {"mean", nullptr}, {"spread", nullptr}};
-  return {{"runs", sample.count}, {"mean", sample.mean}, {"spread", json_of(sample.spread)}};
+  if (sample.count == 0)
+    return {{"runs", 0}, {"without", 0}, {"mean", nullptr}, {"spread", nullptr}};
+  return {{"runs", sample.count},
+          {"without", sample.stand_ins},
+          {"mean", sample.mean},
+          {"spread", json_of(sample.spread)}};
 }
 
 ordered_json json_of(const DistanceStatistics& distance) {
@@ -54,7 +59,9 @@ ordered_json json_of(const ComparedValue& value) {
           {"difference", json_of(value.difference)},
           {"std_error", json_of(value.std_error)},
           {"tolerance", json_of(value.tolerance)},
-          {"verdict", name_of(value.verdict)}};
+          {"verdict", name_of(value.verdict)},
+          {"chance", json_of(value.significance.chance)},
+          {"significant", json_of(value.significance.is_significant)}};
 }
 
 ordered_json json_of(const ComparedDistance& each) {
@@ -63,7 +70,11 @@ ordered_json json_of(const ComparedDistance& each) {
           {"reverse", json_of(each.reverse)},
           {"between_seeds", each.between_seeds ? json_of(*each.between_seeds) : ordered_json()},
           {"mean_verdict", name_of(each.mean_verdict)},
-          {"p99_verdict", name_of(each.p99_verdict)}};
+          {"mean_chance", json_of(each.mean_significance.chance)},
+          {"mean_significant", json_of(each.mean_significance.is_significant)},
+          {"p99_verdict", name_of(each.p99_verdict)},
+          {"p99_chance", json_of(each.p99_significance.chance)},
+          {"p99_significant", json_of(each.p99_significance.is_significant)}};
 }
 
 ordered_json json_of(const ComparedFlux& flux) {
@@ -164,6 +175,16 @@ int unsure_count(const Comparison& comparison) {
   return count;
 }
 
+/// How many values within their tolerances differ by more than chance explains.
+std::string differences_text(const Comparison& comparison) {
+  const auto count = std::ranges::count_if(comparison.values, [](const ComparedValue& each) {
+    return each.significance.chance && each.significance.is_significant.value_or(false);
+  });
+  if (count == 0) return "";
+  return fmt::format("; {} {} by more than chance explains", count,
+                     count == 1 ? "value differs" : "values differ");
+}
+
 std::string verdict_text(const Comparison& comparison) {
   const int unsure = unsure_count(comparison);
   const std::string names = fmt::format("{} against {}", comparison.second, comparison.first);
@@ -176,7 +197,7 @@ std::string verdict_text(const Comparison& comparison) {
                        names, comparison.distances.back().time);
   if (!comparison.passed()) return names + ": moved" + (unsure > 0 ? "; besides " + rest : "");
   if (unsure > 0) return names + ": nothing has moved for certain; " + rest;
-  return names + ": within the tolerances at every output";
+  return names + ": within the tolerances at every output" + differences_text(comparison);
 }
 
 // --- page ----------------------------------------------------------------------------------------
@@ -208,7 +229,7 @@ std::string text_of(const Sample& sample) {
 std::string values_table(const Comparison& comparison, bool is_judged) {
   const std::vector<std::string> head{"value",          "verdict",         "t [s]",
                                       comparison.first, comparison.second, "difference",
-                                      "std error",      "tolerance"};
+                                      "std error",      "tolerance",       "significant"};
   std::vector<std::vector<TableCell>> rows;
   for (const ComparedValue& each : comparison.values) {
     if ((each.verdict != Verdict::none) != is_judged) continue;
@@ -219,7 +240,8 @@ std::string values_table(const Comparison& comparison, bool is_judged) {
                     {text_of(each.second)},
                     {number_text(each.difference)},
                     {number_text(each.std_error)},
-                    {number_text(each.tolerance)}});
+                    {number_text(each.tolerance)},
+                    {each.significance.is_significant.value_or(false) ? "yes" : ""}});
   }
   return html_table(head, rows);
 }
@@ -347,14 +369,15 @@ std::string rules_text(const Comparison& comparison) {
   if (!comparison.tolerances) return "";
   const Tolerances& allowed = *comparison.tolerances;
   return fmt::format(
-      "<p>Allowed: widths and depths {:g} spacings + {:g} %, films and step coverage {:g} spacings "
-      "+ "
-      "{:g} %, mean distance {:g} spacings, 99 % of it {:g}, at every output. <b>moved</b>: beyond "
-      "that, and beyond three standard errors (Student) of what seeds make of it; <b>noise</b>: "
-      "beyond that, but seeds explain it. A spacing is {:g} nm. ± is the spread of the "
-      "seeds.</p>\n",
+      "<p>Allowed: widths, depths and heights {:g} spacings + {:g} %, films and step coverage {:g} "
+      "spacings + {:g} %, volumes {:g} spacings on the surface of the material + {:g} %, mean "
+      "distance {:g} spacings, 99 % of it {:g}, at every output. <b>moved</b>: beyond that, and "
+      "seeds do not explain it; <b>noise</b>: beyond that, but seeds explain it. "
+      "<b>significant</b>: seeds do not explain it, within the tolerance or not; by chance in "
+      "0.27 % of comparisons. A spacing is {:g} nm. ± is the spread of the seeds.</p>\n",
       allowed.length_cells, 100 * allowed.length_part, allowed.film_cells, 100 * allowed.film_part,
-      allowed.mean_distance, allowed.p99_distance, comparison.spacing);
+      allowed.volume_cells, 100 * allowed.volume_part, allowed.mean_distance, allowed.p99_distance,
+      comparison.spacing);
 }
 
 constexpr const char* equal_error_note =
@@ -400,6 +423,7 @@ std::string section_of(const Comparison& comparison, const std::string& scene) {
 
 ordered_json comparison_json(const Comparison& comparison) {
   ordered_json json{{"passed", comparison.passed()},
+                    {"significant", comparison.is_significant()},
                     {"first", comparison.first},
                     {"second", comparison.second},
                     {"moved", comparison.moved()},

@@ -106,8 +106,7 @@ class ContourValues {
     result.second = {.count = 1, .mean = *second};
     result.difference = *second - first;
     result.tolerance = allowed_.length_cells * spacing_ + allowed_.length_part * std::abs(first);
-    const double size = std::abs(*result.difference);
-    result.verdict = judge(size, *result.tolerance, size, std::nullopt);
+    result.verdict = judge(std::abs(*result.difference), *result.tolerance, true);
     return result;
   }
 
@@ -146,10 +145,9 @@ Comparison compare_with_contour(const fs::path& where, const fs::path& file,
                          .reverse = distances_to(reference, points_on(seen, step), spacing),
                          .mean_tolerance = tolerances.mean_distance,
                          .p99_tolerance = tolerances.p99_distance};
-  const double mean = std::max(apart.forward.mean, apart.reverse.mean);
-  const double p99 = std::max(apart.forward.p99, apart.reverse.p99);
-  apart.mean_verdict = judge(mean, tolerances.mean_distance, mean, std::nullopt);
-  apart.p99_verdict = judge(p99, tolerances.p99_distance, p99, std::nullopt);
+  apart.mean_verdict =
+      judge(apart.worst(&DistanceStatistics::mean), tolerances.mean_distance, true);
+  apart.p99_verdict = judge(apart.worst(&DistanceStatistics::p99), tolerances.p99_distance, true);
 
   Comparison result{.first = file.filename().string(),
                     .second = where.string(),

@@ -233,7 +233,7 @@ class ValueList {
  public:
   void add(const std::string& name, Value value, ValueKind kind = ValueKind::other,
            double per_nm = 1) {
-    if (value) values_.push_back({owner_ + name, kind, *value, per_nm});
+    if (value) values_.push_back({owner_ + name, kind, *value, per_nm, opening_});
   }
 
   void add(const OpeningMetrology& opening, const MetrologyNames& names) {
@@ -242,6 +242,7 @@ class ValueList {
                          opening.is_trench   ? ""
                          : opening.axis == 0 ? " across x"
                                              : " across y");
+    opening_ = opening.opening;
     for (const OpeningQuantity& each : opening_quantities)
       add(each.name, value_of(opening, each), each.kind);
     for (std::size_t n = 0; n < opening.cd_at.size(); ++n)
@@ -253,12 +254,14 @@ class ValueList {
             each.kind == ValueKind::coverage && film.top ? 1 / *film.top : 1);
     }
     owner_.clear();
+    opening_.reset();
   }
 
   std::vector<MetrologyValue> take() { return std::move(values_); }
 
  private:
   std::string owner_;
+  std::optional<int> opening_;
   std::vector<MetrologyValue> values_;
 };
 
@@ -268,13 +271,14 @@ std::vector<MetrologyValue> metrology_values(const Metrology& metrology,
                                              const MetrologyNames& names) {
   ValueList list;
   for (const OpeningMetrology& each : metrology.openings) list.add(each, names);
-  list.add("highest_nm", metrology.highest);
-  list.add("lowest_nm", metrology.lowest);
+  list.add("highest_nm", metrology.highest, ValueKind::height);
+  list.add("lowest_nm", metrology.lowest, ValueKind::height);
   list.add("surface_roughness_nm", metrology.surface_roughness);
   list.add("voids", static_cast<double>(metrology.voids.size()));
   list.add("void_volume_nm3", void_volume(metrology));
   for (const MaterialVolume& each : metrology.volumes)
-    list.add(names.materials[each.material].name + "_volume_nm3", each.volume);
+    list.add(names.materials[each.material].name + "_volume_nm3", each.volume, ValueKind::volume,
+             each.area);
   return list.take();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ enum class ValueKind {
   width_or_depth,
   film,      ///< a thickness
   coverage,  ///< a ratio of thicknesses
+  height,    ///< of the surface, wherever it is highest or lowest
+  volume,    ///< of a material
   other
 };
 
@@ -31,7 +34,9 @@ struct MetrologyValue {
   std::string name;
   ValueKind kind = ValueKind::other;
   double value = 0;
-  double per_nm = 1;  ///< how much it changes with a nm of thickness: of coverages 1 by the top
+  /// How much it changes with a nm of thickness: of coverages 1 by the top, of volumes the area.
+  double per_nm = 1;
+  std::optional<int> opening{};  ///< whose it is
 };
 
 /// All values that are there.

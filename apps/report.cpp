@@ -213,7 +213,9 @@ std::vector<Opening> openings_of(const CsvTable& metrology) {
   std::vector<Opening> openings;
   for (std::size_t row = 0; row < metrology.row_count(); ++row) {
     std::string name = metrology.text(row, "kind") + ' ' + metrology.text(row, "opening");
-    if (metrology.text(row, "kind") == "hole") name += ", " + metrology.text(row, "plane");
+    // The middle of a hole moves a little from output to output.
+    if (metrology.text(row, "kind") == "hole")
+      name += fmt::format(", across {}", metrology.text(row, "plane").substr(0, 1));
     const auto known = std::ranges::find(openings, name, &Opening::name);
     if (known == openings.end()) {
       openings.push_back({.name = name, .rows = {row}});

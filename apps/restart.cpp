@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 #include "apps/symmetry.h"
@@ -110,6 +112,70 @@ std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& fi
   }
   return ends;
 }
+
+// For each opening its place, whether it is there, and two lists, each behind its length: parts;
+// runs of nodes as pairs.
+std::vector<double> numbers_of(const OpeningNames& openings) {
+  std::vector<double> numbers;
+  for (const NamedOpening& each : openings.known()) {
+    numbers.insert(numbers.end(), {each.place[0], each.place[1], each.is_there ? 1.0 : 0.0});
+    numbers.push_back(static_cast<double>(each.parts.size()));
+    for (const std::size_t part : each.parts) numbers.push_back(static_cast<double>(part));
+    numbers.push_back(static_cast<double>(each.nodes.size()));
+    for (const NodeRun& run : each.nodes) {
+      numbers.push_back(run.first);
+      numbers.push_back(run.count);
+    }
+  }
+  return numbers;
+}
+
+// Reads what numbers_of wrote, front to back.
+class OpeningReader {
+ public:
+  OpeningReader(std::span<const double> numbers, const fs::path& file)
+      : numbers_(numbers), file_(file) {}
+
+  OpeningNames run() {
+    std::vector<NamedOpening> openings;
+    while (!numbers_.empty()) {
+      NamedOpening& opening = openings.emplace_back();
+      opening.place = {next(), next()};
+      opening.is_there = next() != 0;
+      for (auto left = count(); left > 0; --left) opening.parts.push_back(count());
+      for (auto left = count(); left > 0; --left) {
+        const std::uint32_t first = count();
+        opening.nodes.push_back({.first = first, .count = count()});
+      }
+    }
+    for (const NamedOpening& each : openings)
+      for (const std::size_t part : each.parts)
+        if (part >= openings.size()) refuse();
+    return OpeningNames(std::move(openings));
+  }
+
+ private:
+  double next() {
+    if (numbers_.empty() || !std::isfinite(numbers_.front())) refuse();
+    const double number = numbers_.front();
+    numbers_ = numbers_.subspan(1);
+    return number;
+  }
+
+  std::uint32_t count() {
+    const double number = next();
+    if (!(number >= 0 && number <= std::numeric_limits<std::uint32_t>::max())) refuse();
+    return static_cast<std::uint32_t>(number);
+  }
+
+  [[noreturn]] void refuse() const {
+    throw InputError(fmt::format("{}: the entry openings is not whole; it is not of this version",
+                                 file_.string()));
+  }
+
+  std::span<const double> numbers_;
+  const fs::path& file_;
+};
 
 // Nothing, or one number.
 std::string text_of(std::optional<double> number) { return number ? format_number(*number) : ""; }
@@ -322,6 +388,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe, const Written
           {"mesh", bytes_of(state.mesh)},
           {"coverages", bytes_of(state.coverages)},
           {"earlier_flux", bytes_of(state.earlier)},
+          {"openings", joined(numbers_of(written.openings))},
           {"masks", names_of(recipe.metrology.masks, recipe.materials)},
           {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
           {"rows_hash", written.rows_hash},
@@ -342,6 +409,12 @@ std::vector<VoidClosure> read_voids(const CheckpointNotes& notes, const fs::path
   return voids_of(numbers_of(notes, "voids", file),
                   has_images ? numbers_of(notes, "void_images", file) : std::vector<double>{},
                   file);
+}
+
+// None in checkpoints of earlier versions.
+OpeningNames read_openings(const CheckpointNotes& notes, const fs::path& file) {
+  if (!notes.contains("openings")) return {};
+  return OpeningReader(numbers_of(notes, "openings", file), file).run();
 }
 
 double number_of(const CheckpointNotes& notes, const std::string& key, const fs::path& file) {
@@ -390,7 +463,8 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
           .file = file,
           .written = {.output_times = numbers("output_times_s"),
                       .rows_hash = optional_note(checkpoint.notes, "rows_hash"),
-                      .hashes = hashes_of(optional_note(checkpoint.notes, "file_hashes"))}};
+                      .hashes = hashes_of(optional_note(checkpoint.notes, "file_hashes")),
+                      .openings = read_openings(checkpoint.notes, file)}};
 }
 
 // Rows that were lost with their file are not missed: it has begun anew.
@@ -473,7 +547,8 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
   Checkpoint checkpoint = read_checkpoint(file);
   SavedWafer wafer{.layers = whole_of({.layers = std::move(checkpoint.layers)}).layers,
                    .materials = std::move(known),
-                   .time = number_of(checkpoint.notes, "time_s", file)};
+                   .time = number_of(checkpoint.notes, "time_s", file),
+                   .openings = read_openings(checkpoint.notes, file)};
   const std::string names = note_of(checkpoint.notes, "materials", file);
   const auto each_line = [](const std::string& text, const auto& visit) {
     std::istringstream lines(text);

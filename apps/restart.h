@@ -10,6 +10,7 @@
 #include "apps/metrics_rows.h"
 #include "apps/state.h"
 #include "core/log.h"
+#include "levelset/opening_names.h"
 
 namespace scarp {
 
@@ -20,13 +21,14 @@ inline constexpr const char* earlier_interrupted_state = "state_interrupted_befo
 /// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
 bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);
 
-/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes.
+/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes and openings.
 ///
 /// Units: s.
 struct WrittenSoFar {
   std::vector<double> output_times;
   std::string rows_hash;  ///< of the rows of metrics.csv, each with its end of line
   std::map<std::string, std::string> hashes;  ///< of files of outputs, by their names
+  OpeningNames openings;                      ///< at the last output
 };
 
 /// Where a run can go on: the state, the file it is from, what was written up to there.
@@ -65,6 +67,7 @@ struct SavedWafer {
   Materials materials;  ///< those built in, and those of the layers
   double time = 0;
   MetrologyOptions metrology{};
+  OpeningNames openings{};  ///< those of the run so far; none in states of earlier versions
 };
 
 /// Materials that are known already keep their numbers, so that wafers can be compared.

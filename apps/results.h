@@ -87,8 +87,8 @@ class ResultFolder {
   template <class Write>
   void while_held(const Write& write) const;
   Sections& sections(const Recipe& recipe);
-  /// Of a whole wafer, compared with the start of the recipe.
-  Metrology measure(const Layers& layers, const Recipe& recipe);
+  /// Of a whole wafer, compared with the start of the recipe, by the openings known before.
+  Metrology measure(const Layers& layers, const Recipe& recipe, const OpeningNames& known);
   void tell_lost_files(const Recipe& recipe) const;
   void tell_unresolved(const Metrology& before, double time, const Recipe& recipe);
   void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);

@@ -34,6 +34,21 @@ std::optional<RunCost> read_cost(const fs::path& metrics) {
   return cost;
 }
 
+/// Those that are measured; what is left around pillars lies everywhere.
+std::vector<OpeningPlace> places_of(const Metrology& metrology) {
+  std::vector<OpeningPlace> places;
+  std::set<int> numbers;
+  for (const OpeningMetrology& each : metrology.openings) {
+    places.push_back(place_of(each));
+    numbers.insert(each.opening);
+  }
+  const auto all = std::ranges::count_if(metrology.names.known(), &NamedOpening::is_there);
+  constexpr double everywhere = 1e300;
+  if (static_cast<std::size_t>(all) > numbers.size())
+    places.push_back({.number = -1, .width = {everywhere, everywhere}});
+  return places;
+}
+
 /// Empty of a run that is not complete.
 nlohmann::json read_summary(const fs::path& file) {
   if (!fs::exists(file)) return nlohmann::json::object();
@@ -108,18 +123,31 @@ RunRecord read_run(const fs::path& where) {
   return run;
 }
 
-Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
-  const fs::path& file = run_.outputs[output].state;
-  SavedWafer wafer = read_wafer(file, materials);
-  materials = wafer.materials;
+Metrology SnapshotReader::measured(const SavedWafer& wafer, Materials& materials) {
   if (!start_) {
-    const fs::path& first = run_.outputs.front().state;
-    start_ = measure(read_wafer(first, materials).layers, wafer.metrology);
+    const SavedWafer first = read_wafer(run_.outputs.front().state, materials);
+    materials = first.materials;
+    start_ = measure(first.layers, wafer.metrology, nullptr, first.openings);
+    for (const MaterialVolume& each : start_->volumes) seen_.insert(each.material);
   }
-  const MetrologyNames names{.materials = wafer.materials, .options = wafer.metrology};
+  Metrology now = measure(wafer.layers, wafer.metrology, &*start_, wafer.openings);
+  for (const MaterialVolume& each : now.volumes) seen_.insert(each.material);
+  for (const MaterialId material : seen_)
+    if (std::ranges::find(now.volumes, material, &MaterialVolume::material) == now.volumes.end())
+      now.volumes.push_back({.material = material});
+  if (common_ != nullptr) common_->rename(now.openings, numbers_, wafer.layers.frame);
+  return now;
+}
+
+Snapshot SnapshotReader::read(std::size_t output, Materials& materials) {
+  const SavedWafer wafer = read_wafer(run_.outputs[output].state, materials);
+  materials = wafer.materials;
+  const Metrology now = measured(wafer, materials);
+  const MetrologyNames names{.materials = materials, .options = wafer.metrology};
   const SectionLine middle = parse_section("y = 0 nm", wafer.layers.frame);
   return {.frame = wafer.layers.frame,
-          .values = metrology_values(measure(wafer.layers, wafer.metrology, &*start_), names),
+          .values = metrology_values(now, names),
+          .openings = places_of(now),
           .surface = extract_surface(wafer.layers),
           .profile = exposed_lines(cut(wafer.layers, layer_surfaces(wafer.layers), middle))};
 }

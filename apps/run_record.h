@@ -1,10 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "apps/common_openings.h"
 #include "apps/metrology_files.h"
 #include "apps/restart.h"
 #include "core/stage_timer.h"
@@ -57,21 +60,29 @@ RunRecord read_run(const std::filesystem::path& where);
 struct Snapshot {
   Frame frame;
   std::vector<MetrologyValue> values;
+  std::vector<OpeningPlace> openings;
   TriMesh surface;
   std::vector<Polyline> profile;
 };
 
-/// Reads the outputs of one run; refers to it.
+/// Reads the outputs of one run; refers to it, and to the openings of all runs if they are to have
+/// common numbers.
 class SnapshotReader {
  public:
-  explicit SnapshotReader(const RunRecord& run) : run_(run) {}
+  explicit SnapshotReader(const RunRecord& run, CommonOpenings* common = nullptr)
+      : run_(run), common_(common) {}
 
-  /// Materials keep the numbers that they have already.
+  /// Materials keep the numbers that they have already. One that is gone has a volume of 0.
   Snapshot read(std::size_t output, Materials& materials);
 
  private:
+  Metrology measured(const SavedWafer& wafer, Materials& materials);
+
   const RunRecord& run_;
+  CommonOpenings* common_;
+  std::map<int, int> numbers_;  ///< common ones by those of the run
   std::optional<Metrology> start_;
+  std::set<MaterialId> seen_;  ///< materials
 };
 
 }  // namespace scarp

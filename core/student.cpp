@@ -21,16 +21,25 @@ double student_probability(double t, int degrees_of_freedom) {
   return is_odd ? 2 / std::numbers::pi * (theta + sine * sum) : sine * sum;
 }
 
-double three_standard_errors(int degrees_of_freedom) {
+double three_standard_errors_chance() { return std::erfc(3 / std::numbers::sqrt2); }
+
+double standard_errors(double chance, int degrees_of_freedom) {
   if (degrees_of_freedom < 1) return std::numeric_limits<double>::infinity();
-  const double wanted = std::erf(3 / std::numbers::sqrt2);
-  double low = 3;
-  double high = 1000;
-  while (high - low > 1e-9) {
+  const auto is_enough = [&](double t) {
+    return student_probability(t, degrees_of_freedom) >= 1 - chance;
+  };
+  double high = 1;
+  while (!is_enough(high)) high *= 2;
+  double low = 0;
+  while (high - low > 1e-9 * high) {
     const double middle = 0.5 * (low + high);
-    (student_probability(middle, degrees_of_freedom) < wanted ? low : high) = middle;
+    (is_enough(middle) ? high : low) = middle;
   }
-  return low;
+  return high;
+}
+
+double three_standard_errors(int degrees_of_freedom) {
+  return standard_errors(three_standard_errors_chance(), degrees_of_freedom);
 }
 
 }  // namespace scarp

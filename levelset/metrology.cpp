@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "core/parallel.h"
 #include "levelset/connectivity.h"
@@ -20,8 +21,9 @@ using Value = std::optional<double>;
 
 constexpr std::array<double, 3> cd_depths{0.1, 0.5, 0.9};  // top, middle, bottom, by the depth
 constexpr std::array<double, 2> angle_depths{0.2, 0.8};
-constexpr double least_bow = 0.1;    // spacings: less is noise and has no place
-constexpr double least_film = 0.01;  // spacings: less has no ratios
+constexpr double least_bow = 0.1;     // spacings: less is noise and has no place
+constexpr double least_film = 0.01;   // spacings: less has no ratios
+constexpr double least_above = 1e-3;  // spacings: less is where two layers have one surface
 constexpr int most_sections = 64;
 constexpr int least_for_roughness = 8;
 
@@ -92,16 +94,35 @@ class WaferSurfaces {
     for (std::size_t n = 0; n < each.size(); ++n) {
       const MaterialId material = layers_.stack[n].material;
       const auto same = std::ranges::find(volumes, material, &MaterialVolume::material);
+      const MaterialVolume own{.material = material, .volume = each[n], .area = upper_area(n)};
       if (same == volumes.end()) {
-        volumes.push_back({.material = material, .volume = each[n]});
+        volumes.push_back(own);
       } else {
-        same->volume += each[n];
+        same->volume += own.volume;
+        same->area += own.area;
       }
     }
     return volumes;
   }
 
  private:
+  /// Where a layer is not there, its surface is that of the one below.
+  double upper_area(std::size_t n) const {
+    const TriMesh& mesh = meshes_[n];
+    const std::vector<double> areas = areas_around(mesh, layers_.frame);
+    std::vector<double> own(mesh.vertices.size(), 1);
+    if (n > 0) {
+      const LevelSet& below = layers_.stack[n - 1].phi;
+      std::ranges::transform(mesh.vertices, own.begin(), [&](const Vec3f& r) {
+        return below.distance({r.x, r.y, r.z}) > least_above * layers_.frame.spacing ? 1 : 0;
+      });
+    }
+    double sum = 0;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+      for (const std::uint32_t v : mesh.triangles[f]) sum += areas[f] * own[v] / 3;
+    return sum;
+  }
+
   const Layers& layers_;
   std::vector<TriMesh> meshes_;
   std::vector<ViewFromAbove> views_;
@@ -402,22 +423,18 @@ OpeningMetrology mean_section(std::span<const OpeningMetrology> sections, double
 /// Where sections lie across an axis: one through a hole and in two dimensions, else evenly spaced
 /// along the trench.
 std::vector<double> section_positions(const Frame& frame, int axis, const Opening& opening) {
-  if (!opening.through[axis]) return {opening.centre[axis]};
-  if (frame.two_dimensional) return {0};
   const Sides sides = frame.sides();
+  // One on a periodic side may lie beyond it.
+  if (!opening.through[axis])
+    return {opening.centre[axis] +
+            (opening.centre[axis] < sides.lower[axis] ? sides.width(axis) : 0)};
+  if (frame.two_dimensional) return {0};
   const int count = std::min(frame.cells[axis], most_sections);
   std::vector<double> positions(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n)
     positions[static_cast<std::size_t>(n)] =
         sides.lower[axis] + (n + 0.5) * sides.width(axis) / count;
   return positions;
-}
-
-/// Of a lateral position and its copies over periodic sides the one that is nearest to another.
-double copy_near(const Frame& frame, int axis, double position, double other) {
-  if (frame.boundary[axis] != Boundary::periodic) return position;
-  const double width = frame.sides().width(axis);
-  return position + width * std::round((other - position) / width);
 }
 
 std::optional<OpeningMetrology> measure_opening(const WaferSurfaces& surfaces,
@@ -442,69 +459,89 @@ std::optional<OpeningMetrology> measure_opening(const WaferSurfaces& surfaces,
     if (each) sections.push_back(*each);
   if (sections.empty()) return std::nullopt;
   OpeningMetrology result = mean_section(sections, surfaces.frame().spacing);
-  result.opening = static_cast<int>(number);
   result.is_trench = opening.through[0] || opening.through[1];
-  result.centre = opening.centre;
+  result.width = opening.width;
   result.axis = axis;
   return result;
 }
 
+/// An opening across y, across x, or both; the same around an axis.
+std::vector<OpeningMetrology> measure_both_ways(const WaferSurfaces& surfaces,
+                                                const MetrologyOptions& options,
+                                                const OpeningMap& map, std::size_t n) {
+  const auto [along_x, along_y] = map.openings()[n].through;
+  std::vector<OpeningMetrology> found;
+  if (along_x && along_y) return found;  // what is left around pillars
+  if (!along_x)
+    if (auto across_y = measure_opening(surfaces, options, map, n, 1))
+      found.push_back(*std::move(across_y));
+  if (along_y) return found;
+  if (surfaces.frame().axisymmetric) {
+    if (found.empty()) return found;
+    found.push_back(found.back());
+    found.back().axis = 0;
+  } else if (auto across_x = measure_opening(surfaces, options, map, n, 0)) {
+    found.push_back(*std::move(across_x));
+  }
+  return found;
+}
+
 std::vector<OpeningMetrology> measure_openings(const WaferSurfaces& surfaces,
                                                const MetrologyOptions& options,
-                                               const OpeningMap& map) {
+                                               const OpeningMap& map, OpeningNames& names) {
+  const std::vector<std::size_t> numbers = names.add(map);
   std::vector<OpeningMetrology> openings;
-  for (std::size_t n = 0; n < map.openings().size(); ++n) {
-    const auto [along_x, along_y] = map.openings()[n].through;
-    if (along_x && along_y) continue;  // what is left around pillars
-    // Trenches are cut across, holes both ways, which are the same around an axis.
-    for (const int axis : {1, 0}) {
-      if ((axis == 1 && along_x) || (axis == 0 && along_y)) continue;
-      if (axis == 0 && surfaces.frame().axisymmetric) {
-        if (openings.empty() || openings.back().opening != static_cast<int>(n)) continue;
-        openings.push_back(openings.back());
-        openings.back().axis = axis;
-        continue;
-      }
-      if (auto found = measure_opening(surfaces, options, map, n, axis))
-        openings.push_back(*std::move(found));
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    for (OpeningMetrology& each : measure_both_ways(surfaces, options, map, n)) {
+      each.opening = static_cast<int>(numbers[n]);
+      each.centre = names.known()[numbers[n]].place;
+      openings.push_back(std::move(each));
     }
   }
+  std::ranges::stable_sort(openings, {}, &OpeningMetrology::opening);
   return openings;
 }
 
-/// The opening of the start that lies nearest, in a section across the same axis.
-const OpeningMetrology* counterpart(const OpeningMetrology& opening, const Metrology& start) {
+/// The opening itself at the start, in a section across the same axis; of one that came later the
+/// nearest.
+const OpeningMetrology* counterpart(const OpeningMetrology& opening, const Metrology& start,
+                                    const Frame& frame) {
   const OpeningMetrology* nearest = nullptr;
   const auto away = [&](const OpeningMetrology& other) {
-    return std::hypot(other.centre[0] - opening.centre[0], other.centre[1] - opening.centre[1]);
+    const auto along = [&](int axis) {
+      return copy_near(frame, axis, other.centre[axis], opening.centre[axis]) -
+             opening.centre[axis];
+    };
+    return std::hypot(along(0), along(1));
   };
   for (const OpeningMetrology& other : start.openings) {
     if (other.axis != opening.axis || other.is_trench != opening.is_trench) continue;
+    if (other.opening == opening.opening) return &other;
     if (nearest == nullptr || away(other) < away(*nearest)) nearest = &other;
   }
   return nearest;
 }
 
-void compare_with_start(OpeningMetrology& now, const Metrology& start, double h) {
-  const OpeningMetrology* const then = counterpart(now, start);
+void compare_with_start(OpeningMetrology& now, const Metrology& start, const Frame& frame) {
+  const OpeningMetrology* const then = counterpart(now, start, frame);
   if (then == nullptr) return;
   if (now.lowest_height && then->bottom_height)
     now.etched_depth = *then->bottom_height - *now.lowest_height;
   if (now.mask_thickness && then->mask_thickness)
     now.mask_loss = *then->mask_thickness - *now.mask_thickness;
-  now.selectivity = ratio(now.etched_depth, now.mask_loss, least_film * h);
+  now.selectivity = ratio(now.etched_depth, now.mask_loss, least_film * frame.spacing);
 }
 
 /// Against the opening with the widest top.
 void compare_depths(std::vector<OpeningMetrology>& openings) {
   const OpeningMetrology* widest = nullptr;
-  int count = 0;
+  std::set<int> numbers;
   for (const OpeningMetrology& each : openings) {
     if (!each.top_cd || !each.depth) continue;
-    count = std::max(count, each.opening + 1);
+    numbers.insert(each.opening);
     if (widest == nullptr || *each.top_cd > *widest->top_cd) widest = &each;
   }
-  if (widest == nullptr || count < 2) return;
+  if (numbers.size() < 2) return;
   const double depth = *widest->depth;
   for (OpeningMetrology& each : openings)
     if (each.depth) each.arde_lag = 1 - *each.depth / depth;
@@ -529,7 +566,8 @@ std::vector<VoidMetrology> measure_voids(const Layers& layers, const OpenGas& ga
 
 }  // namespace
 
-Metrology measure(const Layers& layers, const MetrologyOptions& options, const Metrology* start) {
+Metrology measure(const Layers& layers, const MetrologyOptions& options, const Metrology* start,
+                  const OpeningNames& known) {
   const WaferSurfaces surfaces(layers, options.masks);
   std::vector<const ViewFromAbove*> below;
   for (std::size_t k = 0; k < surfaces.exposed(); ++k) below.push_back(&surfaces.view(k));
@@ -542,9 +580,14 @@ Metrology measure(const Layers& layers, const MetrologyOptions& options, const M
   found.highest = box.upper.z;
   found.lowest = box.lower.z;
   if (map.openings().empty()) found.surface_roughness = map.height_deviation();
-  found.openings = measure_openings(surfaces, options, map);
+  if (known.known().empty() && start != nullptr) {
+    found.names = start->names;
+  } else {
+    found.names = known;
+  }
+  found.openings = measure_openings(surfaces, options, map, found.names);
   for (OpeningMetrology& each : found.openings)
-    if (start != nullptr) compare_with_start(each, *start, layers.frame.spacing);
+    if (start != nullptr) compare_with_start(each, *start, layers.frame);
   compare_depths(found.openings);
   found.voids = measure_voids(layers, gas);
   found.volumes = surfaces.volumes();

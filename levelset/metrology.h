@@ -6,6 +6,7 @@
 
 #include "core/vec3.h"
 #include "levelset/layers.h"
+#include "levelset/opening_names.h"
 
 namespace scarp {
 
@@ -36,9 +37,10 @@ struct FilmMetrology {
 
 /// One opening in parallel cross-sections; values are means over them.
 struct OpeningMetrology {
-  int opening = 0;                 ///< its number, by place
+  int opening = 0;                 ///< its number, see OpeningNames
   bool is_trench = false;          ///< else a hole, which is cut along x and along y
   std::array<double, 2> centre{};  ///< x and y; 0 along a trench
+  std::array<double, 2> width{};   ///< of the box around it, seen from above
   int axis = 1;                    ///< the sections lie across this axis
   int section_count = 0;
 
@@ -87,22 +89,25 @@ struct VoidMetrology {
 struct MaterialVolume {
   MaterialId material = 0;
   double volume = 0;  ///< of the lowest layer from z = 0
+  double area = 0;    ///< of its upper surface, also where others lie on it
 };
 
 struct Metrology {
   double highest = 0;  ///< of the surface that gas from the source can reach
   double lowest = 0;
   std::optional<double> surface_roughness{};  ///< where there is no opening
-  std::vector<OpeningMetrology> openings{};
+  std::vector<OpeningMetrology> openings{};   ///< by their numbers
+  OpeningNames names{};
   std::vector<VoidMetrology> voids{};  ///< the largest first
   std::vector<MaterialVolume> volumes{};
 };
 
 /// Measures a stack; with what was measured of its start also what has become less.
 ///
-/// The same to the last bit for any number of threads.
+/// Openings keep the numbers that they have among those known from earlier; where none are known,
+/// those of the start. The same to the last bit for any number of threads.
 /// Cost: as extract_surface of every layer, and for trenches up to 64 cross-sections of each.
 Metrology measure(const Layers& layers, const MetrologyOptions& options = {},
-                  const Metrology* start = nullptr);
+                  const Metrology* start = nullptr, const OpeningNames& known = {});
 
 }  // namespace scarp

@@ -22,6 +22,7 @@ class OpeningMap::Flood {
   const std::vector<std::size_t>& places() const { return places_; }
   const std::array<bool, 2>& through() const { return through_; }
   const std::array<double, 2>& centre() const { return centre_; }
+  const std::array<double, 2>& width() const { return width_; }
 
  private:
   void reach(const std::array<int, 2>& node, const std::array<int, 2>& unfolded) {
@@ -56,7 +57,14 @@ class OpeningMap::Flood {
 
   void measure(int axis) {
     double sum = 0;
-    for (const std::size_t place : places_) sum += marks_[place].unfolded[axis];
+    int first = marks_[places_.front()].unfolded[axis];
+    int last = first;
+    for (const std::size_t place : places_) {
+      const int index = marks_[place].unfolded[axis];
+      sum += index;
+      first = std::min(first, index);
+      last = std::max(last, index);
+    }
     const Sides sides = map_.frame_.sides();
     const auto [on_lower, on_upper] = on_side_[axis];
     const bool is_around_axis = map_.frame_.axisymmetric && axis == 1;
@@ -66,6 +74,7 @@ class OpeningMap::Flood {
     } else {
       through_[axis] = through_[axis] || (on_lower && on_upper);
     }
+    width_[axis] = (last - first + 1) * map_.frame_.spacing;
     double& centre = centre_[axis];
     centre = map_.frame_.node_position(axis, sum / static_cast<double>(places_.size()));
     if (through_[axis]) {
@@ -74,10 +83,10 @@ class OpeningMap::Flood {
       centre = 0;
     } else if (on_lower || on_upper) {
       centre = on_lower ? sides.lower[axis] : sides.upper[axis];
-    } else if (centre < sides.lower[axis]) {
-      centre += sides.width(axis);
-    } else if (centre > sides.upper[axis]) {
-      centre -= sides.width(axis);
+      width_[axis] = 2 * width_[axis] - map_.frame_.spacing;
+    } else if (map_.frame_.boundary[axis] == Boundary::periodic) {
+      const double from = sides.lower[axis] - 0.5 * map_.frame_.spacing;
+      centre -= sides.width(axis) * std::floor((centre - from) / sides.width(axis));
     }
   }
 
@@ -88,6 +97,7 @@ class OpeningMap::Flood {
   std::array<std::array<bool, 2>, 2> on_side_{};  ///< reflective ones, of each axis
   std::array<bool, 2> through_{};
   std::array<double, 2> centre_{};
+  std::array<double, 2> width_{};
 };
 
 OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame,
@@ -140,20 +150,32 @@ void OpeningMap::find(double highest) {
       is_done[each] = true;
     }
     if (!is_new) continue;
-    openings_.push_back(
-        {.centre = flood.centre(), .through = flood.through(), .lowest = heights_[place]});
+    openings_.push_back({.centre = flood.centre(),
+                         .through = flood.through(),
+                         .lowest = heights_[place],
+                         .width = flood.width()});
     for (const std::size_t each : flood.places())
       labels_[each] = static_cast<int>(openings_.size()) - 1;
   }
   sort();
 }
 
-void OpeningMap::sort() {
+std::vector<std::size_t> OpeningMap::order() const {
   std::vector<std::size_t> order(openings_.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return openings_[a].centre < openings_[b].centre;
-  });
+  std::ranges::stable_sort(order, {}, [&](std::size_t n) { return openings_[n].centre[0]; });
+  std::vector<std::size_t> column(order.size());
+  for (std::size_t n = 1; n < order.size(); ++n) {
+    const double step = openings_[order[n]].centre[0] - openings_[order[n - 1]].centre[0];
+    column[order[n]] = column[order[n - 1]] + (step < frame_.spacing ? 0 : 1);
+  }
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t n) { return std::pair(column[n], openings_[n].centre[1]); });
+  return order;
+}
+
+void OpeningMap::sort() {
+  const std::vector<std::size_t> order = this->order();
   std::vector<Opening> sorted;
   std::vector<int> label(order.size());
   for (const std::size_t n : order) {
@@ -170,6 +192,18 @@ int OpeningMap::fold(int axis, int index) const {
   const int period = frame_.boundary[axis] == Boundary::periodic ? cells : 2 * cells;
   const int wrapped = ((index % period) + period) % period;
   return wrapped < nodes_[axis] ? wrapped : period - wrapped;
+}
+
+std::vector<std::vector<NodeRun>> OpeningMap::nodes() const {
+  std::vector<std::vector<NodeRun>> nodes(openings_.size());
+  for (std::size_t n = 0; n < labels_.size(); ++n) {
+    if (labels_[n] == none) continue;
+    std::vector<NodeRun>& runs = nodes[static_cast<std::size_t>(labels_[n])];
+    if (runs.empty() || runs.back().first + runs.back().count != n)
+      runs.push_back({.first = static_cast<std::uint32_t>(n)});
+    ++runs.back().count;
+  }
+  return nodes;
 }
 
 std::optional<OpeningRow> OpeningMap::row(std::size_t opening, int axis, double position) const {

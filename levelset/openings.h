@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,11 +13,22 @@ namespace scarp {
 
 /// A trench or a hole, as it is seen from above.
 ///
-/// Units: nm. A hole that a reflective side cuts has its centre on the side.
+/// Units: nm. A hole that a reflective side cuts has its centre on the side. One on a periodic side
+/// lies at the lower one, from half a spacing beyond it on.
 struct Opening {
   std::array<double, 2> centre{};
   std::array<bool, 2> through{};  ///< it reaches from side to side along x, along y: a trench
   double lowest = 0;              ///< height of the lowest node
+  /// Of the box around it, both halves of what a reflective side cuts.
+  std::array<double, 2> width{};
+};
+
+/// Nodes that follow one another in an OpeningMap.
+struct NodeRun {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+
+  friend bool operator==(const NodeRun&, const NodeRun&) = default;
 };
 
 /// An opening of a surface is called shallow below this depth. Units: spacings.
@@ -48,8 +60,25 @@ class OpeningMap {
   OpeningMap(const ViewFromAbove& view, const Frame& frame,
              std::span<const ViewFromAbove* const> below = {});
 
-  /// Ordered by x, then y of their centres.
+  static constexpr int none = -1;
+
+  /// In columns along x, and along y in each: x that are less than a spacing apart are the same, so
+  /// that neither noise nor rounding decides.
   const std::vector<Opening>& openings() const { return openings_; }
+
+  const Frame& frame() const { return frame_; }
+
+  /// Along x and y; of the nodes on two periodic sides there is one.
+  const std::array<int, 2>& node_counts() const { return nodes_; }
+
+  /// Shape: an entry per node, x outermost: the opening in which it lies, or none.
+  const std::vector<int>& labels() const { return labels_; }
+
+  /// Of a node that may lie beyond the sides.
+  int label(int i, int j) const { return labels_[place(fold(0, i), fold(1, j))]; }
+
+  /// Those of each opening in the order of labels.
+  std::vector<std::vector<NodeRun>> nodes() const;
 
   /// Along x (axis 0) or y (axis 1) at a position on the other axis. Nothing where the opening does
   /// not lie there, or has no end. Between two rows of nodes what lies in one of them counts.
@@ -59,7 +88,6 @@ class OpeningMap {
   double height_deviation() const;
 
  private:
-  static constexpr int none = -1;
   class Flood;
 
   /// Of a node during a flood: how it was reached, without going back around periodic sides.
@@ -74,6 +102,7 @@ class OpeningMap {
   }
   void find(double highest);
   void add_plugged(const OpeningMap& below);
+  std::vector<std::size_t> order() const;
   void sort();
   int fold(int axis, int index) const;
 

@@ -22,6 +22,13 @@ TEST(Student, ThreeStandardErrorsOfManyValuesAreThree) {
   EXPECT_NEAR(three_standard_errors(4), 6.62, 0.01);
   EXPECT_NEAR(student_probability(three_standard_errors(7), 7), std::erf(3 / std::sqrt(2.0)), 1e-9);
   EXPECT_EQ(three_standard_errors(0), INFINITY);
+  EXPECT_NEAR(three_standard_errors_chance(), 0.0027, 1e-5);
+}
+
+TEST(Student, StandardErrorsLeaveTheChanceThatIsAskedFor) {
+  EXPECT_NEAR(standard_errors(0.05, 4), 2.77645, 1e-5);
+  for (const double chance : {0.5, 1e-3, 1e-6})
+    EXPECT_NEAR(1 - student_probability(standard_errors(chance, 4), 4), chance, 1e-6 * chance);
 }
 
 }  // namespace
