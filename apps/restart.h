@@ -21,7 +21,8 @@ inline constexpr const char* earlier_interrupted_state = "state_interrupted_befo
 /// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
 bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);
 
-/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes and openings.
+/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes
+/// and openings.
 ///
 /// Units: s.
 struct WrittenSoFar {

@@ -92,7 +92,8 @@ class HeldNodes {
   HeldNodes(const Band& band, std::span<const std::uint64_t> held) {
     for (std::size_t n = 0; n * leaf_edge < held.size(); ++n) {
       LeafMask mask{};
-      std::copy_n(held.begin() + static_cast<std::ptrdiff_t>(n * leaf_edge), leaf_edge, mask.begin());
+      std::copy_n(held.begin() + static_cast<std::ptrdiff_t>(n * leaf_edge), leaf_edge,
+                  mask.begin());
       if (mask != LeafMask{}) masks_.push_back({band.leaves()[n].origin, mask});
     }
   }
@@ -110,9 +111,8 @@ class HeldNodes {
   /// Gives what a leaf's held nodes had.
   void restore(std::size_t leaf, const Block& before, float* phi) const {
     if (of_leaf_.empty() || of_leaf_[leaf] == nullptr) return;
-    for_each_node(*of_leaf_[leaf], [&](int node) {
-      phi[node] = before.row(node >> 6, node >> 3 & 7)[node & 7];
-    });
+    for_each_node(*of_leaf_[leaf],
+                  [&](int node) { phi[node] = before.row(node >> 6, node >> 3 & 7)[node & 7]; });
   }
 
  private:

@@ -55,7 +55,8 @@ TEST(OpenGas, BoxesHaveTheirExactVolumeWhereverTheirWallsLie) {
     ASSERT_EQ(gas.voids.size(), 1U);
     const double shrunk = 2 * 1e-3 * frame.spacing;
     const double exact = (12 - shrunk) * (8 - shrunk) * (10 - shrunk);
-    // Corners are found from the nodes next to the surface alone, single ones to within .05 spacings.
+    // Corners are found from the nodes next to the surface alone, single ones to within .05
+    // spacings.
     const double corner = 0.05 * frame.spacing;
     EXPECT_NEAR(gas.voids[0].volume, exact, 3e-5 * exact) << offset;
     EXPECT_NEAR(gas.voids[0].lower, centre.z - 5 + 0.5 * shrunk, corner) << offset;
