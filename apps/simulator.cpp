@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "apps/region_text.h"
@@ -38,6 +39,23 @@ double plane_height(const Planarise& plane, const State& state, const Recipe& re
 // A condition that is met to within this counts as met: no time step has to be that short.
 constexpr double end_tolerance = 1e-4;  // spacings
 
+// What a step took away but for residues is gone, in all that is told of the wafer from then on.
+void clear_residues(State& state, const std::vector<bool>& is_etched) {
+  state.residue_volume += state.layers.frame.images() * remove_residues(state.layers, is_etched);
+  remove_empty_layers(state.layers);
+}
+
+// The layers of which something was taken away by the speeds of a survey.
+std::vector<bool> etched_layers(const Survey& survey) {
+  std::vector<bool> etched;
+  for (const LayerSpeeds& layer : survey.speeds_of_layers) {
+    etched.push_back(std::ranges::any_of(layer.speed, [](const std::array<float, 3>& corners) {
+      return *std::ranges::min_element(corners) < 0;
+    }));
+  }
+  return etched;
+}
+
 void end_step(State& state, const ProcessStep& step) {
   state.ends.push_back({.time = state.time,
                         .reached = state.progress.reached,
@@ -70,6 +88,8 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
     }
     move.islands = remove_islands(state.layers);
   }
+  const bool takes_away = std::holds_alternative<Planarise>(*step.operation);
+  clear_residues(state, std::vector<bool>(state.layers.stack.size(), takes_away));
   count_islands(state, move.islands);
   state.mesh = {};
   state.coverages = {};
@@ -356,7 +376,9 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (reached) state.progress.reached = state.time;
-  if (state.time >= end_of_step(state, step)) end_step(state, step);
+  if (state.time < end_of_step(state, step)) return move;
+  clear_residues(state, etched_layers(survey));
+  end_step(state, step);
   return move;
 }
 

@@ -182,8 +182,4 @@ TriMesh extract_voids(const Layers& layers, const PhaseGraph& gas) {
 
 TriMesh extract_surface(const LevelSet& phi) { return extract_all(phi.band(), nullptr); }
 
-TriMesh extract_surface(const LevelSet& phi, const OpenGas& gas) {
-  return extract(phi.band(), &gas, nullptr);
-}
-
 }  // namespace scarp

@@ -31,7 +31,4 @@ TriMesh extract_voids(const Layers& layers, const PhaseGraph& gas);
 /// The surface of a single level set, without materials.
 TriMesh extract_surface(const LevelSet& phi);
 
-/// The same, only where it bounds open gas.
-TriMesh extract_surface(const LevelSet& phi, const OpenGas& gas);
-
 }  // namespace scarp

@@ -39,11 +39,19 @@ void cut(LevelSet& solid, const LevelSet& by);
 /// Cuts every layer by the top one: what is gas for the top is gas for all.
 void cut_lower_layers(Layers& layers);
 
-/// False when layer n is nowhere thicker than a thousandth of a spacing: its material is absent.
+/// False when layer n is nowhere thicker than a thousandth of a spacing, where its surface cuts the
+/// grid: its material is absent.
 bool adds_material(const Layers& layers, std::size_t n);
 
 /// Drops the layers that add no material to the one below them.
 void remove_empty_layers(Layers& layers);
+
+/// Drops of the layers that were etched those of which no more than a residue is left: it is
+/// nowhere thicker than 0.05 spacings and covers no more than 0.05 of the surface. What remained
+/// counts as the material below it from then on.
+///
+/// Shape: is_etched one per layer. Returns the volume of residues. Units: nm^3.
+double remove_residues(Layers& layers, const std::vector<bool>& is_etched);
 
 /// Over all layers with their materials.
 std::uint64_t hash(const Layers& layers);

@@ -348,6 +348,7 @@ std::vector<MaterialBody> material_bodies(const Layers& layers, double bottom) {
   TriMesh below = plane_at(sides, bottom);
   std::vector<MaterialBody> bodies;
   for (std::size_t k = 0; k < layers.stack.size(); ++k) {
+    if (!adds_material(layers, k)) continue;
     TriMesh surface = extract_surface(layers.stack[k].phi);
     if (k == 0 && !(bounding_box(surface).lower.z > bottom)) {
       throw InputError(
@@ -355,20 +356,18 @@ std::vector<MaterialBody> material_bodies(const Layers& layers, double bottom) {
                       "goes down to {:g} nm",
                       bottom, bounding_box(surface).lower.z));
     }
-    if (k == 0 || adds_material(layers, k)) {
-      Welded body(surface.vertices.size() + below.vertices.size());
-      body.add(surface, false);
-      body.add(below, true);
-      body.cancel_opposite();
-      close_at_sides(sides, body);
-      const MaterialId material = layers.stack[k].material;
-      auto same = std::ranges::find(bodies, material, &MaterialBody::material);
-      if (same == bodies.end()) {
-        bodies.push_back({.material = material, .surface = {}});
-        same = bodies.end() - 1;
-      }
-      append(Separation(body).run(), same->surface);
+    Welded body(surface.vertices.size() + below.vertices.size());
+    body.add(surface, false);
+    body.add(below, true);
+    body.cancel_opposite();
+    close_at_sides(sides, body);
+    const MaterialId material = layers.stack[k].material;
+    auto same = std::ranges::find(bodies, material, &MaterialBody::material);
+    if (same == bodies.end()) {
+      bodies.push_back({.material = material, .surface = {}});
+      same = bodies.end() - 1;
     }
+    append(Separation(body).run(), same->surface);
     below = std::move(surface);
   }
   return bodies;

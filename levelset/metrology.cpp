@@ -60,8 +60,9 @@ class WaferSurfaces {
  public:
   WaferSurfaces(const Layers& layers, std::span<const MaterialId> masks) : layers_(layers) {
     for (std::size_t n = 0; n < layers.stack.size(); ++n) {
+      if (!adds_material(layers, n)) continue;
       meshes_.push_back(extract_surface(layers.stack[n].phi));
-      if (adds_material(layers, n)) present_.push_back(n);
+      present_.push_back(n);
     }
     for (const TriMesh& mesh : meshes_) {
       views_.emplace_back(mesh);
@@ -80,9 +81,9 @@ class WaferSurfaces {
   /// Layers that are there are counted from below.
   std::size_t count() const { return present_.size(); }
   MaterialId material(std::size_t k) const { return layers_.stack[present_[k]].material; }
-  const TriMesh& mesh(std::size_t k) const { return meshes_[present_[k]]; }
-  const Slicer& slicer(std::size_t k) const { return slicers_[present_[k]]; }
-  const ViewFromAbove& view(std::size_t k) const { return views_[present_[k]]; }
+  const TriMesh& mesh(std::size_t k) const { return meshes_[k]; }
+  const Slicer& slicer(std::size_t k) const { return slicers_[k]; }
+  const ViewFromAbove& view(std::size_t k) const { return views_[k]; }
 
   std::size_t exposed() const { return present_.size() - 1; }
   std::size_t structure() const { return structure_; }
@@ -92,7 +93,7 @@ class WaferSurfaces {
     const std::vector<double> each = material_volumes(meshes_, layers_.frame);
     std::vector<MaterialVolume> volumes;
     for (std::size_t n = 0; n < each.size(); ++n) {
-      const MaterialId material = layers_.stack[n].material;
+      const MaterialId material = this->material(n);
       const auto same = std::ranges::find(volumes, material, &MaterialVolume::material);
       const MaterialVolume own{.material = material, .volume = each[n], .area = upper_area(n)};
       if (same == volumes.end()) {

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/triangle_tree.h"
 #include "levelset/extract_surface.h"
 
 namespace scarp {
+
+namespace {
 
 // A mirror image is never nearer than what it mirrors, a copy beyond a periodic side may be.
 double distance_to(const TriangleTree& surface, const Sides& sides, Vec3d r) {
@@ -18,8 +21,6 @@ double distance_to(const TriangleTree& surface, const Sides& sides, Vec3d r) {
   }
   return nearest;
 }
-
-namespace {
 
 /// Where a point of the new grid lies on the old one. Nothing varies along y in two dimensions, and
 /// the width of a cell changes.

@@ -1,12 +1,8 @@
 #pragma once
 
-#include "core/triangle_tree.h"
 #include "levelset/layers.h"
 
 namespace scarp {
-
-/// How far a surface is from a point of the domain, beyond periodic sides too.
-double distance_to(const TriangleTree& surface, const Sides& sides, Vec3d r);
 
 /// The same wafer on another grid of the same domain.
 ///

@@ -56,7 +56,7 @@ void expect_four_holes(const std::map<int, Course>& courses, std::size_t outputs
     for (std::size_t n = 0; n < outputs; ++n) {
       EXPECT_NEAR(course.x[n], number <= 2 ? -250 : 250, 12.5) << number << ' ' << n;
       EXPECT_NEAR(course.y[n], number % 2 == 1 ? -250 : 250, 12.5) << number << ' ' << n;
-      EXPECT_NEAR(course.top_cd[n], narrow[n] + (number % 2 == 1 ? 83 : 0), 6)
+      EXPECT_NEAR(course.top_cd[n], narrow[n] + (number % 2 == 1 ? 83 : 0), 12.5)
           << number << ' ' << n;
     }
   }
