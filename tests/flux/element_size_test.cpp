@@ -116,7 +116,8 @@ std::vector<double> fine_patches(const Shape& shape, double sticking) {
 
 // What the size of elements leaves is part of the error.
 TEST_P(SlowElementSize, IsPartOfTheStatedError) {
-  const auto [name, sticking] = GetParam();
+  const auto [name, sticking_of_all] = GetParam();
+  const double sticking = sticking_of_all;
   const Shape shape = shape_of(name);
   const auto solved = [&](const FluxOptions& options) {
     return gathered(shape, sticking, options);
