@@ -1,6 +1,8 @@
 #include "levelset/closed_gas.h"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -60,6 +62,13 @@ std::vector<NodeValue> nodes_of_voids(const Band& band, const PhaseGraph& gas) {
   return values;
 }
 
+void set(const std::vector<NodeValue>& values, Band& band) {
+  for (const auto& [node, phi] : values) {
+    const int leaf = band.find(node[0] >> 3, node[1] >> 3, node[2] >> 3);
+    band.leaves()[static_cast<std::size_t>(leaf)].phi[leaf_offset(node[0], node[1], node[2])] = phi;
+  }
+}
+
 /// Puts nodes into the solid of a band that has no leaves where they are.
 void put(const std::vector<NodeValue>& values, Band& band) {
   std::vector<NewLeaf> added;
@@ -68,10 +77,62 @@ void put(const std::vector<NodeValue>& values, Band& band) {
   std::sort(added.begin(), added.end());
   added.erase(std::unique(added.begin(), added.end()), added.end());
   band.change_leaves(added, {});
-  for (const auto& [node, phi] : values) {
-    const int leaf = band.find(node[0] >> 3, node[1] >> 3, node[2] >> 3);
-    band.leaves()[static_cast<std::size_t>(leaf)].phi[leaf_offset(node[0], node[1], node[2])] = phi;
+  set(values, band);
+}
+
+/// phi of a solid node beside two others, of which the fourth corner of the face is gas of a void:
+/// that of the plane through the three, or, where differences are no gradient of a distance, of an
+/// edge that lies as far along either axis. Upwind differences add up both ways around an edge and
+/// hide it. across: how much phi of the gas falls along the third axis.
+float beyond_edge(float beside, float other, float gas, float across) {
+  constexpr float plane = 1.1F;  // squares of the gradient from which on an edge is taken for one
+  constexpr float edge = 1.2F;
+  const float square = (gas - beside) * (gas - beside) + (gas - other) * (gas - other);
+  const float trust = std::clamp((square + across * across - plane) / (edge - plane), 0.0F, 1.0F);
+  const float on_plane = beside + other - gas;
+  return on_plane + trust * (-std::hypot(beside, other) - on_plane);
+}
+
+bool is_next_to_gas(const Band& band, const Node& node) {
+  for (int face = 0; face < 6; ++face) {
+    Node other = node;
+    other[face / 2] += face % 2 == 0 ? -1 : 1;
+    if (!(band.node(other[0], other[1], other[2]) < 0)) return true;
   }
+  return false;
+}
+
+/// Gives such nodes that value, the one nearest to the surface where there are several.
+void find_beyond_edges(const std::vector<NodeValue>& voids, Band& band) {
+  std::vector<NodeValue> found;
+  const auto phi = [&](const Node& node) { return band.node(node[0], node[1], node[2]); };
+  for (const auto& [gas, value] : voids) {
+    if (value < 0 || value == far) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      Node below = gas;
+      --below[(axis + 2) % 3];
+      Node above = gas;
+      ++above[(axis + 2) % 3];
+      const float across = std::max(value - std::min(phi(below), phi(above)), 0.0F);
+      for (const auto& [step, other_step] :
+           {std::array{-1, -1}, std::array{-1, 1}, std::array{1, -1}, std::array{1, 1}}) {
+        Node beside = gas;
+        beside[axis] += step;
+        Node other = gas;
+        other[(axis + 1) % 3] += other_step;
+        Node node = beside;
+        node[(axis + 1) % 3] += other_step;
+        if (!(phi(beside) < 0 && phi(other) < 0 && phi(node) < 0)) continue;
+        for (int n = 0; n < 2; ++n) node[n] = band.fold(n, node[n]);
+        found.push_back({node, beyond_edge(phi(beside), phi(other), value, across)});
+      }
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const NodeValue& a, const NodeValue& b) {
+    return std::tie(a.node, a.phi) < std::tie(b.node, b.phi);
+  });
+  std::erase_if(found, [&](const NodeValue& each) { return is_next_to_gas(band, each.node); });
+  set(found, band);
 }
 
 OpenGas all_but_the_source(const Band& band) {
@@ -85,8 +146,10 @@ OpenGas all_but_the_source(const Band& band) {
 
 ClosedGas closed_gas(const Band& band, const PhaseGraph& gas) {
   LevelSet phi = lid_above(band);
-  put(nodes_of_voids(band, gas), phi.band());
+  const std::vector<NodeValue> voids_and_walls = nodes_of_voids(band, gas);
+  put(voids_and_walls, phi.band());
   redistance_fully(phi.band());
+  find_beyond_edges(voids_and_walls, phi.band());
   OpenGas voids = all_but_the_source(phi.band());
   return {std::move(phi), std::move(voids)};
 }

@@ -45,11 +45,6 @@ Layers with_closed_boxes(const Frame& frame, const std::vector<std::array<Vec3d,
       -40 * frame.spacing, 10 * frame.spacing);
 }
 
-/// What is lost of a volume where its edges, of this length in all, are cut straight.
-double cut_edges(const Frame& frame, double length) {
-  return frame.spacing * frame.spacing * length / 8;
-}
-
 // Where walls lie on nodes a node is half full or empty, which no fraction of its own tells.
 TEST(OpenGas, BoxesHaveTheirExactVolumeWhereverTheirWallsLie) {
   for (const double offset : {0.0, 0.3, 0.5, 0.77}) {
@@ -60,8 +55,7 @@ TEST(OpenGas, BoxesHaveTheirExactVolumeWhereverTheirWallsLie) {
     ASSERT_EQ(gas.voids.size(), 1U);
     const double shrunk = 2 * 1e-3 * frame.spacing;
     const double exact = (12 - shrunk) * (8 - shrunk) * (10 - shrunk);
-    EXPECT_NEAR(gas.voids[0].volume, exact, 2e-5 * exact + cut_edges(frame, 4 * (12 + 8 + 10)))
-        << offset;
+    EXPECT_NEAR(gas.voids[0].volume, exact, 2e-5 * exact) << offset;
     EXPECT_NEAR(gas.voids[0].lower, centre.z - 5 + 0.5 * shrunk, 1e-5) << offset;
     EXPECT_NEAR(gas.voids[0].upper, centre.z + 5 - 0.5 * shrunk, 1e-5) << offset;
   }
@@ -75,8 +69,8 @@ TEST(OpenGas, VoidsThatMeetInACellAreMeasuredEachForItself) {
                                                          {Vec3d{3.6, 0, -16.4}, Vec3d{4, 6, 4}},
                                                          {Vec3d{20, 20, -10}, Vec3d{4, 6, 3}}}));
   ASSERT_EQ(gas.voids.size(), 3U);
-  EXPECT_NEAR(gas.voids[0].volume, 10 * 10 * 12, cut_edges(frame, 4 * (10 + 10 + 12)));
-  EXPECT_NEAR(gas.voids[1].volume, 8 * 8 * 12, cut_edges(frame, 4 * (8 + 8 + 12)));
+  EXPECT_NEAR(gas.voids[0].volume, 10 * 10 * 12, 3);
+  EXPECT_NEAR(gas.voids[1].volume, 8 * 8 * 12, 3);
   EXPECT_NEAR(gas.voids[2].volume, 4 * 6 * 6, 0.2);
 }
 
