@@ -49,15 +49,16 @@ class OpeningNumbers : public Program {
 };
 
 void expect_four_holes(const std::map<int, Course>& courses, std::size_t outputs) {
-  const std::vector<double> narrow{220, 229, 239, 248, 257, 268, 278, 287, 296, 306, 316, 325, 334};
+  // Means over eight seeds, whose standard deviation is 1.5 at the end.
+  const std::vector<double> narrow{220, 229, 238, 248, 258, 267, 277, 286, 295, 305, 314, 324, 333};
+  const std::vector<double> wide{300, 310, 320, 330, 341, 350, 360, 370, 381, 392, 401, 411, 422};
   ASSERT_EQ(courses.size(), 4U);
   for (const auto& [number, course] : courses) {
     ASSERT_EQ(course.x.size(), outputs) << number;
     for (std::size_t n = 0; n < outputs; ++n) {
       EXPECT_NEAR(course.x[n], number <= 2 ? -250 : 250, 12.5) << number << ' ' << n;
       EXPECT_NEAR(course.y[n], number % 2 == 1 ? -250 : 250, 12.5) << number << ' ' << n;
-      EXPECT_NEAR(course.top_cd[n], narrow[n] + (number % 2 == 1 ? 83 : 0), 12.5)
-          << number << ' ' << n;
+      EXPECT_NEAR(course.top_cd[n], (number % 2 == 1 ? wide : narrow)[n], 6) << number << ' ' << n;
     }
   }
 }
