@@ -6,10 +6,19 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/huge_pages.h"
 
 namespace scarp::bench {
+
+/// Adds the names of cases to run. all: cases with a name each.
+template <class Cases>
+void add_cases(CLI::App& app, const Cases& all, std::vector<std::string>& wanted) {
+  std::vector<std::string> names;
+  for (const auto& each : all) names.push_back(each.name);
+  app.add_option("cases", wanted, "Cases; all without any")->check(CLI::IsMember(names));
+}
 
 /// The main function of a benchmark: declare(app) adds its options, run() is called once they are
 /// read. What fails is told, with exit code 2.

@@ -304,9 +304,7 @@ void run(const Settings& settings) {
 int main(int argc, char** argv) {
   scarp::bench::Settings settings;
   const auto declare = [&](CLI::App& app) {
-    std::vector<std::string> names;
-    for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
-    app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
+    scarp::bench::add_cases(app, scarp::bench::all_cases, settings.cases);
     app.add_flag("--again", settings.again, "Measure cases again; references are kept");
     app.add_flag("--references", settings.references, "Find references anew as well");
     app.add_flag("--json", settings.json, "One object on standard output");

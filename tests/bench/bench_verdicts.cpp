@@ -223,9 +223,7 @@ void run_cases(const Settings& settings) {
 int main(int argc, char** argv) {
   scarp::bench::Settings settings;
   const auto declare = [&](CLI::App& app) {
-    std::vector<std::string> names;
-    for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
-    app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
+    scarp::bench::add_cases(app, scarp::bench::all_cases, settings.cases);
     app.add_option("--comparisons", settings.comparisons,
                    "Of each case with itself; of changes a tenth");
     app.add_option("--seeds", settings.seeds, "Runs of each group");
