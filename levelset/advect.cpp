@@ -18,6 +18,7 @@
 #include "levelset/differences.h"
 #include "levelset/lax_friedrichs.h"
 #include "levelset/leaf_stage.h"
+#include "levelset/recession.h"
 #include "levelset/redistance.h"
 #include "levelset/standstill.h"
 #include "levelset/stencil.h"
@@ -109,7 +110,7 @@ void write_back(const Band& band, const LeafValues& values) {
 }
 
 /// Moves phi for a time step; move(leaf index, stage of the leaf) is asked for one stage of one
-/// leaf. Stages go from the tree to scratch and on; the last one back to the tree, unless standing
+/// leaf. Stages go from the tree to scratch and on; the last one back to the tree, unless slow
 /// layers have a say in what it gives, or it is the first. The volume of residues, in spacings
 /// cubed.
 template <class Move>
@@ -119,11 +120,12 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
   const std::vector<Leaf>& leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
   const bool keeps_standing = has_standing_layers(field);
+  const bool has_limits = keeps_standing || has_slow_layers(field);
   const bool has_images = layers.frame.diagonal;
   const LeafValues* before = nullptr;
   for (std::size_t stage = 0; stage < parts.size(); ++stage) {
     const bool last = stage + 1 == parts.size();
-    LeafValues* after = last && stage > 0 && !keeps_standing ? nullptr : &band.scratch(stage % 2);
+    LeafValues* after = last && stage > 0 && !has_limits ? nullptr : &band.scratch(stage % 2);
     const auto values = [&](std::size_t n) -> const float* {
       return before == nullptr ? leaves[n].phi : (*before)[n];
     };
@@ -138,7 +140,7 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
         move(n, {.before = block,
                  .start = leaf.phi,
                  .active = leaf.active,
-                 .stage = {dt, parts[stage], last && !keeps_standing ? smallest_phi : 0.0F},
+                 .stage = {dt, parts[stage], last && !has_limits ? smallest_phi : 0.0F},
                  .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
                  .after = moved(n),
                  .most_ahead = has_images ? leaf.origin[0] - leaf.origin[1] : leaf_edge});
@@ -148,11 +150,12 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
     before = after;
   }
   double residues = 0;
+  const int last = static_cast<int>(parts.size() - 1) % 2;
   if (keeps_standing) {
     // What the stage before the last one left is not needed any more.
-    const int last = static_cast<int>(parts.size() - 1) % 2;
     residues = keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
+  if (has_slow_layers(field)) limit_recession(layers, field, dt, band.scratch(last));
   if (before != nullptr) {
     write_back(band, *before);
   }

@@ -537,6 +537,27 @@ void pass_standing(const Layers& layers, const std::vector<bool>& stands_still, 
   }
 }
 
+/// No facet recedes faster, whatever its normal.
+float fastest_etch_of(const LayerSpeeds& speeds, const LimitingSpeed& limiting_speed) {
+  const bool has_factors = !speeds.parts.empty();
+  const CornerSpeeds& isotropic = has_factors ? speeds.parts.front() : speeds.speed;
+  return parallel_reduce(
+      isotropic.size(), 1024, 0.0F,
+      [&](std::size_t begin, std::size_t end) {
+        float fastest = 0;
+        for (std::size_t f = begin; f < end; ++f) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            const auto amplitude = [&](std::size_t k) { return speeds.parts[1 + k][f][c]; };
+            const float speed =
+                has_factors ? -limiting_speed(isotropic[f][c], amplitude) : isotropic[f][c];
+            fastest = std::max(fastest, fastest_etch(speed));
+          }
+        }
+        return fastest;
+      },
+      [](float a, float b) { return std::max(a, b); });
+}
+
 bool is_zero(const CornerSpeeds& speeds) {
   return std::all_of(speeds.begin(), speeds.end(), [](const std::array<float, 3>& corners) {
     return corners == std::array<float, 3>{0, 0, 0};
@@ -626,11 +647,13 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
       values[2 + factors.size()] = field.stands_still[seen] ? 0 : 1;
     }
   };
+  const LimitingSpeed limiting_speed(factors);
   for (const LayerSpeeds& layer : speeds_of_layers) {
     SCARP_ASSERT(facets.facets.triangles.size(), ==, layer.speed.size());
     SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
     field.stands_still.push_back(is_zero(layer.speed) &&
                                  std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
+    field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
   }
   field.grows_beside_standing =
       !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);

@@ -18,7 +18,9 @@ SpeedField prescribe_speeds(const Layers& layers,
   const std::vector<std::uint16_t> exposed = exposed_layers(layers);
   SpeedField field;
   field.speed.resize(band.leaves().size() * leaf_size);
-  std::vector<std::uint8_t> moves(layer_count * (band.leaves().size() / 4 + 1), 0);
+  const std::size_t range_count = band.leaves().size() / 4 + 1;
+  std::vector<std::uint8_t> moves(layer_count * range_count, 0);
+  std::vector<float> slowest(layer_count * range_count, 0);
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     std::vector<float> speeds(layer_count);
     std::vector<float> depth(layer_count);
@@ -31,7 +33,9 @@ SpeedField prescribe_speeds(const Layers& layers,
         const Vec3d r = frame.node_position(node_at(leaf, node));
         for (std::size_t layer = 0; layer < layer_count; ++layer) {
           speeds[layer] = static_cast<float>(speed(r, layers.stack[layer].material));
-          moves[begin / 4 * layer_count + layer] |= speeds[layer] != 0 ? 1 : 0;
+          const std::size_t at = begin / 4 * layer_count + layer;
+          moves[at] |= speeds[layer] != 0 ? 1 : 0;
+          slowest[at] = std::min(slowest[at], speeds[layer]);
         }
         const std::size_t at = n * leaf_size + static_cast<std::size_t>(node);
         const std::size_t seen = exposed[at];
@@ -45,8 +49,11 @@ SpeedField prescribe_speeds(const Layers& layers,
     }
   });
   field.stands_still.assign(layer_count, true);
+  field.fastest_etch.assign(layer_count, 0);
   for (std::size_t n = 0; n < moves.size(); ++n) {
-    field.stands_still[n % layer_count] = field.stands_still[n % layer_count] && moves[n] == 0;
+    const std::size_t layer = n % layer_count;
+    field.stands_still[layer] = field.stands_still[layer] && moves[n] == 0;
+    field.fastest_etch[layer] = std::max(field.fastest_etch[layer], fastest_etch(slowest[n]));
   }
   update_max_speed(layers, field);
   return field;
@@ -57,8 +64,17 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
   SpeedField field = prescribe_speeds(layers, amplitude);
   field.angular.push_back({factor, field.speed});
   std::fill(field.speed.begin(), field.speed.end(), 0.0F);
+  field.fastest_etch.clear();
   update_max_speed(layers, field);
   return field;
+}
+
+float fastest_etch(float speed) {
+  if (!(speed < 0)) return 0;
+  constexpr float steps = 1024;
+  int exponent = 0;
+  const float mantissa = std::frexp(-speed, &exponent);
+  return std::ldexp(std::ceil(mantissa * steps) / steps, exponent);
 }
 
 void update_max_speed(const Layers& layers, SpeedField& field) {

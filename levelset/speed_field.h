@@ -29,6 +29,9 @@ struct SpeedField {
   float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
   std::vector<bool> stands_still{};
+  /// One per layer: no place of it recedes faster than that, >= 0. May be empty. Rounded up by a
+  /// thousandth at most, so that it does not hang on which places were asked. Units: nm/s.
+  std::vector<float> fastest_etch{};
   /// Some layers stand still, and speeds that depend on the normal let the others grow: where
   /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
   /// that grows.
@@ -52,6 +55,9 @@ SpeedField prescribe_speeds(const Layers& layers,
 /// Speeds that depend on the normal: amplitude(position, exposed material) times one factor.
 SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
                             const std::function<double(Vec3d r, MaterialId material)>& amplitude);
+
+/// How fast something recedes, rounded up.
+float fastest_etch(float speed);
 
 /// Sets max_speed from the speeds at nodes with |phi| < 1.
 void update_max_speed(const Layers& layers, SpeedField& field);
