@@ -20,6 +20,7 @@
 #include "levelset/leaf_stage.h"
 #include "levelset/recession.h"
 #include "levelset/redistance.h"
+#include "levelset/slivers.h"
 #include "levelset/standstill.h"
 #include "levelset/stencil.h"
 #include "levelset/symmetry.h"
@@ -155,7 +156,10 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
     // What the stage before the last one left is not needed any more.
     residues = keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
-  if (has_slow_layers(field)) limit_recession(layers, field, dt, band.scratch(last));
+  if (has_slow_layers(field)) {
+    limit_recession(layers, field, dt, band.scratch(last));
+    clear_slivers(layers, field, band.scratch(last));
+  }
   if (before != nullptr) {
     write_back(band, *before);
   }

@@ -32,13 +32,8 @@ constexpr float slope_room = 1.03F;
 class Recession {
  public:
   Recession(const Layers& layers, const SpeedField& field, float dt)
-      : layers_(layers), band_(layers.top().band()) {
-    const float fastest = *std::max_element(field.fastest_etch.begin(), field.fastest_etch.end());
-    for (std::size_t layer = 0; layer < layers.stack.size(); ++layer) {
-      const float etch = slope_room * field.fastest_etch[layer];
-      way_.push_back(dt * etch);
-      is_slow_.push_back(slow * field.fastest_etch[layer] < fastest);
-    }
+      : layers_(layers), band_(layers.top().band()), is_slow_(slow_layers(field)) {
+    for (const float etch : field.fastest_etch) way_.push_back(dt * (slope_room * etch));
   }
 
   void limit_leaf(std::size_t n, float* moved) const {
@@ -177,17 +172,23 @@ class Recession {
 
   const Layers& layers_;
   const Band& band_;
-  std::vector<float> way_;  ///< of the layers in a time step, in spacings
   std::vector<bool> is_slow_;
+  std::vector<float> way_;  ///< of the layers in a time step, in spacings
 };
 
 }  // namespace
 
+std::vector<bool> slow_layers(const SpeedField& field) {
+  const auto& etches = field.fastest_etch;
+  std::vector<bool> are_slow;
+  for (const float etch : etches)
+    are_slow.push_back(slow * etch < *std::max_element(etches.begin(), etches.end()));
+  return are_slow;
+}
+
 bool has_slow_layers(const SpeedField& field) {
-  if (field.fastest_etch.size() < 2) return false;
-  const auto [slowest, fastest] =
-      std::minmax_element(field.fastest_etch.begin(), field.fastest_etch.end());
-  return slow * *slowest < *fastest;
+  const std::vector<bool> are_slow = slow_layers(field);
+  return std::find(are_slow.begin(), are_slow.end(), true) != are_slow.end();
 }
 
 void limit_recession(const Layers& layers, const SpeedField& field, float dt, LeafValues& moved) {

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <vector>
+
 #include "levelset/band.h"
 #include "levelset/layers.h"
 #include "levelset/speed_field.h"
 
 namespace scarp {
 
-/// Whether some layers recede more slowly than others.
+/// Which layers recede more slowly than others. Shape: one per layer, or empty where no speeds of
+/// layers are known.
+std::vector<bool> slow_layers(const SpeedField& field);
 bool has_slow_layers(const SpeedField& field);
 
 /// Takes back where a time step went through a layer faster than that can be etched.

@@ -64,7 +64,9 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
   SpeedField field = prescribe_speeds(layers, amplitude);
   field.angular.push_back({factor, field.speed});
   std::fill(field.speed.begin(), field.speed.end(), 0.0F);
-  field.fastest_etch.clear();
+  const LimitingSpeed limiting_speed({&factor, 1});
+  for (float& fastest : field.fastest_etch)
+    fastest = fastest_etch(-limiting_speed(0, [&](std::size_t) { return fastest; }));
   update_max_speed(layers, field);
   return field;
 }
