@@ -9,6 +9,7 @@
 #include "levelset/band.h"
 #include "levelset/differences.h"
 #include "levelset/exposure.h"
+#include "levelset/godunov.h"
 #include "levelset/hamiltonian.h"
 #include "levelset/stencil.h"
 
@@ -159,17 +160,12 @@ SCARP_VECTOR_KERNEL RowValues difference(const RowValues& a, const RowValues& b)
 }
 
 /// What the dissipation takes off rates, by the largest derivatives that are met along each axis.
-SCARP_VECTOR_KERNEL RowValues dissipation(const RowValues& rates, const SlopeRange& met,
-                                          const Gradients& near, const Gradients& gradients,
-                                          bool has_cusps) {
+SCARP_VECTOR_KERNEL RowValues dissipation(const SlopeRange& met, const Gradients& gradients) {
   RowValues sum{};
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < leaf_edge; ++k) {
       const float jump = gradients.forward[axis][k] - gradients.backward[axis][k];
-      const float near_jump = near.forward[axis][k] - near.backward[axis][k];
-      const float held = select(rates[k] < 0, smaller(jump, near_jump), larger(jump, near_jump));
-      const float used = select(has_cusps, 0.5F * (jump + held), jump);
-      sum[k] += larger(met.most[axis][k], -met.least[axis][k]) * (0.5F * used);
+      sum[k] += larger(met.most[axis][k], -met.least[axis][k]) * (0.5F * jump);
     }
   }
   return sum;
@@ -178,11 +174,9 @@ SCARP_VECTOR_KERNEL RowValues dissipation(const RowValues& rates, const SlopeRan
 /// V |grad phi| at the nodes of a row, along the axes.
 RowValues rates_along_axes(const SpeedField& field, std::size_t first, const Gradients& near,
                            const Gradients& gradients) {
-  const bool has_cusps = std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
   const auto [rates, slope] = hamiltonian(field, first, middle_of(gradients));
   const SlopeRange met = slopes_met(field, first, slope, near);
-  return difference(rates, dissipation(rates, met, near, gradients, has_cusps));
+  return difference(rates, dissipation(met, gradients));
 }
 
 /// By the differences from which information travels the way phi grows (side 1) or falls (-1).
@@ -248,6 +242,22 @@ RowValues rates_about_vertical(const SpeedField& field, std::size_t first, const
   return difference(hamiltonian(field, first, p).value, dissipation);
 }
 
+/// V |grad phi| at the nodes of a row, for rates of a crystal.
+RowValues rates_by_planes(const SpeedField& field, std::size_t first, const Gradients& near) {
+  const auto is_flat_along = [&](int axis) {
+    return is_flat(near.backward[axis], near.forward[axis]);
+  };
+  if (is_flat_along(0) && is_flat_along(1) && is_flat_along(2))
+    return hamiltonian(field, first, middle_of(near)).value;
+  RowValues rates{};
+  for (int k = 0; k < leaf_edge; ++k) {
+    const auto at_node = [&](const RowVectors& p) { return Vec3f{p[0][k], p[1][k], p[2][k]}; };
+    rates[k] = godunov_rate(field, first + static_cast<std::size_t>(k), at_node(near.backward),
+                            at_node(near.forward));
+  }
+  return rates;
+}
+
 /// V |grad phi| at the nodes of a row.
 RowValues row_rates(const float* row, const float* mobility, Scheme scheme, const SpeedField& field,
                     std::size_t first) {
@@ -256,8 +266,11 @@ RowValues row_rates(const float* row, const float* mobility, Scheme scheme, cons
       field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
   Gradients near = first_order_gradients(row);
   if (field.grows_beside_standing) see_past_standing(mobility, near);
-  const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
-  RowValues rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
+  const bool by_planes = has_cusps(field);
+  const Gradients gradients =
+      scheme == Scheme::weno5 && !by_planes ? weno5_gradients(row, mobility, near) : near;
+  RowValues rates = by_planes     ? rates_by_planes(field, first, near)
+                    : is_vertical ? rates_about_vertical(field, first, near, gradients)
                                 : rates_along_axes(field, first, near, gradients);
   for (int k = 0; field.grows_beside_standing && k < leaf_edge; ++k)
     if (mobility[k] == 0) rates[k] = field.speed[first + static_cast<std::size_t>(k)];

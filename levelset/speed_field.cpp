@@ -61,6 +61,11 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
   return field;
 }
 
+bool has_cusps(const SpeedField& field) {
+  return std::ranges::any_of(
+      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+}
+
 void update_max_speed(const Layers& layers, SpeedField& field) {
   const auto& leaves = layers.top().band().leaves();
   std::vector<AngularFactor> factors;
