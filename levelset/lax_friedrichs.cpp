@@ -80,6 +80,20 @@ SCARP_VECTOR_KERNEL Gradients first_order_gradients(const float* row) {
   return gradients_of<Scheme::first_order>(row);
 }
 
+/// The same with phi of free where that is a number.
+Gradients free_gradients(const float* row, const float* free) {
+  const auto phi = [&](std::ptrdiff_t at) { return std::isnan(free[at]) ? row[at] : free[at]; };
+  Gradients gradients;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::ptrdiff_t stride = axis_strides[axis];
+    for (int k = 0; k < leaf_edge; ++k) {
+      gradients.backward[axis][k] = phi(k) - phi(k - stride);
+      gradients.forward[axis][k] = phi(k + stride) - phi(k);
+    }
+  }
+  return gradients;
+}
+
 /// By WENO5, but the near ones where something within reach does not move.
 SCARP_VECTOR_KERNEL Gradients weno5_gradients(const float* row, const float* mobility,
                                               const Gradients& near) {
@@ -258,20 +272,20 @@ RowValues rates_by_planes(const SpeedField& field, std::size_t first, const Grad
   return rates;
 }
 
-/// V |grad phi| at the nodes of a row.
-RowValues row_rates(const float* row, const float* mobility, Scheme scheme, const SpeedField& field,
-                    std::size_t first) {
+/// V |grad phi| at the nodes of a row. free is null where there is none.
+RowValues row_rates(const float* row, const float* mobility, const float* free, Scheme scheme,
+                    const SpeedField& field, std::size_t first) {
   if (has_no_speed(field, first)) return {};
   const bool is_vertical = std::ranges::all_of(
       field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
-  Gradients near = first_order_gradients(row);
+  Gradients near = free != nullptr ? free_gradients(row, free) : first_order_gradients(row);
   if (field.grows_beside_standing) see_past_standing(mobility, near);
   const bool by_planes = has_cusps(field);
   const Gradients gradients =
       scheme == Scheme::weno5 && !by_planes ? weno5_gradients(row, mobility, near) : near;
   RowValues rates = by_planes     ? rates_by_planes(field, first, near)
                     : is_vertical ? rates_about_vertical(field, first, near, gradients)
-                                : rates_along_axes(field, first, near, gradients);
+                                  : rates_along_axes(field, first, near, gradients);
   for (int k = 0; field.grows_beside_standing && k < leaf_edge; ++k)
     if (mobility[k] == 0) rates[k] = field.speed[first + static_cast<std::size_t>(k)];
   return rates;
@@ -305,7 +319,7 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 }  // namespace
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
-                         const SpeedField& field, std::size_t leaf_index) {
+                         const SpeedField& field, std::size_t leaf_index, const FreeLeaf& free) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       if (!leaf.moves(i, j)) {
@@ -315,9 +329,13 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
-      const RowValues rates = row_rates(row, mobility.row(i, j), scheme, field, first);
-      for (int k = 0; k < leaf_edge; ++k)
-        leaf.set(node + k, row[k], row[k] - leaf.stage.dt * rates[k]);
+      const float* free_row = free.phi == nullptr ? nullptr : free.phi->row(i, j);
+      const RowValues rates = row_rates(row, mobility.row(i, j), free_row, scheme, field, first);
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float moved = row[k] - leaf.stage.dt * rates[k];
+        leaf.set(node + k, row[k],
+                 free.most == nullptr ? moved : smaller(moved, free.most[node + k]));
+      }
     }
   }
 }
