@@ -284,9 +284,8 @@ double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme)
   const double h = layers.frame.spacing;
   const auto scaled_dt = static_cast<float>(dt / h);
   const Ceilings ceilings(layers.top().band(), field.closed);
-  // Rates of crystals are moved by a scheme that is monotone, so of first order; on planes it is
-  // exact.
-  const Scheme stages = has_cusps(field) ? Scheme::first_order : used;
+  // Crystals are etched by a scheme that is monotone, so of first order; on planes it is exact.
+  const Scheme stages = etches_crystal(field) ? Scheme::first_order : used;
   const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, stages)
                                     : move_by_speed(layers, field, scaled_dt, used);
   ceilings.keep();

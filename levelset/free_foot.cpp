@@ -295,7 +295,7 @@ class Feet {
 
 FreeFoot free_foot(const Layers& layers, const SpeedField& field,
                    const std::vector<float>& mobility, float dt) {
-  if (field.grows_beside_standing) return {};
+  if (!etches_crystal(field)) return {};
   for (const AngularSpeed& part : field.angular) {
     if (const CrystalRates* crystal = part.factor.crystal())
       return Feet(layers, field, *crystal, mobility).run(dt);

@@ -61,9 +61,11 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
   return field;
 }
 
-bool has_cusps(const SpeedField& field) {
-  return std::ranges::any_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.has_cusps(); });
+bool etches_crystal(const SpeedField& field) {
+  return std::ranges::any_of(field.angular, [](const AngularSpeed& part) {
+    return part.factor.has_cusps() &&
+           std::ranges::any_of(part.amplitude, [](float size) { return size < 0; });
+  });
 }
 
 void update_max_speed(const Layers& layers, SpeedField& field) {

@@ -53,8 +53,8 @@ SpeedField prescribe_speeds(const Layers& layers,
 SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
                             const std::function<double(Vec3d r, MaterialId material)>& amplitude);
 
-/// Whether the speed has minima at planes of a crystal.
-bool has_cusps(const SpeedField& field);
+/// Whether a crystal is etched somewhere.
+bool etches_crystal(const SpeedField& field);
 
 /// Sets max_speed from the speeds at nodes with |phi| < 1.
 void update_max_speed(const Layers& layers, SpeedField& field);
