@@ -31,7 +31,7 @@ constexpr double corner_reach = 4;
 constexpr float next_to_wall = 0.6F;
 
 /// A wall further from the foot does without, in spacings.
-constexpr double most_shift = 2;
+constexpr double most_shift = 0.15;
 
 /// A point of the line from which a mask's surface rises, and the plane of the wall below.
 struct Foot {

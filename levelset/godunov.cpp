@@ -16,13 +16,16 @@ float between(float least, float most, float part) { return (1 - part) * least +
 
 /// Components of grad phi along an axis at which a value is looked for.
 struct Places {
-  std::array<float, 2 + 3 + CrystalRates::most_creases> at{};
+  std::array<float, 5 + 2 * CrystalRates::most_creases> at{};
   std::size_t count = 0;
 
   void add(float place) { at[count++] = place; }
 };
 
-Places places(const SpeedField& field, Vec3f p, int axis, float least, float most) {
+/// p has the components along the axes before this one; those along the ones after it are looked
+/// for later, so cusps are taken where they have either end.
+Places places(const SpeedField& field, const std::array<Vec3f, 2>& p, int axis, float least,
+              float most) {
   Places found;
   if (most - least < flat) {
     found.add(between(least, most, 0.5F));
@@ -32,10 +35,12 @@ Places places(const SpeedField& field, Vec3f p, int axis, float least, float mos
   for (const AngularSpeed& part : field.angular) {
     const CrystalRates* crystal = part.factor.crystal();
     if (crystal == nullptr) continue;
-    const CrystalRates::Creases creases = crystal->creases(p, axis);
-    for (std::size_t n = 0; n < creases.count; ++n) {
-      const float place = creases.at[n];
-      if (place > least && place < most && found.count < found.at.size()) found.add(place);
+    for (const Vec3f& end : p) {
+      const CrystalRates::Creases creases = crystal->creases(end, axis);
+      for (std::size_t n = 0; n < creases.count; ++n) {
+        const float place = creases.at[n];
+        if (place > least && place < most && found.count < found.at.size()) found.add(place);
+      }
     }
   }
   return found;
@@ -56,7 +61,13 @@ float godunov_rate(const SpeedField& field, std::size_t node, Vec3f backward, Ve
     if (axis == 3) return value(field, node, p);
     const float before = backward[axis];
     const float behind = forward[axis];
-    const Places all = places(field, p, axis, std::min(before, behind), std::max(before, behind));
+    std::array<Vec3f, 2> ends{p, p};
+    for (int later = axis + 1; later < 3; ++later) {
+      ends[0][later] = backward[later];
+      ends[1][later] = forward[later];
+    }
+    const Places all =
+        places(field, ends, axis, std::min(before, behind), std::max(before, behind));
     float best = 0;
     for (std::size_t n = 0; n < all.count; ++n) {
       p[axis] = all.at[n];

@@ -13,8 +13,9 @@ namespace scarp {
 ///
 /// Between a floor and a wall lie normals whose planes etch a hundred times as fast as the wall.
 /// Where the solid is concave the slowest plane between the two counts, to the last digit of its
-/// rate, and where it is convex the fastest: so no dissipation is needed, which would blunt corners.
-/// Values are looked for at both ends, at three places between them, and at all cusps of the rates.
+/// rate, and where it is convex the fastest: so no dissipation is needed, which would blunt
+/// corners. Values are looked for at both ends, at three places between them, and at all cusps of
+/// the rates.
 ///
 /// Source: Bardi and Osher 1991 (the nonconvex multidimensional Riemann problem).
 float godunov_rate(const SpeedField& field, std::size_t node, Vec3f backward, Vec3f forward);
