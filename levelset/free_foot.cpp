@@ -30,6 +30,11 @@ constexpr double corner_reach = 4;
 /// Nodes of the crystal this near to its surface tell where the wall has got to, in spacings.
 constexpr float next_to_wall = 0.6F;
 
+/// A foot holds nodes that are less than this from it along the line of feet, and is told of what
+/// happens to the wall by those less than that, in spacings.
+constexpr double own = 1;
+constexpr double beside = 2;
+
 /// A wall further from the foot does without, in spacings.
 constexpr double most_shift = 0.15;
 
@@ -191,16 +196,19 @@ class Feet {
     feet_ = std::move(kept);
   }
 
-  /// Calls visit(node, its place in arrays) for the nodes of the band near a foot. Nodes beyond the
-  /// sides are given as they lie, their places are those of their images.
+  /// Calls visit(node, its place in arrays) for the nodes of the band near a foot, less than beside
+  /// from it along the line of feet. Nodes beyond the sides are given as they lie, their places are
+  /// those of their images.
   template <class Visit>
-  void for_each_node_near(const Foot& foot, const Visit& visit) const {
+  void for_each_node_near(const Foot& foot, double beside, const Visit& visit) const {
+    const Vec3d along = normalized(cross(foot.aside, foot.normal));
     for (int i = foot.node[0] - reach; i <= foot.node[0] + reach; ++i) {
       for (int j = foot.node[1] - reach; j <= foot.node[1] + reach; ++j) {
         const int base = foot.node[2] + static_cast<int>(std::lround(foot.offset.z));
         for (int k = base - reach; k <= base + reach; ++k) {
           const std::size_t at = place({i, j, k});
-          if (at != missing) visit(Node{i, j, k}, at);
+          const Node node{i, j, k};
+          if (at != missing && std::abs(dot(along, from(foot, node))) < beside) visit(node, at);
         }
       }
     }
@@ -209,7 +217,7 @@ class Feet {
   void find_distances() {
     distance_.assign(mobility_.size(), std::numeric_limits<float>::max());
     for (const Foot& foot : feet_) {
-      for_each_node_near(foot, [&](const Node& node, std::size_t at) {
+      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
         const Vec3d way = from(foot, node);
         distance_[at] = std::min(distance_[at], static_cast<float>(dot(way, way)));
       });
@@ -223,13 +231,10 @@ class Feet {
 
   /// Also by what is nearest to another foot: what takes the wall away comes from the side.
   void find_shifts() {
-    constexpr double beside = 2;
     for (Foot& foot : feet_) {
       double shift = 0;
-      for_each_node_near(foot, [&](const Node& node, std::size_t at) {
+      for_each_node_near(foot, beside, [&](const Node& node, std::size_t at) {
         if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
-        const Vec3d way = from(foot, node);
-        if (dot(way, way) > beside * beside && !is_nearest(foot, node, at)) return;
         shift = std::max(shift, phi(at) - height(foot, node));
       });
       foot.shift = shift;
@@ -242,7 +247,7 @@ class Feet {
         .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
     for (const Foot& foot : feet_) {
       if (foot.shift > most_shift) continue;
-      for_each_node_near(foot, [&](const Node& node, std::size_t at) {
+      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
         if (!is_nearest(foot, node, at)) return;
         const auto plane = static_cast<float>(height(foot, node));
         const bool is_masked = mobility_[at] == 0;

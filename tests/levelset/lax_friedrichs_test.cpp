@@ -248,6 +248,27 @@ TEST(LaxFriedrichs, WallsInKohBeginAtTheMaskWhereverItLies) {
   }
 }
 
+// From the corners of a mask fast planes run along its edges and take the walls below away: what
+// holds walls at a mask does not hold these.
+TEST(SlowLaxFriedrichs, CornersOfAMaskInKohAreUndercut) {
+  constexpr double width = 24;
+  const Frame frame{.spacing = 1, .cells = {48, 48}};
+  Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{.material = 0},
+                                MaskShape{.material = 1,
+                                          .thickness = 3,
+                                          .outlines = MaskShape::Outlines::resist,
+                                          .outline = RectangleOutline{.size = {width, width}}}});
+  etch_in_koh(layers, 3, Scheme::eno2);
+  const auto reaches = [&](double x, double y) {
+    double way = 0;
+    while (layers.top().distance({way * x, way * y, -1}) < 0) way += 0.05;
+    return way;
+  };
+  EXPECT_LT(reaches(1, 1), 0.5 * width - 1);
+  EXPECT_NEAR(reaches(1, 0), 0.5 * width + std::sqrt(0.5), 0.2);
+}
+
 // As deep as wide walls allow: a square about the circle, whose walls do not move any more.
 TEST(SlowLaxFriedrichs, ARoundOpeningInKohBecomesThePyramidAboutIt) {
   for (const double radius : {10.0, 10.3}) {
