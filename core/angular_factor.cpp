@@ -34,6 +34,28 @@ CrystalRates::CrystalRates(const Values& rates, const std::array<Vec3d, 3>& axes
       near_111_(Vec3d{1.5 * rates.r311 - 0.5 * rates.r111,
                       rates.r110 + 0.5 * rates.r111 - 1.5 * rates.r311, rates.r111 - rates.r110}) {}
 
+CrystalRates::Creases CrystalRates::creases(Vec3f p, int axis) const {
+  p[axis] = 0;
+  std::array<float, 3> start{};
+  std::array<float, 3> turn{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    start[n] = dot(axes_[n], p);
+    turn[n] = axes_[n][axis];
+  }
+  Creases found;
+  const auto add_zero = [&](float at_start, float rise) {
+    constexpr float least_rise = 1e-4F;
+    if (std::abs(rise) > least_rise) found.at[found.count++] = -at_start / rise;
+  };
+  for (std::size_t n = 0; n < 3; ++n) {
+    const std::size_t next = (n + 1) % 3;
+    add_zero(start[n], turn[n]);
+    add_zero(start[n] - start[next], turn[n] - turn[next]);
+    add_zero(start[n] + start[next], turn[n] + turn[next]);
+  }
+  return found;
+}
+
 void AngularFactor::find_bounds() {
   // The surface of a cube of directions.
   constexpr int half = 48;

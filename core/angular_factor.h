@@ -138,6 +138,15 @@ class CrystalRates {
   /// vectors.
   CrystalRates(const Values& rates, const std::array<Vec3d, 3>& axes);
 
+  /// Components of p along an axis of the wafer, the others as they are, at which two components
+  /// along the axes of the crystal have one size, or one is 0: cusps of the rates lie there.
+  static constexpr std::size_t most_creases = 9;
+  struct Creases {
+    std::array<float, most_creases> at{};
+    std::size_t count = 0;
+  };
+  Creases creases(Vec3f p, int axis) const;
+
   /// Zero for p = 0, whose direction says nothing.
   SCARP_KERNEL_PART AngularRate rate(Vec3f p) const {
     const float size = std::max(length(p), 1e-6F);
@@ -201,10 +210,13 @@ class AngularFactor {
   float value(Vec3f n) const { return rate(n).value; }
 
   /// Whether F has minima at which its slope jumps, as at the planes of a crystal.
-  bool has_cusps() const { return std::holds_alternative<CrystalRates>(kind_); }
+  bool has_cusps() const { return crystal() != nullptr; }
 
   /// The direction on whose angle to the normal alone F depends, if there is one.
   const std::optional<Vec3f>& axis() const { return axis_; }
+
+  /// The rates of a crystal, if it is one.
+  const CrystalRates* crystal() const { return std::get_if<CrystalRates>(&kind_); }
 
   /// The response between slopes, if it is one.
   const SlopeResponse* between_slopes() const { return std::get_if<SlopeResponse>(&kind_); }

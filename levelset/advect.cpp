@@ -16,6 +16,7 @@
 #include "levelset/band.h"
 #include "levelset/cell_words.h"
 #include "levelset/differences.h"
+#include "levelset/free_foot.h"
 #include "levelset/lax_friedrichs.h"
 #include "levelset/leaf_stage.h"
 #include "levelset/recession.h"
@@ -188,11 +189,19 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
   const std::vector<float> before = has_layers ? values_of(band) : std::vector<float>();
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
+  const FreeFoot foot = free_foot(layers, field, mobility, dt);
   const double residues =
       move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
         Block around;
         gather<Block::halo>(band, n, source, around);
-        move_lax_friedrichs(leaf, around, scheme, field, n);
+        if (foot.phi.empty()) {
+          move_lax_friedrichs(leaf, around, scheme, field, n);
+          return;
+        }
+        Block free;
+        gather<1>(
+            band, n, [&](std::size_t m) { return &foot.phi[m * leaf_size]; }, free);
+        move_lax_friedrichs(leaf, around, scheme, field, n, {&free, &foot.most[n * leaf_size]});
       });
   if (has_layers) book_rise(layers, field, before);
   return residues;
@@ -282,7 +291,9 @@ double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme)
   const double h = layers.frame.spacing;
   const auto scaled_dt = static_cast<float>(dt / h);
   const Ceilings ceilings(layers.top().band(), field.closed);
-  const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, used)
+  // Crystals are etched by a scheme that is monotone, so of first order; on planes it is exact.
+  const Scheme stages = etches_crystal(field) ? Scheme::first_order : used;
+  const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, stages)
                                     : move_by_speed(layers, field, scaled_dt, used);
   ceilings.keep();
   redistance(layers.top().band(), used, field.closed);

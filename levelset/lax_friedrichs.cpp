@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "core/parallel.h"
@@ -9,6 +10,7 @@
 #include "levelset/band.h"
 #include "levelset/differences.h"
 #include "levelset/exposure.h"
+#include "levelset/godunov.h"
 #include "levelset/hamiltonian.h"
 #include "levelset/stencil.h"
 
@@ -77,6 +79,26 @@ SCARP_KERNEL_PART Gradients gradients_of(const float* row) {
 
 SCARP_VECTOR_KERNEL Gradients first_order_gradients(const float* row) {
   return gradients_of<Scheme::first_order>(row);
+}
+
+/// FreeLeaf at a row.
+struct FreeRow {
+  const float* phi = nullptr;
+  const float* most = nullptr;
+};
+
+/// The same with phi of free where that is a number.
+Gradients free_gradients(const float* row, const float* free) {
+  const auto phi = [&](std::ptrdiff_t at) { return std::isnan(free[at]) ? row[at] : free[at]; };
+  Gradients gradients;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::ptrdiff_t stride = axis_strides[axis];
+    for (int k = 0; k < leaf_edge; ++k) {
+      gradients.backward[axis][k] = phi(k) - phi(k - stride);
+      gradients.forward[axis][k] = phi(k + stride) - phi(k);
+    }
+  }
+  return gradients;
 }
 
 /// By WENO5, but the near ones where something within reach does not move.
@@ -248,13 +270,47 @@ RowValues rates_about_vertical(const SpeedField& field, std::size_t first, const
   return difference(hamiltonian(field, first, p).value, dissipation);
 }
 
-/// V |grad phi| at the nodes of a row.
-RowValues row_rates(const float* row, const float* mobility, Scheme scheme, const SpeedField& field,
-                    std::size_t first) {
+/// Whether a crystal is etched at a node of a row.
+bool etches_crystal_in_row(const SpeedField& field, std::size_t first) {
+  return std::ranges::any_of(field.angular, [&](const AngularSpeed& part) {
+    const float* amplitude = &part.amplitude[first];
+    return part.factor.has_cusps() &&
+           std::any_of(amplitude, amplitude + leaf_edge, [](float size) { return size < 0; });
+  });
+}
+
+/// V |grad phi| at the nodes of a row of a crystal that is etched. most is as in a FreeLeaf.
+///
+/// Godunov's scheme has sharp corners, but where three planes or more meet it lets rounded tips
+/// run ahead and take walls along; the dissipation holds them back by more than it should. The mean
+/// of both keeps walls where they are. At the foot of a mask the limit of FreeFoot holds them.
+RowValues rates_of_etched_crystal(const SpeedField& field, std::size_t first, const Gradients& near,
+                                  const float* most) {
+  const auto is_flat_along = [&](int axis) {
+    return is_flat(near.backward[axis], near.forward[axis]);
+  };
+  if (is_flat_along(0) && is_flat_along(1) && is_flat_along(2))
+    return hamiltonian(field, first, middle_of(near)).value;
+  RowValues rates = rates_along_axes(field, first, near, near);
+  for (int k = 0; k < leaf_edge; ++k) {
+    const auto at_node = [&](const RowVectors& p) { return Vec3f{p[0][k], p[1][k], p[2][k]}; };
+    const float sharp = godunov_rate(field, first + static_cast<std::size_t>(k),
+                                     at_node(near.backward), at_node(near.forward));
+    const bool is_at_foot = most != nullptr && most[k] < std::numeric_limits<float>::max();
+    rates[k] = is_at_foot ? sharp : 0.5F * (sharp + rates[k]);
+  }
+  return rates;
+}
+
+/// V |grad phi| at the nodes of a row. What belongs to feet is null where there are none.
+RowValues row_rates(const float* row, const float* mobility, const FreeRow& free, Scheme scheme,
+                    const SpeedField& field, std::size_t first) {
   if (has_no_speed(field, first)) return {};
   const bool is_vertical = std::ranges::all_of(
       field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
-  Gradients near = first_order_gradients(row);
+  Gradients near = free.phi != nullptr ? free_gradients(row, free.phi) : first_order_gradients(row);
+  if (etches_crystal_in_row(field, first))
+    return rates_of_etched_crystal(field, first, near, free.most);
   if (field.grows_beside_standing) see_past_standing(mobility, near);
   const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
   RowValues rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
@@ -292,7 +348,7 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 }  // namespace
 
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
-                         const SpeedField& field, std::size_t leaf_index) {
+                         const SpeedField& field, std::size_t leaf_index, const FreeLeaf& free) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       if (!leaf.moves(i, j)) {
@@ -302,9 +358,14 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
-      const RowValues rates = row_rates(row, mobility.row(i, j), scheme, field, first);
-      for (int k = 0; k < leaf_edge; ++k)
-        leaf.set(node + k, row[k], row[k] - leaf.stage.dt * rates[k]);
+      FreeRow beside;
+      if (free.phi != nullptr) beside = {free.phi->row(i, j), free.most + node};
+      const RowValues rates = row_rates(row, mobility.row(i, j), beside, scheme, field, first);
+      for (int k = 0; k < leaf_edge; ++k) {
+        const float moved = row[k] - leaf.stage.dt * rates[k];
+        leaf.set(node + k, row[k],
+                 free.most == nullptr ? moved : smaller(moved, free.most[node + k]));
+      }
     }
   }
 }

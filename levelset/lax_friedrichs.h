@@ -11,6 +11,12 @@
 
 namespace scarp {
 
+/// FreeFoot for a leaf: phi has a halo of one node. Null where there is none.
+struct FreeLeaf {
+  const Block* phi = nullptr;
+  const float* most = nullptr;
+};
+
 /// An Euler step of phi_t = -V(x, n) |grad phi| for the nodes of a leaf, by the local
 /// Lax-Friedrichs scheme: V at the node's own normal, and along every axis a dissipation with the
 /// largest |d(V |grad phi|) / d phi_axis| that is met between the differences to the neighbours.
@@ -38,7 +44,8 @@ namespace scarp {
 /// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant, and upwind where nothing
 /// turns); Toifl et al. 2019 (bounds over the stencil for rates that depend on the orientation).
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
-                         const SpeedField& field, std::size_t leaf_index);
+                         const SpeedField& field, std::size_t leaf_index,
+                         const FreeLeaf& free = {});
 
 /// Books what the dissipation has raised as what was seen there.
 ///

@@ -79,6 +79,13 @@ float fastest_etch(float speed) {
   return std::ldexp(std::ceil(mantissa * steps) / steps, exponent);
 }
 
+bool etches_crystal(const SpeedField& field) {
+  return std::ranges::any_of(field.angular, [](const AngularSpeed& part) {
+    return part.factor.has_cusps() &&
+           std::ranges::any_of(part.amplitude, [](float size) { return size < 0; });
+  });
+}
+
 void update_max_speed(const Layers& layers, SpeedField& field) {
   const auto& leaves = layers.top().band().leaves();
   std::vector<AngularFactor> factors;

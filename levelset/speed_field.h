@@ -59,6 +59,9 @@ SpeedField prescribe_speeds(const Layers& layers, const AngularFactor& factor,
 /// How fast something recedes, rounded up.
 float fastest_etch(float speed);
 
+/// Whether a crystal is etched somewhere.
+bool etches_crystal(const SpeedField& field);
+
 /// Sets max_speed from the speeds at nodes with |phi| < 1.
 void update_max_speed(const Layers& layers, SpeedField& field);
 
