@@ -70,13 +70,13 @@ class Direct {
       return (sums[rank * set_count] + sign * sums[rank * set_count + 1]) /
              (1.0 * arrivals.rays[rank] * set_count);
     };
-    std::vector<double> halves(plan.size());
+    Differences of{.halves = std::vector<double>(plan.size())};
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
       mean_[rank] = sum_of(rank, 1);
-      halves[rank] = sum_of(rank, -1);
+      of.halves[rank] = sum_of(rank, -1);
     }
     const auto none = [](std::size_t) { return false; };
-    deviation_ = ErrorDraws(options, plan, halves, {}, none).draws(0, draw_count);
+    deviation_ = ErrorDraws(options, plan, of, none).draws(0, draw_count);
   }
 
   FluxSpread spread() const {
