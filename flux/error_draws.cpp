@@ -13,51 +13,70 @@ namespace {
 // Between shifts of one block to another; odd, so that those of a whole block all differ.
 constexpr std::size_t shift_step = 5;
 
-double power_of_rays(double rays) { return rays * std::sqrt(rays); }
-
-double F(const char* n, double d) { const char* e = getenv(n); return e ? atof(e) : d; }
-
 constexpr double square(double x) { return x * x; }
 
-// The usual error of an element. The variance of scrambled sets falls about as n^-1.5 with the
-// number n of rays on the same area; of elements with as many rays on an area it is as that of
-// rays that are drawn without order, one over their number.
-double usual_error(double scatter, double rays, double share) {
-  return scatter * std::sqrt(std::sqrt(share / rays) / rays);
-}
+// The usual error of an element whose single rays scatter by 1. The variance of scrambled sets
+// falls about as n^-1.5 with the number n of rays on the same area; of elements with as many rays
+// on an area it is as that of rays that are drawn without order, one over their number.
+double usual_error(double rays, double share) { return std::sqrt(std::sqrt(share / rays) / rays); }
 
-// Numbers of ranks, or of blocks, from one that is known by some differences.
-struct Known {
+// By how much the variance of a scrambled set is less than that of a ray.
+double gain(double rays) { return rays * std::sqrt(rays); }
+
+// A variance, and how many independent squares it is known by.
+struct Variance {
   double value = 0;
-  double freedom = 0;  // of the differences
+  double freedom = 0;
 };
 
-// Means over those nearby, the less the further away, and over what is usual everywhere.
-std::vector<double> nearby(std::span<const Known> all, int reach, const Known& usual) {
-  std::vector<double> means;
+// The mean of variances around each of some, of a guess as well; one that is further away counts
+// less.
+std::vector<Variance> means_around(std::span<const Variance> all, int reach,
+                                   const Variance& guess) {
+  std::vector<Variance> means;
   const int count = static_cast<int>(all.size());
   for (int k = 0; k < count; ++k) {
-    double sum = usual.freedom * usual.value;
-    double freedom = usual.freedom;
+    double sum = guess.freedom * guess.value;
+    double weights = guess.freedom;
+    double squares = guess.freedom;
     for (int j = std::max(0, k - reach + 1); j < std::min(count, k + reach); ++j) {
-      const Known& other = all[static_cast<std::size_t>(j)];
-      const double weight = other.freedom * (reach - std::abs(j - k)) / reach;
-      sum += weight * other.value;
-      freedom += weight;
+      const auto& [value, freedom] = all[static_cast<std::size_t>(j)];
+      const double part = 1 - 1.0 * std::abs(j - k) / reach;
+      sum += part * freedom * value;
+      weights += part * freedom;
+      squares += part * part * freedom;
     }
-    means.push_back(freedom > 0 ? sum / freedom : 0);
+    means.push_back(weights > 0 ? Variance{sum / weights, weights * weights / squares}
+                                : Variance{});
   }
   return means;
 }
 
-// The mean of all, if they are as many, or nearly that of a guess.
-double mean_of(std::span<const Known> all, Known guess) {
-  for (const Known& each : all) {
-    guess.value = (guess.freedom * guess.value + each.freedom * each.value) /
-                  std::max(guess.freedom + each.freedom, 1e-300);
-    guess.freedom += each.freedom;
+double mean_of(std::span<const Variance> all, const Variance& guess = {}) {
+  double sum = guess.freedom * guess.value;
+  double weights = guess.freedom;
+  for (const auto& [value, freedom] : all) {
+    sum += freedom * value;
+    weights += freedom;
   }
-  return guess.value;
+  return weights > 0 ? sum / weights : 0;
+}
+
+// How many times as large as usual the square of an error is. Where by chance next to nothing is
+// usual it says nothing.
+Variance times_usual(double error, double usual_square) {
+  constexpr double most = 25;
+  if (usual_square == 0) return {};
+  return {.value = std::min(square(error) / usual_square, most), .freedom = 1};
+}
+
+// What is off by a variance that is itself known by a few squares only is off like Student's t: by
+// so much more in its own variance. Of a product of two variances.
+double student_factor(const Variance& a, const Variance& b) {
+  constexpr double most = 2;
+  if (a.freedom == 0 || b.freedom == 0) return 1;
+  const double unknown = 2 / a.freedom + 2 / b.freedom;
+  return unknown < 1 - 1 / most ? 1 / (1 - unknown) : most;
 }
 
 }  // namespace
@@ -65,140 +84,150 @@ double mean_of(std::span<const Known> all, Known guess) {
 UsualErrors::UsualErrors(const RayPlan& plan, const Differences& of,
                          const std::function<bool(std::size_t rank)>& is_left_out)
     : plan_(plan), of_(of), of_elements_(plan.size()), of_blocks_(plan.size()) {
-  for (std::size_t rank = 0; rank < plan.size(); ++rank) of_elements_[rank] = is_left_out(rank) ? 0 : 1;
+  for (std::size_t rank = 0; rank < plan.size(); ++rank)
+    of_elements_[rank] = is_left_out(rank) ? 0 : 1;
   if (of.parts.empty()) {
-    find_by_windows();
+    find_without_parts();
   } else {
-    find_by_parts();
+    find_elements();
+    find_blocks();
   }
-  find_blocks();
 }
 
-// The variance of what a part says.
-double UsualErrors::square_of_parts(std::size_t rank) const {
-  const auto count = static_cast<double>(part_count(plan_, plan_.block_of(rank)));
-  double squares = 0;
-  for (const float part : of_.parts[rank]) squares += square(static_cast<double>(part));
-  return squares / (set_count * (count - 1)) +
-         static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
-}
-
-// Of what the parts of all elements say together.
-double UsualErrors::square_of_parts(const RayPlan::Block& block) const {
-  const auto count = static_cast<double>(part_count(plan_, block));
-  std::array<double, set_count * most_parts> sums{};
-  double of_rays = 0;
-  for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-    if (of_elements_[rank] == 0) continue;
-    for (std::size_t k = 0; k < sums.size(); ++k)
-      sums[k] += area(rank) * static_cast<double>(of_.parts[rank][k]);
-    of_rays += square(area(rank)) * static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
-  }
-  double squares = 0;
-  for (const double sum : sums) squares += square(sum);
-  return squares / (set_count * (count - 1)) + of_rays;
-}
-
-// Without parts: errors are as large as half differences in the window say.
-void UsualErrors::find_by_windows() {
+// Errors are as large as half differences in the window say.
+void UsualErrors::find_without_parts() {
   for (const RayPlan::Window& window : plan_.windows()) {
     double squares = 0;
     double expected = 0;
     for (std::size_t rank = window.front().begin; rank < window.back().end; ++rank) {
+      of_elements_[rank] *= usual_error(plan_.rays(rank), plan_.share_of(plan_.element_at(rank)));
       if (of_elements_[rank] == 0) continue;
-      of_elements_[rank] =
-          usual_error(1, plan_.rays(rank), plan_.share_of(plan_.element_at(rank)));
       squares += square(area(rank) * of_.halves[rank]);
       expected += square(area(rank) * of_elements_[rank]);
     }
     const double more = expected > 0 ? std::sqrt(squares / expected) : 0;
-    for (std::size_t rank = window.front().begin; rank < window.back().end; ++rank)
-      of_elements_[rank] *= more;
+    double of_blocks = 0;
+    for (const RayPlan::Block& block : window) {
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) of_elements_[rank] *= more;
+      of_blocks += square(whole(block));
+    }
+    for (const RayPlan::Block& block : window)
+      if (squares > 0)
+        of_blocks_[block.begin] = std::sqrt(sum_of_squares(block) * of_blocks / squares);
   }
 }
 
-void UsualErrors::find_by_parts() {
-  static const int reach = static_cast<int>(F("REACH", 6));
-  static const int reach2 = static_cast<int>(F("REACH2", 24));
-  static const double f0 = F("F0", 8), r0 = F("R0", .5), f1 = F("F1", 5);
-  std::vector<Known> more(plan_.size());
+double UsualErrors::whole(const RayPlan::Block& block) const {
+  double sum = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank)
+    if (of_elements_[rank] > 0) sum += area(rank) * of_.halves[rank];
+  return sum;
+}
+
+double UsualErrors::sum_of_squares(const RayPlan::Block& block) const {
+  double sum = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank)
+    sum += square(area(rank) * of_elements_[rank]);
+  return sum;
+}
+
+double UsualErrors::variance_of_parts(std::size_t rank) const {
+  const auto count = static_cast<double>(part_count(plan_, plan_.block_of(rank)));
+  double squares = 0;
+  for (const float part : of_.parts[rank]) squares += square(static_cast<double>(part));
+  const double by_rays = static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
+  return squares / (set_count * (count - 1)) + by_rays;
+}
+
+// Parts of all elements together; the variance, as part of the sum of those of the elements.
+double UsualErrors::share_of_whole(const RayPlan::Block& block) const {
+  const auto count = static_cast<double>(part_count(plan_, block));
+  std::array<double, set_count * most_parts> sums{};
+  double of_elements = 0;
+  double of_rays = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+    if (of_elements_[rank] == 0) continue;
+    const double area = this->area(rank);
+    for (std::size_t k = 0; k < sums.size(); ++k)
+      sums[k] += area * static_cast<double>(of_.parts[rank][k]);
+    of_elements += square(area) * variance_of_parts(rank);
+    of_rays += square(area) * static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
+  }
+  double squares = 0;
+  for (const double sum : sums) squares += square(sum);
+  return of_elements > 0 ? (squares / (set_count * (count - 1)) + of_rays) / of_elements : 0;
+}
+
+// Of trenches, holes and slabs, of which seeds told the errors, sets of four parts had half of the
+// variance that parts let expect, within a factor of two here and there.
+void UsualErrors::find_elements() {
+  constexpr int reach_of_parts = 10;  // ranks
+  constexpr int reach_of_halves = 24;
+  constexpr Variance known_before{.value = 0.5, .freedom = 8};
+  constexpr double freedom_of_guess = 5;
+  std::vector<Variance> by_parts(plan_.size());
+  std::vector<Variance> more(plan_.size());
   for (const RayPlan::Window& window : plan_.windows()) {
-    std::vector<Known> scatter;
+    std::vector<Variance> of_ray;
     for (const RayPlan::Block& block : window) {
-      const std::size_t count = part_count(plan_, block);
-      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-        scatter.push_back({square_of_parts(rank) * power_of_rays(1.0 * plan_.rays(rank) / count), of_elements_[rank] == 0 ? 0 : 1.0 * set_count * (count - 1)});
-      }
+      const auto count = static_cast<double>(part_count(plan_, block));
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        of_ray.push_back({.value = variance_of_parts(rank) * gain(plan_.rays(rank) / count),
+                          .freedom = of_elements_[rank] * set_count * (count - 1)});
     }
-    const std::vector<double> usual = nearby(scatter, reach, {});
-    for (std::size_t k = 0; k < usual.size(); ++k) {
+    const std::vector<Variance> around = means_around(of_ray, reach_of_parts, {});
+    for (std::size_t k = 0; k < around.size(); ++k) {
       const std::size_t rank = window.front().begin + k;
-      of_elements_[rank] *= std::sqrt(usual[k] / power_of_rays(plan_.rays(rank)));
-      if (of_elements_[rank] > 0) more[rank] = {std::min(square(of_.halves[rank] / of_elements_[rank]), F("CAP", 25)), 1};
+      by_parts[rank] = around[k];
+      of_elements_[rank] *= std::sqrt(around[k].value / gain(plan_.rays(rank)));
+      more[rank] = times_usual(of_.halves[rank], square(of_elements_[rank]));
     }
   }
-  const double everywhere = mean_of(more, {r0, f0});
+  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
   for (const RayPlan::Window& window : plan_.windows()) {
     const std::size_t begin = window.front().begin;
-    const std::vector<double> here = nearby(std::span(more).subspan(begin, window.back().end - begin), reach2, {everywhere, f1});
-    for (std::size_t k = 0; k < here.size(); ++k) of_elements_[begin + k] *= std::sqrt(here[k]);
+    const std::vector<Variance> around = means_around(
+        std::span(more).subspan(begin, window.back().end - begin), reach_of_halves, guess);
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      const double factor = around[k].value * student_factor(by_parts[begin + k], around[k]);
+      of_elements_[begin + k] *= std::sqrt(factor);
+    }
   }
 }
 
+// A sum of many is off by no more for what is unknown of each of them.
 void UsualErrors::find_blocks() {
-  static const int reach = static_cast<int>(F("REACHB", 3));
-  static const double g0 = F("G0", 8), q0 = F("Q0", 1), g1 = F("G1", 4);
-  const auto sum_of_squares = [&](const RayPlan::Block& block) {
-    double squares = 0;
-    for (std::size_t rank = block.begin; rank < block.end; ++rank)
-      squares += square(area(rank) * of_elements_[rank]);
-    return squares;
-  };
-  const auto whole_of = [&](const RayPlan::Block& block) {
-    double sum = 0;
-    for (std::size_t rank = block.begin; rank < block.end; ++rank)
-      if (of_elements_[rank] > 0) sum += area(rank) * of_.halves[rank];
-    return sum;
-  };
-  std::vector<Known> more;
-  std::vector<Known> all;
-  std::vector<std::vector<Known>> of_windows;
+  constexpr int reach_of_parts = 3;  // blocks
+  constexpr int reach_of_halves = 4;
+  constexpr Variance known_before{.value = 0.95, .freedom = 16};
+  constexpr double freedom_of_guess = 8;
+  constexpr double freedom_of_share = 4;
+  std::vector<Variance> shares;
   for (const RayPlan::Window& window : plan_.windows()) {
-    std::vector<Known>& shares = of_windows.emplace_back();
     for (const RayPlan::Block& block : window) {
-      const double usual = sum_of_squares(block);
-      if (of_.parts.empty()) {
-        const double sum = whole_of(block);
-        shares.push_back({usual > 0 ? square(sum) / usual : 0, usual > 0 ? 1.0 : 0.0});
-      } else {
-        double of_elements = 0;
-        for (std::size_t rank = block.begin; rank < block.end; ++rank)
-          if (of_elements_[rank] > 0) of_elements += square(area(rank)) * square_of_parts(rank);
-        const double freedom = 1.0 * set_count * (part_count(plan_, block) - 1);
-        shares.push_back({of_elements > 0 ? square_of_parts(block) / of_elements : 0, of_elements > 0 ? freedom : 0.0});
-      }
-      all.push_back(shares.back());
+      const double share = share_of_whole(block);
+      const double squares = static_cast<double>(set_count * (part_count(plan_, block) - 1));
+      shares.push_back({.value = share, .freedom = share > 0 ? squares : 0});
     }
   }
-  const Known everywhere{mean_of(all, {0.7, g1}), g1};
-  std::size_t w = 0;
+  const Variance usual_share{.value = mean_of(shares), .freedom = freedom_of_share};
+  std::vector<Variance> more;
   for (const RayPlan::Window& window : plan_.windows()) {
-    const std::vector<double> shares = of_.parts.empty() ? std::vector<double>(window.size(), mean_of(of_windows[w], {})) : nearby(of_windows[w], reach, everywhere);
+    const std::vector<Variance> around = means_around(
+        std::span(shares).subspan(more.size(), window.size()), reach_of_parts, usual_share);
     for (std::size_t b = 0; b < window.size(); ++b) {
-      const double usual = shares[b] * sum_of_squares(window[b]);
-      of_blocks_[window[b].begin] = std::sqrt(usual);
-      more.push_back({usual > 0 ? std::min(square(whole_of(window[b])) / usual, F("CAP", 25)) : 0, usual > 0 ? 1.0 : 0.0});
+      const double variance = around[b].value * sum_of_squares(window[b]);
+      of_blocks_[window[b].begin] = std::sqrt(variance);
+      more.push_back(times_usual(whole(window[b]), variance));
     }
-    ++w;
   }
-  if (of_.parts.empty()) return;
-  static const double g2 = F("G2", 6);
-  static const int reachc = static_cast<int>(F("REACHC", 4));
-  const double factor = mean_of(more, {q0, g0});
+  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
   std::size_t first = 0;
   for (const RayPlan::Window& window : plan_.windows()) {
-    const std::vector<double> here = nearby(std::span(more).subspan(first, window.size()), reachc, {factor, g2});
-    for (std::size_t b = 0; b < window.size(); ++b) of_blocks_[window[b].begin] *= std::sqrt(here[b]);
+    const std::vector<Variance> around =
+        means_around(std::span(more).subspan(first, window.size()), reach_of_halves, guess);
+    for (std::size_t b = 0; b < window.size(); ++b)
+      of_blocks_[window[b].begin] *= std::sqrt(around[b].value);
     first += window.size();
   }
 }
@@ -287,8 +316,7 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
         errors[to * count + k] = sign * error;
         drawn += area(to) * static_cast<double>(error);
       }
-      const double wanted =
-          sizes.of_wholes * whole.usual * wholes_[source.begin].times_usual;
+      const double wanted = sizes.of_wholes * whole.usual * wholes_[source.begin].times_usual;
       // What a sum tells of an element goes with its part in the variance of the sum.
       const double rest = (wanted - drawn) / whole.squares;
       for (std::size_t to = block.begin; to < block.end; ++to)

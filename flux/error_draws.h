@@ -15,39 +15,41 @@ namespace scarp {
 /// Draws of the error of all elements together.
 inline constexpr std::size_t draw_count = 32;
 
-/// How large errors of what the rays of elements found usually are: that of each element, and that
-/// of what the elements of a block found together.
+/// How large errors of what the rays of elements found are: that of each element, and that of what
+/// the elements of a block found together.
 ///
-/// A half difference is one sample of an error, and those of a few elements tell hardly more of its
-/// size than that. Parts of sets tell more: by the variance of what they say, and by how it falls
-/// as sets grow. Both are alike nearby, and what half differences have more than that is so
-/// everywhere.
+/// A half difference is one sample of an error: those of the few elements of a floor hardly tell
+/// its size. Parts of sets tell more. By how they differ the variance of a whole set is known up to
+/// a factor that is alike nearby, and not very different elsewhere: there half differences tell it.
+/// It is likewise with what the elements of a block have in common.
 ///
-/// Shape: by rank, and by block at the rank of its first element; in units of the error and of the
-///        error times area.
+/// Without parts the half differences of a window tell all.
 class UsualErrors {
  public:
-  /// Elements that are left out have no error.
+  /// Keeps all but the last. Elements that are left out have no error.
   UsualErrors(const RayPlan& plan, const Differences& of,
               const std::function<bool(std::size_t rank)>& is_left_out);
 
   double of_element(std::size_t rank) const { return of_elements_[rank]; }
+  /// Of the sum of errors times areas.
   double of_block(const RayPlan::Block& block) const { return of_blocks_[block.begin]; }
-  /// Of all elements together.
+  /// Likewise of all elements.
   double of_all() const;
 
  private:
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
-  double square_of_parts(std::size_t rank) const;
-  double square_of_parts(const RayPlan::Block& block) const;
-  void find_by_parts();
-  void find_by_windows();
+  double whole(const RayPlan::Block& block) const;
+  double sum_of_squares(const RayPlan::Block& block) const;
+  double variance_of_parts(std::size_t rank) const;
+  double share_of_whole(const RayPlan::Block& block) const;
+  void find_without_parts();
+  void find_elements();
   void find_blocks();
 
   const RayPlan& plan_;
   const Differences& of_;
-  std::vector<double> of_elements_;
-  std::vector<double> of_blocks_;
+  std::vector<double> of_elements_;  // by rank
+  std::vector<double> of_blocks_;    // by the first rank of a block
 };
 
 /// Errors of what the rays of elements found, as half the differences between their two sets tell:

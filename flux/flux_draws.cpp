@@ -107,7 +107,7 @@ void FluxDraws::limit(std::span<float> errors) const {
   }
 }
 
-double FluxDraws::part_within_limit(std::size_t rank, double error) const {
+double FluxDraws::possible_part(std::size_t rank, double error) const {
   const auto most = static_cast<double>(most_[rank]);
   return std::abs(error) > most ? most / std::abs(error) : 1;
 }

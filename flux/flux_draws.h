@@ -43,15 +43,12 @@ class FluxDraws {
     return std::span(corrected_).subspan(rank * draw_count, draw_count);
   }
   std::span<const float> all() const { return corrected_; }
-  /// What an error of what each element sees does, per area, to a sum of errors of the flux.
-  /// Shape: one weight per rank, of its error in the sum, per area.
-  std::vector<double> effects(std::span<const double> weights) const;
-  /// Of an error of what an element sees, the part that is possible: an element that sees mostly
-  /// itself passes an error to and fro many times, but what it has is what it sees besides.
-  double part_within_limit(std::size_t rank, double error) const;
+  /// The part of an error of what an element sees that is possible; see limit().
+  double possible_part(std::size_t rank, double error) const;
 
  private:
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
+  std::vector<double> effects(std::span<const double> weights) const;
   void limit(std::span<float> errors) const;
 
   const RayPlan& plan_;

@@ -211,7 +211,7 @@ Solver::Solver(const FluxProblem& problem)
     : problem_(problem),
       options_(problem.options),
       elements_(elements_of(problem, {})),
-      plan_(problem.scene, elements_, least_set),
+      plan_(problem.scene, elements_, least_set, least_group_of_halves),
       tracer_(problem) {
   const RayLimit limit = ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit));
   cap_ = limit.cap;

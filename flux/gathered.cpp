@@ -134,26 +134,19 @@ FluxAudit Gathered::audit() const {
 }
 
 // Standard error of what is absorbed and ends elsewhere, in all. An error of what an element sees
-// goes on to others; what all make of it, by reciprocity, is a factor of the element. Its rays tell
-// with the same factor how far the sum is off, together with what leaves along them.
+// goes on to others, but in the end every particle of it sticks or leaves, so that the sum has all
+// of it, and what is off in how many leave.
 double Gathered::balance_error() const {
-  std::vector<double> weights(plan_.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (is_in_void(i)) continue;
-    const auto ends = ends_of(view_, i);
-    const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
-    const double on = error_parts()[i];
-    weights[i] = 1 - on + on * out;
-  }
-  const std::vector<double> effects = draws_->effects(weights);
   Differences of_sum = halves_.lost;
-  for (std::size_t i = 0; i < effects.size(); ++i) {
-    const double factor = effects[i] * draws_->part_within_limit(i, halves_.flux.halves[i]);
-    of_sum.halves[i] += factor * halves_.flux.halves[i];
-    of_sum.of_rays[i] = static_cast<float>(factor * factor * static_cast<double>(halves_.flux.of_rays[i]));
+  for (std::size_t i = 0; i < plan_.size(); ++i) {
+    const double part = draws_->possible_part(i, halves_.flux.halves[i]);
+    of_sum.halves[i] += part * halves_.flux.halves[i];
     if (of_sum.parts.empty()) continue;
+    of_sum.of_rays[i] =
+        static_cast<float>(square(part) * static_cast<double>(halves_.flux.of_rays[i]));
     for (std::size_t k = 0; k < of_sum.parts[i].size(); ++k)
-      of_sum.parts[i][k] += static_cast<float>(factor * static_cast<double>(halves_.flux.parts[i][k]));
+      of_sum.parts[i][k] +=
+          static_cast<float>(part * static_cast<double>(halves_.flux.parts[i][k]));
   }
   return UsualErrors(plan_, of_sum, [this](std::size_t rank) { return is_in_void(rank); }).of_all();
 }

@@ -44,8 +44,7 @@ class Parts {
         mean += sums_[set][part] / (rays[part] * count_);
       for (std::size_t part = 0; part < count_; ++part) {
         const double more = sums_[set][part] / rays[part] - mean;
-        if (std::abs(more) > rounding)
-          result[set * most_parts + part] = static_cast<float>(more);
+        if (std::abs(more) > rounding) result[set * most_parts + part] = static_cast<float>(more);
       }
     }
     return result;

@@ -14,8 +14,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <functional>
+#include <iostream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -65,9 +65,9 @@ struct Case {
 
 FluxOptions options_of(const TriMesh& mesh) {
   const Box box = bounding_box(mesh);
-  FluxOptions options{.engine = FluxOptions::Engine::gather,
-                      .sides = {.lower = {box.lower.x, box.lower.y},
-                                .upper = {box.upper.x, box.upper.y}}};
+  FluxOptions options{
+      .engine = FluxOptions::Engine::gather,
+      .sides = {.lower = {box.lower.x, box.lower.y}, .upper = {box.upper.x, box.upper.y}}};
   options.target_error = 0.02;
   return options;
 }
@@ -186,7 +186,7 @@ struct Stated {
 /// How (value - mean) / error scatters.
 struct Ratio {
   double deviation = 0;
-  double error = 0;  ///< of it
+  double error = 0;     ///< of it
   double of_roots = 0;  ///< root mean square of the deviations over that of the errors
   std::size_t places = 0;
 };
@@ -264,8 +264,8 @@ Places places_of_patches(const Sample& sample) {
     sides = revolution.sides();
     rings = revolution.rings();
   }
-  const RayScene scene(
-      mesh, sides, sample.options.spacing > 0 ? sample.options.spacing : guessed_spacing(mesh));
+  const RayScene scene(mesh, sides,
+                       sample.options.spacing > 0 ? sample.options.spacing : guessed_spacing(mesh));
   const Patches patches(mesh, scene, rings);
   const Facets facets = facets_of(mesh);
   const auto [lowest, highest] = std::ranges::minmax(facets.height);
@@ -308,7 +308,10 @@ Json measure(const Case& of, std::uint64_t seeds) {
       runs[name][1].push_back({{tally.patch_mean.begin(), tally.patch_mean.end()},
                                {tally.patch_std_error.begin(), tally.patch_std_error.end()}});
       const FluxAudit& audit = sample.fields[k].audit;
-      if (getenv("BAL")) fmt::print(stderr, "{} {} {:.3e} {:.3e} rays {} err {:.3g}\n", seed, name, audit.balance_error(), audit.balance_std_error, sample.fields[k].rays, sample.fields[k].error);
+
+        fmt::print(stderr, "{} {} {:.3e} {:.3e} rays {} err {:.3g}\n", seed, name,
+                   audit.balance_error(), audit.balance_std_error, sample.fields[k].rays,
+                   sample.fields[k].error);
       balances[name].push_back({{audit.balance_error()}, {audit.balance_std_error}});
     }
   }
@@ -326,8 +329,8 @@ void print(const std::string& name, const Json& result) {
   for (const auto& [species, kinds] : result.items())
     for (const auto& [kind, places] : kinds.items())
       for (const auto& [place, ratio] : places.items())
-        fmt::print("| {} | {} | {} | {} | {} | {:.3f} ± {:.3f} | {:.3f} |\n", name, species, kind, place,
-                   ratio["places"].get<int>(), ratio["ratio"].get<double>(),
+        fmt::print("| {} | {} | {} | {} | {} | {:.3f} ± {:.3f} | {:.3f} |\n", name, species, kind,
+                   place, ratio["places"].get<int>(), ratio["ratio"].get<double>(),
                    ratio["std_error"].get<double>(), ratio["of_roots"].get<double>());
   std::cout.flush();
 }
