@@ -308,10 +308,6 @@ Json measure(const Case& of, std::uint64_t seeds) {
       runs[name][1].push_back({{tally.patch_mean.begin(), tally.patch_mean.end()},
                                {tally.patch_std_error.begin(), tally.patch_std_error.end()}});
       const FluxAudit& audit = sample.fields[k].audit;
-
-        fmt::print(stderr, "{} {} {:.3e} {:.3e} rays {} err {:.3g}\n", seed, name,
-                   audit.balance_error(), audit.balance_std_error, sample.fields[k].rays,
-                   sample.fields[k].error);
       balances[name].push_back({{audit.balance_error()}, {audit.balance_std_error}});
     }
   }
