@@ -71,12 +71,10 @@ Variance times_usual(double error, double usual_square) {
 }
 
 // What is off by a variance that is itself known by a few squares only is off like Student's t: by
-// so much more in its own variance. Of a product of two variances.
-double student_factor(const Variance& a, const Variance& b) {
-  constexpr double most = 2;
-  if (a.freedom == 0 || b.freedom == 0) return 1;
-  const double unknown = 2 / a.freedom + 2 / b.freedom;
-  return unknown < 1 - 1 / most ? 1 / (1 - unknown) : most;
+// so much more in its own variance.
+double student_factor(const Variance& variance) {
+  constexpr double least = 4;
+  return variance.freedom > 0 ? 1 / (1 - 2 / std::max(variance.freedom, least)) : 1;
 }
 
 }  // namespace
@@ -164,8 +162,7 @@ void UsualErrors::find_elements() {
   constexpr int reach_of_parts = 10;  // ranks
   constexpr int reach_of_halves = 24;
   constexpr Variance known_before{.value = 0.5, .freedom = 8};
-  constexpr double freedom_of_guess = 5;
-  std::vector<Variance> by_parts(plan_.size());
+  constexpr double freedom_of_guess = 3;
   std::vector<Variance> more(plan_.size());
   for (const RayPlan::Window& window : plan_.windows()) {
     std::vector<Variance> of_ray;
@@ -178,7 +175,6 @@ void UsualErrors::find_elements() {
     const std::vector<Variance> around = means_around(of_ray, reach_of_parts, {});
     for (std::size_t k = 0; k < around.size(); ++k) {
       const std::size_t rank = window.front().begin + k;
-      by_parts[rank] = around[k];
       of_elements_[rank] *= std::sqrt(around[k].value / gain(plan_.rays(rank)));
       more[rank] = times_usual(of_.halves[rank], square(of_elements_[rank]));
     }
@@ -189,8 +185,7 @@ void UsualErrors::find_elements() {
     const std::vector<Variance> around = means_around(
         std::span(more).subspan(begin, window.back().end - begin), reach_of_halves, guess);
     for (std::size_t k = 0; k < around.size(); ++k) {
-      const double factor = around[k].value * student_factor(by_parts[begin + k], around[k]);
-      of_elements_[begin + k] *= std::sqrt(factor);
+      of_elements_[begin + k] *= std::sqrt(around[k].value * student_factor(around[k]));
     }
   }
 }
@@ -199,7 +194,7 @@ void UsualErrors::find_elements() {
 void UsualErrors::find_blocks() {
   constexpr int reach_of_parts = 3;  // blocks
   constexpr int reach_of_halves = 4;
-  constexpr Variance known_before{.value = 0.95, .freedom = 16};
+  constexpr Variance known_before{.value = 1, .freedom = 8};
   constexpr double freedom_of_guess = 8;
   constexpr double freedom_of_share = 4;
   std::vector<Variance> shares;
