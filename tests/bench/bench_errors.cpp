@@ -213,6 +213,7 @@ Ratio ratio_of(const std::vector<Stated>& runs, const std::vector<std::size_t>& 
     }
     if (square.count() > 0) squares.add(square.mean());
   }
+  if (squares.count() == 0) return {.places = places.size()};
   const double deviation = std::sqrt(squares.mean());
   return {deviation, squares.std_error() / (2 * deviation), std::sqrt(deviations / errors),
           places.size()};
@@ -321,19 +322,35 @@ Json measure(const Case& of, std::uint64_t seeds) {
   return result;
 }
 
+constexpr std::array places_told{"upper third", "middle third", "lower third", "floor"};
+
+void print_head() {
+  fmt::print("| case | species | of");
+  for (const char* const place : places_told) fmt::print(" | {}", place);
+  fmt::print(" | balance |\n| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+}
+
+std::string text(const Json& ratio) {
+  return fmt::format("{:.2f} ± {:.2f}", ratio["ratio"].get<double>(),
+                     ratio["std_error"].get<double>());
+}
+
 void print(const std::string& name, const Json& result) {
-  for (const auto& [species, kinds] : result.items())
-    for (const auto& [kind, places] : kinds.items())
-      for (const auto& [place, ratio] : places.items())
-        fmt::print("| {} | {} | {} | {} | {} | {:.3f} ± {:.3f} | {:.3f} |\n", name, species, kind,
-                   place, ratio["places"].get<int>(), ratio["ratio"].get<double>(),
-                   ratio["std_error"].get<double>(), ratio["of_roots"].get<double>());
+  for (const auto& [species, kinds] : result.items()) {
+    for (const std::string kind : {"facets", "patches"}) {
+      fmt::print("| {} | {} | {}", name, species, kind);
+      for (const char* const place : places_told)
+        fmt::print(" | {}", kinds[kind].contains(place) ? text(kinds[kind][place]) : "");
+      fmt::print(" | {} |\n", kind == "patches" ? text(kinds["balance"]["all"]) : "");
+    }
+  }
   std::cout.flush();
 }
 
 void run_cases(const Settings& settings) {
   const ThreadLimit one_thread(1);
   Json results;
+  if (!settings.json) print_head();
   for (const Case& each : cases()) {
     const bool is_wanted = settings.cases.empty() ||
                            std::ranges::find(settings.cases, each.name) != settings.cases.end();
