@@ -60,9 +60,9 @@ struct FluxEstimate {
 
 /// Mean and standard error on facets, and the error over patches.
 ///
-/// Where nothing arrived on a facet, the error is that of one particle, but no more than what arrives
-/// on the largest patch that has a corner with it, with its error: less than a particle is due on a
-/// sliver, which tells nothing of the flux around it.
+/// Where nothing arrived on a facet, the error is that of one particle, but no more than what
+/// arrives on the largest patch that has a corner with it, with its error: less than a particle is
+/// due on a sliver, which tells nothing of the flux around it.
 ///
 /// Only parts of the surface on which a particle arrived count: no path joins a closed void to the
 /// source. A patch that the cells' borders cut counts with the error that a whole one of the same
