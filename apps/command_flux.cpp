@@ -92,7 +92,8 @@ bool is_inside_out(const FluxAudit& audit) {
   return share(audit.lost_back_face, audit) > 0.5 || (audit.lost_back_face > 0 && !reaches_outside);
 }
 
-void require_balance(const std::filesystem::path& file, const FluxAudit& audit) {
+void require_balance(const std::filesystem::path& file, const FluxField& flux) {
+  const FluxAudit& audit = flux.audit;
   if (is_inside_out(audit)) {
     throw InputError(fmt::format(
         "{}: is inside out as seen from the source: {:.3g} % of the particles arrive at back "
@@ -100,7 +101,7 @@ void require_balance(const std::filesystem::path& file, const FluxAudit& audit) 
         "counter-clockwise",
         file.string(), 100 * share(audit.lost_back_face, audit)));
   }
-  if (is_balanced(audit)) return;
+  if (is_balanced(flux)) return;
   const double off = audit.balance_error();
   throw NumericalError(fmt::format(
       "{}: the particles do not balance: {:.3g} % {} of what the source sends, with a standard "
@@ -184,7 +185,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   FluxField& flux = fields.front();
   book_missed(bare, species, options, flux.audit);
-  require_balance(arguments.mesh, flux.audit);
+  require_balance(arguments.mesh, flux);
   if (!arguments.output.empty()) write_output(arguments.output, mesh, flux);
   if (!flux.target_reached()) {
     tell(fmt::format("warning: the error {:.3g} is above the target {:.3g}: {}\n", flux.error,

@@ -21,8 +21,8 @@ constexpr double most_time_steps = 1e8;   // of a step: a recipe is refused from
 constexpr double many_bad_slopes = 0.05;  // part of the nodes next to the surface
 constexpr double most_bad_slopes = 0.5;
 constexpr double many_time_steps = 1e6;  // of a step: a day at a tenth of a second each
-// Part of the particles, in a time step. Flux that is off by more may be so in its sum, up to a
-// bound beyond which it is worth a word.
+// Part of the particles. Flux that is off by more may be so in its sum, up to a bound beyond which
+// it is worth a word.
 constexpr double most_unbalanced = 0.01;
 constexpr double most_by_flux_error = 0.05;
 constexpr double largest_surplus = 0.1;  // part of the volume that moved
@@ -36,6 +36,10 @@ bool is_balanced(const FluxAudit& audit, double allowed) {
   // rest.
   const double chance = std::min(5 * audit.balance_std_error, 0.1);
   return std::abs(audit.balance_error()) - chance <= allowed;
+}
+
+bool is_balanced(const FluxField& field, double allowed_at_least) {
+  return is_balanced(field.audit, std::clamp(field.error, allowed_at_least, most_by_flux_error));
 }
 
 void Watchdog::look_at(const State& state, const Survey& now) {
@@ -146,8 +150,7 @@ void Watchdog::look_at_audit(const State& state, const Survey& now) {
   // Where coverages do not fit the fluxes, particles are missing for that reason; a run tells it.
   if (!now.coverage_fit.reached) return;
   for (const FluxField& field : now.flux) {
-    if (is_balanced(field.audit, std::clamp(field.error, most_unbalanced, most_by_flux_error)))
-      continue;
+    if (is_balanced(field, most_unbalanced)) continue;
     const double off = field.audit.balance_error();
     find(unbalanced_flux_, std::abs(off),
          fmt::format("{}: {:.2g} of the particles that were sent are {}, by chance {:.2g}; raise "

@@ -88,4 +88,9 @@ class Watchdog {
 /// more than the allowed part of them.
 bool is_balanced(const FluxAudit& audit, double allowed = 1e-3);
 
+/// The same of a flux whose particles may be off in all by what the flux may be off in places, at
+/// least by a part of them. The standard error of the balance is itself known to a part only: five
+/// of it alone would be passed now and then.
+bool is_balanced(const FluxField& field, double allowed_at_least = 1e-3);
+
 }  // namespace scarp

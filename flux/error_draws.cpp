@@ -1,6 +1,7 @@
 #include "flux/error_draws.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/random.h"
@@ -14,96 +15,248 @@ constexpr std::size_t shift_step = 5;
 
 constexpr double square(double x) { return x * x; }
 
-// The usual error of an element. The variance of scrambled sets falls about as n^-1.5 with the
-// number n of rays on the same area; of elements with as many rays on an area it is as that of
-// rays that are drawn without order, one over their number.
-double usual_error(double scatter, double rays, double share) {
-  return scatter * std::sqrt(std::sqrt(share / rays) / rays);
-}
+// The usual error of an element whose single rays scatter by 1. The variance of scrambled sets
+// falls about as n^-1.5 with the number n of rays on the same area; of elements with as many rays
+// on an area it is as that of rays that are drawn without order, one over their number.
+double usual_error(double rays, double share) { return std::sqrt(std::sqrt(share / rays) / rays); }
 
-// What the rays of some elements tell, mean by ray.
-struct Scatter {
-  double rays = 0;
-  double square = 0;
-  double fourth = 0;
+// By how much the variance of a scrambled set is less than that of a ray.
+double gain(double rays) { return rays * std::sqrt(rays); }
+
+// A variance, and how many independent squares it is known by.
+struct Variance {
+  double value = 0;
+  double freedom = 0;
 };
 
-Scatter mean_of(std::span<const Scatter> all) {
-  Scatter mean;
-  for (const Scatter& each : all) {
-    mean.rays += each.rays;
-    mean.square += each.rays * each.square;
-    mean.fourth += each.rays * each.fourth;
+// The mean of variances around each of some, of a guess as well; one that is further away counts
+// less.
+std::vector<Variance> means_around(std::span<const Variance> all, int reach,
+                                   const Variance& guess) {
+  std::vector<Variance> means;
+  const int count = static_cast<int>(all.size());
+  for (int k = 0; k < count; ++k) {
+    double sum = guess.freedom * guess.value;
+    double weights = guess.freedom;
+    double squares = guess.freedom;
+    for (int j = std::max(0, k - reach + 1); j < std::min(count, k + reach); ++j) {
+      const auto& [value, freedom] = all[static_cast<std::size_t>(j)];
+      const double part = 1 - 1.0 * std::abs(j - k) / reach;
+      sum += part * freedom * value;
+      weights += part * freedom;
+      squares += part * part * freedom;
+    }
+    means.push_back(weights > 0 ? Variance{sum / weights, weights * weights / squares}
+                                : Variance{});
   }
-  return {mean.rays, mean.square / mean.rays, mean.fourth / mean.rays};
+  return means;
 }
 
-// By how much mean squares of elements differ, without what they do by chance.
-double variance_between(std::span<const Scatter> all, const Scatter& mean) {
-  double apart = 0;
-  double by_chance = 0;
-  for (const Scatter& each : all) {
-    apart += each.rays * square(each.square - mean.square);
-    by_chance += each.fourth - square(each.square);
+double mean_of(std::span<const Variance> all, const Variance& guess = {}) {
+  double sum = guess.freedom * guess.value;
+  double weights = guess.freedom;
+  for (const auto& [value, freedom] : all) {
+    sum += freedom * value;
+    weights += freedom;
   }
-  return std::max(apart - by_chance, 0.0) / mean.rays;
+  return weights > 0 ? sum / weights : 0;
 }
 
-// Of the number of rays that meet something the variance is that of those that have to do with its
-// border: in space and direction that has as many as the 3/4 power of those within (Bernoulli's
-// mean square is their part, and so is the mean fourth power).
-double usual_of(const Scatter& of_rays) {
-  return std::sqrt(std::sqrt(of_rays.square * std::sqrt(of_rays.fourth)));
+// How many times as large as usual the square of an error is. Where by chance next to nothing is
+// usual it says nothing.
+Variance times_usual(double error, double usual_square) {
+  constexpr double most = 25;
+  if (usual_square == 0) return {};
+  return {.value = std::min(square(error) / usual_square, most), .freedom = 1};
+}
+
+// What is off by a variance that is itself known by a few squares only is off like Student's t: by
+// so much more in its own variance.
+double student_factor(const Variance& variance) {
+  constexpr double least = 4;
+  return variance.freedom > 0 ? 1 / (1 - 2 / std::max(variance.freedom, least)) : 1;
 }
 
 }  // namespace
 
-// A few rays say little of their element: it counts with all others as far as chance may have made
-// it differ from them.
-//
-// Source: Efron and Morris 1973 (empirical Bayes), with variances by moments.
-std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter) {
-  std::vector<double> usual(plan.size());
-  std::vector<Scatter> all;
-  for (const RayPlan::Window& window : plan.windows()) {
-    const std::uint32_t begin = window.front().begin;
-    const std::uint32_t end = window.back().end;
-    all.clear();
-    for (std::uint32_t rank = begin; rank < end; ++rank)
-      all.push_back(
-          {1.0 * plan.rays(rank) * set_count, scatter.squares[rank], scatter.fourths[rank]});
-    const Scatter mean = mean_of(all);
-    const double between = variance_between(all, mean);
-    const double of_ray = std::max(mean.fourth - square(mean.square), 0.0);
-    for (std::uint32_t rank = begin; rank < end; ++rank) {
-      const Scatter& own = all[rank - begin];
-      const double part = between > 0 ? between / (between + of_ray / own.rays) : 0;
-      usual[rank] = usual_of({.rays = own.rays,
-                              .square = part * own.square + (1 - part) * mean.square,
-                              .fourth = part * own.fourth + (1 - part) * mean.fourth});
-    }
+UsualErrors::UsualErrors(const RayPlan& plan, const Differences& of,
+                         const std::function<bool(std::size_t rank)>& is_left_out)
+    : plan_(plan), of_(of), of_elements_(plan.size()), of_blocks_(plan.size()) {
+  for (std::size_t rank = 0; rank < plan.size(); ++rank)
+    of_elements_[rank] = is_left_out(rank) ? 0 : 1;
+  if (of.parts.empty()) {
+    find_without_parts();
+  } else {
+    find_elements();
+    find_blocks();
   }
-  return usual;
 }
 
-ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan,
-                       std::span<const double> halves, std::vector<double> scatter,
+// Errors are as large as half differences in the window say.
+void UsualErrors::find_without_parts() {
+  for (const RayPlan::Window& window : plan_.windows()) {
+    double squares = 0;
+    double expected = 0;
+    for (std::size_t rank = window.front().begin; rank < window.back().end; ++rank) {
+      of_elements_[rank] *= usual_error(plan_.rays(rank), plan_.share_of(plan_.element_at(rank)));
+      if (of_elements_[rank] == 0) continue;
+      squares += square(area(rank) * of_.halves[rank]);
+      expected += square(area(rank) * of_elements_[rank]);
+    }
+    const double more = expected > 0 ? std::sqrt(squares / expected) : 0;
+    double of_blocks = 0;
+    for (const RayPlan::Block& block : window) {
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) of_elements_[rank] *= more;
+      of_blocks += square(whole(block));
+    }
+    for (const RayPlan::Block& block : window)
+      if (squares > 0)
+        of_blocks_[block.begin] = std::sqrt(sum_of_squares(block) * of_blocks / squares);
+  }
+}
+
+double UsualErrors::whole(const RayPlan::Block& block) const {
+  double sum = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank)
+    if (of_elements_[rank] > 0) sum += area(rank) * of_.halves[rank];
+  return sum;
+}
+
+double UsualErrors::sum_of_squares(const RayPlan::Block& block) const {
+  double sum = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank)
+    sum += square(area(rank) * of_elements_[rank]);
+  return sum;
+}
+
+double UsualErrors::variance_of_parts(std::size_t rank) const {
+  const auto count = static_cast<double>(part_count(plan_, plan_.block_of(rank)));
+  double squares = 0;
+  for (const float part : of_.parts[rank]) squares += square(static_cast<double>(part));
+  const double by_rays = static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
+  return squares / (set_count * (count - 1)) + by_rays;
+}
+
+// Parts of all elements together; the variance, as part of the sum of those of the elements.
+double UsualErrors::share_of_whole(const RayPlan::Block& block) const {
+  const auto count = static_cast<double>(part_count(plan_, block));
+  std::array<double, set_count * most_parts> sums{};
+  double of_elements = 0;
+  double of_rays = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+    if (of_elements_[rank] == 0) continue;
+    const double area = this->area(rank);
+    for (std::size_t k = 0; k < sums.size(); ++k)
+      sums[k] += area * static_cast<double>(of_.parts[rank][k]);
+    of_elements += square(area) * variance_of_parts(rank);
+    of_rays += square(area) * static_cast<double>(of_.of_rays[rank]) * count / plan_.rays(rank);
+  }
+  double squares = 0;
+  for (const double sum : sums) squares += square(sum);
+  return of_elements > 0 ? (squares / (set_count * (count - 1)) + of_rays) / of_elements : 0;
+}
+
+// Of trenches, holes and slabs, of which seeds told the errors, sets of four parts had half of the
+// variance that parts let expect, within a factor of two here and there.
+void UsualErrors::find_elements() {
+  constexpr int reach_of_parts = 10;  // ranks
+  constexpr int reach_of_halves = 24;
+  constexpr Variance known_before{.value = 0.5, .freedom = 8};
+  constexpr double freedom_of_guess = 3;
+  std::vector<Variance> more(plan_.size());
+  for (const RayPlan::Window& window : plan_.windows()) {
+    std::vector<Variance> of_ray;
+    for (const RayPlan::Block& block : window) {
+      const auto count = static_cast<double>(part_count(plan_, block));
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        of_ray.push_back({.value = variance_of_parts(rank) * gain(plan_.rays(rank) / count),
+                          .freedom = of_elements_[rank] * set_count * (count - 1)});
+    }
+    const std::vector<Variance> around = means_around(of_ray, reach_of_parts, {});
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      const std::size_t rank = window.front().begin + k;
+      of_elements_[rank] *= std::sqrt(around[k].value / gain(plan_.rays(rank)));
+      more[rank] = times_usual(of_.halves[rank], square(of_elements_[rank]));
+    }
+  }
+  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
+  for (const RayPlan::Window& window : plan_.windows()) {
+    const std::size_t begin = window.front().begin;
+    const std::vector<Variance> around = means_around(
+        std::span(more).subspan(begin, window.back().end - begin), reach_of_halves, guess);
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      of_elements_[begin + k] *= std::sqrt(around[k].value * student_factor(around[k]));
+    }
+  }
+}
+
+// A sum of many is off by no more for what is unknown of each of them.
+void UsualErrors::find_blocks() {
+  constexpr int reach_of_parts = 3;  // blocks
+  constexpr int reach_of_halves = 4;
+  constexpr Variance known_before{.value = 1, .freedom = 8};
+  constexpr double freedom_of_guess = 8;
+  constexpr double freedom_of_share = 4;
+  std::vector<Variance> shares;
+  for (const RayPlan::Window& window : plan_.windows()) {
+    for (const RayPlan::Block& block : window) {
+      const double share = share_of_whole(block);
+      const double squares = static_cast<double>(set_count * (part_count(plan_, block) - 1));
+      shares.push_back({.value = share, .freedom = share > 0 ? squares : 0});
+    }
+  }
+  const Variance usual_share{.value = mean_of(shares), .freedom = freedom_of_share};
+  std::vector<Variance> more;
+  for (const RayPlan::Window& window : plan_.windows()) {
+    const std::vector<Variance> around = means_around(
+        std::span(shares).subspan(more.size(), window.size()), reach_of_parts, usual_share);
+    for (std::size_t b = 0; b < window.size(); ++b) {
+      const double variance = around[b].value * sum_of_squares(window[b]);
+      of_blocks_[window[b].begin] = std::sqrt(variance);
+      more.push_back(times_usual(whole(window[b]), variance));
+    }
+  }
+  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
+  std::size_t first = 0;
+  for (const RayPlan::Window& window : plan_.windows()) {
+    const std::vector<Variance> around =
+        means_around(std::span(more).subspan(first, window.size()), reach_of_halves, guess);
+    for (std::size_t b = 0; b < window.size(); ++b)
+      of_blocks_[window[b].begin] *= std::sqrt(around[b].value);
+    first += window.size();
+  }
+}
+
+double UsualErrors::of_all() const {
+  double squares = 0;
+  for (const double each : of_blocks_) squares += square(each);
+  return std::sqrt(squares);
+}
+
+ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan, const Differences& of,
                        const std::function<bool(std::size_t rank)>& is_left_out)
     : options_(options),
       plan_(plan),
       usual_(plan.size()),
       times_usual_(plan.size()),
       wholes_(plan.size()) {
-  for (std::size_t rank = 0; rank < plan.size(); ++rank) {
-    const double of_ray = scatter.empty() ? 1 : scatter[rank];
-    const double usual = usual_error(of_ray, plan.rays(rank), plan.share_of(plan.element_at(rank)));
-    if (is_left_out(rank) || usual == 0) continue;
-    usual_[rank] = static_cast<float>(usual);
-    times_usual_[rank] = static_cast<float>(halves[rank] / usual);
-    Whole& whole = wholes_[plan.block_of(rank).begin];
-    whole.area += area(rank);
-    whole.sum += area(rank) * halves[rank];
-    whole.expected += square(area(rank) * usual);
+  const UsualErrors usual(plan, of, is_left_out);
+  for (const RayPlan::Window& window : plan.windows()) {
+    for (const RayPlan::Block& block : window) {
+      Whole& whole = wholes_[block.begin];
+      double sum = 0;
+      for (std::size_t rank = block.begin; rank < block.end; ++rank) {
+        const double of_element = usual.of_element(rank);
+        if (of_element == 0) continue;
+        usual_[rank] = static_cast<float>(of_element);
+        times_usual_[rank] = static_cast<float>(of.halves[rank] / of_element);
+        whole.area += area(rank);
+        whole.squares += square(area(rank) * of_element);
+        sum += area(rank) * of.halves[rank];
+      }
+      whole.usual = usual.of_block(block);
+      if (whole.usual > 0) whole.times_usual = sum / whole.usual;
+    }
   }
 }
 
@@ -115,34 +268,22 @@ std::vector<float> ErrorDraws::draws(std::size_t first, std::size_t count) const
 }
 
 ErrorDraws::Sizes ErrorDraws::sizes(const RayPlan::Window& window) const {
-  double of_elements = 0;  // squares
-  double expected = 0;
+  double of_elements = 0;
   double of_wholes = 0;
-  double expected_of_wholes = 0;
-  double passed_on = 0;  // as multiples of what is usual
-  double passed_on_of_wholes = 0;
+  double blocks = 0;
   for (const RayPlan::Block& block : window) {
-    double of_block = 0;
-    for (std::size_t rank = block.begin; rank < block.end; ++rank) {
-      const double usual = area(rank) * static_cast<double>(usual_[rank]);
-      const auto times_usual = static_cast<double>(times_usual_[rank]);
-      of_elements += square(usual * times_usual);
-      expected += square(usual);
-      of_block += square(times_usual);
-    }
-    passed_on += of_block / block.size();
     const Whole& whole = wholes_[block.begin];
-    of_wholes += square(whole.sum);
-    expected_of_wholes += whole.expected;
-    passed_on_of_wholes += square(whole.times_usual());
+    if (whole.area == 0) continue;
+    double of_block = 0;
+    for (std::size_t rank = block.begin; rank < block.end; ++rank)
+      of_block += square(static_cast<double>(times_usual_[rank]));
+    of_elements += of_block / block.size();
+    of_wholes += square(whole.times_usual);
+    blocks += 1;
   }
-  const auto blocks = static_cast<double>(window.size());
   Sizes sizes;
-  if (passed_on > 0)
-    sizes.of_elements =
-        static_cast<float>(std::sqrt(of_elements / (expected * passed_on / blocks)));
-  if (passed_on_of_wholes > 0)
-    sizes.of_wholes = std::sqrt(of_wholes / (expected_of_wholes * passed_on_of_wholes / blocks));
+  if (of_elements > 0) sizes.of_elements = static_cast<float>(std::sqrt(blocks / of_elements));
+  if (of_wholes > 0) sizes.of_wholes = std::sqrt(blocks / of_wholes);
   return sizes;
 }
 
@@ -170,10 +311,9 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
         errors[to * count + k] = sign * error;
         drawn += area(to) * static_cast<double>(error);
       }
-      const double wanted =
-          sizes.of_wholes * std::sqrt(whole.expected) * wholes_[source.begin].times_usual();
+      const double wanted = sizes.of_wholes * whole.usual * wholes_[source.begin].times_usual;
       // What a sum tells of an element goes with its part in the variance of the sum.
-      const double rest = (wanted - drawn) / whole.expected;
+      const double rest = (wanted - drawn) / whole.squares;
       for (std::size_t to = block.begin; to < block.end; ++to)
         errors[to * count + k] +=
             sign * static_cast<float>(rest * area(to) * square(static_cast<double>(usual_[to])));

@@ -15,24 +15,51 @@ namespace scarp {
 /// Draws of the error of all elements together.
 inline constexpr std::size_t draw_count = 32;
 
-/// The standard deviation of what single rays of each element tell.
+/// How large errors of what the rays of elements found are: that of each element, and that of what
+/// the elements of a block found together.
 ///
-/// Where few of them meet what counts, that is a matter of chance: the rays of an element are taken
-/// together with as many of the usual ones of its window as meet one.
+/// A half difference is one sample of an error: those of the few elements of a floor hardly tell
+/// its size. Parts of sets tell more. By how they differ the variance of a whole set is known up to
+/// a factor that is alike nearby, and not very different elsewhere: there half differences tell it.
+/// It is likewise with what the elements of a block have in common.
 ///
-/// Shape: by rank.
-std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter);
+/// Without parts the half differences of a window tell all.
+class UsualErrors {
+ public:
+  /// Keeps all but the last. Elements that are left out have no error.
+  UsualErrors(const RayPlan& plan, const Differences& of,
+              const std::function<bool(std::size_t rank)>& is_left_out);
+
+  double of_element(std::size_t rank) const { return of_elements_[rank]; }
+  /// Of the sum of errors times areas.
+  double of_block(const RayPlan::Block& block) const { return of_blocks_[block.begin]; }
+  /// Likewise of all elements.
+  double of_all() const;
+
+ private:
+  double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
+  double whole(const RayPlan::Block& block) const;
+  double sum_of_squares(const RayPlan::Block& block) const;
+  double variance_of_parts(std::size_t rank) const;
+  double share_of_whole(const RayPlan::Block& block) const;
+  void find_without_parts();
+  void find_elements();
+  void find_blocks();
+
+  const RayPlan& plan_;
+  const Differences& of_;
+  std::vector<double> of_elements_;  // by rank
+  std::vector<double> of_blocks_;    // by the first rank of a block
+};
 
 /// Errors of what the rays of elements found, as half the differences between their two sets tell:
 /// each is a fair sample of the error of the mean of both.
 ///
 /// Elements of a block share a sequence of points, so that one has too little of what another has
 /// too much of: their errors belong together, while blocks are independent. A draw gives a block
-/// the half differences of one nearby, shifted within it and with either sign: a single half
-/// difference says little about its element, but those around it are alike. What a block has as a
-/// whole stays with it. Elements that lie beside each other may see quite different things, as a
-/// floor and the top beside it: half differences are passed on as multiples of what the scatter of
-/// their elements' rays makes usual there.
+/// the half differences of one nearby, shifted within it and with either sign, as multiples of what
+/// is usual: a single half difference says little about its element, but those around it are alike.
+/// What a block has as a whole stays with it.
 ///
 /// Half differences of several quantities are drawn alike, and so keep what they have in common.
 ///
@@ -40,10 +67,8 @@ std::vector<double> usual_scatter(const RayPlan& plan, const RayScatter& scatter
 class ErrorDraws {
  public:
   /// Elements that are left out have no error.
-  /// scatter: standard deviations of single rays; none if they are alike everywhere.
-  /// Shape: one half difference and one deviation per rank.
-  ErrorDraws(const FluxOptions& options, const RayPlan& plan, std::span<const double> halves,
-             std::vector<double> scatter, const std::function<bool(std::size_t rank)>& is_left_out);
+  ErrorDraws(const FluxOptions& options, const RayPlan& plan, const Differences& of,
+             const std::function<bool(std::size_t rank)>& is_left_out);
 
   /// Some of the draws.
   /// Shape: at rank * count + draw - first.
@@ -57,13 +82,13 @@ class ErrorDraws {
  private:
   // The elements of a block together.
   struct Whole {
-    double area = 0;
-    double sum = 0;       // of errors times areas
-    double expected = 0;  // square of that, as usual
-    double times_usual() const { return expected > 0 ? sum / std::sqrt(expected) : 0; }
+    double area = 0;     // of those that have an error
+    double squares = 0;  // of usual errors times areas
+    double usual = 0;    // error times area
+    double times_usual = 0;
   };
-  // What brings the squares of errors that a window passes on to those that it has: what is usual
-  // for its elements may be more wrong for some than for others.
+  // What brings errors that a window passes on to their size: the inverse of what they are as
+  // multiples of what is usual, root mean square.
   struct Sizes {
     float of_elements = 1;
     double of_wholes = 1;

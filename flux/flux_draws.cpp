@@ -1,6 +1,7 @@
 #include "flux/flux_draws.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/parallel.h"
@@ -104,6 +105,11 @@ void FluxDraws::limit(std::span<float> errors) const {
     const float most = most_[k / at_once];
     errors[k] = std::clamp(errors[k], -most, most);
   }
+}
+
+double FluxDraws::possible_part(std::size_t rank, double error) const {
+  const auto most = static_cast<double>(most_[rank]);
+  return std::abs(error) > most ? most / std::abs(error) : 1;
 }
 
 void FluxDraws::draw(std::size_t count) {

@@ -43,8 +43,8 @@ class FluxDraws {
     return std::span(corrected_).subspan(rank * draw_count, draw_count);
   }
   std::span<const float> all() const { return corrected_; }
-  /// By which other errors have to be corrected that belong together with these.
-  const KnownSum& known_sum() const { return known_sum_; }
+  /// The part of an error of what an element sees that is possible; see limit().
+  double possible_part(std::size_t rank, double error) const;
 
  private:
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }

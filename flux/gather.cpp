@@ -122,7 +122,8 @@ Gathering::Gathering(std::span<const FluxProblem> problems, const Settle& settle
       widths_(std::move(widths)),
       elements_(elements_of(problems.front(), widths_)),
       values_(problems.front().mesh, elements_),
-      plan_(problems.front().scene, elements_),
+      plan_(problems.front().scene, elements_, 2,
+            std::ranges::any_of(problems, is_looked_for) ? least_group_of_halves : 1),
       is_last_(options_.rays > 0) {}
 
 void Gathering::plan_first_rays() {

@@ -36,9 +36,9 @@ struct Settle {
 ///
 /// Each element sends two independent scrambled Sobol sets, so elements are independent of each
 /// other and half the difference of an element's two sets is a fair sample of the error of its
-/// equation. Its square is averaged over elements nearby, as a multiple of what the scatter of
-/// their rays makes usual. The error of F takes in the errors of all equations: draws of them, with
-/// random signs, go through the exchange and give draws of the error of F.
+/// equation. Its square is averaged over elements nearby, as a multiple of what parts of their
+/// sets make usual (UsualErrors). The error of F takes in the errors of all equations: draws of
+/// them, with random signs, go through the exchange and give draws of the error of F.
 ///
 /// The first round tells how much the rays of each part of the surface vary; the next rounds send
 /// as many from each as leads to the target with the fewest.
@@ -55,7 +55,7 @@ struct Settle {
 /// Throws: InputError if 4 rays per element, 8 where facets are joined or little sky is seen,
 ///         exceed options.memory_limit.
 /// Cost:   1/4 to 1/2 us per ray on one core, twice that with n != 1, and about half as much again
-///         for the solves; 40 bytes per ray and 700 per element. Rounds that miss the target cost a
+///         for the solves; 40 bytes per ray and 800 per element. Rounds that miss the target cost a
 ///         quarter of their solves.
 /// Source: Goral et al. 1984 (radiosity), Veach and Guibas 1995 (balance heuristic), Owen 1997
 ///         (scrambled nets), Wu 1986 (errors by random signs).

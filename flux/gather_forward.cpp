@@ -70,13 +70,13 @@ class Direct {
       return (sums[rank * set_count] + sign * sums[rank * set_count + 1]) /
              (1.0 * arrivals.rays[rank] * set_count);
     };
-    std::vector<double> halves(plan.size());
+    Differences of{.halves = std::vector<double>(plan.size())};
     for (std::size_t rank = 0; rank < plan.size(); ++rank) {
       mean_[rank] = sum_of(rank, 1);
-      halves[rank] = sum_of(rank, -1);
+      of.halves[rank] = sum_of(rank, -1);
     }
     const auto none = [](std::size_t) { return false; };
-    deviation_ = ErrorDraws(options, plan, halves, {}, none).draws(0, draw_count);
+    deviation_ = ErrorDraws(options, plan, of, none).draws(0, draw_count);
   }
 
   FluxSpread spread() const {
@@ -211,7 +211,7 @@ Solver::Solver(const FluxProblem& problem)
     : problem_(problem),
       options_(problem.options),
       elements_(elements_of(problem, {})),
-      plan_(problem.scene, elements_, least_set),
+      plan_(problem.scene, elements_, least_set, least_group_of_halves),
       tracer_(problem) {
   const RayLimit limit = ray_limit(options_, plan_.least_total(), sizeof(FirstArrivals::Lit));
   cap_ = limit.cap;

@@ -51,18 +51,16 @@ Gathered::Gathered(const FluxProblem& problem, std::size_t number, const RayPlan
   }
   flux_.solve(tolerance);
   flux_.solve_constants();
-  halves_ = half_differences(view, number, flux_.radiosity());
+  halves_ = half_differences(view, number, plan, flux_.radiosity());
+  // Rays along a lobe scatter by themselves.
+  if (is_looked_for(problem)) {
+    halves_.flux.parts.clear();
+    halves_.lost.parts.clear();
+  }
 }
 
 void Gathered::pass_on_errors_by(std::span<const float> of_facets) {
   if (!of_facets.empty()) passed_on_ = on_elements(plan_, of_facets);
-}
-
-// Rays along a lobe scatter by themselves.
-ErrorDraws Gathered::error_draws(std::span<const double> halves, const RayScatter& scatter) const {
-  return {problem_.options, plan_, halves,
-          is_looked_for(problem_) ? std::vector<double>{} : usual_scatter(plan_, scatter),
-          [this](std::size_t rank) { return is_in_void(rank); }};
 }
 
 // How an error counts, per area, in the sum of all: about as what is compared with the target.
@@ -91,7 +89,7 @@ void Gathered::add_variances(std::span<double> of_windows) const {
       const double of_element = plan_.elements().area(plan_.element_at(rank));
       const double n = plan_.rays(rank);
       area += of_element;
-      sum += of_element * square(weights[rank] * halves_.flux[rank]) * n * std::sqrt(n);
+      sum += of_element * square(weights[rank] * halves_.flux.halves[rank]) * n * std::sqrt(n);
     }
     of_windows[w] += sum / area;
   }
@@ -104,7 +102,9 @@ void Gathered::draw(std::size_t count) {
       largest = std::max({largest, flux()[rank], flux_.radiosity().leaves(rank)});
     draws_.emplace(plan_, view_.matrix, view_.rows,
                    errors_stick_alike() ? &flux_.exchange() : nullptr, error_parts(),
-                   error_draws(halves_.flux, halves_.scatter_of_flux), weights(), largest);
+                   ErrorDraws(problem_.options, plan_, halves_.flux,
+                              [this](std::size_t rank) { return is_in_void(rank); }),
+                   weights(), largest);
   }
   draws_->draw(count);
 }
@@ -114,9 +114,6 @@ void Gathered::draw(std::size_t count) {
 // of their means is too large by their covariance, which the half differences tell.
 FluxAudit Gathered::audit() const {
   FluxAudit audit{.emitted = problem_.emitted()};
-  std::array<double, draw_count> totals{};
-  std::vector<float> lost_errors =
-      error_draws(halves_.lost, halves_.scatter_of_lost).draws(0, draw_count);
   for (std::size_t i = 0; i < view_.matrix.size(); ++i) {
     const auto ends = ends_of(view_, i);
     const std::uint32_t element = plan_.element_at(i);
@@ -127,25 +124,31 @@ FluxAudit Gathered::audit() const {
     audit.absorbed += arrives * (1 - c);
     audit.escaped += leaving * ends[to_sky] +
                      area * dot(flux_.radiosity().slopes()[i], sky_moment(view_, i)) -
-                     area * c * halves_.flux[i] * halves_.out[i];
+                     area * c * halves_.flux.halves[i] * halves_.out[i];
     audit.lost_back_face += leaving * ends[to_back];
     audit.lost_below += leaving * ends[to_below];
     audit.lost_side_limit += leaving * ends[to_side_limit];
-
-    const auto of_lost = std::span(lost_errors).subspan(i * draw_count, draw_count);
-    draws_->known_sum().correct(of_lost);
-    const auto of_flux = draws_->of_rank(i);
-    const double on = error_parts()[i];
-    const double out = ends[to_sky] + ends[to_back] + ends[to_below] + ends[to_side_limit];
-    for (std::size_t draw = 0; draw < draw_count; ++draw) {
-      totals[draw] += area * static_cast<double>(of_flux[draw]) * (1 - on + on * out) +
-                      area * static_cast<double>(of_lost[draw]);
-    }
   }
-  double squares = 0;
-  for (const double total : totals) squares += total * total;
-  if (audit.emitted > 0) audit.balance_std_error = std::sqrt(squares / draw_count) / audit.emitted;
+  if (audit.emitted > 0) audit.balance_std_error = balance_error() / audit.emitted;
   return audit;
+}
+
+// Standard error of what is absorbed and ends elsewhere, in all. An error of what an element sees
+// goes on to others, but in the end every particle of it sticks or leaves, so that the sum has all
+// of it, and what is off in how many leave.
+double Gathered::balance_error() const {
+  Differences of_sum = halves_.lost;
+  for (std::size_t i = 0; i < plan_.size(); ++i) {
+    const double part = draws_->possible_part(i, halves_.flux.halves[i]);
+    of_sum.halves[i] += part * halves_.flux.halves[i];
+    if (of_sum.parts.empty()) continue;
+    of_sum.of_rays[i] =
+        static_cast<float>(square(part) * static_cast<double>(halves_.flux.of_rays[i]));
+    for (std::size_t k = 0; k < of_sum.parts[i].size(); ++k)
+      of_sum.parts[i][k] +=
+          static_cast<float>(part * static_cast<double>(halves_.flux.parts[i][k]));
+  }
+  return UsualErrors(plan_, of_sum, [this](std::size_t rank) { return is_in_void(rank); }).of_all();
 }
 
 // What elements of a finite size leave uncertain, each on all facets together: a part of what

@@ -52,6 +52,7 @@ class Gathered {
   double measure(const FluxSpread& spread) const;
   double unknown_of_emission(std::size_t facet) const;
   FluxAudit audit() const;
+  double balance_error() const;
   bool errors_stick_alike() const { return passed_on_.empty(); }
   // Of which elements pass on errors.
   std::span<const float> error_parts() const {
@@ -61,7 +62,6 @@ class Gathered {
   bool is_in_void(std::size_t rank) const {
     return flux_.reemitted()[rank] > 0 && flux()[rank] == 0;
   }
-  ErrorDraws error_draws(std::span<const double> halves, const RayScatter& scatter) const;
   std::vector<double> weights() const;
 
   const FluxProblem& problem_;

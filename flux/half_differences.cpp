@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/parallel.h"
 
@@ -18,56 +19,80 @@ struct Told {
   double lost = 0;
 };
 
-// Sums of powers over rays.
-class Powers {
+using OfParts = std::array<float, set_count * most_parts>;
+
+// Sums over the parts of an element's sets.
+class Parts {
  public:
-  void add(double x) {
-    const double x2 = x * x;
-    first_ += x;
-    second_ += x2;
-    third_ += x2 * x;
-    fourth_ += x2 * x2;
+  Parts(std::uint32_t count, std::uint32_t rays, bool aims_at_sky)
+      : count_(count), rays_(rays), aims_at_sky_(aims_at_sky) {}
+
+  /// Of rays that follow each other, in turn of the first and the second set.
+  void add(std::size_t ray, double x) {
+    sums_[ray % set_count][part_of(static_cast<std::uint32_t>(ray / set_count))] += x;
+    size_ += std::abs(x);
   }
-  void add_square(double more) { second_ += more; }
-  /// Of the difference from the mean.
-  double mean_square(double rays) const {
-    return std::max(second_ / rays - square(first_ / rays), 0.0);
-  }
-  double mean_fourth(double rays) const {
-    const double mean = first_ / rays;
-    return std::max(
-        (fourth_ - 4 * mean * third_ + 6 * mean * mean * second_) / rays - 3 * square(mean * mean),
-        0.0);
+  /// What their means are more than that of the set.
+  OfParts differences() const {
+    const double rounding = 1e-6 * size_ / (rays_ * set_count);
+    OfParts result{};
+    std::array<double, most_parts> rays{};
+    for (std::uint32_t index = 0; index < rays_; ++index) rays[part_of(index)] += 1;
+    for (std::size_t set = 0; set < set_count; ++set) {
+      double mean = 0;
+      for (std::size_t part = 0; part < count_; ++part)
+        mean += sums_[set][part] / (rays[part] * count_);
+      for (std::size_t part = 0; part < count_; ++part) {
+        const double more = sums_[set][part] / rays[part] - mean;
+        if (std::abs(more) > rounding) result[set * most_parts + part] = static_cast<float>(more);
+      }
+    }
+    return result;
   }
 
  private:
-  double first_ = 0;
-  double second_ = 0;
-  double third_ = 0;
-  double fourth_ = 0;
+  // Rays that are aimed at the sky are points of a sequence of their own.
+  std::uint32_t part_of(std::uint32_t index) const {
+    constexpr std::uint32_t every = RayPlan::rays_per_skyward;
+    if (!aims_at_sky_) return index * count_ / rays_;
+    const std::uint32_t skyward = rays_ / every;
+    if (index % every == every - 1) return index / every * count_ / skyward;
+    return (index - index / every) * count_ / (rays_ - skyward);
+  }
+
+  std::uint32_t count_;
+  std::uint32_t rays_;  // in a set
+  bool aims_at_sky_;
+  double size_ = 0;  // of all together
+  std::array<std::array<double, most_parts>, set_count> sums_{};
 };
 
 // The rays of an element.
 class Row {
  public:
-  Row(const View& view, std::size_t problem, std::size_t row, const Radiosity& radiosity)
+  Row(const View& view, std::size_t problem, std::size_t row, const Radiosity& radiosity,
+      const Parts& parts)
       : view_(view),
         sums_(view.sums[row]),
         direct_(std::span(view.direct[problem]).subspan(row * set_count, set_count)),
         direct_squares_(view.direct_squares[problem][row]),
         row_(row),
-        radiosity_(radiosity) {
+        radiosity_(radiosity),
+        of_flux_(parts),
+        of_lost_(parts) {
     look();
   }
 
   /// What a set lacks it takes from the other, as the rows of the matrix do.
   std::array<Told, set_count> told_by_sets() const;
-  double ray_count() const { return static_cast<double>(view_.matrix.row(row_).size()); }
-  const Powers& of_flux() const { return of_flux_; }
-  const Powers& of_lost() const { return of_lost_; }
+  OfParts flux_of_parts() const { return of_flux_.differences(); }
+  OfParts lost_of_parts() const { return of_lost_.differences(); }
+  /// What single rays scatter because the source is not equally bright everywhere.
+  double variance_of_source() const { return squares_of_source_ / ray_count(); }
 
  private:
   void look();
+  double ray_count() const { return static_cast<double>(view_.matrix.row(row_).size()); }
   double in_sky() const { return sums_[0].sky + sums_[1].sky; }
   double direct() const {
     return static_cast<double>(direct_[0]) + static_cast<double>(direct_[1]);
@@ -82,8 +107,9 @@ class Row {
   const Radiosity& radiosity_;
   std::array<Told, set_count> others_{};
   std::array<double, set_count> to_sky_beyond_{};  // that leaves more than the mean
-  Powers of_flux_;
-  Powers of_lost_;
+  Parts of_flux_;
+  Parts of_lost_;
+  double squares_of_source_ = 0;
 };
 
 // What rays see that do not reach the sky.
@@ -108,21 +134,20 @@ void Row::look() {
     if (hit < matrix.size()) {
       const double seen = radiosity_.leaves(hit) + dot(radiosity_.slopes()[hit], Vec3d(places[k]));
       others_[k % set_count].flux += weight * seen;
-      of_flux_.add(weight * (seen - usual));
+      of_flux_.add(k, weight * (seen - usual));
     } else if (hit != matrix.size() + to_sky) {
       others_[k % set_count].out += weight;
-      of_flux_.add(-weight * usual);
-      of_lost_.add(weight * leaves);
+      of_flux_.add(k, -weight * usual);
+      of_lost_.add(k, weight * leaves);
     } else {
       const double beyond = dot(radiosity_.slopes()[row_], Vec3d(places[k]));
       to_sky_beyond_[k % set_count] += weight * beyond;
       sky_squares += square(weight * of_sky);
-      of_flux_.add(weight * (of_sky - usual));
-      of_lost_.add(weight * (leaves + beyond));
+      of_flux_.add(k, weight * (of_sky - usual));
+      of_lost_.add(k, weight * (leaves + beyond));
     }
   }
-  // Of a source that is not equally bright everywhere.
-  of_flux_.add_square(std::max(direct_squares_ - sky_squares, 0.0));
+  squares_of_source_ = std::max(direct_squares_ - sky_squares, 0.0);
 }
 
 std::array<Told, set_count> Row::told_by_sets() const {
@@ -140,29 +165,38 @@ std::array<Told, set_count> Row::told_by_sets() const {
   return told;
 }
 
-RayScatter scatter_of(std::size_t size) {
-  return {std::vector<double>(size), std::vector<double>(size)};
+Differences differences_of(std::size_t size) {
+  return {std::vector<double>(size), std::vector<OfParts>(size), std::vector<float>(size)};
 }
 
 }  // namespace
 
-HalfDifferences half_differences(const View& view, std::size_t problem,
+// One ray of each part that is aimed at the sky makes four.
+std::size_t part_count(const RayPlan& plan, const RayPlan::Block& block) {
+  std::uint32_t least = plan.rays(block.begin);
+  for (std::uint32_t rank = block.begin; rank < block.end; ++rank)
+    least = std::min(least, plan.rays(rank));
+  if (block.aims_at_sky) least /= RayPlan::rays_per_skyward;
+  return least >= most_parts ? most_parts : most_parts / 2;
+}
+
+HalfDifferences half_differences(const View& view, std::size_t problem, const RayPlan& plan,
                                  const Radiosity& radiosity) {
   static_assert(set_count == 2);
   const std::size_t size = view.matrix.size();
-  HalfDifferences halves{std::vector<double>(size), std::vector<double>(size),
-                         std::vector<double>(size), scatter_of(size), scatter_of(size)};
+  HalfDifferences halves{differences_of(size), std::vector<double>(size), differences_of(size)};
   parallel_for(size, 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Row row(view, problem, i, radiosity);
+      const RayPlan::Block& block = plan.block_of(i);
+      const auto parts = static_cast<std::uint32_t>(part_count(plan, block));
+      const Row row(view, problem, i, radiosity, {parts, plan.rays(i), block.aims_at_sky});
       const auto told = row.told_by_sets();
-      halves.flux[i] = (told[0].flux - told[1].flux) / 2;
+      halves.flux.halves[i] = (told[0].flux - told[1].flux) / 2;
+      halves.flux.parts[i] = row.flux_of_parts();
+      halves.flux.of_rays[i] = static_cast<float>(row.variance_of_source());
       halves.out[i] = (told[0].out - told[1].out) / 2;
-      halves.lost[i] = (told[0].lost - told[1].lost) / 2;
-      halves.scatter_of_flux.squares[i] = row.of_flux().mean_square(row.ray_count());
-      halves.scatter_of_flux.fourths[i] = row.of_flux().mean_fourth(row.ray_count());
-      halves.scatter_of_lost.squares[i] = row.of_lost().mean_square(row.ray_count());
-      halves.scatter_of_lost.fourths[i] = row.of_lost().mean_fourth(row.ray_count());
+      halves.lost.halves[i] = (told[0].lost - told[1].lost) / 2;
+      halves.lost.parts[i] = row.lost_of_parts();
     }
   });
   return halves;

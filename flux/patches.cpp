@@ -118,10 +118,34 @@ Tally tally_of(const RayScene& scene, const Patches& patches, const FluxSpread& 
   return tally;
 }
 
+// What is unknown of facets on which nothing arrived is no more than what arrives around them.
+void bound_unseen(const Patches& patches, Tally& tally) {
+  if (std::ranges::none_of(tally.mean, [](float flux) { return flux == 0; })) return;
+  const TriMesh& mesh = patches.mesh();
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> largest(mesh.vertices.size(), none);
+  const auto area = [&](std::uint32_t p) { return p == none ? 0 : patches.list()[p].area; };
+  for (std::uint32_t p = 0; p < patches.list().size(); ++p)
+    for (const std::uint32_t f : patches.list()[p].facets)
+      for (const std::uint32_t v : mesh.triangles[f])
+        if (area(p) > area(largest[v])) largest[v] = p;
+  for (std::size_t f = 0; f < tally.mean.size(); ++f) {
+    if (tally.mean[f] > 0) continue;
+    const Triangle& t = mesh.triangles[f];
+    const std::uint32_t v = *std::ranges::max_element(
+        t, [&](std::uint32_t a, std::uint32_t b) { return area(largest[a]) < area(largest[b]); });
+    const std::uint32_t p = largest[v];
+    const double mean = tally.patch_mean[p];
+    const double error = tally.patch_std_error[p];
+    const double most = std::sqrt(mean * mean + error * error);
+    tally.std_error[f] = std::min(tally.std_error[f], static_cast<float>(most));
+  }
+}
+
 }  // namespace
 
 Patches::Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std::uint32_t> rings)
-    : rings_(rings.begin(), rings.end()) {
+    : mesh_(mesh), rings_(rings.begin(), rings.end()) {
   const std::vector<std::uint32_t> parts = parts_of_facets(mesh, part_count_);
   const SceneCells cells(scene, patch_width);
   std::vector<std::uint64_t> keys(scene.facet_count());
@@ -147,6 +171,7 @@ Patches::Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std
 FluxEstimate estimate(const RayScene& scene, const Patches& patches, const FluxSpread& spread) {
   FluxEstimate result{.tally = tally_of(scene, patches, spread)};
   Tally& tally = result.tally;
+  bound_unseen(patches, tally);
   std::vector<char> exposed(patches.part_count());
   for (std::size_t p = 0; p < tally.patch_mean.size(); ++p)
     if (tally.patch_mean[p] > 0) exposed[patches.list()[p].part] = 1;

@@ -19,6 +19,7 @@ inline constexpr double small_flux = 0.05;
 /// surface of revolution they are made of whole rings, by the first facet of each.
 class Patches {
  public:
+  /// Keeps the mesh.
   /// rings: FluxOptions::rings.
   Patches(const TriMesh& mesh, const RayScene& scene, std::span<const std::uint32_t> rings = {});
 
@@ -31,8 +32,10 @@ class Patches {
   const std::vector<Patch>& list() const { return patches_; }
   std::uint32_t part_count() const { return part_count_; }
   std::span<const std::uint32_t> rings() const { return rings_; }
+  const TriMesh& mesh() const { return mesh_; }
 
  private:
+  const TriMesh& mesh_;
   std::vector<std::uint32_t> rings_;
   std::vector<Patch> patches_;
   std::uint32_t part_count_ = 0;
@@ -56,6 +59,10 @@ struct FluxEstimate {
 };
 
 /// Mean and standard error on facets, and the error over patches.
+///
+/// Where nothing arrived on a facet, the error is that of one particle, but no more than what
+/// arrives on the largest patch that has a corner with it, with its error: less than a particle is
+/// due on a sliver, which tells nothing of the flux around it.
 ///
 /// Only parts of the surface on which a particle arrived count: no path joins a closed void to the
 /// source. A patch that the cells' borders cut counts with the error that a whole one of the same

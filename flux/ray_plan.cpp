@@ -34,11 +34,10 @@ int main_direction_of(const RayScene& scene, const Elements& elements, std::uint
 }
 
 // Elements of the same main direction, and of the floors and tops among them those of the same
-// height: what sees only the sky has nothing in common with what lies at the bottom of a hole. But
-// fewer elements than make a few blocks tell too little of their errors.
-std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elements) {
+// height: what sees only the sky has nothing in common with what lies at the bottom of a hole.
+std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elements,
+                                     std::size_t least) {
   constexpr double gap = 4;  // spacings, between two heights
-  constexpr std::size_t least = 8;
   constexpr int upward = 4;  // the first of two main directions
   std::vector<std::uint32_t> order(elements.count());
   std::iota(order.begin(), order.end(), 0U);
@@ -64,7 +63,8 @@ std::vector<std::uint32_t> groups_of(const RayScene& scene, const Elements& elem
 
 }  // namespace
 
-RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set)
+RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set,
+                 std::size_t least_group)
     : elements_(&elements), least_set_(least_set) {
   for (std::size_t f = 0; f < scene.facet_count(); ++f) surface_ += scene.area(f);
   for (std::size_t e = 0; e < elements.count(); ++e) share_.push_back(elements.area(e));
@@ -77,7 +77,7 @@ RayPlan::RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t 
     keys[e] = curve_key({r.x / largest, r.y / largest, (r.z - scene.lowest()) / largest},
                         main_direction_of(scene, elements, static_cast<std::uint32_t>(e)));
   }
-  const std::vector<std::uint32_t> groups = groups_of(scene, elements);
+  const std::vector<std::uint32_t> groups = groups_of(scene, elements, least_group);
   element_at_.resize(keys.size());
   std::iota(element_at_.begin(), element_at_.end(), 0U);
   std::sort(element_at_.begin(), element_at_.end(), [&](std::uint32_t a, std::uint32_t b) {

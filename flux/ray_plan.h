@@ -26,7 +26,9 @@ class RayPlan {
   static constexpr std::uint32_t rays_per_skyward = 4;
 
   /// least_set: rays in each set of an element, 2 or 4; twice of it where facets are joined.
-  RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set = 2);
+  /// least_group: elements that are kept apart from others at another height, if there are as many.
+  RayPlan(const RayScene& scene, const Elements& elements, std::uint32_t least_set = 2,
+          std::size_t least_group = 1);
   RayPlan(const RayPlan&) = delete;
   RayPlan& operator=(const RayPlan&) = delete;
 
@@ -122,6 +124,10 @@ class RayPlan {
   std::vector<std::uint32_t> rays_;
   std::vector<std::uint64_t> first_;
 };
+
+/// Where half differences alone tell how large errors are, fewer elements that are alike tell too
+/// little.
+inline constexpr std::size_t least_group_of_halves = 8;
 
 /// What is sent in all at least, memory permitting. The two sets of a few rays often find the same,
 /// which is no sign of a small error.

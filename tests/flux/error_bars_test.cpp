@@ -109,6 +109,28 @@ TEST(ErrorBarsOfFloors, AreTrueInAHole) {
   exact::expect_true(exact::calibration_of(runs), "floor");
 }
 
+// Three elements make the floor of a slab: half differences of so few hardly tell an error.
+TEST(ErrorBarsOfFloors, AreTrueOfAFewElements) {
+  const Vec3d y{0, 1.06, 0};
+  exact::Builder builder;
+  builder.grid({-10.6, 0, 0}, {5.3, 0, 0}, 4, y, 1);
+  builder.grid({-5.3, 0, 0}, {0, 0, -21.2}, 24, y, 1);
+  const std::size_t floor = builder.mesh.triangles.size();
+  builder.grid({-5.3, 0, -21.2}, {10.6, 0, 0}, 12, y, 1);
+  const std::size_t floor_end = builder.mesh.triangles.size();
+  builder.grid({5.3, 0, -21.2}, {0, 0, 21.2}, 24, y, 1);
+  builder.grid({5.3, 0, 0}, {5.3, 0, 0}, 4, y, 1);
+  const Shape shape{builder.mesh, {.lower = {-10.6, 0}, .upper = {10.6, y.y}}};
+  std::vector<Stated> runs;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed)
+    runs.push_back(exact::at_places(
+        exact::on_facets(
+            flux_on(shape, 0.3F, {.engine = Engine::gather, .target_error = 0.02, .seed = seed})
+                .arrivals()),
+        numbers_from(floor, floor_end)));
+  exact::expect_true(exact::calibration_of(runs), "floor");
+}
+
 // A slab of a trench twice as deep as wide, in cells of one spacing.
 Shape thin_slab() {
   const Vec3d y{0, 2.4, 0};

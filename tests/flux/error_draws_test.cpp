@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "core/random.h"
 #include "core/running_statistics.h"
@@ -12,6 +13,8 @@
 
 namespace scarp {
 namespace {
+
+bool nothing_left_out(std::size_t) { return false; }
 
 /// A flat wafer in 512 elements with as many rays each: 32 blocks of 16.
 class ErrorDrawsTest : public ::testing::Test {
@@ -30,11 +33,9 @@ class ErrorDrawsTest : public ::testing::Test {
     return blocks;
   }
   std::vector<float> draws(const std::function<bool(std::size_t)>& is_left_out) const {
-    return ErrorDraws(options_, plan_, halves_, {}, is_left_out).draws(0, draw_count);
+    return ErrorDraws(options_, plan_, {.halves = halves_}, is_left_out).draws(0, draw_count);
   }
-  std::vector<float> draws() const {
-    return draws([](std::size_t) { return false; });
-  }
+  std::vector<float> draws() const { return draws(nothing_left_out); }
 
   exact::Shape shape_ = exact::flat_wafer(16, 16);
   RayScene scene_{shape_.mesh, shape_.sides, 1};
@@ -95,7 +96,7 @@ TEST(ErrorDrawsOfUnequalElements, KeepWhatBlocksHaveAsAWhole) {
     }
   const FluxOptions options{.sides = shape.sides};
   const std::vector<float> errors =
-      ErrorDraws(options, plan, halves, {}, [](std::size_t) { return false; }).draws(0, draw_count);
+      ErrorDraws(options, plan, {.halves = halves}, nothing_left_out).draws(0, draw_count);
   for (const RayPlan::Window& window : plan.windows())
     for (const RayPlan::Block& block : window) {
       for (std::size_t draw = 0; draw < draw_count; ++draw) {
@@ -126,7 +127,7 @@ TEST_F(ErrorDrawsTest, AreIndependentBetweenBlocks) {
 TEST_F(ErrorDrawsTest, OfAPartAreThoseOfAll) {
   const std::vector<float> all = draws();
   const std::vector<float> part =
-      ErrorDraws(options_, plan_, halves_, {}, [](std::size_t) { return false; }).draws(8, 4);
+      ErrorDraws(options_, plan_, {.halves = halves_}, nothing_left_out).draws(8, 4);
   for (std::size_t rank = 0; rank < plan_.size(); ++rank)
     for (std::size_t k = 0; k < 4; ++k)
       EXPECT_EQ(part[rank * 4 + k], all[rank * draw_count + 8 + k]);
@@ -140,7 +141,7 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
   RunningStatistics ratio;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     options_.seed = seed;
-    const ErrorDraws errors(options_, plan_, halves_, {}, [](std::size_t) { return false; });
+    const ErrorDraws errors(options_, plan_, {.halves = halves_}, nothing_left_out);
     const std::vector<float> drawn = errors.draws(0, draw_count);
     const std::vector<double> variances = errors.variances_of_sum(drawn, factors);
     ASSERT_EQ(variances.size(), draw_count);
@@ -154,56 +155,138 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
   EXPECT_NEAR(ratio.mean(), 1, 4 * ratio.std_error());
 }
 
+/// What rays tell whose parts and sets are normally distributed, by the variance of an element.
+class UsualErrorsTest : public ErrorDrawsTest {
+ protected:
+  static constexpr double of_sets = 0.6;  // of the variance that parts let expect
+
+  // common: what the elements of a block have in common, as part of the variance.
+  Differences differences(std::uint64_t seed, const std::function<double(std::size_t)>& variance,
+                          double common = 0) const {
+    RandomStream random({.seed = seed});
+    Differences of{.halves = std::vector<double>(plan_.size()),
+                   .parts = decltype(Differences::parts)(plan_.size()),
+                   .of_rays = std::vector<float>(plan_.size())};
+    for (const RayPlan::Block& block : blocks()) {
+      const double rays = plan_.rays(block.begin);
+      const auto count = part_count(plan_, block);
+      const double of_part = std::pow(count, 1.5) / of_sets;
+      const auto draw = [&](std::size_t rank, double shared) {
+        return std::sqrt(variance(rank)) *
+               (std::sqrt(common) * shared + std::sqrt(1 - common) * normal(random)) /
+               std::pow(rays, 0.75);
+      };
+      const double shared_by_sets = normal(random);
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        of.halves[rank] = draw(rank, shared_by_sets);
+      for (std::size_t set = 0; set < set_count; ++set) {
+        std::vector<double> means(block.size());
+        for (std::size_t part = 0; part < count; ++part) {
+          const double shared = normal(random);
+          for (std::size_t k = 0; k < block.size(); ++k) {
+            const double x = std::sqrt(of_part) * draw(block.begin + k, shared);
+            of.parts[block.begin + k][set * most_parts + part] = static_cast<float>(x);
+            means[k] += x / static_cast<double>(count);
+          }
+        }
+        for (std::size_t part = 0; part < count; ++part)
+          for (std::size_t k = 0; k < block.size(); ++k)
+            of.parts[block.begin + k][set * most_parts + part] -= static_cast<float>(means[k]);
+      }
+    }
+    return of;
+  }
+  double expected(double variance) const {
+    return std::sqrt(variance) / std::pow(plan_.rays(0), 0.75);
+  }
+
+ private:
+  static double normal(RandomStream& random) {
+    double sum = -6;
+    for (int k = 0; k < 12; ++k) sum += random.uniform();
+    return sum;
+  }
+};
+
+TEST_F(UsualErrorsTest, AreThoseOfSets) {
+  const auto one = [](std::size_t) { return 1.0; };
+  for (const double common : {0.0, 0.5}) {
+    RunningStatistics of_elements;
+    RunningStatistics of_blocks;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const Differences of = differences(seed, one, common);
+      const UsualErrors usual(plan_, of, nothing_left_out);
+      double squares = 0;
+      for (const RayPlan::Block& block : blocks()) {
+        for (std::size_t rank = block.begin; rank < block.end; ++rank)
+          of_elements.add(usual.of_element(rank) / expected(1));
+        const double size = block.size();
+        const double together = std::sqrt(size * (1 - common + common * size));
+        of_blocks.add(usual.of_block(block) / (elements_.area(0) * together * expected(1)));
+        squares += usual.of_block(block) * usual.of_block(block);
+      }
+      EXPECT_NEAR(usual.of_all(), std::sqrt(squares), 1e-9 * usual.of_all());
+    }
+    EXPECT_NEAR(of_elements.mean(), 1, 0.1);
+    EXPECT_LT(std::sqrt(of_elements.variance()), 0.3);
+    EXPECT_NEAR(of_blocks.mean(), 1, 0.1);
+    EXPECT_LT(std::sqrt(of_blocks.variance()), 0.3);
+  }
+}
+
+// No window takes the errors of another, however little its own half differences tell.
+TEST_F(UsualErrorsTest, AreThoseOfTheirWindows) {
+  const std::uint32_t end = plan_.windows().front().back().end;
+  const auto variance = [&](std::size_t rank) { return rank < end ? 1e-4 : 1.0; };
+  RunningStatistics here;
+  RunningStatistics elsewhere;
+  const Differences of = differences(2, variance);
+  const UsualErrors usual(plan_, of, nothing_left_out);
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+    (rank < end ? here : elsewhere).add(usual.of_element(rank) / expected(variance(rank)));
+  EXPECT_NEAR(here.mean(), 1, 0.15);
+  EXPECT_NEAR(elsewhere.mean(), 1, 0.1);
+}
+
+// How far errors are off in units of what is usual, mean square: half differences of a few elements
+// are by chance much too small now and then.
+TEST_F(UsualErrorsTest, OfAFewElementsAreKnownByParts) {
+  const auto variance = [](std::size_t) { return 1.0; };
+  RunningStatistics by_parts;
+  RunningStatistics by_halves;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Differences of = differences(seed, variance);
+    const auto is_left_out = [](std::size_t rank) { return rank % 64 >= 4; };
+    const auto off = [&] {
+      return std::pow(expected(1) / UsualErrors(plan_, of, is_left_out).of_element(0), 2);
+    };
+    by_parts.add(off());
+    of.parts.clear();
+    by_halves.add(off());
+  }
+  EXPECT_NEAR(by_parts.mean(), 1, 0.2);
+  EXPECT_GT(by_halves.mean(), 1.5);
+}
+
+// Half differences that are nothing by chance leave the errors that parts tell.
+TEST_F(UsualErrorsTest, OfEqualSetsAreThoseOfParts) {
+  Differences of = differences(3, [](std::size_t) { return 1.0; });
+  std::fill_n(of.halves.begin(), 8, 0.0);
+  EXPECT_GT(UsualErrors(plan_, of, nothing_left_out).of_element(0), 0.4 * expected(1));
+}
+
 // Of two kinds of elements side by side one scatters ten times as much: none takes the errors of
 // the other.
-TEST_F(ErrorDrawsTest, GoWithHowFarRaysScatter) {
-  std::vector<double> scatter(plan_.size());
-  double squares = 0;
-  for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
-    scatter[rank] = rank % 4 < 2 ? 1 : 10;
-    halves_[rank] *= scatter[rank];
-    squares += halves_[rank] * halves_[rank];
-  }
-  const std::vector<float> errors = ErrorDraws(options_, plan_, halves_, scatter, [](std::size_t) {
-                                      return false;
-                                    }).draws(0, draw_count);
-  std::array<double, 2> of_kinds{};
+TEST_F(UsualErrorsTest, GoWithTheirWindowsInDraws) {
+  const std::uint32_t end = plan_.windows().front().back().end;
+  const auto variance = [&](std::size_t rank) { return rank < end ? 1e-2 : 1.0; };
+  const Differences of = differences(4, variance);
+  const std::vector<float> errors =
+      ErrorDraws(options_, plan_, of, nothing_left_out).draws(0, draw_count);
+  std::array<RunningStatistics, 2> squares;
   for (std::size_t k = 0; k < errors.size(); ++k)
-    of_kinds[k / draw_count % 4 < 2 ? 0 : 1] += std::pow(static_cast<double>(errors[k]), 2);
-  EXPECT_NEAR(of_kinds[1] / of_kinds[0], 100, 25);
-  EXPECT_NEAR((of_kinds[0] + of_kinds[1]) / draw_count, squares, 0.1 * squares);
-}
-
-// What hits a part of the rays has the Bernoulli moments of that part.
-RayScatter scatter_of(std::span<const double> parts) {
-  RayScatter scatter;
-  for (const double p : parts) {
-    const double square = p * (1 - p);
-    scatter.squares.push_back(square);
-    scatter.fourths.push_back(square * (1 - 3 * square));
-  }
-  return scatter;
-}
-
-// 128 rays of each element, of which a tenth meets something on average: what single elements find
-// is chance. Where every second element finds nothing and the others half, it is not.
-TEST_F(ErrorDrawsTest, TakeElementsTogetherThatDifferByChance) {
-  RandomStream random({.seed = 7});
-  std::vector<double> by_chance(plan_.size());
-  std::vector<double> by_place(plan_.size());
-  for (std::size_t rank = 0; rank < plan_.size(); ++rank) {
-    int hits = 0;
-    const int rays = static_cast<int>(plan_.rays(rank) * set_count);
-    for (int ray = 0; ray < rays; ++ray) hits += random.uniform() < 0.1 ? 1 : 0;
-    by_chance[rank] = 1.0 * hits / rays;
-    by_place[rank] = rank % 2 == 0 ? 0 : 0.5;
-  }
-  const std::vector<double> alike = usual_scatter(plan_, scatter_of(by_chance));
-  const std::vector<double> apart = usual_scatter(plan_, scatter_of(by_place));
-  const auto [least, most] = std::ranges::minmax(alike);
-  EXPECT_LT(most, 1.2 * least);
-  for (std::size_t rank = 0; rank < plan_.size(); rank += 2)
-    EXPECT_LT(apart[rank], 0.3 * apart[rank + 1]);
+    squares[k / draw_count < end ? 0 : 1].add(std::pow(static_cast<double>(errors[k]), 2));
+  EXPECT_NEAR(squares[1].mean() / squares[0].mean(), 100, 30);
 }
 
 // Draws of 3 times the sum and something that has nothing in common with it.

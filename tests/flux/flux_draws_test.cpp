@@ -28,7 +28,7 @@ class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
 
   ErrorDraws of_equations(std::uint64_t seed) const {
     seeded_.seed = seed;
-    return {seeded_, plan_, halves_, {}, [](std::size_t) { return false; }};
+    return {seeded_, plan_, {.halves = halves_}, [](std::size_t) { return false; }};
   }
   double area(std::size_t rank) const { return elements.area(plan_.element_at(rank)); }
   // Mean over the draws of the square of all errors, by area.

@@ -63,6 +63,28 @@ TEST(Estimate, TakesDeviationsTogetherOnPatches) {
   EXPECT_NEAR(result.max_facet_error, 0.2 / std::sqrt(2.0) / 0.5, 1e-6);
 }
 
+// Nothing arrived on a sliver and on a whole facet: of the one that says nothing, of the other that
+// it gets less than a particle.
+TEST(Estimate, BoundsTheErrorOfASliverByThePatchAroundIt) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {8, 0, 0}, 8, {0, 8, 0}, 8);
+  builder.triangle({0, 0, 0}, {0, 1e-2, -1e-2}, {0, 0, -1e-2});
+  const exact::Shape shape{builder.mesh, {.lower = {0, 0}, .upper = {8, 8}}};
+  const std::size_t sliver = builder.mesh.triangles.size() - 1;
+  const RayScene scene = scene_of(shape);
+  const Patches patches(shape.mesh, scene);
+  constexpr std::size_t dark = 0;
+  const FluxSpread spread{
+      .flux = [&](std::size_t f) { return f == sliver || f == dark ? 0.0 : 0.5; },
+      .deviations = [](std::size_t, std::span<double> of_facet) { of_facet[0] = 0.05; },
+      .count = 1,
+      .unseen = 0.1};
+  const FluxEstimate result = estimate(scene, patches, spread);
+  EXPECT_NEAR(result.tally.std_error[sliver], 0.5, 0.05);
+  EXPECT_FLOAT_EQ(result.tally.std_error[dark], 0.2F);
+  EXPECT_LE(result.max_facet_error, 0.55 / small_flux);
+}
+
 // With one patch cut in 16 by position the error is the same as whole: equal noise, equal error.
 TEST(Estimate, DoesNotDependOnWhereTheCellsFall) {
   const auto error_of = [](double shift) {
