@@ -149,17 +149,20 @@ class Recession {
         for (int z = -reach; z <= reach; ++z) {
           const Node at{node[0] + x, node[1] + y, node[2] + z};
           const float here = band_.node(at[0], at[1], at[2]);
-          if (!(std::abs(here) < near_surface)) continue;
-          for (int axis = 0; axis < 3; ++axis) {
+          if (!(here < 0) || here < -near_surface) continue;
+          for (int face = 0; face < 6; ++face) {
+            // From solid to gas, so that mirror images have the same bits.
+            const auto axis = static_cast<std::size_t>(face / 2);
+            const int step = face % 2 == 0 ? -1 : 1;
             Node next = at;
-            ++next[axis];
+            next[axis] += step;
             const float there = band_.node(next[0], next[1], next[2]);
-            if ((here < 0) == (there < 0)) continue;
-            const std::size_t seen = exposed_layer(layers_, at, axis);
+            if (there < 0) continue;
+            const std::size_t seen = exposed_layer(layers_, step < 0 ? next : at, face / 2);
             if (seen >= layer || is_slow_[seen]) continue;
             std::array<float, 3> way{static_cast<float>(x), static_cast<float>(y),
                                      static_cast<float>(z)};
-            way[static_cast<std::size_t>(axis)] += crossing(here, there);
+            way[axis] += static_cast<float>(step) * crossing(here, there);
             const float distance = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
             const float nearest = old < 0 ? std::min(half_edge - distance, 0.0F) : distance;
             furthest = std::max(furthest, nearest + way_[seen]);

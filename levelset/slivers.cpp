@@ -105,17 +105,18 @@ class Slivers {
     if (!(old_phi(node) < 0)) return false;
     const std::size_t layer = layer_at(layers_, node);
     if (!is_slow_[layer]) return false;
+    std::optional<float> least;
     for (int face = 0; face < 6; ++face) {
       const int axis = face / 2;
       const Node last = next(node, axis, face % 2 == 0 ? -1 : 1);
       if (!(old_phi(last) < 0) || new_phi(last) < 0) continue;
       const std::optional<float> left = left_of_sheet(node, last, axis);
       if (!left) continue;
-      lay_bare(node, layer, *left, found);
       lay_bare(last, layer, *left, found);
-      return true;
+      least = std::min(least.value_or(*left), *left);
     }
-    return false;
+    if (least) lay_bare(node, layer, *least, found);
+    return least.has_value();
   }
 
   /// How far the flanks have to go of a sheet that ends in the cell beside its last node; nothing
@@ -129,13 +130,15 @@ class Slivers {
       const std::size_t layer = layer_at(layers_, below);
       return is_slow_[layer] && phi(layer, below) - here < 1;
     };
+    std::optional<float> least;
     for (int across = 0; across < 3; ++across) {
       if (across == axis || !has_ended(across, -1) || !has_ended(across, 1)) continue;
       const float beside =
           std::min(new_phi(next(last, across, -1)), new_phi(next(last, across, 1)));
-      return std::max(0.5F * (1 - new_phi(last) - beside), 0.0F);
+      const float left = std::max(0.5F * (1 - new_phi(last) - beside), 0.0F);
+      least = std::min(least.value_or(left), left);
     }
-    return std::nullopt;
+    return least;
   }
 
   /// Leaves no more than the given thickness above a layer at a node, unless what lies there is

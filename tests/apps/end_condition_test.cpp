@@ -1,5 +1,6 @@
 #include "apps/end_condition.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -299,6 +300,29 @@ until = { depth = "5 nm" }
 [output]
 every = "1.3 s"
 )";
+}
+
+// A fin is etched from both sides on a floor that is not, or a hundred times more slowly: its
+// flanks meet between two nodes at the foot, where up to a spacing of it seemed left.
+TEST_F(EndConditionRun, AFinIsGoneWhenItsFlanksMeet) {
+  const std::string fin =
+      read_file(std::string(SCARP_SOURCE_DIR) + "/tests/reference/ends/film_gone.toml");
+  write("fin.toml", fin);
+  for (const double spacing : {10.0, 12.5}) {
+    for (const double width : {195, 200, 207, 217}) {
+      for (const char* const floor : {"0", "0.01"}) {
+        std::filesystem::remove_all(folder_ / "run");
+        const Outcome outcome = scarp(
+            "run " + path("fin.toml") + " --quiet -o " + path("run") +
+            fmt::format(" --set 'domain.spacing=\"{} nm\"' --set 'geometry[1].width=\"{} nm\"'"
+                        " --set 'step[0].etch_rate.Si=\"{} nm/s\"'",
+                        spacing, width, floor));
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+        const double reached = summary("run")["steps"][0]["reached_s"];
+        EXPECT_NEAR(reached, width / 2, 0.1 * spacing) << spacing << " " << width << " " << floor;
+      }
+    }
+  }
 }
 
 TEST_F(EndConditionRun, SaysInItsResultsWhenAndWhyEachStepEnded) {
