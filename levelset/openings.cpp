@@ -3,19 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 namespace scarp {
 
 /// One piece of what lies lower than some height, from a node on.
 class OpeningMap::Flood {
  public:
-  Flood(const OpeningMap& map, std::size_t start, double below, std::vector<Mark>& marks)
-      : map_(map), below_(below), marks_(marks) {
+  Flood(const OpeningMap& map, const ViewFromAbove& view, std::size_t start, double below,
+        std::vector<Mark>& marks)
+      : map_(map), view_(view), below_(below), marks_(marks) {
     const auto width = static_cast<std::size_t>(map.nodes_[1]);
     const std::array<int, 2> node{static_cast<int>(start / width), static_cast<int>(start % width)};
     reach(node, node);
     for (std::size_t n = 0; n < places_.size(); ++n) spread(places_[n]);
-    for (int axis = 0; axis < 2; ++axis) measure(axis);
+    const std::array<double, 2> middle = middle_of_area();
+    for (int axis = 0; axis < 2; ++axis) measure(axis, middle[axis]);
     for (const std::size_t place : places_) marks_[place].is_reached = false;
   }
 
@@ -55,13 +58,71 @@ class OpeningMap::Flood {
     }
   }
 
-  void measure(int axis) {
-    double sum = 0;
+  bool is_reached(const std::array<int, 2>& unfolded) const {
+    const Mark& mark = marks_[map_.place(map_.fold(0, unfolded[0]), map_.fold(1, unfolded[1]))];
+    return mark.is_reached && mark.unfolded == unfolded;
+  }
+
+  bool is_inside(const std::array<int, 2>& unfolded) const {
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        if (!is_reached({unfolded[0] + i, unfolded[1] + j})) return false;
+    return true;
+  }
+
+  /// The middle of the area, unfolded, as indices of nodes. What counts of the cells at its border
+  /// are samples: with whole cells it would hang on where the nodes lie.
+  std::array<double, 2> middle_of_area() const {
+    constexpr int samples = 4;  // along an axis
+    std::array<double, 2> sum{};
+    double count = 0;
+    const auto add = [&](double x, double y, double weight) {
+      sum[0] += weight * x;
+      sum[1] += weight * y;
+      count += weight;
+    };
+    std::set<std::array<int, 2>> at_border;
+    for (const std::size_t place : places_) {
+      const std::array<int, 2> node = marks_[place].unfolded;
+      if (is_inside(node)) {
+        add(node[0], node[1], samples * samples);
+        continue;
+      }
+      for (int i = -1; i <= 1; ++i)
+        for (int j = -1; j <= 1; ++j)
+          if (!is_inside({node[0] + i, node[1] + j})) at_border.insert({node[0] + i, node[1] + j});
+    }
+    for (const auto& [i, j] : at_border) {
+      for (int a = 0; a < samples; ++a) {
+        for (int b = 0; b < samples; ++b) {
+          const double x = i + (a + 0.5) / samples - 0.5;
+          const double y = j + (b + 0.5) / samples - 0.5;
+          if (is_lower_at(x, y)) add(x, y, 1);
+        }
+      }
+    }
+    return {sum[0] / count, sum[1] / count};
+  }
+
+  /// At a place between nodes; nothing is beyond reflective sides.
+  bool is_lower_at(double x, double y) const {
+    std::array<double, 2> at{x, y};
+    for (int axis = 0; axis < 2; ++axis) {
+      const int cells = map_.frame_.cells[axis];
+      if (map_.frame_.boundary[axis] == Boundary::periodic)
+        at[axis] -= cells * std::floor(at[axis] / cells);
+      if (at[axis] < 0 || at[axis] > cells) return false;
+      at[axis] = map_.frame_.node_position(axis, at[axis]);
+    }
+    const auto seen = view_.at(at);
+    return seen && seen->height < below_;
+  }
+
+  void measure(int axis, double middle) {
     int first = marks_[places_.front()].unfolded[axis];
     int last = first;
     for (const std::size_t place : places_) {
       const int index = marks_[place].unfolded[axis];
-      sum += index;
       first = std::min(first, index);
       last = std::max(last, index);
     }
@@ -76,7 +137,7 @@ class OpeningMap::Flood {
     }
     width_[axis] = (last - first + 1) * map_.frame_.spacing;
     double& centre = centre_[axis];
-    centre = map_.frame_.node_position(axis, sum / static_cast<double>(places_.size()));
+    centre = map_.frame_.node_position(axis, middle);
     if (through_[axis]) {
       centre = 0;
     } else if (is_around_axis) {
@@ -91,6 +152,7 @@ class OpeningMap::Flood {
   }
 
   const OpeningMap& map_;
+  const ViewFromAbove& view_;
   double below_;
   std::vector<Mark>& marks_;
   std::vector<std::size_t> places_;
@@ -116,7 +178,7 @@ OpeningMap::OpeningMap(const ViewFromAbove& view, const Frame& frame,
   }
   labels_.assign(heights_.size(), none);
   is_plugged_.assign(heights_.size(), false);
-  find(highest);
+  find(view, highest);
   for (const ViewFromAbove* each : below) add_plugged(OpeningMap(*each, frame));
 }
 
@@ -133,7 +195,7 @@ void OpeningMap::add_plugged(const OpeningMap& below) {
   }
 }
 
-void OpeningMap::find(double highest) {
+void OpeningMap::find(const ViewFromAbove& view, double highest) {
   std::vector<std::size_t> lowest_first(heights_.size());
   std::iota(lowest_first.begin(), lowest_first.end(), 0);
   std::stable_sort(lowest_first.begin(), lowest_first.end(),
@@ -143,7 +205,7 @@ void OpeningMap::find(double highest) {
   for (const std::size_t place : lowest_first) {
     if (!is_deep(highest - heights_[place], frame_.spacing)) break;
     if (is_done[place]) continue;
-    const Flood flood(*this, place, 0.5 * (highest + heights_[place]), marks);
+    const Flood flood(*this, view, place, 0.5 * (highest + heights_[place]), marks);
     bool is_new = true;
     for (const std::size_t each : flood.places()) {
       is_new = is_new && labels_[each] == none;

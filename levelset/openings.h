@@ -100,7 +100,7 @@ class OpeningMap {
     return static_cast<std::size_t>(i) * static_cast<std::size_t>(nodes_[1]) +
            static_cast<std::size_t>(j);
   }
-  void find(double highest);
+  void find(const ViewFromAbove& view, double highest);
   void add_plugged(const OpeningMap& below);
   std::vector<std::size_t> order() const;
   void sort();
