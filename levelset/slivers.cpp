@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t grain = 8;
 
 /// Thickest sliver, in spacings.
-constexpr float sliver_thickness = 0.1F;
+constexpr float sliver_thickness = 0.25F;
 
 /// New phi of a node.
 struct NewPhi {

@@ -10,7 +10,7 @@ namespace scarp {
 /// has been etched:
 ///
 /// - slivers: the slow layer is seen, but one end of an edge of the grid still has phi of a surface
-///   up to a tenth of a spacing above it, and moves no faster than what is seen;
+///   up to a quarter of a spacing above it, and moves no faster than what is seen;
 /// - feet of sheets: the flanks of a sheet meet between two nodes, so the node in its middle turns
 ///   to gas at once, and on the edge below it up to a spacing seems left, which would go from above
 ///   alone. Now as much is left as the flanks have still to go.

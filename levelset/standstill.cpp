@@ -36,6 +36,7 @@ class Keeper {
         field_(field),
         stands_still_(field.stands_still),
         dt_(dt),
+        way_(dt * *std::ranges::max_element(field.fastest_etch)),
         band_(layers.top().band()) {}
 
   /// The volume of residues, in spacings cubed.
@@ -259,7 +260,7 @@ class Keeper {
         const int layer = standing_layer_seen(node, axis, step, *old);
         any = any || layer != none;
         nothing_else = nothing_else && layer != none;
-        if (layer != none) of_layer = std::min(of_layer, phi(layer, node));
+        if (layer != none) of_layer = std::min(of_layer, bare_phi(layer, node, axis, step, *old));
       }
     }
     if (!any) return std::nullopt;
@@ -267,6 +268,22 @@ class Keeper {
     if (!(film > same_phi)) return *old;
     if (!nothing_else && film >= residue_thickness) return std::clamp(wanted, *old, of_layer);
     return NewPhi(of_layer, std::min(film, std::max(0.0F, of_layer - wanted)));
+  }
+
+  /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
+  /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
+  /// etched in this time step.
+  float bare_phi(int layer, std::array<int, 3> node, int axis, int step, float old) const {
+    const float bare = phi(layer, node);
+    if (layer == 0) return bare;
+    std::array<int, 3> solid = node;
+    if (!(old < 0)) solid[axis] += step;
+    std::array<int, 3> beyond = solid;
+    beyond[axis] += old < 0 ? -step : step;
+    const float above = phi(layer - 1, solid);
+    constexpr float least_slope = 0.7F;  // that of an underside, and of no wall
+    if (!(above > 0 && above < 1 && phi(layer - 1, beyond) - above > least_slope)) return bare;
+    return std::max(bare, std::min(old < 0 ? -above : 1 - above, old + way_));
   }
 
   /// The standing layer that is seen on a cut edge, or none.
@@ -284,6 +301,7 @@ class Keeper {
   const SpeedField& field_;
   const std::vector<bool>& stands_still_;
   float dt_;
+  float way_;  ///< of what recedes fastest, in spacings
   const Band& band_;
 };
 

@@ -474,6 +474,29 @@ TEST(Mask, UndercutIsAQuarterCircleWhereverItsEdgeLies) {
   }
 }
 
+// What hangs below the mask goes as fast as it is etched: half a spacing of it was left in every
+// other column of nodes.
+TEST(Mask, AnUndercutLaysItsUndersideBare) {
+  for (const double foot : {20.3, 20.55, 20.8}) {
+    Frame frame{.spacing = 1, .cells = {60, 1}};
+    frame.two_dimensional = true;
+    Layers layers = build_layers(
+        frame, std::vector<Shape>{
+                   WaferShape{.material = 0}, LayerShape{.material = 1, .thickness = foot},
+                   MaskShape{.material = 2, .thickness = 5, .outline = SlotOutline{.width = 15}}});
+    for (double time = 0; time < 17; time += 0.4) {
+      const OpenGas gas = open_gas(layers);
+      const TriMesh mesh = extract_surface(layers, gas);
+      const CornerSpeeds still(mesh.triangles.size(), {0, 0, 0});
+      const CornerSpeeds etch(mesh.triangles.size(), {-1, -1, -1});
+      const std::vector<CornerSpeeds> speeds{still, etch, still};
+      advect(layers, extend_speeds(layers, gas, mesh, speeds, 0.4), 0.4);
+    }
+    for (double x = 9; x < 20; x += 0.5)
+      EXPECT_NEAR(layers.top().distance({x, 0, foot}), 0, 0.25) << foot << " " << x;
+  }
+}
+
 /// The highest vertex of the surface.
 double highest(const Layers& layers) { return bounding_box(extract_surface(layers)).upper.z; }
 
