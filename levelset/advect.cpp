@@ -122,7 +122,8 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
   const std::vector<Leaf>& leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
   const bool keeps_standing = has_standing_layers(field);
-  const bool has_limits = keeps_standing || has_slow_layers(field);
+  const bool has_slow = has_slow_layers(field);
+  const bool has_limits = keeps_standing || has_slow;
   const bool has_images = layers.frame.diagonal;
   const LeafValues* before = nullptr;
   for (std::size_t stage = 0; stage < parts.size(); ++stage) {
@@ -157,7 +158,7 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
     // What the stage before the last one left is not needed any more.
     residues = keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
-  if (has_slow_layers(field)) {
+  if (has_slow) {
     limit_recession(layers, field, dt, band.scratch(last));
     clear_slivers(layers, field, band.scratch(last));
   }

@@ -182,10 +182,10 @@ class Recession {
 }  // namespace
 
 std::vector<bool> slow_layers(const SpeedField& field) {
-  const auto& etches = field.fastest_etch;
+  float fastest = 0;
+  for (const float etch : field.fastest_etch) fastest = std::max(fastest, etch);
   std::vector<bool> are_slow;
-  for (const float etch : etches)
-    are_slow.push_back(slow * etch < *std::max_element(etches.begin(), etches.end()));
+  for (const float etch : field.fastest_etch) are_slow.push_back(slow * etch < fastest);
   return are_slow;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "contours.h"
@@ -51,6 +52,28 @@ TEST(OpeningMap, ADepthOfExactlyTwoSpacingsMakesAnOpening) {
   const Layers layers = build_layers(
       strip, std::vector<Shape>{WaferShape{}, TrenchShape{.width = 8, .cut = {.depth = 2}}});
   EXPECT_EQ(map_of(strip, layers.top()).openings().size(), 1U);
+}
+
+// By whole nodes a triangle's middle was up to a quarter of a spacing off.
+TEST(OpeningMap, AnOpeningLiesInTheMiddleOfItsAreaWhereverTheNodesAre) {
+  const Frame frame{.spacing = 1, .cells = {40, 40}};
+  for (const double shift : {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9}) {
+    // From the middle a height of 6 and 3 to the sides.
+    const LevelSet solid(
+        frame,
+        [&](Vec3d r) {
+          const double x = r.x - shift;
+          const double y = r.y - 0.7 * shift;
+          const double side = 0.5 * std::sqrt(3.0);
+          const double inside = std::min({3 + y, 3 - side * x - 0.5 * y, 3 + side * x - 0.5 * y});
+          return std::max(r.z - 0.3, std::min(inside, r.z + 12));
+        },
+        -18, 6);
+    const OpeningMap map = map_of(frame, solid);
+    ASSERT_EQ(map.openings().size(), 1U);
+    EXPECT_NEAR(map.openings()[0].centre[0], shift, 0.05) << shift;
+    EXPECT_NEAR(map.openings()[0].centre[1], 0.7 * shift, 0.05) << shift;
+  }
 }
 
 // A trench at x = -12 and a hole at x = 12 whose edge lies between two rows of nodes.

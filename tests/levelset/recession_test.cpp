@@ -49,14 +49,14 @@ void etch(Layers& layers, double time, const std::vector<double>& rates, Scheme 
   }
 }
 
-class SlowLayer : public testing::TestWithParam<Scheme> {};
+class ThinLayer : public testing::TestWithParam<Scheme> {};
 
-INSTANTIATE_TEST_SUITE_P(Schemes, SlowLayer,
+INSTANTIATE_TEST_SUITE_P(Schemes, ThinLayer,
                          testing::Values(Scheme::first_order, Scheme::eno2, Scheme::weno5));
 
 // An undercut creeps along the film while the middle is over-etched by its whole depth: behind the
 // film nodes moved on with the layer above it, and what lies below was reached.
-TEST_P(SlowLayer, AFilmOfRateZeroKeepsItsVolume) {
+TEST_P(ThinLayer, AFilmOfRateZeroKeepsItsVolume) {
   for (const bool two_dimensional : {true, false}) {
     for (const double thickness : {0.02, 0.1, 0.2, 0.45, 1.3}) {
       for (const double offset : {0.0, 0.3, 0.55, 0.8}) {
@@ -86,7 +86,7 @@ double thickness_in_the_middle(const Layers& layers) {
   return height(layers.stack[film].phi) - height(layers.stack[oxide].phi);
 }
 
-TEST_P(SlowLayer, ASlowFilmGoesInThicknessOverRate) {
+TEST_P(ThinLayer, ASlowFilmGoesInThicknessOverRate) {
   for (const double rate : {0.01, 0.001}) {
     for (const double thickness : {0.1, 0.3}) {
       for (const double offset : {0.0, 0.3, 0.7}) {
