@@ -675,7 +675,8 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
   recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();
-  warn_of_coarseness(root, recipe);
+  judge_coarseness(root, recipe);
+  file.finish();
   recipe.warnings = file.warnings();
   recipe.resolved = file.resolved();
   return recipe;

@@ -71,6 +71,78 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& reci
   }
 }
 
+// A film thinner than a spacing goes with what holds it: no node tells that it is there. Refused
+// where that is sure before the run: once it has been opened, a step of prescribed rates etches
+// what lies beneath it, and it alone, by more than a spacing.
+class UnheldFilms {
+ public:
+  UnheldFilms(std::span<const RecipeTable> shapes, const Recipe& recipe, OpenSpeeds& speeds)
+      : shapes_(shapes), recipe_(recipe), speeds_(speeds) {}
+
+  void refuse() {
+    MaterialId below = 0;
+    for (std::size_t n = 0; n < recipe_.geometry.size(); ++n) {
+      const Shape& shape = recipe_.geometry[n];
+      if (const auto* const wafer = std::get_if<WaferShape>(&shape)) below = wafer->material;
+      if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
+        look_at(*layer, below, n, "thickness");
+        below = layer->material;
+      }
+      const auto* const stack = std::get_if<StackShape>(&shape);
+      for (std::size_t k = 0; stack != nullptr && k < stack->layers.size(); ++k) {
+        look_at(stack->layers[k], below, n, fmt::format("thicknesses[{}]", k));
+        below = stack->layers[k].material;
+      }
+    }
+  }
+
+ private:
+  static constexpr double withstands = 0.1;  // a film that is etched this many times more slowly
+
+  void look_at(const LayerShape& film, MaterialId below, std::size_t shape,
+               const std::string& key) {
+    const double spacing = recipe_.frame.spacing;
+    if (film.thickness >= rounding * spacing) return;
+    double left = is_cut(shape, film.material) ? 0 : film.thickness;
+    for (const ProcessStep& step : recipe_.steps) {
+      if (!step.model) continue;
+      const double etch = -speeds_.speed(*step.model, film.material);
+      const double etch_below = -speeds_.speed(*step.model, below);
+      const bool undercuts = step.model->species().empty() && !step.model->solute() &&
+                             etch_below * step.duration > spacing &&
+                             etch <= withstands * etch_below;
+      if (left <= 0 && undercuts) {
+        shapes_[shape].error(
+            key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches {} "
+                             "away beneath it: what holds it no more would be lost; use a "
+                             "domain.spacing of {} or less",
+                             length_text(film.thickness), length_text(spacing), step.path,
+                             recipe_.materials[below].name, length_text(film.thickness)));
+        return;
+      }
+      left -= etch * step.duration;
+    }
+  }
+
+  // Whether a later shape of the start geometry goes through a film.
+  bool is_cut(std::size_t shape, MaterialId material) const {
+    const auto cuts = [&](const Cut& cut) {
+      return cut.through.empty() || std::ranges::count(cut.through, material) > 0;
+    };
+    return std::any_of(recipe_.geometry.begin() + static_cast<std::ptrdiff_t>(shape),
+                       recipe_.geometry.end(), [&](const Shape& later) {
+                         const auto* const trench = std::get_if<TrenchShape>(&later);
+                         const auto* const hole = std::get_if<HoleShape>(&later);
+                         return (trench != nullptr && cuts(trench->cut)) ||
+                                (hole != nullptr && cuts(hole->cut));
+                       });
+  }
+
+  std::span<const RecipeTable> shapes_;
+  const Recipe& recipe_;
+  OpenSpeeds& speeds_;
+};
+
 // What steps deposit of a material until one etches it, on an open flat wafer.
 class Films {
  public:
@@ -164,13 +236,14 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
 
 }  // namespace
 
-void warn_of_coarseness(const RecipeTable& root, const Recipe& recipe) {
+void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   const std::vector<RecipeTable> shapes = root.tables("geometry");
   OpenSpeeds speeds(recipe);
   // Those of a state that a recipe starts from were told before.
   if (!recipe.geometry.empty()) {
     warn_of_narrow_features(shapes, recipe);
     warn_of_thin_layers(shapes, recipe, speeds);
+    UnheldFilms(shapes, recipe, speeds).refuse();
     if (recipe.simplify) warn_of_long_facets(root, shapes, recipe);
   }
   Films(root, recipe, speeds).warn();

@@ -146,11 +146,18 @@ Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe)
   const std::vector<float> speeds = facet_speeds(state, survey);
   const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
   Growth growth;
+  growth.etched.resize(recipe.materials.size());
+  growth.area_of.resize(recipe.materials.size());
   for (std::size_t f = 0; f < speeds.size(); ++f) {
     const double area = recipe.frame.facet_images() * areas[f];
+    growth.area_of[survey.facets.materials[f]] += area;
     growth.net += area * speeds[f];
     growth.area += area;
     growth.gross += area * std::abs(speeds[f]);
+    for (std::size_t k = 0; k < survey.speeds_of_layers.size(); ++k) {
+      const float slowest = std::ranges::min(survey.speeds_of_layers[k].speed[f]);
+      growth.etched[state.layers.stack[k].material] -= area * std::min(slowest, 0.0F);
+    }
   }
   return growth;
 }

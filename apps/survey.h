@@ -19,11 +19,14 @@ namespace scarp {
 /// How the volume of the solid changes by what speeds and areas say, and by how much all of it
 /// moves, what grows and what goes alike.
 ///
+/// Shape: etched and area_of one per material of the recipe.
 /// Units: nm^3/s.
 struct Growth {
   double net = 0;
   double gross = 0;
-  double area = 0;  ///< of the surface; nm^2
+  double area = 0;                ///< of the surface; nm^2
+  std::vector<double> etched{};   ///< of each material, were all of the surface of it
+  std::vector<double> area_of{};  ///< of each material on the surface; nm^2
 };
 
 /// The surface at one moment with all that the current step of the recipe does to it. A pure

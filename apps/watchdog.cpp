@@ -44,6 +44,7 @@ bool is_balanced(const FluxField& field, double allowed_at_least) {
 
 void Watchdog::look_at(const State& state, const Survey& now) {
   settle(state, now);
+  for (const std::string& line : materials_.look_at(state, now)) log_.warn(line);
   look_at_slopes(state);
   look_at_mesh(state, now);
   if (finished(state, recipe_) || !current_step(state, recipe_).model) return;
@@ -56,6 +57,7 @@ void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
   due_.reset();
   if (!recipe_.steps[step].model) return;
   ++time_steps_;
+  materials_.note(before, move);
   // An edge of a crystal moves by none of the speeds of the facets beside it.
   if (std::ranges::any_of(before.factors, &AngularFactor::has_cusps)) return;
   due_ = Due{.step = step,

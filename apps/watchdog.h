@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/material_balance.h"
 #include "apps/recipe.h"
 #include "apps/simulator.h"
 #include "core/log.h"
@@ -14,14 +15,15 @@ namespace scarp {
 /// Told once when it happens first, with the place or the numbers; how often it did, at the end.
 class Watchdog {
  public:
-  Watchdog(const Recipe& recipe, Log log) : recipe_(recipe), log_(std::move(log)) {}
+  Watchdog(const Recipe& recipe, Log log)
+      : recipe_(recipe), log_(std::move(log)), materials_(recipe) {}
 
   /// At the beginning of a time step: whether phi is a distance near the surface (see
   /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether
   /// the time step goes anywhere, whether the particles of the flux are all accounted for, and
   /// whether the error in position is that of all facets. And of the step that ended before,
   /// whether the solid changed by what speeds say (see Survey::growth), unless they are those of a
-  /// crystal.
+  /// crystal, and whether each material did (see MaterialBalance).
   ///
   /// Throws: NumericalError with step, time and place when phi is not finite or on half of the
   ///         surface no distance, when the mesh is no surface, and when the time step has
@@ -82,6 +84,7 @@ class Watchdog {
   Finding poles_;
   Balance balance_;
   std::optional<Due> due_;
+  MaterialBalance materials_;
 };
 
 /// False when the particles of a flux are not all accounted for, beyond what chance explains: by

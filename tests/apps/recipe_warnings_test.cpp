@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/estimate.h"
+#include "core/error.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
@@ -167,6 +168,54 @@ INSTANTIATE_TEST_SUITE_P(
         Doubt{
             "LongFacetsOfAFullMesh", trench_100 + "[simplify]\nenabled = false\nl_max = 9\n", {}}),
     [](const auto& test) { return test.param.name; });
+
+// A film over silicon under a mask, and what two steps do to it.
+std::string held_film(const std::string& thickness, const std::string& first,
+                      const std::string& second) {
+  return recipe(oxide(thickness) + '\n' +
+                mask("opening = { shape = \"trench\", width = \"100 nm\" }") + first + second);
+}
+
+std::string messages_for(const std::string& text) {
+  try {
+    read_text(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+const std::string opens =
+    "[[step]]\nmodel = \"directional\"\nduration = \"10 s\"\n"
+    "directional_etch_rate = { SiO2 = \"1 nm/s\", default = \"0 nm/s\" }\n";
+
+std::string undercuts(const std::string& duration, const std::string& film_rate = "0 nm/s") {
+  return "[[step]]\nmodel = \"isotropic\"\nduration = \"" + duration +
+         "\"\netch_rate = { Si = \"1 nm/s\", SiO2 = \"" + film_rate +
+         "\", default = \"0 nm/s\" }\n";
+}
+
+TEST(UnheldFilm, IsRefusedWithTheSpacingThatWouldDo) {
+  EXPECT_THAT(messages_for(held_film("9 nm", opens, undercuts("11 s"))),
+              AllOf(HasSubstr("geometry[1].thickness: a film of 9 nm"),
+                    HasSubstr("step[1] etches Si"), HasSubstr("domain.spacing of 9 nm or less")));
+  EXPECT_THAT(messages_for(held_film("9 nm", opens, undercuts("11 s", "0.09 nm/s"))),
+              HasSubstr("a film of 9 nm"));
+  const std::string cut = shape("shape = \"trench\"\nwidth = \"100 nm\"\ndepth = \"90 nm\"");
+  EXPECT_THAT(messages_for(recipe(oxide("9 nm") + '\n' + cut + undercuts("11 s"))),
+              HasSubstr("step[0] etches Si"));
+}
+
+TEST(UnheldFilm, IsNoMatterWhereItIsHeld) {
+  const std::vector<std::string> held{
+      held_film("10 nm", opens, undercuts("11 s")),             // the grid holds it
+      held_film("9 nm", opens, undercuts("9 s")),               // by less than a spacing
+      held_film("9 nm", "", undercuts("11 s")),                 // it is not opened
+      held_film("9 nm", undercuts("11 s"), opens),              // later
+      held_film("9 nm", opens, undercuts("11 s", "0.2 nm/s")),  // it goes as well
+      held_film("9 nm", opens, opens)};                         // from above alone
+  for (const std::string& text : held) EXPECT_EQ(messages_for(text), "") << text;
+}
 
 TEST(DearFlux, IsToldWithATargetThatIsNot) {
   Recipe recipe = read_text(

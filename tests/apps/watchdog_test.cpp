@@ -20,6 +20,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
@@ -73,6 +74,33 @@ TEST(Watchdog, TellsOfSolidThatIsNotWhatSpeedsSay) {
                               HasSubstr("0.2 of all that moved"), HasSubstr("domain.spacing")));
   EXPECT_EQ(messages_of(growing_film("1 nm/s"), [](Survey& shown) { shown.growth.net *= 0.95; }),
             "");
+}
+
+// A film of 300 nm in all between silicon and a mask, opened, and undercut by three quarters of a
+// spacing twice.
+std::string undercut_film(const std::string& thickness) {
+  const std::string undercut =
+      "[[step]]\nname = \"undercut\"\nmodel = \"isotropic\"\nduration = \"7.5 s\"\n"
+      "etch_rate = { Si = \"1 nm/s\", default = \"0 nm/s\" }\n";
+  return "[domain]\nspacing = \"10 nm\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n"
+         "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+         "[[geometry]]\nshape = \"layer\"\nmaterial = \"SiO2\"\nthickness = \"" +
+         thickness +
+         "\"\n[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"100 nm\"\n"
+         "opening = { shape = \"trench\", width = \"100 nm\" }\n"
+         "[[step]]\nname = \"open\"\nmodel = \"directional\"\nduration = \"20 s\"\n"
+         "directional_etch_rate = { SiO2 = \"1 nm/s\", Si = \"0.1 nm/s\", default = \"0 nm/s\" "
+         "}\n" +
+         undercut + undercut;
+}
+
+TEST(Watchdog, TellsOfAFilmThatGoesWithWhatHoldsIt) {
+  const std::string messages = messages_of(undercut_film("4 nm"), [](Survey&) {});
+  EXPECT_THAT(messages, AllOf(HasSubstr("step \"undercut\": "), HasSubstr(" nm^3 of SiO2 went, 0."),
+                              HasSubstr("where rates allow 0: "), HasSubstr("domain.spacing")));
+  EXPECT_THAT(messages, Not(HasSubstr("\"open\"")));
+  EXPECT_THAT(messages, Not(HasSubstr("of resist")));
+  EXPECT_EQ(messages_of(undercut_film("20 nm"), [](Survey&) {}), "");
 }
 
 TEST(Watchdog, CountsTimeStepsWhoseParticlesAreNotAllThere) {
