@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/parallel.h"
+#include "levelset/bent_lines.h"
 #include "levelset/connectivity.h"
 #include "levelset/contour.h"
 #include "levelset/cross_section.h"
@@ -82,6 +83,7 @@ class WaferSurfaces {
   std::size_t count() const { return present_.size(); }
   MaterialId material(std::size_t k) const { return layers_.stack[present_[k]].material; }
   const TriMesh& mesh(std::size_t k) const { return meshes_[k]; }
+  const LevelSet& phi(std::size_t k) const { return layers_.stack[present_[k]].phi; }
   const Slicer& slicer(std::size_t k) const { return slicers_[k]; }
   const ViewFromAbove& view(std::size_t k) const { return views_[k]; }
 
@@ -196,8 +198,9 @@ class SectionMeasurement {
     const int along = 1 - axis_;
     const CutPlane plane =
         CutPlane::across(axis_, just_inside(position_, sides.lower[axis_], sides.upper[axis_]));
-    Cut cut{.lines = with_surroundings(surfaces_.slicer(k).cut(plane), sides.lower[along],
-                                       sides.upper[along], sides.boundary[along])};
+    Cut cut{.lines =
+                with_surroundings(bent(surfaces_.slicer(k).cut(plane), plane, surfaces_.phi(k)),
+                                  sides.lower[along], sides.upper[along], sides.boundary[along])};
     cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
     cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);
     cut.floor = height(k, row_.centre);

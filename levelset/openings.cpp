@@ -42,14 +42,27 @@ class OpeningMap::Flood {
     places_.push_back(place);
   }
 
+  /// A reflective side.
+  bool is_beyond(const std::array<int, 2>& unfolded) const {
+    for (int axis = 0; axis < 2; ++axis)
+      if (map_.frame_.boundary[axis] == Boundary::reflective &&
+          (unfolded[axis] < 0 || unfolded[axis] >= map_.nodes_[axis]))
+        return true;
+    return false;
+  }
+
+  // Across corners, too: what a sharp corner of an opening has of nodes touches in these alone.
   void spread(std::size_t place) {
     const std::array<int, 2> unfolded = marks_[place].unfolded;
+    for (const int i : {-1, 1})
+      for (const int j : {-1, 1})
+        if (const std::array<int, 2> next{unfolded[0] + i, unfolded[1] + j}; !is_beyond(next))
+          reach({map_.fold(0, next[0]), map_.fold(1, next[1])}, next);
     for (int axis = 0; axis < 2; ++axis) {
       for (const int step : {-1, 1}) {
         std::array<int, 2> next = unfolded;
         next[axis] += step;
-        if (map_.frame_.boundary[axis] == Boundary::reflective &&
-            (next[axis] < 0 || next[axis] >= map_.nodes_[axis])) {
+        if (is_beyond(next)) {
           on_side_[axis][step > 0 ? 1 : 0] = true;
         } else {
           reach({map_.fold(0, next[0]), map_.fold(1, next[1])}, next);
