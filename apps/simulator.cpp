@@ -376,7 +376,11 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (reached) state.progress.reached = state.time;
-  if (state.time < end_of_step(state, step)) return move;
+  if (state.time < end_of_step(state, step)) {
+    // What may grow again keeps its layer.
+    if (!step.deposits) remove_empty_layers(state.layers);
+    return move;
+  }
   clear_residues(state, etched_layers(survey));
   end_step(state, step);
   return move;

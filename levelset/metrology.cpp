@@ -334,13 +334,14 @@ class SectionMeasurement {
   }
 
   void measure_mask(OpeningMetrology& found) const {
-    if (options_.masks.empty()) return;
+    // Where nothing is left of it there is none; where it only is gone here, it is 0 thick.
+    if (!surfaces_.top_mask()) return;
     found.mask_thickness = 0;
     for (const FilmMetrology& film : found.films) {
       if (std::ranges::find(options_.masks, film.material) != options_.masks.end())
         found.mask_thickness = sum(found.mask_thickness, film.top);
     }
-    if (surfaces_.top_mask()) found.undercut = undercut(*surfaces_.top_mask());
+    found.undercut = undercut(*surfaces_.top_mask());
   }
 
   /// The walls next to an interface at a height: where the line through the places some distance
