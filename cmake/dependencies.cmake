@@ -30,3 +30,10 @@ find_library(XXHASH_LIBRARY xxhash REQUIRED)
 add_library(xxhash INTERFACE)
 target_include_directories(xxhash SYSTEM INTERFACE ${XXHASH_INCLUDE})
 target_link_libraries(xxhash INTERFACE ${XXHASH_LIBRARY})
+
+# So does Clipper.
+find_path(CLIPPER_INCLUDE polyclipping/clipper.hpp REQUIRED)
+find_library(CLIPPER_LIBRARY polyclipping REQUIRED)
+add_library(polyclipping INTERFACE)
+target_include_directories(polyclipping SYSTEM INTERFACE ${CLIPPER_INCLUDE})
+target_link_libraries(polyclipping INTERFACE ${CLIPPER_LIBRARY})

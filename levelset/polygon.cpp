@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
+#include <polyclipping/clipper.hpp>
 
 #include "core/quantity.h"
-#include "levelset/arrangement.h"
 #include "levelset/box_pairs.h"
 
 namespace scarp {
@@ -75,7 +74,7 @@ Point2 nearest_end(const NamedEdge& e, const NamedEdge& f) {
     const auto distance = [&](const Point2& r) {
       return distance_to_edge(r, e) + distance_to_edge(r, f);
     };
-    return distance(p) < distance(q);
+    return std::pair(distance(p), p) < std::pair(distance(q), q);
   };
   return std::min({e.a, e.b, f.a, f.b}, is_nearer);
 }
@@ -158,23 +157,64 @@ bool may_meet(const Loop& loop, const Loop& box) {
   return true;
 }
 
-/// The part of loops for which the rule holds that lies in a box.
-template <class Inside>
-std::vector<Loop> clipped(double unit, const std::vector<Loop>& loops, const Loop& box,
-                          const Inside& inside) {
-  Arrangement arrangement(unit);
-  for (const Loop& loop : loops) {
-    if (may_meet(loop, box)) arrangement.add(loop, 0);
+/// Loops in whole units, as the library for them wants them.
+class Integers {
+ public:
+  explicit Integers(double unit) : unit_(unit) {}
+
+  ClipperLib::Path path(const Loop& loop) const {
+    ClipperLib::Path path;
+    path.reserve(loop.size());
+    for (const auto& [x, y] : loop)
+      path.emplace_back(std::llround(x / unit_), std::llround(y / unit_));
+    return path;
   }
-  arrangement.add(box, 1);
-  return arrangement.region(
-      [&](int turns, int turns_of_box) { return inside(turns) && turns_of_box != 0; });
+
+  std::vector<Loop> loops(const ClipperLib::Paths& paths) const {
+    std::vector<Loop> loops;
+    for (const ClipperLib::Path& path : paths) {
+      Loop& loop = loops.emplace_back();
+      for (const ClipperLib::IntPoint& point : path)
+        loop.push_back(
+            {static_cast<double>(point.X) * unit_, static_cast<double>(point.Y) * unit_});
+    }
+    return loops;
+  }
+
+ private:
+  double unit_;
+};
+
+using Fill = ClipperLib::PolyFillType;
+
+/// The part of what loops surround that lies in a box.
+std::vector<Loop> clipped(double unit, const std::vector<Loop>& loops, const Loop& box, Fill fill) {
+  const Integers integers(unit);
+  ClipperLib::Clipper clipper(ClipperLib::ioStrictlySimple);
+  for (const Loop& loop : loops)
+    if (may_meet(loop, box)) clipper.AddPath(integers.path(loop), ClipperLib::ptSubject, true);
+  clipper.AddPath(integers.path(box), ClipperLib::ptClip, true);
+  ClipperLib::Paths result;
+  clipper.Execute(ClipperLib::ctIntersection, result, fill, ClipperLib::pftNonZero);
+  return integers.loops(result);
 }
 
-/// Whether some of what a loop surrounds lies in a box.
-bool meets(double unit, const Loop& loop, const Loop& box) {
-  return may_meet(loop, box) &&
-         !clipped(unit, {loop}, box, [](int turns) { return turns != 0; }).empty();
+/// What a loop surrounds, whichever way and however often, as loops with the interior on the left.
+std::vector<Loop> untangled(double unit, Loop loop) {
+  if (loop.size() == 3) {
+    if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
+    return {std::move(loop)};
+  }
+  const Integers integers(unit);
+  ClipperLib::Paths result;
+  ClipperLib::SimplifyPolygon(integers.path(loop), result, ClipperLib::pftNonZero);
+  return integers.loops(result);
+}
+
+/// Whether some of what loops surround lies in a box.
+bool meet(double unit, const std::vector<Loop>& loops, const Loop& box) {
+  return std::ranges::any_of(loops, [&](const Loop& loop) { return may_meet(loop, box); }) &&
+         !clipped(unit, loops, box, ClipperLib::pftNonZero).empty();
 }
 
 /// By how much loops have to be shifted for their copies beyond periodic sides to come into a box.
@@ -265,17 +305,18 @@ std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline
   const double unit = frame.spacing / units_per_spacing;
   const double reach = image_reach * frame.spacing + 2 * std::abs(growth);
   const bool even_odd = outline.rule == PolygonOutline::Rule::even_odd;
-  // Loops that go round the same way never cancel where they overlap.
-  std::vector<Loop> loops = outline.loops;
-  for (Loop& loop : loops) {
-    if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
-  }
   const bool is_periodic = std::find(frame.boundary.begin(), frame.boundary.end(),
                                      Boundary::periodic) != frame.boundary.end();
-  if (!even_odd && is_periodic) {
+  // Each by itself first: where one crosses itself or goes the other way, others do not cancel it.
+  std::vector<std::vector<Loop>> shapes;
+  if (even_odd) {
+    shapes.push_back(outline.loops);
+  } else {
     const Loop domain = box(sides, {0, 0});
-    const auto is_outside = [&](const Loop& loop) { return !meets(unit, loop, domain); };
-    loops.erase(std::remove_if(loops.begin(), loops.end(), is_outside), loops.end());
+    for (const Loop& loop : outline.loops) {
+      std::vector<Loop> shape = untangled(unit, loop);
+      if (!is_periodic || meet(unit, shape, domain)) shapes.push_back(std::move(shape));
+    }
   }
   // Cut at reflective sides alone: elsewhere no edge gets a new end.
   Point2 margin{};
@@ -284,21 +325,15 @@ std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline
   }
   const Loop kept = box(sides, margin);
   std::vector<Loop> all;
-  const auto add_copies = [&](const std::vector<Loop>& of, const auto& cut) {
-    for (const Point2& shift : shifts_into(frame, of, kept)) {
-      const std::vector<Loop> copy = cut(shifted(shifted(of, 0, shift[0]), 1, shift[1]));
-      all.insert(all.end(), copy.begin(), copy.end());
+  for (const std::vector<Loop>& shape : shapes) {
+    for (const Point2& shift : shifts_into(frame, shape, kept)) {
+      std::vector<Loop> copy = shifted(shifted(shape, 0, shift[0]), 1, shift[1]);
+      if (even_odd) copy = clipped(unit, copy, kept, ClipperLib::pftEvenOdd);
+      all.insert(all.end(), std::make_move_iterator(copy.begin()),
+                 std::make_move_iterator(copy.end()));
     }
-  };
-  if (even_odd) {
-    add_copies(loops, [&](const std::vector<Loop>& copy) {
-      return clipped(unit, copy, kept, [](int turns) { return turns % 2 != 0; });
-    });
-  } else {
-    // Each by itself: a long one has many copies.
-    for (const Loop& loop : loops) add_copies({loop}, [](std::vector<Loop> copy) { return copy; });
-    all = clipped(unit, all, kept, [](int turns) { return turns != 0; });
   }
+  if (!even_odd) all = clipped(unit, all, kept, ClipperLib::pftNonZero);
   for (int axis = 0; axis < 2; ++axis) {
     if (frame.boundary[axis] == Boundary::periodic) continue;
     std::vector<Loop> images = all;
@@ -308,7 +343,7 @@ std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline
     }
     all = std::move(images);
   }
-  return clipped(unit, all, box(sides, {reach, reach}), [](int turns) { return turns != 0; });
+  return clipped(unit, all, box(sides, {reach, reach}), ClipperLib::pftNonZero);
 }
 
 double area(std::span<const Loop> loops) {

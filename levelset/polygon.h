@@ -20,7 +20,8 @@ using Loop = std::vector<Point2>;
 /// Units: nm.
 struct PolygonOutline {
   /// even_odd: a point is inside if an odd number of loops surround it, so a loop within a loop is
-  /// a hole. any: inside if any loop surrounds it; loops may overlap, touch and cross themselves.
+  /// a hole. any: inside if any loop surrounds it, whichever way; loops may overlap, touch and cross
+  /// themselves.
   enum class Rule { even_odd, any };
   std::vector<Loop> loops;
   Rule rule = Rule::even_odd;
@@ -47,9 +48,9 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
 /// Images are kept to 24 spacings beyond the sides, and twice the given growth for loops that will
 /// be moved by it.
 ///
-/// Points are rounded to 2^-16 spacings, symmetrically about the middle of the domain; crossings
-/// are found in integers, so the result is right for any input. Cost: O(n (sqrt n + crossings)) for
-/// edges that are spread out.
+/// Points are rounded to 2^-16 spacings, symmetrically about the middle of the domain; so are
+/// crossings. Cost: O((n + crossings) log n) for edges that are spread out.
+/// Source: Vatti 1992, as the Clipper library has it.
 std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline,
                                double growth = 0);
 
