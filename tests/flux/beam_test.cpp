@@ -68,8 +68,8 @@ TEST(Beam, FindsRoughWallsAlongItInSight) {
     ++wall;
     facing_away += normals[f].z < -1e-6F ? 1 : 0;
     in_sight += flux.tallies[1].mean[f] > 0.9F ? 1 : 0;
-    EXPECT_FLOAT_EQ(flux.arrivals().mean[f],
-                    flux.tallies[1].mean[f] * std::max(0.0F, normals[f].z));
+    EXPECT_NEAR(flux.arrivals().mean[f], flux.tallies[1].mean[f] * std::max(0.0F, normals[f].z),
+                2e-6);
   }
   EXPECT_GT(facing_away, wall / 3);
   EXPECT_GT(in_sight, 0.99 * wall);
