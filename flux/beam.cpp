@@ -25,12 +25,13 @@ constexpr std::size_t set_count = 2;
 
 constexpr std::size_t draw_count = 16;
 
-// Facets that face away by less than this are asked whether they see the source, though nothing
-// arrives on them: a wall along the beam does.
-constexpr double facing_away = 1e-6;
+// Facets of a wall along the beam lean to either side of it by about half a degree. Whether they
+// are in sight must not depend on that: it would change with every mesh of the same wall. So those
+// that face away by less than this cosine look for the source as well, though nothing arrives.
+constexpr double facing_away = 0.02;
 
-// On facets this near to the beam's direction flights start off the facet, by this part of its
-// size: otherwise they run within the wall, which hides itself by rounding.
+// From facets this near to the beam's direction flights start off the facet, by this part of its
+// size, and leave it at this cosine at least: otherwise the wall hides itself.
 constexpr double grazing = 0.01;
 constexpr double off_facet = 0.01;
 
@@ -56,7 +57,10 @@ class Facet {
         towards_source_(towards_source),
         sets_(sets_of(problem, facet)) {
     const Vec3d n = scene_.normal(facet);
-    if (dot(towards_source, n) < grazing) offset_ = off_facet * std::sqrt(scene_.area(facet)) * n;
+    const double cosine = dot(towards_source, n);
+    if (cosine >= grazing) return;
+    offset_ = off_facet * std::sqrt(scene_.area(facet)) * n;
+    towards_source_ = normalized(towards_source + (grazing - cosine) * n);
   }
 
   void add_corners(std::vector<Ray>& rays) const {

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.h"
+#include "core/random.h"
 #include "flux/solve.h"
 #include "tests/flux/shapes.h"
 
@@ -44,6 +48,44 @@ TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {
   ASSERT_EQ(flux.tallies.size(), 2U);
   EXPECT_EQ(flux.tallies[1].quantity, Tally::Quantity::visibility);
   for (const float seen : flux.tallies[1].mean) EXPECT_EQ(seen, 1);
+}
+
+// Vertices of walls along the beam lie a little to either side of it, as those that a grid gives.
+TEST(Beam, FindsRoughWallsAlongItInSight) {
+  constexpr float rough = 0.003F;
+  Shape shape = exact::fine_trench(20, 8);
+  RandomStream random({.seed = 1});
+  for (Vec3f& r : shape.mesh.vertices)
+    if (std::abs(r.x) == 10 && r.z < 0)
+      r.x += rough * static_cast<float>(2 * random.uniform_double() - 1);
+  const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
+  const auto normals = facet_normals(shape.mesh);
+  int wall = 0;
+  int in_sight = 0;
+  int facing_away = 0;
+  for (std::size_t f = 0; f < normals.size(); ++f) {
+    if (std::abs(normals[f].x) < 0.5F) continue;
+    ++wall;
+    facing_away += normals[f].z < -1e-6F ? 1 : 0;
+    in_sight += flux.tallies[1].mean[f] > 0.9F ? 1 : 0;
+    EXPECT_NEAR(flux.arrivals().mean[f], flux.tallies[1].mean[f] * std::max(0.0F, normals[f].z),
+                2e-6);
+  }
+  EXPECT_GT(facing_away, wall / 3);
+  EXPECT_GT(in_sight, 0.99 * wall);
+}
+
+// One that hangs over by more is dark.
+TEST(Beam, LeavesOverhangsInTheDark) {
+  Shape shape = exact::fine_trench(20, 8);
+  for (Vec3f& r : shape.mesh.vertices)
+    if (std::abs(r.x) == 10) r.x *= 1 - 0.003F * r.z;
+  const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
+  const auto normals = facet_normals(shape.mesh);
+  for (std::size_t f = 0; f < normals.size(); ++f)
+    if (normals[f].z < -0.02F) {
+      EXPECT_EQ(flux.tallies[1].mean[f], 0);
+    }
 }
 
 // A trench of width 20, a beam with slope 1 in 2: the edge throws a shadow of half the depth, and
