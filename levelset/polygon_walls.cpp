@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace scarp {
 
@@ -10,8 +11,19 @@ namespace {
 /// Further than the band and the diagonal of a leaf, in spacings.
 constexpr double reach = 12;
 
-/// Width of the cells by which walls are looked up, in spacings.
+/// Width of the cells by which insides far from walls are looked up, in spacings.
 constexpr double cell_spacings = 8;
+
+constexpr std::uint32_t leaf_size = 4;  // panels
+
+double squared_to_box(Vec3d r, const Vec3d& lower, const Vec3d& upper) {
+  double sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double away = std::max({lower[axis] - r[axis], r[axis] - upper[axis], 0.0});
+    sum += away * away;
+  }
+  return sum;
+}
 
 Vec3d outward_normal(const Point2& a, const Point2& b) {
   return normalized(Vec3d{b[1] - a[1], a[0] - b[0], 0});
@@ -46,7 +58,7 @@ PolygonWalls::PolygonWalls(const Frame& frame, const std::vector<Loop>& loops,
     origin_[axis] = sides.lower[axis] - cell_width_;
     cells_[axis] = static_cast<std::size_t>(sides.width(axis) / cell_width_) + 3;
   }
-  sort_into_cells();
+  build_tree();
   mark_insides(loops);
   find_overhead();
 }
@@ -100,18 +112,49 @@ std::size_t PolygonWalls::cell(int axis, double position) const {
   return static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(cells_[axis] - 1)));
 }
 
-void PolygonWalls::sort_into_cells() {
-  near_.resize(cells_[0] * cells_[1]);
-  for (std::size_t n = 0; n < panels_.size(); ++n) {
-    const Panel& panel = panels_[n];
-    const auto first = [&](int axis) { return cell(axis, panel.lower[axis] - reach_); };
-    const auto last = [&](int axis) { return cell(axis, panel.upper[axis] + reach_); };
-    for (std::size_t i = first(0); i <= last(0); ++i) {
-      for (std::size_t j = first(1); j <= last(1); ++j) {
-        near_[i * cells_[1] + j].push_back(static_cast<std::uint32_t>(n));
-      }
+void PolygonWalls::build_tree() {
+  order_.resize(panels_.size());
+  std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.push_back({.first = 0, .count = static_cast<std::uint32_t>(panels_.size())});
+  // Children are added behind.
+  for (std::uint32_t n = 0; n < nodes_.size(); ++n) split(n);
+}
+
+/// Halves a node along the longer side of the middles of its panels.
+void PolygonWalls::split(std::uint32_t node) {
+  const std::uint32_t first = nodes_[node].first;
+  const std::uint32_t count = nodes_[node].count;
+  if (count == 0) return;
+  const auto begin = order_.begin() + first;
+  Vec3d lower = panels_[*begin].lower;
+  Vec3d upper = panels_[*begin].upper;
+  const auto middle = [&](std::uint32_t n, int axis) {
+    return panels_[n].lower[axis] + panels_[n].upper[axis];
+  };
+  std::array<double, 2> least{middle(*begin, 0), middle(*begin, 1)};
+  std::array<double, 2> most = least;
+  for (auto each = begin; each != begin + count; ++each) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], panels_[*each].lower[axis]);
+      upper[axis] = std::max(upper[axis], panels_[*each].upper[axis]);
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+      least[axis] = std::min(least[axis], middle(*each, axis));
+      most[axis] = std::max(most[axis], middle(*each, axis));
     }
   }
+  nodes_[node].lower = lower;
+  nodes_[node].upper = upper;
+  if (count <= leaf_size) return;
+  const int axis = most[0] - least[0] < most[1] - least[1] ? 1 : 0;
+  const std::uint32_t half = count / 2;
+  std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t n, std::uint32_t m) {
+    return std::pair(middle(n, axis), n) < std::pair(middle(m, axis), m);
+  });
+  nodes_[node].first = static_cast<std::uint32_t>(nodes_.size());
+  nodes_[node].count = 0;
+  nodes_.push_back({.first = first, .count = half});
+  nodes_.push_back({.first = first + half, .count = count - half});
 }
 
 double PolygonWalls::centre(int axis, std::size_t index) const {
@@ -178,17 +221,14 @@ double PolygonWalls::far_sign(Vec3d r) const {
   return inside ? -1 : 1;
 }
 
-void PolygonWalls::visit(const Panel& panel, Vec3d r, Nearest& nearest) {
-  double to_box = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double away = std::max({panel.lower[axis] - r[axis], r[axis] - panel.upper[axis], 0.0});
-    to_box += away * away;
-  }
-  if (to_box >= nearest.square) return;
+void PolygonWalls::visit(std::uint32_t n, Vec3d r, Nearest& nearest) const {
+  const Panel& panel = panels_[n];
+  if (squared_to_box(r, panel.lower, panel.upper) > nearest.square) return;
   const auto offer = [&](Vec3d point, Vec3d outside, bool on_face) {
     const Vec3d away = r - point;
     const double square = dot(away, away);
-    if (square < nearest.square) nearest = {square, point, outside, on_face};
+    if (square < nearest.square || (square == nearest.square && n < nearest.panel))
+      nearest = {square, n, point, outside, on_face};
   };
   bool above_face = true;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -213,12 +253,33 @@ void PolygonWalls::visit(const Panel& panel, Vec3d r, Nearest& nearest) {
 }
 
 Distance PolygonWalls::operator()(Vec3d r) const {
-  const double farthest = reach_ * reach_;
-  Nearest nearest{.square = farthest, .point = {}, .outside = {}, .on_face = false};
-  for (const std::uint32_t n : near_[cell(0, r.x) * cells_[1] + cell(1, r.y)]) {
-    visit(panels_[n], r, nearest);
+  Nearest nearest{.square = reach_ * reach_};
+  // The nearer one of two children first; a tree of 2^32 panels is no deeper.
+  struct Entry {
+    double square;
+    std::uint32_t node;
+  };
+  std::array<Entry, 64> stack;
+  std::size_t depth = 0;
+  const auto enter = [&](std::uint32_t n) {
+    return Entry{squared_to_box(r, nodes_[n].lower, nodes_[n].upper), n};
+  };
+  if (!panels_.empty()) stack[depth++] = enter(0);
+  while (depth > 0) {
+    const Entry entry = stack[--depth];
+    if (entry.square > nearest.square) continue;
+    const Node& node = nodes_[entry.node];
+    if (node.count > 0) {
+      for (std::uint32_t k = 0; k < node.count; ++k) visit(order_[node.first + k], r, nearest);
+      continue;
+    }
+    Entry near = enter(node.first);
+    Entry far = enter(node.first + 1);
+    if (far.square < near.square) std::swap(near, far);
+    stack[depth++] = far;
+    stack[depth++] = near;
   }
-  if (nearest.square == farthest) return {far_sign(r) * reach_, {}};
+  if (nearest.panel == Nearest{}.panel) return {far_sign(r) * reach_, {}};
   const Vec3d away = r - nearest.point;
   const double distance = std::sqrt(nearest.square);
   const double sign = dot(away, nearest.outside) < 0 ? -1 : 1;
