@@ -221,6 +221,9 @@ class AngularFactor {
   /// The response between slopes, if it is one.
   const SlopeResponse* between_slopes() const { return std::get_if<SlopeResponse>(&kind_); }
 
+  /// Whether it is the cosine, so that V |grad phi| is linear on all sides that face the axis.
+  bool is_cosine() const { return std::holds_alternative<CosineResponse>(kind_); }
+
   /// Whether F depends on the angle to the vertical alone.
   bool is_vertical() const { return axis_ && axis_->x == 0 && axis_->y == 0; }
 

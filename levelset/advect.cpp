@@ -143,7 +143,11 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
         move(n, {.before = block,
                  .start = leaf.phi,
                  .active = leaf.active,
-                 .stage = {dt, parts[stage], last && !has_limits ? smallest_phi : 0.0F},
+                 .stage = {.dt = dt,
+                           .part = parts[stage],
+                           .smallest_phi = last && !has_limits ? smallest_phi : 0.0F,
+                           .is_first = stage == 0,
+                           .is_last = last},
                  .node_count = {stored_nodes(band, leaf, 0), stored_nodes(band, leaf, 1)},
                  .after = moved(n),
                  .most_ahead = has_images ? leaf.origin[0] - leaf.origin[1] : leaf_edge});
@@ -191,18 +195,21 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
   const FreeFoot foot = free_foot(layers, field, mobility, dt);
+  std::vector<float> shifted(is_etched_by_beam(field) ? mobility.size() : 0);
   const double residues =
       move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
         Block around;
         gather<Block::halo>(band, n, source, around);
+        float* const of_leaf = shifted.empty() ? nullptr : &shifted[n * leaf_size];
         if (foot.phi.empty()) {
-          move_lax_friedrichs(leaf, around, scheme, field, n);
+          move_lax_friedrichs(leaf, around, scheme, field, n, {}, of_leaf);
           return;
         }
         Block free;
         gather<1>(
             band, n, [&](std::size_t m) { return &foot.phi[m * leaf_size]; }, free);
-        move_lax_friedrichs(leaf, around, scheme, field, n, {&free, &foot.most[n * leaf_size]});
+        move_lax_friedrichs(leaf, around, scheme, field, n, {&free, &foot.most[n * leaf_size]},
+                            of_leaf);
       });
   if (has_layers) book_rise(layers, field, before);
   return residues;

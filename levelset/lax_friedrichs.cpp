@@ -260,14 +260,92 @@ SCARP_VECTOR_KERNEL Upwind upwind(const SlopeRange& met, const Gradients& slopes
   return chosen;
 }
 
-/// V |grad phi| at the nodes of a row, if V depends on the angle to the vertical alone.
-RowValues rates_about_vertical(const SpeedField& field, std::size_t first, const Gradients& near,
-                               const Gradients& gradients) {
+bool is_vertical(const SpeedField& field) {
+  return std::ranges::all_of(field.angular,
+                             [](const AngularSpeed& part) { return part.factor.is_vertical(); });
+}
+
+/// The speed at which a beam from above etches what faces it. 0 where something grows, or where
+/// there is a speed in all directions, too: that rounds the feet of walls.
+RowValues beam_speeds(const SpeedField& field, std::size_t first) {
+  RowValues speeds{};
+  for (const AngularSpeed& part : field.angular)
+    for (int k = 0; k < leaf_edge; ++k)
+      speeds[k] -= part.amplitude[first + static_cast<std::size_t>(k)];
+  for (int k = 0; k < leaf_edge; ++k) {
+    const bool is_beam_alone = field.speed[first + static_cast<std::size_t>(k)] == 0;
+    speeds[k] = is_beam_alone ? std::max(speeds[k], 0.0F) : 0.0F;
+  }
+  return speeds;
+}
+
+/// Creases less sharp than this, as a jump of the slope along the vertical, are none.
+constexpr float least_crease = 0.005F;
+
+/// How far phi of a node may come within dt by what its neighbours along an axis do: as far as the
+/// one that gets further, or by the speed of the slower one.
+SCARP_KERNEL_PART float reach_beside(const float* p, const float* mobility, float dt,
+                                     std::ptrdiff_t stride) {
+  const float before = mobility[-stride];
+  const float behind = mobility[stride];
+  const float beside = larger(p[-stride] + dt * before, p[stride] + dt * behind);
+  return larger(beside, p[0] + dt * smaller(before, behind));
+}
+
+/// What an etch by a beam from above adds to rates where phi has a crease between a node and the
+/// one above it. slopes are those along the vertical that the rates have. Returns how sure it is, 0
+/// to 1, that there is a crease.
+///
+/// A beam shifts phi down as it is. Beside a wall phi above the floor is the distance to the wall,
+/// less than that to the floor: a difference across the crease between the two is too small, and at
+/// the foot of the wall a wedge would be left that nothing takes away later. So phi is prolonged
+/// from both sides up to the crease, and shifted with it. What bends below the node too is no
+/// crease but a round surface. No node gets ahead of the floor beside it: at a wall some have the
+/// speed of its material.
+SCARP_VECTOR_KERNEL RowValues shift_creases(const float* row, const float* mobility, float dt,
+                                            const RowValues& speeds, const RowValues& slopes,
+                                            RowValues& __restrict rates) {
+  RowValues sure;
+  for (int k = 0; k < leaf_edge; ++k) {
+    const float* p = row + k;
+    const float way = larger(speeds[k] * dt, 1e-6F);
+    const float below = smaller(p[0] - p[-1], 1.0F);
+    const float above = p[1] - p[0];
+    const float beyond = larger(p[2] - p[1], 0.0F);
+    const float crease = below - above;
+    const float bend = std::abs(below - (p[-1] - p[-2])) / larger(crease, least_crease);
+    const float trust = smaller(larger(2 - 4 * bend, 0.0F), 1.0F);
+    sure[k] = select((speeds[k] > 0) & (crease > least_crease), trust, 0.0F);
+    const float shifted = smaller(below, (above - (1 - way) * beyond) / way);
+    // That of a distance is 1 at most.
+    const float smooth = smaller(slopes[k], 1.0F);
+    const float slope = smooth + sure[k] * (larger(shifted, smooth) - smooth);
+    const float reach = smaller(reach_beside(p, mobility + k, dt, axis_strides[0]),
+                                reach_beside(p, mobility + k, dt, axis_strides[1]));
+    const float rate = larger(rates[k] - speeds[k] * (slope - slopes[k]), (p[0] - reach) / dt);
+    rates[k] = select(speeds[k] > 0, rate, rates[k]);
+  }
+  return sure;
+}
+
+/// V |grad phi| at the nodes of a row, and where phi has creases that a beam shifts.
+struct Rates {
+  RowValues value{};
+  RowValues creased{};
+};
+
+/// The same if V depends on the angle to the vertical alone.
+Rates rates_about_vertical(const float* row, const float* mobility, float dt,
+                           const SpeedField& field, std::size_t first, const Gradients& near,
+                           const Gradients& gradients) {
   const Gradients slopes = across_and_along(gradients);
   const RowVectors middle = hamiltonian(field, first, middle_of(slopes)).slope;
   const auto [p, dissipation] =
       upwind(slopes_met(field, first, middle, across_and_along(near)), slopes);
-  return difference(hamiltonian(field, first, p).value, dissipation);
+  Rates rates{.value = difference(hamiltonian(field, first, p).value, dissipation)};
+  if (is_etched_by_beam(field))
+    rates.creased = shift_creases(row, mobility, dt, beam_speeds(field, first), p[2], rates.value);
+  return rates;
 }
 
 /// Whether a crystal is etched at a node of a row.
@@ -302,21 +380,20 @@ RowValues rates_of_etched_crystal(const SpeedField& field, std::size_t first, co
   return rates;
 }
 
-/// V |grad phi| at the nodes of a row. What belongs to feet is null where there are none.
-RowValues row_rates(const float* row, const float* mobility, const FreeRow& free, Scheme scheme,
-                    const SpeedField& field, std::size_t first) {
+/// What belongs to feet is null where there are none.
+Rates row_rates(const float* row, float dt, const float* mobility, const FreeRow& free,
+                Scheme scheme, const SpeedField& field, std::size_t first) {
   if (has_no_speed(field, first)) return {};
-  const bool is_vertical = std::ranges::all_of(
-      field.angular, [](const AngularSpeed& part) { return part.factor.is_vertical(); });
   Gradients near = free.phi != nullptr ? free_gradients(row, free.phi) : first_order_gradients(row);
   if (etches_crystal_in_row(field, first))
-    return rates_of_etched_crystal(field, first, near, free.most);
+    return {.value = rates_of_etched_crystal(field, first, near, free.most)};
   if (field.grows_beside_standing) see_past_standing(mobility, near);
   const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
-  RowValues rates = is_vertical ? rates_about_vertical(field, first, near, gradients)
-                                : rates_along_axes(field, first, near, gradients);
+  Rates rates = is_vertical(field)
+                    ? rates_about_vertical(row, mobility, dt, field, first, near, gradients)
+                    : Rates{.value = rates_along_axes(field, first, near, gradients)};
   for (int k = 0; field.grows_beside_standing && k < leaf_edge; ++k)
-    if (mobility[k] == 0) rates[k] = field.speed[first + static_cast<std::size_t>(k)];
+    if (mobility[k] == 0) rates.value[k] = field.speed[first + static_cast<std::size_t>(k)];
   return rates;
 }
 
@@ -330,6 +407,20 @@ bool grows(const SpeedField& field, std::size_t node, const float* around) {
   for (const AngularSpeed& part : field.angular)
     speed += part.amplitude[node] * part.factor.value(n);
   return speed > 0;
+}
+
+/// Stages after the first one see creases where they have been shifted to, and their mean would
+/// blunt them: across a crease nodes come as far as the first one takes them.
+void keep_shifted(const LeafStage& leaf, int node, const float* row, const Rates& rates,
+                  float* shifted) {
+  for (int k = 0; k < leaf_edge; ++k) {
+    if (leaf.stage.is_first) {
+      const bool is_creased = rates.creased[k] > 0 && std::abs(row[k]) < LevelSet::half_width;
+      shifted[k] = is_creased ? row[k] - leaf.stage.dt * rates.value[k] : -LevelSet::half_width;
+    }
+    if (leaf.stage.is_last && shifted[k] > -LevelSet::half_width)
+      leaf.after[node + k] = off_surface(shifted[k], leaf.stage.smallest_phi);
+  }
 }
 
 /// Lets the layers that were the top at a node be the top again.
@@ -347,8 +438,15 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
 
 }  // namespace
 
+bool is_etched_by_beam(const SpeedField& field) {
+  return is_vertical(field) && std::ranges::all_of(field.angular, [](const AngularSpeed& part) {
+           return part.factor.is_cosine();
+         });
+}
+
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
-                         const SpeedField& field, std::size_t leaf_index, const FreeLeaf& free) {
+                         const SpeedField& field, std::size_t leaf_index, const FreeLeaf& free,
+                         float* shifted) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       if (!leaf.moves(i, j)) {
@@ -360,12 +458,14 @@ void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme sc
       const std::size_t first = leaf_index * leaf_size + static_cast<std::size_t>(node);
       FreeRow beside;
       if (free.phi != nullptr) beside = {free.phi->row(i, j), free.most + node};
-      const RowValues rates = row_rates(row, mobility.row(i, j), beside, scheme, field, first);
+      const Rates rates =
+          row_rates(row, leaf.stage.dt, mobility.row(i, j), beside, scheme, field, first);
       for (int k = 0; k < leaf_edge; ++k) {
-        const float moved = row[k] - leaf.stage.dt * rates[k];
+        const float moved = row[k] - leaf.stage.dt * rates.value[k];
         leaf.set(node + k, row[k],
                  free.most == nullptr ? moved : smaller(moved, free.most[node + k]));
       }
+      if (shifted != nullptr) keep_shifted(leaf, node, row, rates, shifted + node);
     }
   }
 }

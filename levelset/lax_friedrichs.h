@@ -39,13 +39,21 @@ struct FreeLeaf {
 /// those on the other side, so that a film that meets a mask knows its own normal alone. Such nodes
 /// move by their speed as distances do: the film passes over them, see overgrow().
 ///
+/// Where beams alone etch from above, by the cosine, V |grad phi| is linear: between a floor and a
+/// wall there is no fan of slopes, and creases of phi are shifted down as they are. With isotropic
+/// speeds, or yields that fall off or rise at a slant, they have to become round, see docs.
+///
 /// mobility is zero at nodes that do not move, with a halo of three nodes. scheme is first_order or
-/// weno5.
+/// weno5. shifted is kept from stage to stage: 512 values where is_etched_by_beam, else null.
 /// Source: Crandall and Lions 1984; Osher and Shu 1991 (local variant, and upwind where nothing
-/// turns); Toifl et al. 2019 (bounds over the stencil for rates that depend on the orientation).
+/// turns); Toifl et al. 2019 (bounds over the stencil for rates that depend on the orientation);
+/// Harten 1989 (subcell resolution, for creases).
 void move_lax_friedrichs(const LeafStage& leaf, const Block& mobility, Scheme scheme,
-                         const SpeedField& field, std::size_t leaf_index,
-                         const FreeLeaf& free = {});
+                         const SpeedField& field, std::size_t leaf_index, const FreeLeaf& free = {},
+                         float* shifted = nullptr);
+
+/// Whether all speeds that depend on the normal do so by the cosine to the vertical.
+bool is_etched_by_beam(const SpeedField& field);
 
 /// Books what the dissipation has raised as what was seen there.
 ///

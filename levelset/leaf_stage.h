@@ -16,6 +16,8 @@ struct Stage {
   float dt = 0;
   float part = 1;
   float smallest_phi = 0;  ///< what comes nearer to the surface is moved off to the side it is on
+  bool is_first = true;
+  bool is_last = true;
 };
 
 /// What a kernel works on: phi at the start, after the stage before (with its halo), and the new

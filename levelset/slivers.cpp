@@ -113,6 +113,7 @@ class Slivers {
       const std::optional<float> left = left_of_sheet(node, last, axis);
       if (!left) continue;
       lay_bare(last, layer, *left, found);
+      lay_bare_beside(node, last, axis, layer, *left, found);
       least = std::min(least.value_or(*left), *left);
     }
     if (least) lay_bare(node, layer, *least, found);
@@ -123,9 +124,15 @@ class Slivers {
   /// if this is none: gas to two sides of the node, and no more than a spacing left below that.
   std::optional<float> left_of_sheet(const Node& foot, const Node& last, int axis) const {
     const auto has_ended = [&](int across, int step) {
-      const Node below = next(foot, across, step);
+      Node below = next(foot, across, step);
+      Node beside = next(last, across, step);
+      if (old_phi(beside) < 0 && !(new_phi(beside) < 0)) {
+        // The middle lies between two nodes that turn to gas at once.
+        below = next(below, across, step);
+        beside = next(beside, across, step);
+      }
       const float here = old_phi(below);
-      if (old_phi(next(last, across, step)) < 0) return false;
+      if (old_phi(beside) < 0) return false;
       if (!(here < 0)) return true;
       const std::size_t layer = layer_at(layers_, below);
       return is_slow_[layer] && phi(layer, below) - here < 1;
@@ -139,6 +146,20 @@ class Slivers {
       least = std::min(least.value_or(left), left);
     }
     return least;
+  }
+
+  /// What the flanks left below them beside the last node of a sheet, less than a spacing ago, goes
+  /// with it.
+  void lay_bare_beside(const Node& foot, const Node& last, int axis, std::size_t below,
+                       float thickness, std::vector<NewPhi>& found) const {
+    for (int across = 0; across < 3; ++across) {
+      for (const int step : {-1, 1}) {
+        const Node gas = next(last, across, step);
+        if (across == axis || old_phi(gas) < 0 || !(new_phi(gas) < 1)) continue;
+        lay_bare(gas, below, thickness, found);
+        lay_bare(next(foot, across, step), below, thickness, found);
+      }
+    }
   }
 
   /// Leaves no more than the given thickness above a layer at a node, unless what lies there is

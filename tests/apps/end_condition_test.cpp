@@ -352,6 +352,29 @@ TEST_F(EndConditionRun, SaysInItsResultsWhenAndWhyEachStepEnded) {
                                               ",exposed,", ",depth,"}));
 }
 
+// Also where the middle of the fin lies between two nodes, which turn to gas at once if it is
+// half-way.
+TEST_F(EndConditionRun, AFinIsGoneInTimeWhereverItsMiddleLies) {
+  write("fin.toml",
+        read_file(std::string(SCARP_SOURCE_DIR) + "/tests/reference/ends/film_gone.toml"));
+  constexpr double spacing = 10;
+  for (const double width : {195, 200, 207}) {
+    for (const double middle : {2.0, 2.5, 3.0, 4.0, 5.0, 6.0}) {
+      for (const char* const floor : {"0", "0.01"}) {
+        std::filesystem::remove_all(folder_ / "run");
+        const Outcome outcome = scarp(
+            "run " + path("fin.toml") + " --quiet -o " + path("run") +
+            fmt::format(" --set 'geometry[1].width=\"{} nm\"' --set 'geometry[1].center=\"{} nm\"'"
+                        " --set 'step[0].etch_rate.Si=\"{} nm/s\"'",
+                        width, middle, floor));
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+        const double reached = summary("run")["steps"][0]["reached_s"];
+        EXPECT_NEAR(reached, width / 2, 0.1 * spacing) << width << " " << middle << " " << floor;
+      }
+    }
+  }
+}
+
 // Wherever it was interrupted: between its steps, before its end, and in the over-etch.
 TEST_F(EndConditionRun, GoesOnWithTheSameBitsAfterAnInterruption) {
   write("r.toml", cycles());

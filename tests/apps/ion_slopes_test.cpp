@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "levelset/cross_section.h"
+#include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/apps/surface_height.h"
 
@@ -194,6 +196,70 @@ TEST(WallUnderIons, ComesCloserToThoseOfASpeedThatSaturates) {
   const double fine = error_of_wall("10 nm", true);
   EXPECT_LT(std::abs(coarse), 0.12 * 20);
   EXPECT_LT(std::abs(fine), 0.6 * std::abs(coarse));
+}
+
+/// What a beam from above took of layers of 200 nm of oxide on silicon that is etched a hundred
+/// times more slowly, in a trench between masks, once the oxide is gone in the middle and as long
+/// again. In squares of the spacing.
+struct Taken {
+  double oxide_left = 0;
+  double silicon = 0;
+  double lowest = 0;  ///< in spacings
+};
+
+Taken taken_by_beam(const std::string& scheme, double place) {
+  constexpr double width = 20;
+  constexpr double depth = 20;
+  const auto length = [](double spacings) {
+    return '"' + std::to_string(spacings * spacing) + " nm\"";
+  };
+  const Recipe recipe = read_text(
+      "[domain]\nmode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"400 nm\"]\n"
+      "boundary = [\"periodic\"]\n[advection]\nscheme = \"" +
+      scheme +
+      "\"\n[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+      "[[geometry]]\nshape = \"layer\"\nmaterial = \"SiO2\"\nthickness = \"200 nm\"\n"
+      "[[geometry]]\nshape = \"mask\"\nmaterial = \"resist\"\nthickness = \"200 nm\"\n"
+      "opening = { shape = \"trench\", width = \"200 nm\", center = " +
+      length(place) +
+      " }\n[[step]]\nmodel = \"directional\"\nduration = \"400 s\"\n"
+      "directional_etch_rate = { SiO2 = \"1 nm/s\", Si = \"0.01 nm/s\", resist = \"0 nm/s\" }\n");
+  const std::vector<double> before = material_volumes(start_state(recipe).layers);
+  const State state = final_state(recipe);
+  const std::vector<double> after = material_volumes(state.layers);
+  const auto area = [&](std::size_t layer) {
+    return (before[layer] - after[layer]) / std::pow(spacing, 3);
+  };
+  double lowest = 0;
+  const std::vector<Polyline> surface = cross_section(state.layers, 1, 0.0).back();
+  for (const Polyline& line : surface)
+    for (const auto& point : line.points) lowest = std::min(lowest, point[1] / spacing);
+  return {.oxide_left = width * depth - area(1), .silicon = area(0), .lowest = lowest};
+}
+
+// The floor is flat up to upright walls. Beside them phi above the floor is the distance to the
+// wall; differences of that left wedges of .4 to .6 squares of the spacing at the feet, and 4 to 9
+// % of the silicon below.
+TEST(FootOfAWall, IsSharpUnderABeam) {
+  for (const std::string scheme : {"first_order", "eno2", "weno5"}) {
+    for (const double place : {0.1, 0.25, 0.4, 0.6}) {
+      const Taken taken = taken_by_beam(scheme, place);
+      EXPECT_NEAR(taken.oxide_left, 0, 0.2) << scheme << " " << place;
+      EXPECT_NEAR(taken.silicon, 20 * 0.2, 0.01 * 20 * 0.2) << scheme << " " << place;
+      EXPECT_NEAR(taken.lowest, -0.2, 0.002) << scheme << " " << place;
+    }
+  }
+}
+
+// There half a cell at either foot is drawn as a slope, as the silicon is etched by a fifth of a
+// spacing only.
+TEST(FootOfAWall, IsSharpWhereTheWallLiesOnNodes) {
+  for (const std::string scheme : {"first_order", "eno2", "weno5"}) {
+    const Taken taken = taken_by_beam(scheme, 0);
+    EXPECT_NEAR(taken.oxide_left, 0, 0.5) << scheme;
+    EXPECT_NEAR(taken.silicon + 0.2, 20 * 0.2, 0.01 * 20 * 0.2) << scheme;
+    EXPECT_NEAR(taken.lowest, -0.2, 0.002) << scheme;
+  }
 }
 
 }  // namespace

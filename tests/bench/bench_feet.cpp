@@ -1,0 +1,196 @@
+// How exact ends, lowest points and micro-trenches are at feet of walls, by spacing, scheme and the
+// place of the walls between nodes.
+//
+//   ./dev bench feet [CASE...] [--spacings 20 10 5] [--places 0 0.25 0.5 0.75] [--json]
+//
+// fin:         when a fin 200 nm wide is gone, against half its width by the rate; in spacings.
+// directional: a trench 200 nm wide through 200 nm of oxide, which has 200 s more in silicon that
+// is
+//              etched a hundred times more slowly: what is left of the oxide at the feet, in
+//              squares of the spacing, and how much too small the volume taken from the silicon is.
+// ions:        lowest point and micro-trench under ions that walls reflect, in nm.
+//
+// Of several places the table has the mean, and the largest distance from it.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/recipe.h"
+#include "apps/run.h"
+#include "apps/simulator.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/temporary_folder.h"
+#include "levelset/cross_section.h"
+#include "tests/bench/bench_main.h"
+
+namespace scarp::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Json = nlohmann::ordered_json;
+
+struct Settings {
+  std::vector<std::string> cases{};
+  std::vector<double> spacings{20, 10, 5};
+  std::vector<double> places{0, 0.25, 0.5, 0.75};
+  bool json = false;
+};
+
+struct Value {
+  std::string name;
+  std::function<double(const Json& summary, double spacing)> of;
+};
+
+struct Case {
+  std::string name;
+  std::string recipe;
+  std::string center;  ///< key of the recipe
+  std::vector<std::string> schemes;
+  std::vector<Value> values;
+};
+
+/// Of the opening at the end of a run.
+double of_opening(const Json& summary, const char* name) {
+  return summary["metrology"]["openings"][0][name].get<double>();
+}
+
+/// What a run took from a material per length along the trench, in nm^2. Shapes lie a thousandth of
+/// a spacing beside nodes.
+double area_taken(const Json& summary, const char* material, double spacing) {
+  const auto volume = [&](const char* when) {
+    const Json& volumes = summary[when];
+    return volumes.contains(material) ? volumes[material].get<double>() : 0;
+  };
+  return (volume("volumes_before") - volume("volumes_after")) / spacing;
+}
+
+const std::vector<Case> all_cases{
+    {"fin",
+     "end_fin.toml",
+     "geometry[1].center",
+     {"first_order", "eno2", "weno5"},
+     {{"late / h",
+       [](const Json& summary, double spacing) {
+         return (summary["steps"][0]["reached_s"].get<double>() - 100) / spacing;
+       }}}},
+    {"directional",
+     "foot_directional.toml",
+     "geometry[2].opening.center",
+     {"first_order", "eno2", "weno5"},
+     {{"oxide left / h^2",
+       [](const Json& summary, double spacing) {
+         return (200 * 200 - area_taken(summary, "SiO2", spacing)) / (spacing * spacing);
+       }},
+      {"silicon taken, error in %",
+       [](const Json& summary, double spacing) {
+         return 100 * (area_taken(summary, "Si", spacing) / (200 * 2) - 1);
+       }}}},
+    {"ions",
+     "foot_ions.toml",
+     "geometry[1].opening.center",
+     {"eno2"},
+     {{"lowest, nm",
+       [](const Json& summary, double) { return summary["metrology"]["lowest_nm"].get<double>(); }},
+      {"micro-trench, nm",
+       [](const Json& summary, double) { return of_opening(summary, "micro_trenching_nm"); }}}},
+};
+
+Json summary_of(const Case& of, const std::string& scheme, double spacing, double place) {
+  const TemporaryFolder folder;
+  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs" / of.recipe,
+                                    {fmt::format("domain.spacing=\"{} nm\"", spacing),
+                                     fmt::format("advection.scheme=\"{}\"", scheme),
+                                     fmt::format("{}=\"{} nm\"", of.center, place * spacing)});
+  run(recipe, folder / "run", {});
+  std::ifstream file(folder / "run" / "summary.json");
+  Json summary = Json::parse(file);
+  summary["volumes_after"] = summary["metrology"]["volumes_nm3"];
+  const Layers start = start_state(recipe).layers;
+  const std::vector<double> volumes = material_volumes(start);
+  for (std::size_t n = 0; n < volumes.size(); ++n)
+    summary["volumes_before"][recipe.materials[start.stack[n].material].name] = volumes[n];
+  return summary;
+}
+
+Json measure(const Case& of, const Settings& settings) {
+  Json rows = Json::array();
+  for (const std::string& scheme : of.schemes) {
+    for (const double spacing : settings.spacings) {
+      std::vector<std::vector<double>> found(of.values.size());
+      for (const double place : settings.places) {
+        const Json summary = summary_of(of, scheme, spacing, place);
+        for (std::size_t n = 0; n < of.values.size(); ++n)
+          found[n].push_back(of.values[n].of(summary, spacing));
+      }
+      Json row{{"scheme", scheme}, {"spacing", spacing}};
+      for (std::size_t n = 0; n < of.values.size(); ++n) {
+        double mean = 0;
+        for (const double each : found[n]) mean += each / static_cast<double>(found[n].size());
+        double most = 0;
+        for (const double each : found[n]) most = std::max(most, std::abs(each - mean));
+        row[of.values[n].name] = {{"mean", mean}, {"spread", most}, {"all", found[n]}};
+      }
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+void print(const Case& of, const Json& rows) {
+  std::string head = "| case | scheme | spacing |";
+  std::string rule = "| --- | --- | --- |";
+  for (const Value& value : of.values) {
+    head += fmt::format(" {} |", value.name);
+    rule += " --- |";
+  }
+  fmt::print("{}\n{}\n", head, rule);
+  for (const Json& row : rows) {
+    fmt::print("| {} | {} | {:g} nm |", of.name, row["scheme"].get<std::string>(),
+               row["spacing"].get<double>());
+    for (const Value& value : of.values) {
+      const Json& found = row[value.name];
+      fmt::print(" {:.3f} ({:.3f}) |", found["mean"].get<double>(), found["spread"].get<double>());
+    }
+    fmt::print("\n");
+  }
+  fmt::print("\n");
+}
+
+void run_cases(const Settings& settings) {
+  const ThreadLimit one_thread(1);
+  Json results;
+  for (const Case& each : all_cases) {
+    const bool is_wanted = settings.cases.empty() ||
+                           std::ranges::find(settings.cases, each.name) != settings.cases.end();
+    if (!is_wanted) continue;
+    results[each.name] = measure(each, settings);
+    if (!settings.json) print(each, results[each.name]);
+  }
+  if (settings.json) std::cout << Json{{"absolute", results}}.dump(2) << '\n';
+}
+
+}  // namespace
+}  // namespace scarp::bench
+
+int main(int argc, char** argv) {
+  scarp::bench::Settings settings;
+  const auto declare = [&](CLI::App& app) {
+    scarp::bench::add_cases(app, scarp::bench::all_cases, settings.cases);
+    app.add_option("--spacings", settings.spacings, "In nm");
+    app.add_option("--places", settings.places, "Of the middle between two nodes, in spacings");
+    app.add_flag("--json", settings.json, "One object on standard output");
+  };
+  return scarp::bench::bench_main(argc, argv, "how exact ends and feet of walls are", declare,
+                                  [&] { scarp::bench::run_cases(settings); });
+}
