@@ -16,9 +16,8 @@ namespace scarp {
 
 namespace {
 
-/// Nodes within this of a foot along each axis are looked at, in spacings: differences to
-/// neighbours of what the wall passes in its first two spacings reach so far.
-constexpr int reach = 3;
+/// Nodes within this of a foot along each axis are looked at, in spacings.
+constexpr int reach = 5;
 
 /// The mask's surface is asked for its foot from this height above it on, over one spacing: lower
 /// down its normal knows the floor.
@@ -30,22 +29,39 @@ constexpr double corner_reach = 4;
 /// Nodes of the crystal this near to its surface tell where the wall has got to, in spacings.
 constexpr float next_to_wall = 0.6F;
 
-/// A foot holds nodes that are less than this from it along the line of feet, and is told of what
-/// happens to the wall by those less than that, in spacings.
+/// A node takes phi of the plane of the nearest foot, if that is less than this from it along the
+/// line of feet. In spacings.
 constexpr double own = 1;
-constexpr double beside = 2;
 
-/// A wall further from the foot does without, in spacings.
-constexpr double most_shift = 0.15;
+/// Nodes less than this from a foot along the line of feet do not pass its plane. Where the edge of
+/// a mask bends those beside the foot would run ahead and take the wall along. In spacings.
+constexpr double held = 3;
+
+/// Nodes further behind the plane than this are not held: there another opening may be.
+constexpr double most_behind = 2;
+
+/// Fast planes that come along the wall are seen so far from the foot, and have come if they are
+/// so far ahead of its plane. In spacings.
+constexpr double beside = held + 1;
+constexpr double ahead = 0.5;
+
+/// A wall further from the foot does without, in spacings: fewer nodes of it are within reach.
+constexpr double most_shift = 1.5;
+
+/// Feet further apart, or whose directions differ by more than 25 degrees, are not of one edge.
+constexpr double apart = 2;
+constexpr double least_cosine = 0.9;
 
 /// A point of the line from which a mask's surface rises, and the plane of the wall below.
 struct Foot {
   Node node{};       ///< of the mask
   Vec3d offset{};    ///< from there, in spacings: so differences are those of the mirror image
   Vec3d aside{};     ///< unit vector along the interface, to where there is no mask
+  Vec3d up{};        ///< unit normal of the interface
   Vec3d normal{};    ///< of the wall
   double rate = 0;   ///< of the wall
   double shift = 0;  ///< how far the wall has moved since
+  bool holds = true;
 };
 
 Vec3d from(const Foot& foot, const Node& node) {
@@ -72,6 +88,7 @@ class Feet {
 
   FreeFoot run(float dt) {
     find();
+    find_walls();
     leave_out_corners();
     if (feet_.empty()) return {};
     find_distances();
@@ -150,9 +167,62 @@ class Feet {
     // Down along the mask's surface.
     const Vec3d along = up - dot(n, up) * n;
     foot.offset = foot.offset - (height / dot(along, up)) * along;
-    foot.normal = slowest_wall(foot.aside, up / rise);
-    foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
+    foot.up = up / rise;
     feet_.push_back(foot);
+  }
+
+  void find_walls() {
+    for (Foot& foot : feet_) {
+      const auto [first, last] = asides(foot);
+      foot.normal = slowest_between(first, last, foot.up);
+      foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
+    }
+  }
+
+  /// The directions between which those of the edge of an opening lie that are nearer to this foot
+  /// than to others. Planes of all of them begin there, and the slowest is left: that of one foot
+  /// alone would be a plane that etches fast unless the foot lies in the right place.
+  std::array<Vec3d, 2> asides(const Foot& foot) const {
+    const Vec3d along = cross(foot.aside, foot.up);
+    std::array<Vec3d, 2> ends{foot.aside, foot.aside};
+    std::array<double, 2> nearest{apart, apart};
+    for (const Foot& other : feet_) {
+      const Vec3d way = from(foot, other.node) + other.offset;
+      const double step = dot(along, way);
+      const std::size_t side = step < 0 ? 0 : 1;
+      const bool bends_around_opening = dot(way, other.aside - foot.aside) < 0;
+      if (step == 0 || !(std::abs(step) < nearest[side]) || dot(way, way) > apart * apart ||
+          !bends_around_opening || dot(foot.aside, other.aside) < least_cosine)
+        continue;
+      nearest[side] = std::abs(step);
+      ends[side] = normalized(foot.aside + other.aside);
+    }
+    return ends;
+  }
+
+  Vec3d slowest_between(const Vec3d& first, const Vec3d& last, const Vec3d& up) const {
+    const Vec3d middle = first + last;
+    const Vec3d half = last - first;
+    const auto wall = [&](double part) {
+      return slowest_wall(normalized(middle + part * half), up);
+    };
+    constexpr double straight = 1e-6;
+    if (dot(first, last) > 1 - straight) return wall(0);
+    const auto speed = [&](double part) {
+      const Vec3d n = wall(part);
+      return crystal_.rate(Vec3f(n)).value / length(cross(n, up));
+    };
+    // From -1 to 1, so that mirror images have the same bits.
+    double least = -1;
+    double most = 1;
+    for (int n = 0; n < 24; ++n) {
+      const double third = (most - least) / 3;
+      const double below = speed(least + third);
+      const double above = speed(most - third);
+      if (below <= above) most -= third;
+      if (above <= below) least += third;
+    }
+    return wall(0.5 * (least + most));
   }
 
   /// Of the planes through a line along the foot, the one that undercuts the mask most slowly.
@@ -196,19 +266,21 @@ class Feet {
     feet_ = std::move(kept);
   }
 
-  /// Calls visit(node, its place in arrays) for the nodes of the band near a foot, less than beside
-  /// from it along the line of feet. Nodes beyond the sides are given as they lie, their places are
-  /// those of their images.
+  /// Calls visit(node, its place in arrays, its distance from the foot along the line of feet) for
+  /// the nodes of the band near a foot, less than most from it along that line. Nodes beyond the
+  /// sides are given as they lie, their places are those of their images.
   template <class Visit>
-  void for_each_node_near(const Foot& foot, double beside, const Visit& visit) const {
-    const Vec3d along = normalized(cross(foot.aside, foot.normal));
+  void for_each_node_near(const Foot& foot, double most, const Visit& visit) const {
+    const Vec3d along = cross(foot.aside, foot.up);
     for (int i = foot.node[0] - reach; i <= foot.node[0] + reach; ++i) {
       for (int j = foot.node[1] - reach; j <= foot.node[1] + reach; ++j) {
         const int base = foot.node[2] + static_cast<int>(std::lround(foot.offset.z));
         for (int k = base - reach; k <= base + reach; ++k) {
-          const std::size_t at = place({i, j, k});
           const Node node{i, j, k};
-          if (at != missing && std::abs(dot(along, from(foot, node))) < beside) visit(node, at);
+          const double way = std::abs(dot(along, from(foot, node)));
+          if (!(way < most)) continue;
+          const std::size_t at = place(node);
+          if (at != missing) visit(node, at, way);
         }
       }
     }
@@ -217,7 +289,7 @@ class Feet {
   void find_distances() {
     distance_.assign(mobility_.size(), std::numeric_limits<float>::max());
     for (const Foot& foot : feet_) {
-      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
+      for_each_node_near(foot, own, [&](const Node& node, std::size_t at, double) {
         const Vec3d way = from(foot, node);
         distance_[at] = std::min(distance_[at], static_cast<float>(dot(way, way)));
       });
@@ -229,15 +301,18 @@ class Feet {
     return static_cast<float>(dot(way, way)) == distance_[at];
   }
 
-  /// Also by what is nearest to another foot: what takes the wall away comes from the side.
   void find_shifts() {
     for (Foot& foot : feet_) {
       double shift = 0;
-      for_each_node_near(foot, beside, [&](const Node& node, std::size_t at) {
+      double most_ahead = 0;
+      for_each_node_near(foot, beside, [&](const Node& node, std::size_t at, double way) {
         if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
-        shift = std::max(shift, phi(at) - height(foot, node));
+        const double past = phi(at) - height(foot, node);
+        double& most = way < held ? shift : most_ahead;
+        most = std::max(most, past);
       });
       foot.shift = shift;
+      foot.holds = shift <= most_shift && most_ahead <= ahead;
     }
   }
 
@@ -246,20 +321,20 @@ class Feet {
         .phi = std::vector<float>(mobility_.size(), std::numeric_limits<float>::quiet_NaN()),
         .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
     for (const Foot& foot : feet_) {
-      if (foot.shift > most_shift) continue;
-      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
-        if (!is_nearest(foot, node, at)) return;
+      if (!foot.holds) continue;
+      for_each_node_near(foot, held, [&](const Node& node, std::size_t at, double way) {
         const auto plane = static_cast<float>(height(foot, node));
         const bool is_masked = mobility_[at] == 0;
+        if (!is_masked && plane > -most_behind) {
+          const float most =
+              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
+          free.most[at] = std::min(free.most[at], most);
+        }
+        if (!(way < own) || !is_nearest(foot, node, at)) return;
         // Of two that are as near the one that leaves more counts, in whatever order they come.
         if (is_masked || is_behind(foot, node, at, plane)) {
           const float there = is_masked ? std::min(plane, most_beside(node)) : plane;
           free.phi[at] = std::isnan(free.phi[at]) ? there : std::min(free.phi[at], there);
-        }
-        if (!is_masked) {
-          const float most =
-              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
-          free.most[at] = std::min(free.most[at], most);
         }
       });
     }
