@@ -172,9 +172,15 @@ class Feet {
   }
 
   void find_walls() {
+    // Along a straight edge all feet ask the same.
+    std::array<Vec3d, 3> asked{};
+    Vec3d normal;
     for (Foot& foot : feet_) {
-      const auto [first, last] = asides(foot);
-      foot.normal = slowest_between(first, last, foot.up);
+      const std::array<Vec3d, 2> ends = asides(foot);
+      const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
+      if (asks != asked) normal = slowest_between(ends[0], ends[1], foot.up);
+      asked = asks;
+      foot.normal = normal;
       foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
     }
   }
