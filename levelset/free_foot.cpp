@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "levelset/band.h"
@@ -42,7 +43,7 @@ constexpr double most_behind = 2;
 
 /// Fast planes that come along the wall are seen so far from the foot, and have come if they are
 /// so far ahead of its plane. In spacings.
-constexpr double beside = held + 1;
+constexpr double watched = held + 1;
 constexpr double ahead = 0.5;
 
 /// A wall further from the foot does without, in spacings: fewer nodes of it are within reach.
@@ -52,16 +53,20 @@ constexpr double most_shift = 1.5;
 constexpr double apart = 2;
 constexpr double least_cosine = 0.9;
 
+/// A wall is taken over from a foot beside if it leaves more than this, in spacings.
+constexpr double least_gain = 1e-6;
+
 /// A point of the line from which a mask's surface rises, and the plane of the wall below.
 struct Foot {
-  Node node{};       ///< of the mask
-  Vec3d offset{};    ///< from there, in spacings: so differences are those of the mirror image
-  Vec3d aside{};     ///< unit vector along the interface, to where there is no mask
-  Vec3d up{};        ///< unit normal of the interface
-  Vec3d normal{};    ///< of the wall
-  double rate = 0;   ///< of the wall
-  double shift = 0;  ///< how far the wall has moved since
-  bool holds = true;
+  Node node{};            ///< of the mask
+  Vec3d offset{};         ///< from there, in spacings: so differences are those of the mirror image
+  Vec3d aside{};          ///< unit vector along the interface, to where there is no mask
+  Vec3d up{};             ///< unit normal of the interface
+  Vec3d normal{};         ///< of the wall
+  double rate = 0;        ///< of the wall
+  double shift = 0;       ///< how far the wall has moved since
+  double most_ahead = 0;  ///< of the plane, of walls beside the foot
+  bool holds = false;
 };
 
 Vec3d from(const Foot& foot, const Node& node) {
@@ -88,11 +93,14 @@ class Feet {
 
   FreeFoot run(float dt) {
     find();
+    sort_by_columns();
     find_walls();
     leave_out_corners();
     if (feet_.empty()) return {};
+    sort_by_columns();
     find_distances();
     find_shifts();
+    take_slower_walls();
     return values(dt);
   }
 
@@ -171,6 +179,32 @@ class Feet {
     feet_.push_back(foot);
   }
 
+  /// Columns four spacings wide, so what is nearer than corner_reach is in one beside.
+  static std::array<int, 2> column(const Foot& foot) {
+    const auto part = [&](int axis) {
+      return static_cast<int>(std::floor((foot.node[axis] + foot.offset[axis]) / corner_reach));
+    };
+    return {part(0), part(1)};
+  }
+
+  void sort_by_columns() {
+    columns_.clear();
+    for (std::size_t f = 0; f < feet_.size(); ++f) columns_[column(feet_[f])].push_back(f);
+  }
+
+  /// All feet within corner_reach, and some others.
+  std::vector<std::size_t> beside(const Foot& foot) const {
+    std::vector<std::size_t> found;
+    const auto [x, y] = column(foot);
+    for (int i = x - 1; i <= x + 1; ++i) {
+      for (int j = y - 1; j <= y + 1; ++j) {
+        const auto at = columns_.find({i, j});
+        if (at != columns_.end()) found.insert(found.end(), at->second.begin(), at->second.end());
+      }
+    }
+    return found;
+  }
+
   void find_walls() {
     // Along a straight edge all feet ask the same.
     std::array<Vec3d, 3> asked{};
@@ -192,7 +226,8 @@ class Feet {
     const Vec3d along = cross(foot.aside, foot.up);
     std::array<Vec3d, 2> ends{foot.aside, foot.aside};
     std::array<double, 2> nearest{apart, apart};
-    for (const Foot& other : feet_) {
+    for (const std::size_t f : beside(foot)) {
+      const Foot& other = feet_[f];
       const Vec3d way = from(foot, other.node) + other.offset;
       const double step = dot(along, way);
       const std::size_t side = step < 0 ? 0 : 1;
@@ -262,7 +297,8 @@ class Feet {
     constexpr double least_behind = 0.5;
     std::vector<Foot> kept;
     for (const Foot& foot : feet_) {
-      const bool is_at_corner = std::ranges::any_of(feet_, [&](const Foot& other) {
+      const bool is_at_corner = std::ranges::any_of(beside(foot), [&](std::size_t f) {
+        const Foot& other = feet_[f];
         const Vec3d way = from(foot, other.node) + other.offset;
         return dot(way, way) < corner_reach * corner_reach &&
                dot(way, foot.aside) < -least_behind && dot(foot.aside, other.aside) > -0.5;
@@ -311,15 +347,48 @@ class Feet {
     for (Foot& foot : feet_) {
       double shift = 0;
       double most_ahead = 0;
-      for_each_node_near(foot, beside, [&](const Node& node, std::size_t at, double way) {
+      for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
         if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
         const double past = phi(at) - height(foot, node);
         double& most = way < held ? shift : most_ahead;
         most = std::max(most, past);
       });
       foot.shift = shift;
-      foot.holds = shift <= most_shift && most_ahead <= ahead;
+      foot.most_ahead = most_ahead;
     }
+  }
+
+  /// Around an opening the walls that etch slowly spread along its edge: where the wall of a foot
+  /// would pass that of one beside it the latter is what is left. Walls are handed on from foot to
+  /// foot, as long as something changes.
+  void take_slower_walls() {
+    constexpr int most_rounds = 100;
+    bool changes = true;
+    for (int round = 0; changes && round < most_rounds; ++round) {
+      changes = false;
+      const std::vector<Foot> before = feet_;
+      for (std::size_t f = 0; f < before.size(); ++f) {
+        const Foot& here = before[f];
+        double least = here.shift - least_gain;
+        const Foot* taken = nullptr;
+        for (const std::size_t other : beside(here)) {
+          const Foot& foot = before[other];
+          const Vec3d way = from(foot, here.node) + here.offset;
+          if (dot(way, way) > apart * apart || dot(foot.aside, here.aside) < least_cosine) continue;
+          const double there = dot(foot.normal, way) + foot.shift;
+          if (there < least || (there == least && taken != nullptr && foot.rate < taken->rate)) {
+            least = there;
+            taken = &foot;
+          }
+        }
+        if (taken == nullptr || least < 0) continue;
+        feet_[f].normal = taken->normal;
+        feet_[f].rate = taken->rate;
+        feet_[f].shift = least;
+        changes = true;
+      }
+    }
+    for (Foot& foot : feet_) foot.holds = foot.shift <= most_shift && foot.most_ahead <= ahead;
   }
 
   FreeFoot values(float dt) const {
@@ -374,6 +443,7 @@ class Feet {
   const std::vector<float>& mobility_;
   const Band& band_;
   std::vector<Foot> feet_{};
+  std::map<std::array<int, 2>, std::vector<std::size_t>> columns_{};  ///< of feet
   std::vector<float> distance_{};  ///< squares of those to the nearest foot
 };
 
