@@ -244,11 +244,22 @@ class Feet {
   Vec3d slowest_between(const Vec3d& first, const Vec3d& last, const Vec3d& up) const {
     const Vec3d middle = first + last;
     const Vec3d half = last - first;
-    const auto wall = [&](double part) {
-      return slowest_wall(normalized(middle + part * half), up);
-    };
+    const auto aside = [&](double part) { return normalized(middle + part * half); };
+    const int here = lean(aside(0), up);
     constexpr double straight = 1e-6;
-    if (dot(first, last) > 1 - straight) return wall(0);
+    if (dot(first, last) > 1 - straight) return slowest_wall(aside(0), up, here, here);
+    // Most walls lean alike all along the way, and are soon found.
+    const int there = lean(aside(1), up);
+    const int before = lean(aside(-1), up);
+    const int least_lean = std::min({before, here, there});
+    const int most_lean = std::max({before, here, there});
+    const bool alike = most_lean - least_lean <= 2;
+    const auto wall = [&](double part) {
+      const Vec3d way = aside(part);
+      if (alike) return slowest_wall(way, up, least_lean, most_lean);
+      const int own_lean = lean(way, up);
+      return slowest_wall(way, up, own_lean, own_lean);
+    };
     const auto speed = [&](double part) {
       const Vec3d n = wall(part);
       return crystal_.rate(Vec3f(n)).value / length(cross(n, up));
@@ -256,7 +267,7 @@ class Feet {
     // From -1 to 1, so that mirror images have the same bits.
     double least = -1;
     double most = 1;
-    for (int n = 0; n < 24; ++n) {
+    for (int n = 0; n < 20; ++n) {
       const double third = (most - least) / 3;
       const double below = speed(least + third);
       const double above = speed(most - third);
@@ -266,30 +277,46 @@ class Feet {
     return wall(0.5 * (least + most));
   }
 
-  /// Of the planes through a line along the foot, the one that undercuts the mask most slowly.
-  Vec3d slowest_wall(Vec3d aside, Vec3d up) const {
-    // By s = tan(angle to the interface / 2): sines would differ from machine to machine.
-    const auto normal = [&](double s) {
-      return (1 / (1 + s * s)) * ((2 * s) * aside + (1 - s * s) * up);
-    };
-    const auto speed = [&](double s) {
-      return crystal_.rate(Vec3f(normal(s))).value * ((1 + s * s) / s);
-    };
-    constexpr int half = 48;
-    const auto place = [](int n) {
-      return n <= half ? static_cast<double>(n) / half : half / static_cast<double>(2 * half - n);
-    };
+  // Of the planes through a line along the foot, the one counts that undercuts the mask most
+  // slowly. They lean by s = tan(angle to the interface / 2): sines would differ from machine to
+  // machine.
+
+  static constexpr int half_leans = 48;
+
+  static double lean_of(int n) {
+    return n <= half_leans ? static_cast<double>(n) / half_leans
+                           : half_leans / static_cast<double>(2 * half_leans - n);
+  }
+
+  static Vec3d leaning(const Vec3d& aside, const Vec3d& up, double s) {
+    return (1 / (1 + s * s)) * ((2 * s) * aside + (1 - s * s) * up);
+  }
+
+  double undercut(const Vec3d& aside, const Vec3d& up, double s) const {
+    return crystal_.rate(Vec3f(leaning(aside, up, s))).value * ((1 + s * s) / s);
+  }
+
+  int lean(const Vec3d& aside, const Vec3d& up) const {
     int best = 2;
-    for (int n = 3; n < 2 * half - 1; ++n)
-      if (speed(place(n)) < speed(place(best))) best = n;
-    double least = place(best - 1);
-    double most = place(best + 1);
-    for (int n = 0; n < 50; ++n) {
+    double least = undercut(aside, up, lean_of(best));
+    for (int n = 3; n < 2 * half_leans - 1; ++n) {
+      const double here = undercut(aside, up, lean_of(n));
+      if (here < least) best = n;
+      least = std::min(least, here);
+    }
+    return best;
+  }
+
+  /// Between the neighbours of two leans.
+  Vec3d slowest_wall(const Vec3d& aside, const Vec3d& up, int first, int last) const {
+    double least = lean_of(first - 1);
+    double most = lean_of(last + 1);
+    for (int n = 0; n < 30; ++n) {
       const double third = (most - least) / 3;
-      const bool is_lower = speed(least + third) < speed(most - third);
+      const bool is_lower = undercut(aside, up, least + third) < undercut(aside, up, most - third);
       (is_lower ? most : least) += is_lower ? -third : third;
     }
-    return normal(0.5 * (least + most));
+    return leaning(aside, up, 0.5 * (least + most));
   }
 
   /// A mask has a convex corner where a foot lies behind the line along another one.

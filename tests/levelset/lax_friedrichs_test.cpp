@@ -322,9 +322,9 @@ TEST(LaxFriedrichs, NarrowLinesOfAMaskHoldNoFloorBesideThem) {
                                              MaskShape{.material = 1,
                                                        .thickness = 3,
                                                        .outlines = MaskShape::Outlines::resist,
-                                                       .outline = SlotOutline{.width = 3.4}}});
+                                                       .outline = SlotOutline{.width = 1.6}}});
   etch_in_koh(layers, 2.5, Scheme::eno2);
-  for (const double x : {5.0, 6.0, 9.0}) {
+  for (const double x : {3.5, 4.0, 6.0, 9.0}) {
     EXPECT_NEAR(height(layers.top(), x), -2.5, 0.05) << x;
     EXPECT_NEAR(height(layers.top(), -x), -2.5, 0.05) << x;
   }
