@@ -27,6 +27,9 @@ constexpr float least_height = 1;
 /// Feet that are nearer to a convex corner of a mask are left out, in spacings.
 constexpr double corner_reach = 4;
 
+/// Feet within so many nodes of a side have an image beyond it.
+constexpr int image_reach = 6;
+
 /// Nodes of the crystal this near to its surface tell where the wall has got to, in spacings.
 constexpr float next_to_wall = 0.6F;
 
@@ -67,6 +70,10 @@ struct Foot {
   double shift = 0;       ///< how far the wall has moved since
   double most_ahead = 0;  ///< of the plane, of walls beside the foot
   bool holds = false;
+  std::size_t original = 0;  ///< of an image beyond a side, the foot that it is made from
+  int side = 0;              ///< axis of that side
+  bool is_mirrored = false;  ///< across it
+  bool is_image = false;
 };
 
 Vec3d from(const Foot& foot, const Node& node) {
@@ -93,10 +100,12 @@ class Feet {
 
   FreeFoot run(float dt) {
     find();
+    add_images();
     sort_by_columns();
     find_walls();
     leave_out_corners();
     if (feet_.empty()) return {};
+    add_images();
     sort_by_columns();
     find_distances();
     find_shifts();
@@ -187,6 +196,48 @@ class Feet {
     return {part(0), part(1)};
   }
 
+  /// Feet beyond the sides are beside others, too. Nodes ask only those within.
+  void add_images() {
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto lateral = static_cast<std::size_t>(axis);
+      const int cells = layers_.frame.cells[lateral];
+      const bool mirrors = layers_.frame.boundary[lateral] == Boundary::reflective;
+      const std::size_t count = feet_.size();
+      for (const int side : {0, cells}) {
+        for (std::size_t f = 0; f < count; ++f) {
+          Foot image = feet_[f];
+          if (std::abs(image.node[axis] - side) > image_reach || image.node[axis] == side) continue;
+          image.node[axis] = mirrors     ? 2 * side - image.node[axis]
+                             : side == 0 ? image.node[axis] + cells
+                                         : image.node[axis] - cells;
+          if (mirrors) mirror(image, axis);
+          image.is_image = true;
+          image.original = f;
+          image.side = axis;
+          image.is_mirrored = mirrors;
+          feet_.push_back(image);
+        }
+      }
+    }
+  }
+
+  static void mirror(Foot& foot, int axis) {
+    for (Vec3d* const v : {&foot.offset, &foot.aside, &foot.up, &foot.normal})
+      (*v)[axis] = -(*v)[axis];
+  }
+
+  /// Gives images the walls of what they are made from, which comes before them.
+  void renew_images() {
+    for (Foot& image : feet_) {
+      if (!image.is_image) continue;
+      const Foot& source = feet_[image.original];
+      image.normal = source.normal;
+      if (image.is_mirrored) image.normal[image.side] = -image.normal[image.side];
+      image.rate = source.rate;
+      image.shift = source.shift;
+    }
+  }
+
   void sort_by_columns() {
     columns_.clear();
     for (std::size_t f = 0; f < feet_.size(); ++f) columns_[column(feet_[f])].push_back(f);
@@ -210,6 +261,7 @@ class Feet {
     std::array<Vec3d, 3> asked{};
     Vec3d normal;
     for (Foot& foot : feet_) {
+      if (foot.is_image) continue;
       const std::array<Vec3d, 2> ends = asides(foot);
       const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
       if (asks != asked) normal = slowest_between(ends[0], ends[1], foot.up);
@@ -324,6 +376,7 @@ class Feet {
     constexpr double least_behind = 0.5;
     std::vector<Foot> kept;
     for (const Foot& foot : feet_) {
+      if (foot.is_image) continue;
       const bool is_at_corner = std::ranges::any_of(beside(foot), [&](std::size_t f) {
         const Foot& other = feet_[f];
         const Vec3d way = from(foot, other.node) + other.offset;
@@ -358,6 +411,7 @@ class Feet {
   void find_distances() {
     distance_.assign(mobility_.size(), std::numeric_limits<float>::max());
     for (const Foot& foot : feet_) {
+      if (foot.is_image) continue;
       for_each_node_near(foot, own, [&](const Node& node, std::size_t at, double) {
         const Vec3d way = from(foot, node);
         distance_[at] = std::min(distance_[at], static_cast<float>(dot(way, way)));
@@ -372,6 +426,7 @@ class Feet {
 
   void find_shifts() {
     for (Foot& foot : feet_) {
+      if (foot.is_image) continue;
       double shift = 0;
       double most_ahead = 0;
       for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
@@ -393,9 +448,11 @@ class Feet {
     bool changes = true;
     for (int round = 0; changes && round < most_rounds; ++round) {
       changes = false;
+      renew_images();
       const std::vector<Foot> before = feet_;
       for (std::size_t f = 0; f < before.size(); ++f) {
         const Foot& here = before[f];
+        if (here.is_image) continue;
         double least = here.shift - least_gain;
         const Foot* taken = nullptr;
         for (const std::size_t other : beside(here)) {
@@ -423,7 +480,7 @@ class Feet {
         .phi = std::vector<float>(mobility_.size(), std::numeric_limits<float>::quiet_NaN()),
         .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
     for (const Foot& foot : feet_) {
-      if (!foot.holds) continue;
+      if (foot.is_image || !foot.holds) continue;
       for_each_node_near(foot, held, [&](const Node& node, std::size_t at, double way) {
         const auto plane = static_cast<float>(height(foot, node));
         const bool is_masked = mobility_[at] == 0;
