@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "levelset/band.h"
@@ -16,9 +17,8 @@ namespace scarp {
 
 namespace {
 
-/// Nodes within this of a foot along each axis are looked at, in spacings: differences to
-/// neighbours of what the wall passes in its first two spacings reach so far.
-constexpr int reach = 3;
+/// Nodes within this of a foot along each axis are looked at, in spacings.
+constexpr int reach = 5;
 
 /// The mask's surface is asked for its foot from this height above it on, over one spacing: lower
 /// down its normal knows the floor.
@@ -27,25 +27,53 @@ constexpr float least_height = 1;
 /// Feet that are nearer to a convex corner of a mask are left out, in spacings.
 constexpr double corner_reach = 4;
 
+/// Feet within so many nodes of a side have an image beyond it.
+constexpr int image_reach = 6;
+
 /// Nodes of the crystal this near to its surface tell where the wall has got to, in spacings.
 constexpr float next_to_wall = 0.6F;
 
-/// A foot holds nodes that are less than this from it along the line of feet, and is told of what
-/// happens to the wall by those less than that, in spacings.
+/// A node takes phi of the plane of the nearest foot, if that is less than this from it along the
+/// line of feet. In spacings.
 constexpr double own = 1;
-constexpr double beside = 2;
 
-/// A wall further from the foot does without, in spacings.
-constexpr double most_shift = 0.15;
+/// Nodes less than this from a foot along the line of feet do not pass its plane. Where the edge of
+/// a mask bends those beside the foot would run ahead and take the wall along. In spacings.
+constexpr double held = 3;
+
+/// Nodes further behind the plane than this are not held: there another opening may be.
+constexpr double most_behind = 2;
+
+/// Fast planes that come along the wall are seen so far from the foot, and have come if they are
+/// so far ahead of its plane. In spacings.
+constexpr double watched = held + 1;
+constexpr double ahead = 0.5;
+
+/// A wall further from the foot does without, in spacings: fewer nodes of it are within reach.
+constexpr double most_shift = 1.5;
+
+/// Feet further apart, or whose directions differ by more than 25 degrees, are not of one edge.
+constexpr double apart = 2;
+constexpr double least_cosine = 0.9;
+
+/// A wall is taken over from a foot beside if it leaves more than this, in spacings.
+constexpr double least_gain = 1e-6;
 
 /// A point of the line from which a mask's surface rises, and the plane of the wall below.
 struct Foot {
-  Node node{};       ///< of the mask
-  Vec3d offset{};    ///< from there, in spacings: so differences are those of the mirror image
-  Vec3d aside{};     ///< unit vector along the interface, to where there is no mask
-  Vec3d normal{};    ///< of the wall
-  double rate = 0;   ///< of the wall
-  double shift = 0;  ///< how far the wall has moved since
+  Node node{};            ///< of the mask
+  Vec3d offset{};         ///< from there, in spacings: so differences are those of the mirror image
+  Vec3d aside{};          ///< unit vector along the interface, to where there is no mask
+  Vec3d up{};             ///< unit normal of the interface
+  Vec3d normal{};         ///< of the wall
+  double rate = 0;        ///< of the wall
+  double shift = 0;       ///< how far the wall has moved since
+  double most_ahead = 0;  ///< of the plane, of walls beside the foot
+  bool holds = false;
+  std::size_t original = 0;  ///< of an image beyond a side, the foot that it is made from
+  int side = 0;              ///< axis of that side
+  bool is_mirrored = false;  ///< across it
+  bool is_image = false;
 };
 
 Vec3d from(const Foot& foot, const Node& node) {
@@ -72,10 +100,16 @@ class Feet {
 
   FreeFoot run(float dt) {
     find();
+    add_images();
+    sort_by_columns();
+    find_walls();
     leave_out_corners();
     if (feet_.empty()) return {};
+    add_images();
+    sort_by_columns();
     find_distances();
     find_shifts();
+    take_slower_walls();
     return values(dt);
   }
 
@@ -150,35 +184,191 @@ class Feet {
     // Down along the mask's surface.
     const Vec3d along = up - dot(n, up) * n;
     foot.offset = foot.offset - (height / dot(along, up)) * along;
-    foot.normal = slowest_wall(foot.aside, up / rise);
-    foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
+    foot.up = up / rise;
     feet_.push_back(foot);
   }
 
-  /// Of the planes through a line along the foot, the one that undercuts the mask most slowly.
-  Vec3d slowest_wall(Vec3d aside, Vec3d up) const {
-    // By s = tan(angle to the interface / 2): sines would differ from machine to machine.
-    const auto normal = [&](double s) {
-      return (1 / (1 + s * s)) * ((2 * s) * aside + (1 - s * s) * up);
+  /// Columns four spacings wide, so what is nearer than corner_reach is in one beside.
+  static std::array<int, 2> column(const Foot& foot) {
+    const auto part = [&](int axis) {
+      return static_cast<int>(std::floor((foot.node[axis] + foot.offset[axis]) / corner_reach));
     };
-    const auto speed = [&](double s) {
-      return crystal_.rate(Vec3f(normal(s))).value * ((1 + s * s) / s);
+    return {part(0), part(1)};
+  }
+
+  /// Feet beyond the sides are beside others, too. Nodes ask only those within.
+  void add_images() {
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto lateral = static_cast<std::size_t>(axis);
+      const int cells = layers_.frame.cells[lateral];
+      const bool mirrors = layers_.frame.boundary[lateral] == Boundary::reflective;
+      const std::size_t count = feet_.size();
+      for (const int side : {0, cells}) {
+        for (std::size_t f = 0; f < count; ++f) {
+          Foot image = feet_[f];
+          if (std::abs(image.node[axis] - side) > image_reach || image.node[axis] == side) continue;
+          image.node[axis] = mirrors     ? 2 * side - image.node[axis]
+                             : side == 0 ? image.node[axis] + cells
+                                         : image.node[axis] - cells;
+          if (mirrors) mirror(image, axis);
+          image.is_image = true;
+          image.original = f;
+          image.side = axis;
+          image.is_mirrored = mirrors;
+          feet_.push_back(image);
+        }
+      }
+    }
+  }
+
+  static void mirror(Foot& foot, int axis) {
+    for (Vec3d* const v : {&foot.offset, &foot.aside, &foot.up, &foot.normal})
+      (*v)[axis] = -(*v)[axis];
+  }
+
+  /// Gives images the walls of what they are made from, which comes before them.
+  void renew_images() {
+    for (Foot& image : feet_) {
+      if (!image.is_image) continue;
+      const Foot& source = feet_[image.original];
+      image.normal = source.normal;
+      if (image.is_mirrored) image.normal[image.side] = -image.normal[image.side];
+      image.rate = source.rate;
+      image.shift = source.shift;
+    }
+  }
+
+  void sort_by_columns() {
+    columns_.clear();
+    for (std::size_t f = 0; f < feet_.size(); ++f) columns_[column(feet_[f])].push_back(f);
+  }
+
+  /// All feet within corner_reach, and some others.
+  std::vector<std::size_t> beside(const Foot& foot) const {
+    std::vector<std::size_t> found;
+    const auto [x, y] = column(foot);
+    for (int i = x - 1; i <= x + 1; ++i) {
+      for (int j = y - 1; j <= y + 1; ++j) {
+        const auto at = columns_.find({i, j});
+        if (at != columns_.end()) found.insert(found.end(), at->second.begin(), at->second.end());
+      }
+    }
+    return found;
+  }
+
+  void find_walls() {
+    // Along a straight edge all feet ask the same.
+    std::array<Vec3d, 3> asked{};
+    Vec3d normal;
+    for (Foot& foot : feet_) {
+      if (foot.is_image) continue;
+      const std::array<Vec3d, 2> ends = asides(foot);
+      const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
+      if (asks != asked) normal = slowest_between(ends[0], ends[1], foot.up);
+      asked = asks;
+      foot.normal = normal;
+      foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
+    }
+  }
+
+  /// The directions between which those of the edge of an opening lie that are nearer to this foot
+  /// than to others. Planes of all of them begin there, and the slowest is left: that of one foot
+  /// alone would be a plane that etches fast unless the foot lies in the right place.
+  std::array<Vec3d, 2> asides(const Foot& foot) const {
+    const Vec3d along = cross(foot.aside, foot.up);
+    std::array<Vec3d, 2> ends{foot.aside, foot.aside};
+    std::array<double, 2> nearest{apart, apart};
+    for (const std::size_t f : beside(foot)) {
+      const Foot& other = feet_[f];
+      const Vec3d way = from(foot, other.node) + other.offset;
+      const double step = dot(along, way);
+      const std::size_t side = step < 0 ? 0 : 1;
+      const bool bends_around_opening = dot(way, other.aside - foot.aside) < 0;
+      if (step == 0 || !(std::abs(step) < nearest[side]) || dot(way, way) > apart * apart ||
+          !bends_around_opening || dot(foot.aside, other.aside) < least_cosine)
+        continue;
+      nearest[side] = std::abs(step);
+      ends[side] = normalized(foot.aside + other.aside);
+    }
+    return ends;
+  }
+
+  Vec3d slowest_between(const Vec3d& first, const Vec3d& last, const Vec3d& up) const {
+    const Vec3d middle = first + last;
+    const Vec3d half = last - first;
+    const auto aside = [&](double part) { return normalized(middle + part * half); };
+    const int here = lean(aside(0), up);
+    constexpr double straight = 1e-6;
+    if (dot(first, last) > 1 - straight) return slowest_wall(aside(0), up, here, here);
+    // Most walls lean alike all along the way, and are soon found.
+    const int there = lean(aside(1), up);
+    const int before = lean(aside(-1), up);
+    const int least_lean = std::min({before, here, there});
+    const int most_lean = std::max({before, here, there});
+    const bool alike = most_lean - least_lean <= 2;
+    const auto wall = [&](double part) {
+      const Vec3d way = aside(part);
+      if (alike) return slowest_wall(way, up, least_lean, most_lean);
+      const int own_lean = lean(way, up);
+      return slowest_wall(way, up, own_lean, own_lean);
     };
-    constexpr int half = 48;
-    const auto place = [](int n) {
-      return n <= half ? static_cast<double>(n) / half : half / static_cast<double>(2 * half - n);
+    const auto speed = [&](double part) {
+      const Vec3d n = wall(part);
+      return crystal_.rate(Vec3f(n)).value / length(cross(n, up));
     };
-    int best = 2;
-    for (int n = 3; n < 2 * half - 1; ++n)
-      if (speed(place(n)) < speed(place(best))) best = n;
-    double least = place(best - 1);
-    double most = place(best + 1);
-    for (int n = 0; n < 50; ++n) {
+    // From -1 to 1, so that mirror images have the same bits.
+    double least = -1;
+    double most = 1;
+    for (int n = 0; n < 20; ++n) {
       const double third = (most - least) / 3;
-      const bool is_lower = speed(least + third) < speed(most - third);
+      const double below = speed(least + third);
+      const double above = speed(most - third);
+      if (below <= above) most -= third;
+      if (above <= below) least += third;
+    }
+    return wall(0.5 * (least + most));
+  }
+
+  // Of the planes through a line along the foot, the one counts that undercuts the mask most
+  // slowly. They lean by s = tan(angle to the interface / 2): sines would differ from machine to
+  // machine.
+
+  static constexpr int half_leans = 48;
+
+  static double lean_of(int n) {
+    return n <= half_leans ? static_cast<double>(n) / half_leans
+                           : half_leans / static_cast<double>(2 * half_leans - n);
+  }
+
+  static Vec3d leaning(const Vec3d& aside, const Vec3d& up, double s) {
+    return (1 / (1 + s * s)) * ((2 * s) * aside + (1 - s * s) * up);
+  }
+
+  double undercut(const Vec3d& aside, const Vec3d& up, double s) const {
+    return crystal_.rate(Vec3f(leaning(aside, up, s))).value * ((1 + s * s) / s);
+  }
+
+  int lean(const Vec3d& aside, const Vec3d& up) const {
+    int best = 2;
+    double least = undercut(aside, up, lean_of(best));
+    for (int n = 3; n < 2 * half_leans - 1; ++n) {
+      const double here = undercut(aside, up, lean_of(n));
+      if (here < least) best = n;
+      least = std::min(least, here);
+    }
+    return best;
+  }
+
+  /// Between the neighbours of two leans.
+  Vec3d slowest_wall(const Vec3d& aside, const Vec3d& up, int first, int last) const {
+    double least = lean_of(first - 1);
+    double most = lean_of(last + 1);
+    for (int n = 0; n < 30; ++n) {
+      const double third = (most - least) / 3;
+      const bool is_lower = undercut(aside, up, least + third) < undercut(aside, up, most - third);
       (is_lower ? most : least) += is_lower ? -third : third;
     }
-    return normal(0.5 * (least + most));
+    return leaning(aside, up, 0.5 * (least + most));
   }
 
   /// A mask has a convex corner where a foot lies behind the line along another one.
@@ -186,7 +376,9 @@ class Feet {
     constexpr double least_behind = 0.5;
     std::vector<Foot> kept;
     for (const Foot& foot : feet_) {
-      const bool is_at_corner = std::ranges::any_of(feet_, [&](const Foot& other) {
+      if (foot.is_image) continue;
+      const bool is_at_corner = std::ranges::any_of(beside(foot), [&](std::size_t f) {
+        const Foot& other = feet_[f];
         const Vec3d way = from(foot, other.node) + other.offset;
         return dot(way, way) < corner_reach * corner_reach &&
                dot(way, foot.aside) < -least_behind && dot(foot.aside, other.aside) > -0.5;
@@ -196,19 +388,21 @@ class Feet {
     feet_ = std::move(kept);
   }
 
-  /// Calls visit(node, its place in arrays) for the nodes of the band near a foot, less than beside
-  /// from it along the line of feet. Nodes beyond the sides are given as they lie, their places are
-  /// those of their images.
+  /// Calls visit(node, its place in arrays, its distance from the foot along the line of feet) for
+  /// the nodes of the band near a foot, less than most from it along that line. Nodes beyond the
+  /// sides are given as they lie, their places are those of their images.
   template <class Visit>
-  void for_each_node_near(const Foot& foot, double beside, const Visit& visit) const {
-    const Vec3d along = normalized(cross(foot.aside, foot.normal));
+  void for_each_node_near(const Foot& foot, double most, const Visit& visit) const {
+    const Vec3d along = cross(foot.aside, foot.up);
     for (int i = foot.node[0] - reach; i <= foot.node[0] + reach; ++i) {
       for (int j = foot.node[1] - reach; j <= foot.node[1] + reach; ++j) {
         const int base = foot.node[2] + static_cast<int>(std::lround(foot.offset.z));
         for (int k = base - reach; k <= base + reach; ++k) {
-          const std::size_t at = place({i, j, k});
           const Node node{i, j, k};
-          if (at != missing && std::abs(dot(along, from(foot, node))) < beside) visit(node, at);
+          const double way = std::abs(dot(along, from(foot, node)));
+          if (!(way < most)) continue;
+          const std::size_t at = place(node);
+          if (at != missing) visit(node, at, way);
         }
       }
     }
@@ -217,7 +411,8 @@ class Feet {
   void find_distances() {
     distance_.assign(mobility_.size(), std::numeric_limits<float>::max());
     for (const Foot& foot : feet_) {
-      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
+      if (foot.is_image) continue;
+      for_each_node_near(foot, own, [&](const Node& node, std::size_t at, double) {
         const Vec3d way = from(foot, node);
         distance_[at] = std::min(distance_[at], static_cast<float>(dot(way, way)));
       });
@@ -229,16 +424,55 @@ class Feet {
     return static_cast<float>(dot(way, way)) == distance_[at];
   }
 
-  /// Also by what is nearest to another foot: what takes the wall away comes from the side.
   void find_shifts() {
     for (Foot& foot : feet_) {
+      if (foot.is_image) continue;
       double shift = 0;
-      for_each_node_near(foot, beside, [&](const Node& node, std::size_t at) {
+      double most_ahead = 0;
+      for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
         if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
-        shift = std::max(shift, phi(at) - height(foot, node));
+        const double past = phi(at) - height(foot, node);
+        double& most = way < held ? shift : most_ahead;
+        most = std::max(most, past);
       });
       foot.shift = shift;
+      foot.most_ahead = most_ahead;
     }
+  }
+
+  /// Around an opening the walls that etch slowly spread along its edge: where the wall of a foot
+  /// would pass that of one beside it the latter is what is left. Walls are handed on from foot to
+  /// foot, as long as something changes.
+  void take_slower_walls() {
+    constexpr int most_rounds = 100;
+    bool changes = true;
+    for (int round = 0; changes && round < most_rounds; ++round) {
+      changes = false;
+      renew_images();
+      const std::vector<Foot> before = feet_;
+      for (std::size_t f = 0; f < before.size(); ++f) {
+        const Foot& here = before[f];
+        if (here.is_image) continue;
+        double least = here.shift - least_gain;
+        const Foot* taken = nullptr;
+        for (const std::size_t other : beside(here)) {
+          const Foot& foot = before[other];
+          const Vec3d way = from(foot, here.node) + here.offset;
+          if (dot(way, way) > apart * apart || dot(foot.aside, here.aside) < least_cosine) continue;
+          const double there = dot(foot.normal, way) + foot.shift;
+          if (there < least || (there == least && taken != nullptr && foot.rate < taken->rate)) {
+            least = there;
+            taken = &foot;
+          }
+        }
+        if (taken == nullptr || least < 0) continue;
+        feet_[f].normal = taken->normal;
+        feet_[f].rate = taken->rate;
+        feet_[f].shift = least;
+        changes = true;
+      }
+    }
+    for (Foot& foot : feet_) foot.holds = foot.shift <= most_shift && foot.most_ahead <= ahead;
   }
 
   FreeFoot values(float dt) const {
@@ -246,20 +480,20 @@ class Feet {
         .phi = std::vector<float>(mobility_.size(), std::numeric_limits<float>::quiet_NaN()),
         .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
     for (const Foot& foot : feet_) {
-      if (foot.shift > most_shift) continue;
-      for_each_node_near(foot, own, [&](const Node& node, std::size_t at) {
-        if (!is_nearest(foot, node, at)) return;
+      if (foot.is_image || !foot.holds) continue;
+      for_each_node_near(foot, held, [&](const Node& node, std::size_t at, double way) {
         const auto plane = static_cast<float>(height(foot, node));
         const bool is_masked = mobility_[at] == 0;
+        if (!is_masked && plane > -most_behind) {
+          const float most =
+              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
+          free.most[at] = std::min(free.most[at], most);
+        }
+        if (!(way < own) || !is_nearest(foot, node, at)) return;
         // Of two that are as near the one that leaves more counts, in whatever order they come.
         if (is_masked || is_behind(foot, node, at, plane)) {
           const float there = is_masked ? std::min(plane, most_beside(node)) : plane;
           free.phi[at] = std::isnan(free.phi[at]) ? there : std::min(free.phi[at], there);
-        }
-        if (!is_masked) {
-          const float most =
-              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
-          free.most[at] = std::min(free.most[at], most);
         }
       });
     }
@@ -293,6 +527,7 @@ class Feet {
   const std::vector<float>& mobility_;
   const Band& band_;
   std::vector<Foot> feet_{};
+  std::map<std::array<int, 2>, std::vector<std::size_t>> columns_{};  ///< of feet
   std::vector<float> distance_{};  ///< squares of those to the nearest foot
 };
 

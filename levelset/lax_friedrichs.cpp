@@ -357,13 +357,23 @@ bool etches_crystal_in_row(const SpeedField& field, std::size_t first) {
   });
 }
 
+/// Nodes further from the surface, in spacings, are not next to it after a time step: all that
+/// counts of them is their side, and phi is made anew.
+constexpr float next_to_surface = 1.7F;
+
+bool moves(const SpeedField& field, std::size_t node) {
+  return field.speed[node] != 0 ||
+         std::ranges::any_of(field.angular,
+                             [&](const AngularSpeed& part) { return part.amplitude[node] != 0; });
+}
+
 /// V |grad phi| at the nodes of a row of a crystal that is etched. most is as in a FreeLeaf.
 ///
 /// Godunov's scheme has sharp corners, but where three planes or more meet it lets rounded tips
 /// run ahead and take walls along; the dissipation holds them back by more than it should. The mean
 /// of both keeps walls where they are. At the foot of a mask the limit of FreeFoot holds them.
-RowValues rates_of_etched_crystal(const SpeedField& field, std::size_t first, const Gradients& near,
-                                  const float* most) {
+RowValues rates_of_etched_crystal(const float* row, const SpeedField& field, std::size_t first,
+                                  const Gradients& near, const float* most) {
   const auto is_flat_along = [&](int axis) {
     return is_flat(near.backward[axis], near.forward[axis]);
   };
@@ -371,9 +381,10 @@ RowValues rates_of_etched_crystal(const SpeedField& field, std::size_t first, co
     return hamiltonian(field, first, middle_of(near)).value;
   RowValues rates = rates_along_axes(field, first, near, near);
   for (int k = 0; k < leaf_edge; ++k) {
+    const std::size_t node = first + static_cast<std::size_t>(k);
+    if (std::abs(row[k]) > next_to_surface || !moves(field, node)) continue;
     const auto at_node = [&](const RowVectors& p) { return Vec3f{p[0][k], p[1][k], p[2][k]}; };
-    const float sharp = godunov_rate(field, first + static_cast<std::size_t>(k),
-                                     at_node(near.backward), at_node(near.forward));
+    const float sharp = godunov_rate(field, node, at_node(near.backward), at_node(near.forward));
     const bool is_at_foot = most != nullptr && most[k] < std::numeric_limits<float>::max();
     rates[k] = is_at_foot ? sharp : 0.5F * (sharp + rates[k]);
   }
@@ -386,7 +397,7 @@ Rates row_rates(const float* row, float dt, const float* mobility, const FreeRow
   if (has_no_speed(field, first)) return {};
   Gradients near = free.phi != nullptr ? free_gradients(row, free.phi) : first_order_gradients(row);
   if (etches_crystal_in_row(field, first))
-    return {.value = rates_of_etched_crystal(field, first, near, free.most)};
+    return {.value = rates_of_etched_crystal(row, field, first, near, free.most)};
   if (field.grows_beside_standing) see_past_standing(mobility, near);
   const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
   Rates rates = is_vertical(field)

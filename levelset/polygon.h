@@ -20,8 +20,8 @@ using Loop = std::vector<Point2>;
 /// Units: nm.
 struct PolygonOutline {
   /// even_odd: a point is inside if an odd number of loops surround it, so a loop within a loop is
-  /// a hole. any: inside if any loop surrounds it, whichever way; loops may overlap, touch and cross
-  /// themselves.
+  /// a hole. any: inside if any loop surrounds it, whichever way; loops may overlap, touch and
+  /// cross themselves.
   enum class Rule { even_odd, any };
   std::vector<Loop> loops;
   Rule rule = Rule::even_odd;

@@ -132,6 +132,15 @@ duration = "20 s"
 growth_rate = "4 nm/s"
 material = "SiGe"
 )";
+  const std::string koh = R"(
+[[step]]
+model = "koh_etch"
+duration = "20 s"
+etch_rate_100 = "4 nm/s"
+etch_rate_110 = "7 nm/s"
+etch_rate_111 = "0.03 nm/s"
+etch_rate_311 = "7 nm/s"
+)";
   const std::string undercut = R"(
 [[step]]
 model = "isotropic"
@@ -143,7 +152,8 @@ etch_rate = { mask = "0 nm/s", default = "2.3 nm/s" }
   int number = 0;
   for (const std::string& recipe :
        {domain + layer("SiO2") + mask(square) + beam, domain + layer("Si") + mask(square) + epitaxy,
-        domain + layer("Si") + mask(hole_of_73) + epitaxy, domain + mask(tapered) + undercut}) {
+        domain + layer("Si") + mask(hole_of_73) + epitaxy, domain + mask(square) + koh,
+        domain + mask(hole_of_73) + koh, domain + mask(tapered) + undercut}) {
     const std::string name = "borders_" + std::to_string(number++);
     write(name + ".toml", recipe);
     const auto whole = run(name + ".toml", name + "_whole", "none");

@@ -54,5 +54,14 @@ TEST(Godunov, MirrorImagesHaveTheSameBits) {
   EXPECT_EQ(godunov_rate(field, 0, {-0.3F, -0.47F, 0.9F}, {-1.1F, -0.21F, 0.7F}), here);
 }
 
+// Also where one of the two asks for the least value and the other for the largest.
+TEST(Godunov, ExchangeOfXAndYKeepsTheBits) {
+  const SpeedField field = crystal_field(-1);
+  for (const float end : {0.47F, -0.2F}) {
+    const float here = godunov_rate(field, 0, {-0.3F, 0.21F, 0.9F}, {-1.1F, end, 0.7F});
+    EXPECT_EQ(godunov_rate(field, 0, {0.21F, -0.3F, 0.9F}, {end, -1.1F, 0.7F}), here) << end;
+  }
+}
+
 }  // namespace
 }  // namespace scarp
