@@ -639,7 +639,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
     recipe.start = read_start(root, path.parent_path(), recipe);
   } else {
     const std::vector<RecipeTable> shapes = root.tables("geometry");
-    recipe.geometry = read_geometry(shapes, recipe.materials, path.parent_path());
+    recipe.geometry = read_geometry(shapes, recipe.materials, recipe.frame, path.parent_path());
     if (file.ok()) check_geometry(root, shapes, recipe);
   }
 

@@ -1,5 +1,7 @@
 #include "apps/recipe_geometry.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,6 +31,7 @@ constexpr Limits taper_limits{.fallback = "0 deg", .minimum = -88 * degree, .max
 /// What readers of shapes need besides their table.
 struct GeometryContext {
   const Materials& materials;
+  const Frame& frame;
   std::filesystem::path folder;
 };
 
@@ -134,9 +137,22 @@ Shape read_fin(const RecipeTable& table, const GeometryContext& context) {
                   .repeat = read_row(table, along)};
 }
 
+void refuse_distant(const RecipeTable& table, const std::array<Point2, 2>& extent,
+                    std::span<const double> origin, const Sides& sides) {
+  const auto range = [](double lower, double upper) {
+    return rounded_number(lower) + " to " + rounded_number(upper) + " nm";
+  };
+  table.error("origin",
+              fmt::format("leaves nothing of the layer in the domain: it reaches from {} "
+                          "in x and {} in y of the layout, and the domain takes {} and {}",
+                          range(extent[0][0], extent[1][0]), range(extent[0][1], extent[1][1]),
+                          range(origin[0] + sides.lower[0], origin[0] + sides.upper[0]),
+                          range(origin[1] + sides.lower[1], origin[1] + sides.upper[1])));
+}
+
 /// One layer of a layout; its origin becomes the middle of the domain.
 Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
-  constexpr Limits numbers{.minimum = 0, .maximum = 32767};
+  constexpr Limits numbers{.minimum = 0, .maximum = 65535};
   PolygonOutline outline{.loops = {}, .rule = PolygonOutline::Rule::any};
   const std::string file = table.file("file", context.folder);
   GdsSelection selection{.cell = table.text("cell", ""),
@@ -147,10 +163,18 @@ Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
   const std::vector<double> origin =
       table.quantities("origin", Dimension::length, {2, 2}, any_position);
   if (!table.ok()) return outline;
+  const Sides sides = context.frame.sides();
+  // Where the domain itself is not right, all of it is looked at.
+  if (context.frame.spacing > 0)
+    selection.window = {{{origin[0] + sides.lower[0], origin[1] + sides.lower[1]},
+                         {origin[0] + sides.upper[0], origin[1] + sides.upper[1]}}};
   try {
     const std::string content = read_file(file);
     table.record_content("file", file, content);
-    outline.loops = read_gds(file, content, selection);
+    Layout layout = read_gds(file, content, selection);
+    for (const std::string& doubt : layout.doubts) table.warning("file", doubt);
+    if (layout.loops.empty()) refuse_distant(table, layout.extent, origin, sides);
+    outline.loops = std::move(layout.loops);
   } catch (const InputError& error) {
     table.error("file", error.what());
   }
@@ -254,8 +278,8 @@ const Choices<ShapeReader> readers{
 }  // namespace
 
 std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
-                                 const std::filesystem::path& folder) {
-  const GeometryContext context{materials, folder};
+                                 const Frame& frame, const std::filesystem::path& folder) {
+  const GeometryContext context{materials, frame, folder};
   std::vector<Shape> shapes;
   for (const RecipeTable& table : tables) {
     const ShapeReader read = table.choice<ShapeReader>("shape", readers);

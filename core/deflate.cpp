@@ -1,6 +1,11 @@
 #include "core/deflate.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
 
 #include "core/error.h"
 
@@ -15,6 +20,36 @@ std::string deflated(std::string_view bytes) {
   SCARP_ASSERT(status, ==, Z_OK);
   packed.resize(size);
   return packed;
+}
+
+std::string inflated(std::string_view bytes, std::size_t most) {
+  constexpr int either_format = 15 + 32;
+  z_stream stream{};
+  SCARP_ASSERT(inflateInit2(&stream, either_format), ==, Z_OK);
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> ends(&stream, inflateEnd);
+  std::string unpacked;
+  std::string buffer(std::size_t{1} << 20, '\0');
+  int status = Z_OK;
+  while (status == Z_OK) {
+    if (stream.avail_in == 0) {
+      const std::size_t count =
+          std::min<std::size_t>(bytes.size(), std::numeric_limits<uInt>::max());
+      if (count == 0) throw InputError("its compressed data ends early; write or copy it again");
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+      stream.avail_in = static_cast<uInt>(count);
+      bytes.remove_prefix(count);
+    }
+    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream.avail_out = static_cast<uInt>(buffer.size());
+    status = inflate(&stream, Z_NO_FLUSH);
+    unpacked.append(buffer, 0, buffer.size() - stream.avail_out);
+    if (unpacked.size() > most)
+      throw InputError(fmt::format("its compressed data holds more than {} bytes", most));
+    if (status == Z_BUF_ERROR) status = Z_OK;
+  }
+  if (status != Z_STREAM_END)
+    throw InputError("its compressed data is damaged; write or copy it again");
+  return unpacked;
 }
 
 }  // namespace scarp

@@ -1,9 +1,11 @@
 #include "levelset/gds.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
@@ -12,221 +14,42 @@
 #include "core/quantity.h"
 #include "core/read_file.h"
 #include "core/suggestion.h"
+#include "levelset/gds_library.h"
 
 namespace scarp {
 
 namespace {
 
-enum Record : int {
-  header = 0x00,
-  units = 0x03,
-  end_library = 0x04,
-  begin_cell = 0x05,
-  cell_name = 0x06,
-  end_cell = 0x07,
-  boundary = 0x08,
-  path = 0x09,
-  cell_reference = 0x0a,
-  array_reference = 0x0b,
-  layer_number = 0x0d,
-  data_type = 0x0e,
-  width = 0x0f,
-  points = 0x10,
-  end_element = 0x11,
-  referred_name = 0x12,
-  columns_rows = 0x13,
-  transformation = 0x1a,
-  magnification = 0x1b,
-  angle = 0x1c,
-  path_type = 0x21,
-  box = 0x2d,
-  box_type = 0x2e,
-  begin_extension = 0x30,
-  end_extension = 0x31,
-};
-
-/// More shapes than this are taken for a mistake.
+/// More shapes than this are taken for a mistake, and so are more references on the way to them.
 constexpr std::size_t most_loops = 1'000'000;
+constexpr std::size_t most_placements = 20'000'000;
 
 /// Cells within cells; layouts have ten or twenty.
 constexpr int most_levels = 200;
 
-struct Element {
-  int kind = 0;
-  int layer = 0;
-  int datatype = 0;
-  double width = 0;
-  int path_type = 0;
-  double begin_extension = 0;
-  double end_extension = 0;
-  std::vector<Point2> points{};
-  std::string cell{};
-  int columns = 1;
-  int rows = 1;
-  bool mirrored = false;
-  double magnification = 1;
-  double angle = 0;  ///< degrees
+/// Database units of layouts lie between these; what lies beyond is told. Units: nm.
+constexpr double least_unit = 1e-3;
+constexpr double most_unit = 1e3;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A box around shapes, in the database units of their cell.
+struct Extent {
+  Point2 lower{infinity, infinity};
+  Point2 upper{-infinity, -infinity};
+
+  bool is_empty() const { return !(lower[0] <= upper[0]); }
+  void add(const Point2& r) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      lower[axis] = std::min(lower[axis], r[axis]);
+      upper[axis] = std::max(upper[axis], r[axis]);
+    }
+  }
+  bool meets(const Extent& other) const {
+    return lower[0] <= other.upper[0] && other.lower[0] <= upper[0] && lower[1] <= other.upper[1] &&
+           other.lower[1] <= upper[1];
+  }
 };
-
-struct Library {
-  std::map<std::string, std::vector<Element>> cells;
-  double unit = 1;  ///< nm
-};
-
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& text) {
-  throw InputError(file.string() + ": " + text);
-}
-
-/// The records of a file, one after the other.
-class Reader {
- public:
-  Reader(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {
-    next();
-  }
-
-  int kind() const { return kind_; }
-
-  void next() {
-    at_ = end_;
-    if (at_ + 4 > bytes_.size()) {
-      refuse(file_, "ends early, at byte " + std::to_string(bytes_.size()) +
-                        ", without the end of the library; write or copy it again");
-    }
-    const std::size_t length = byte(at_) << 8 | byte(at_ + 1);
-    kind_ = static_cast<int>(byte(at_ + 2));
-    if (at_ == 0 && (kind_ != header || length != 6)) {
-      refuse(file_, "is not a GDSII file: it does not start with a header");
-    }
-    if (length < 4)
-      refuse(file_, "is damaged: a record of length 0 at byte " + std::to_string(at_) +
-                        "; write or copy it again");
-    if (at_ + length > bytes_.size()) {
-      refuse(file_, "ends early, within a record that starts at byte " + std::to_string(at_) +
-                        "; write or copy it again");
-    }
-    end_ = at_ + length;
-  }
-
-  std::size_t size() const { return end_ - at_ - 4; }
-
-  int short_integer(std::size_t index = 0) const {
-    return static_cast<std::int16_t>(unsigned_integer(2 * index, 2));
-  }
-  int integer(std::size_t index = 0) const {
-    return static_cast<std::int32_t>(unsigned_integer(4 * index, 4));
-  }
-
-  /// Sign, power of 16 and 56 bits of mantissa.
-  double real(std::size_t index = 0) const {
-    const std::uint64_t bits = unsigned_integer(8 * index, 8);
-    const int exponent = static_cast<int>(bits >> 56 & 0x7f) - 64;
-    const auto mantissa = static_cast<double>(bits & 0xffffffffffffffU);
-    const double value = std::ldexp(mantissa, 4 * exponent - 56);
-    return (bits >> 63) != 0 ? -value : value;
-  }
-
-  std::string text() const {
-    std::string name(bytes_.begin() + static_cast<std::ptrdiff_t>(at_ + 4),
-                     bytes_.begin() + static_cast<std::ptrdiff_t>(end_));
-    while (!name.empty() && name.back() == '\0') name.pop_back();
-    return name;
-  }
-
- private:
-  std::size_t byte(std::size_t at) const { return static_cast<unsigned char>(bytes_[at]); }
-
-  std::uint64_t unsigned_integer(std::size_t offset, std::size_t count) const {
-    if (offset + count > size()) {
-      refuse(file_, "is damaged: the record at byte " + std::to_string(at_) +
-                        " is too short; write or copy it again");
-    }
-    std::uint64_t value = 0;
-    for (std::size_t n = 0; n < count; ++n) value = value << 8 | byte(at_ + 4 + offset + n);
-    return value;
-  }
-
-  std::filesystem::path file_;
-  std::string_view bytes_;
-  std::size_t at_ = 0;
-  std::size_t end_ = 0;
-  int kind_ = -1;
-};
-
-void read_property(const Reader& reader, Element& element) {
-  switch (reader.kind()) {
-    case layer_number:
-      element.layer = reader.short_integer();
-      break;
-    case data_type:
-    case box_type:
-      element.datatype = reader.short_integer();
-      break;
-    case width:
-      element.width = reader.integer();
-      break;
-    case path_type:
-      element.path_type = reader.short_integer();
-      break;
-    case begin_extension:
-      element.begin_extension = reader.integer();
-      break;
-    case end_extension:
-      element.end_extension = reader.integer();
-      break;
-    case referred_name:
-      element.cell = reader.text();
-      break;
-    case columns_rows:
-      element.columns = reader.short_integer(0);
-      element.rows = reader.short_integer(1);
-      break;
-    case transformation:
-      element.mirrored = (reader.short_integer() & 0x8000) != 0;
-      break;
-    case magnification:
-      element.magnification = reader.real();
-      break;
-    case angle:
-      element.angle = reader.real();
-      break;
-    case points:
-      for (std::size_t n = 0; n < reader.size() / 8; ++n) {
-        element.points.push_back({static_cast<double>(reader.integer(2 * n)),
-                                  static_cast<double>(reader.integer(2 * n + 1))});
-      }
-      break;
-    default:
-      break;
-  }
-}
-
-std::vector<Element> read_cell(Reader& reader) {
-  const std::set<int> kinds{boundary, path, box, cell_reference, array_reference};
-  std::vector<Element> elements;
-  for (; reader.kind() != end_cell; reader.next()) {
-    if (!kinds.contains(reader.kind())) continue;
-    Element element{.kind = reader.kind()};
-    for (reader.next(); reader.kind() != end_element; reader.next()) {
-      read_property(reader, element);
-    }
-    elements.push_back(std::move(element));
-  }
-  return elements;
-}
-
-Library read_library(const std::filesystem::path& file, std::string_view content) {
-  Reader reader(file, content);
-  Library library;
-  for (; reader.kind() != end_library; reader.next()) {
-    if (reader.kind() == units) library.unit = reader.real(1) * 1e9;
-    if (reader.kind() != cell_name) continue;
-    const std::string name = reader.text();
-    reader.next();
-    library.cells[name] = read_cell(reader);
-  }
-  if (!(library.unit > 0)) refuse(file, "has a database unit that is not above 0");
-  return library;
-}
 
 /// A linear map and a shift.
 struct Placement {
@@ -242,7 +65,7 @@ struct Placement {
 
 /// First mirrored about the x axis, then magnified, turned and shifted; turns by quarters are
 /// exact.
-Placement placement_of(const Element& element, const Point2& at) {
+Placement placement_of(const GdsElement& element, const Point2& at) {
   const double quarters = element.angle / 90;
   double cosine = std::cos(element.angle * std::numbers::pi / 180);
   double sine = std::sin(element.angle * std::numbers::pi / 180);
@@ -259,6 +82,26 @@ Placement placement_of(const Element& element, const Point2& at) {
 
 Placement combined(const Placement& outer, const Placement& inner) {
   return {outer.matrix * inner.matrix, outer.matrix * inner.shift + outer.shift};
+}
+
+/// Where one of an array is placed, or a single one.
+Point2 at(const GdsElement& element, int column, int row) {
+  Point2 place = element.points[0];
+  if (element.kind != GdsElement::Kind::array_reference) return place;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double origin = element.points[0][axis];
+    place[axis] += column * (element.points[1][axis] - origin) / element.columns +
+                   row * (element.points[2][axis] - origin) / element.rows;
+  }
+  return place;
+}
+
+Extent placed_extent(const Extent& inner, const Placement& placement) {
+  Extent placed;
+  if (!std::isfinite(inner.lower[0])) return inner;
+  for (const double x : {inner.lower[0], inner.upper[0]})
+    for (const double y : {inner.lower[1], inner.upper[1]}) placed.add(placement({x, y}));
+  return placed;
 }
 
 Point2 moved(const Point2& r, const Point2& u, double s) {
@@ -289,7 +132,7 @@ Loop joint(const Point2& corner, const Point2& u, const Point2& v, double half) 
 }
 
 Loop disc(const Point2& centre, double radius) {
-  constexpr int corners = 48;
+  constexpr int corners = 96;
   Loop loop;
   for (int n = 0; n < corners; ++n) {
     const double phase = 2 * std::numbers::pi * n / corners;
@@ -298,14 +141,29 @@ Loop disc(const Point2& centre, double radius) {
   return loop;
 }
 
+/// What the ends of a path draw that has no length.
+std::vector<Loop> dot_loops(const GdsElement& element, const Point2& centre, double half) {
+  if (element.path_type == 1) return {disc(centre, half)};
+  const bool custom = element.path_type == 4;
+  const double before = element.path_type == 2 ? half : custom ? element.begin_extension : 0;
+  const double after = element.path_type == 2 ? half : custom ? element.end_extension : 0;
+  if (!(before + after > 0)) return {};
+  const auto [x, y] = centre;
+  return {{{x - before, y - half},
+           {x + after, y - half},
+           {x + after, y + half},
+           {x - before, y + half}}};
+}
+
 /// A rectangle per piece of the path, and what fills the corners between them.
-std::vector<Loop> path_loops(const Element& element, double half) {
+std::vector<Loop> path_loops(const GdsElement& element, double half) {
   std::vector<Point2> line;
   for (const Point2& point : element.points) {
     if (line.empty() || line.back() != point) line.push_back(point);
   }
   std::vector<Loop> loops;
-  if (line.size() < 2 || half <= 0) return loops;
+  if (line.empty() || half <= 0) return loops;
+  if (line.size() == 1) return dot_loops(element, line[0], half);
   const bool square = element.path_type == 2;
   const bool custom = element.path_type == 4;
   for (std::size_t p = 0; p + 1 < line.size(); ++p) {
@@ -328,44 +186,53 @@ std::vector<Loop> path_loops(const Element& element, double half) {
 }
 
 /// What a layout draws on the chosen layer.
-bool is_chosen(const Element& element, const GdsSelection& selection) {
+bool is_chosen(const GdsElement& element, const GdsSelection& selection) {
   return element.layer == selection.layer &&
          (!selection.datatype || element.datatype == *selection.datatype);
 }
 
-bool is_reference(const Element& element) {
-  return element.kind == cell_reference || element.kind == array_reference;
-}
-
-/// The loops of one shape in its cell; a negative width of a path is not magnified.
-std::vector<Loop> loops_of(const Element& element, double scale) {
+/// The loops of one shape in its cell; a negative width of a path is not magnified. None where it
+/// has no area.
+std::vector<Loop> loops_of(const GdsElement& element, double scale) {
   std::vector<Loop> loops{element.points};
-  if (element.kind == path) {
+  if (element.kind == GdsElement::Kind::path) {
     const double width = element.width < 0 ? -element.width / scale : element.width;
     loops = path_loops(element, 0.5 * width);
   }
   for (Loop& loop : loops) {
     if (!loop.empty() && loop.front() == loop.back()) loop.pop_back();
   }
-  std::erase_if(loops, [](const Loop& loop) { return loop.size() < 3; });
+  std::erase_if(loops, [](const Loop& loop) {
+    const auto is_on_line = [&](std::size_t axis) {
+      return std::ranges::all_of(loop,
+                                 [&](const Point2& point) { return point[axis] == loop[0][axis]; });
+    };
+    return loop.size() < 3 || is_on_line(0) || is_on_line(1);
+  });
   return loops;
 }
 
-/// Counts what cells draw on the chosen layer before any of it is written out: references of
-/// references can multiply it, or nothing at all, without end.
+/// What cells have on the chosen layer and where, found before any of it is written out: references
+/// of references can multiply it, or nothing at all, without end.
 class Census {
  public:
-  Census(const std::filesystem::path& file, const Library& library, const GdsSelection& selection)
+  Census(const std::filesystem::path& file, const GdsLibrary& library,
+         const GdsSelection& selection)
       : file_(file), library_(library), selection_(selection) {}
 
-  /// Loops of a cell and of all below it.
-  double loop_count(const std::string& cell) { return count(cell, 1).loops; }
+  /// Around all that a cell and those below it draw.
+  const Extent& extent(const std::string& cell) { return count(cell, 1).extent; }
 
+  /// Those of all cells looked at, and of the chosen shapes.
   const std::set<std::pair<int, int>>& layers() const { return layers_; }
+  const std::set<int>& datatypes() const { return datatypes_; }
+
+  /// Chosen shapes without area.
+  std::size_t flat_count() const { return flat_count_; }
 
  private:
   struct Count {
-    double loops = 0;
+    Extent extent{};
     int levels = 0;  ///< of cells, this one included
     bool is_open = true;
   };
@@ -373,27 +240,26 @@ class Census {
   const Count& count(const std::string& cell, int level) {
     const auto found = library_.cells.find(cell);
     if (found == library_.cells.end())
-      refuse(file_, "refers to a cell that it lacks: " + cell + "; write it with all its cells");
+      refuse_layout(file_,
+                    "refers to a cell that it lacks: " + cell + "; write it with all its cells");
     const auto [place, is_new] = counts_.try_emplace(cell);
     Count& sum = place->second;
     if (!is_new && sum.is_open)
-      refuse(file_, "cell " + cell + " contains itself; break the circle in the layout");
+      refuse_layout(file_, "cell " + cell + " contains itself; break the circle in the layout");
     if (level + sum.levels > most_levels) {
-      refuse(file_, "cell " + cell + " is " + std::to_string(most_levels) +
-                        " or more references below the one that is read; flatten it");
+      refuse_layout(file_, "cell " + cell + " is " + std::to_string(most_levels) +
+                               " or more references below the one that is read; flatten it");
     }
     if (!is_new) return sum;
-    for (const Element& element : found->second) {
-      if (is_reference(element)) {
+    for (const GdsElement& element : found->second) {
+      if (element.is_reference()) {
         check_reference(cell, element);
         const Count& inner = count(element.cell, level + 1);
-        sum.loops += static_cast<double>(element.columns) * element.rows * inner.loops;
+        add_reference(element, inner.extent, sum.extent);
         sum.levels = std::max(sum.levels, inner.levels);
-        continue;
-      }
-      layers_.insert({element.layer, element.datatype});
-      if (is_chosen(element, selection_)) {
-        sum.loops += static_cast<double>(loops_of(element, 1).size());
+      } else {
+        layers_.insert({element.layer, element.datatype});
+        if (is_chosen(element, selection_)) add_shape(element, sum.extent);
       }
     }
     ++sum.levels;
@@ -401,104 +267,240 @@ class Census {
     return sum;
   }
 
-  void check_reference(const std::string& cell, const Element& element) const {
-    const bool is_array = element.kind == array_reference;
+  void add_shape(const GdsElement& element, Extent& extent) {
+    const std::vector<Loop> loops = loops_of(element, 1);
+    if (loops.empty()) {
+      ++flat_count_;
+      return;
+    }
+    datatypes_.insert(element.datatype);
+    for (const Loop& loop : loops)
+      for (const Point2& point : loop) extent.add(point);
+    // How wide it is there hangs on who refers to it.
+    if (element.kind == GdsElement::Kind::path && element.width < 0)
+      extent = {{-infinity, -infinity}, {infinity, infinity}};
+  }
+
+  static void add_reference(const GdsElement& element, const Extent& inner, Extent& extent) {
+    if (inner.is_empty()) return;
+    for (const int column : {0, element.columns - 1})
+      for (const int row : {0, element.rows - 1}) {
+        const Extent placed = placed_extent(inner, placement_of(element, at(element, column, row)));
+        extent.add(placed.lower);
+        extent.add(placed.upper);
+      }
+  }
+
+  void check_reference(const std::string& cell, const GdsElement& element) const {
+    const bool is_array = element.kind == GdsElement::Kind::array_reference;
     if (element.points.size() < (is_array ? 3U : 1U) || element.columns < 1 || element.rows < 1) {
-      refuse(file_, "cell " + cell + " has a damaged reference to " + element.cell);
+      refuse_layout(file_, "cell " + cell + " has a damaged reference to " + element.cell);
     }
   }
 
   const std::filesystem::path& file_;
-  const Library& library_;
+  const GdsLibrary& library_;
   const GdsSelection& selection_;
   std::map<std::string, Count> counts_;
   std::set<std::pair<int, int>> layers_;
+  std::set<int> datatypes_;
+  std::size_t flat_count_ = 0;
+};
+
+/// The columns or rows of an array that may reach into a window.
+struct Range {
+  int first = 0;
+  int last = 0;
 };
 
 /// Walks a cell and all that it refers to.
 class Flattener {
  public:
-  Flattener(const std::filesystem::path& file, const Library& library,
+  Flattener(const std::filesystem::path& file, const GdsLibrary& library,
             const GdsSelection& selection)
-      : file_(file), library_(library), selection_(selection), census_(file, library, selection) {}
-
-  std::vector<Loop> run(const std::string& cell) {
-    const double count = census_.loop_count(cell);
-    if (count == 0) refuse_layer(cell);
-    if (count > most_loops) {
-      refuse(file_, "cell " + cell + " has more than " + std::to_string(most_loops) +
-                        " shapes on the layer; choose a smaller cell");
+      : file_(file), library_(library), selection_(selection), census_(file, library, selection) {
+    if (selection.window) {
+      for (const Point2& corner : *selection.window)
+        window_.add({corner[0] / library.unit, corner[1] / library.unit});
+    } else {
+      window_ = {{-infinity, -infinity}, {infinity, infinity}};
     }
+  }
+
+  Layout run(const std::string& cell) {
+    const Extent extent = census_.extent(cell);
+    if (extent.is_empty()) refuse_layer(cell);
     place(cell, {});
-    return std::move(loops_);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      layout_.extent[0][axis] = extent.lower[axis] * library_.unit;
+      layout_.extent[1][axis] = extent.upper[axis] * library_.unit;
+    }
+    add_doubts(cell);
+    return std::move(layout_);
   }
 
  private:
   void place(const std::string& cell, const Placement& placement) {
-    for (const Element& element : library_.cells.at(cell)) {
-      if (!is_reference(element)) {
+    if (++placements_ > most_placements)
+      refuse_layout(file_,
+                    fmt::format("has more than {} references in the domain; choose a smaller "
+                                "cell, or flatten the layout",
+                                most_placements));
+    for (const GdsElement& element : library_.cells.at(cell)) {
+      if (!element.is_reference()) {
         if (is_chosen(element, selection_)) draw(element, placement);
-      } else if (census_.loop_count(element.cell) > 0) {
+      } else if (!census_.extent(element.cell).is_empty()) {
         refer(element, placement);
       }
     }
   }
 
-  void refer(const Element& element, const Placement& placement) {
-    const bool is_array = element.kind == array_reference;
-    const Point2& origin = element.points[0];
-    for (int column = 0; column < element.columns; ++column) {
-      for (int row = 0; row < element.rows; ++row) {
-        Point2 at = origin;
-        for (std::size_t axis = 0; is_array && axis < 2; ++axis) {
-          at[axis] += column * (element.points[1][axis] - origin[axis]) / element.columns +
-                      row * (element.points[2][axis] - origin[axis]) / element.rows;
-        }
-        place(element.cell, combined(placement, placement_of(element, at)));
+  void refer(const GdsElement& element, const Placement& placement) {
+    const Extent& inner = census_.extent(element.cell);
+    const auto placed = [&](int column, int row) {
+      return combined(placement, placement_of(element, at(element, column, row)));
+    };
+    const auto [columns, rows] = ranges(element, placement, placed_extent(inner, placed(0, 0)));
+    for (int column = columns.first; column <= columns.last; ++column) {
+      for (int row = rows.first; row <= rows.last; ++row) {
+        const Placement there = placed(column, row);
+        if (placed_extent(inner, there).meets(window_)) place(element.cell, there);
       }
     }
   }
 
-  void draw(const Element& element, const Placement& placement) {
+  /// Where the first one is known, the columns and rows that may meet the window.
+  std::array<Range, 2> ranges(const GdsElement& element, const Placement& placement,
+                              const Extent& first) const {
+    std::array<Range, 2> all{{{0, element.columns - 1}, {0, element.rows - 1}}};
+    if (element.kind != GdsElement::Kind::array_reference) return all;
+    const auto step = [&](std::size_t which, int count) -> Eigen::Vector2d {
+      const Eigen::Vector2d whole{element.points[which][0] - element.points[0][0],
+                                  element.points[which][1] - element.points[0][1]};
+      return placement.matrix * whole / count;
+    };
+    Eigen::Matrix2d steps;
+    steps << step(1, element.columns), step(2, element.rows);
+    // All that lie at one place are one.
+    for (int axis = 0; axis < 2; ++axis)
+      if (steps.col(axis).isZero(0)) all[axis].last = 0;
+    // Along a single row any direction does for the other one.
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d other = steps.col(1 - axis);
+      if (all[axis].last == 0) steps.col(axis) = Eigen::Vector2d{-other[1], other[0]};
+    }
+    if (std::abs(steps.determinant()) < 1e-9) return all;
+    const Eigen::Matrix2d inverse = steps.inverse();
+    std::array<double, 2> least{infinity, infinity};
+    std::array<double, 2> most{-infinity, -infinity};
+    for (const double x : {window_.lower[0] - first.upper[0], window_.upper[0] - first.lower[0]}) {
+      for (const double y :
+           {window_.lower[1] - first.upper[1], window_.upper[1] - first.lower[1]}) {
+        if (!std::isfinite(x) || !std::isfinite(y)) return all;
+        const Eigen::Vector2d index = inverse * Eigen::Vector2d{x, y};
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          least[axis] = std::min(least[axis], index[static_cast<int>(axis)]);
+          most[axis] = std::max(most[axis], index[static_cast<int>(axis)]);
+        }
+      }
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const auto last = static_cast<double>(all[axis].last);
+      all[axis].first = static_cast<int>(std::clamp(std::floor(least[axis]), 0.0, last + 1));
+      all[axis].last = static_cast<int>(std::clamp(std::ceil(most[axis]), -1.0, last));
+    }
+    return all;
+  }
+
+  void draw(const GdsElement& element, const Placement& placement) {
     for (Loop& loop : loops_of(element, placement.scale())) {
+      Extent extent;
       for (Point2& point : loop) {
         point = placement(point);
+        extent.add(point);
         for (double& x : point) {
           x *= library_.unit;
           if (!(std::abs(x) <= longest_length)) {
-            refuse(file_, "has a point more than 1 m away from its origin; is its database unit (" +
+            refuse_layout(file_,
+                          "has a point more than 1 m away from its origin; is its database unit (" +
                               rounded_number(library_.unit) + " nm) right?");
           }
         }
       }
-      loops_.push_back(std::move(loop));
+      if (!extent.meets(window_)) continue;
+      if (layout_.loops.size() == most_loops) {
+        refuse_layout(file_,
+                      fmt::format("has more than {} shapes on the layer in the domain; choose "
+                                  "a smaller cell or domain",
+                                  most_loops));
+      }
+      layout_.loops.push_back(std::move(loop));
     }
   }
 
+  void add_doubts(const std::string& cell) {
+    const auto add = [&](const std::string& text) {
+      layout_.doubts.push_back(file_.string() + ": " + text);
+    };
+    if (!(library_.unit >= least_unit && library_.unit <= most_unit))
+      add(fmt::format(
+          "has a database unit of {} nm, and layer {} of cell {} is {} nm wide; are its "
+          "two units swapped?",
+          rounded_number(library_.unit), selection_.layer, cell,
+          rounded_number(layout_.extent[1][0] - layout_.extent[0][0])));
+    if (!selection_.datatype && census_.datatypes().size() > 1)
+      add(
+          fmt::format("has layer {} in datatypes {}: all of them are taken; choose one with "
+                      "datatype = ...",
+                      selection_.layer, fmt::join(census_.datatypes(), ", ")));
+    if (census_.flat_count() > 0)
+      add(fmt::format(
+          "has {} without area on layer {}, paths without width among them, perhaps: "
+          "they draw nothing",
+          census_.flat_count() == 1 ? "a shape" : fmt::format("{} shapes", census_.flat_count()),
+          selection_.layer));
+  }
+
   [[noreturn]] void refuse_layer(const std::string& cell) const {
+    const std::string layer =
+        std::to_string(selection_.layer) +
+        (selection_.datatype ? '/' + std::to_string(*selection_.datatype) : "");
+    if (census_.flat_count() > 0)
+      refuse_layout(file_,
+                    fmt::format("cell {} has on layer {} only shapes without area ({}): paths "
+                                "without width or length, or boundaries of one line; give "
+                                "paths a width",
+                                cell, layer, census_.flat_count()));
+    constexpr std::size_t most_told = 20;
     std::string known;
-    for (const auto& [layer, datatype] : census_.layers()) {
-      known += (known.empty() ? "" : ", ") + std::to_string(layer) + '/' + std::to_string(datatype);
+    std::size_t count = 0;
+    for (const auto& [number, datatype] : census_.layers()) {
+      if (count++ == most_told) known += ", ...";
+      if (count > most_told) break;
+      known +=
+          (known.empty() ? "" : ", ") + std::to_string(number) + '/' + std::to_string(datatype);
     }
-    refuse(file_, "cell " + cell + " has nothing on layer " + std::to_string(selection_.layer) +
-                      (selection_.datatype ? '/' + std::to_string(*selection_.datatype) : "") +
+    refuse_layout(file_,
+                  "cell " + cell + " has nothing on layer " + layer +
                       (known.empty() ? "; it is empty" : "; it has layer/datatype " + known));
   }
 
   const std::filesystem::path& file_;
-  const Library& library_;
+  const GdsLibrary& library_;
   const GdsSelection& selection_;
   Census census_;
-  std::vector<Loop> loops_;
+  Extent window_;
+  Layout layout_;
+  std::size_t placements_ = 0;
 };
 
-std::string chosen_cell(const std::filesystem::path& file, const Library& library,
+std::string chosen_cell(const std::filesystem::path& file, const GdsLibrary& library,
                         const std::string& wanted) {
   std::vector<std::string> names;
   std::set<std::string> inner;
   for (const auto& [name, elements] : library.cells) {
     names.push_back(name);
-    for (const Element& element : elements) inner.insert(element.cell);
+    for (const GdsElement& element : elements) inner.insert(element.cell);
   }
   if (!wanted.empty()) {
     if (library.cells.contains(wanted)) return wanted;
@@ -507,19 +509,21 @@ std::string chosen_cell(const std::filesystem::path& file, const Library& librar
     for (std::size_t n = 0; n < std::min(names.size(), most_told); ++n) {
       told += (n > 0 ? ", " : "") + names[n];
     }
-    refuse(file, "has no cell " + wanted + suggestion(wanted, names) + "; it has " + told +
-                     (names.size() > most_told ? ", ..." : ""));
+    refuse_layout(file, "has no cell " + wanted + suggestion(wanted, names) + "; it has " + told +
+                            (names.size() > most_told ? ", ..." : ""));
   }
   std::string known;
   std::size_t count = 0;
   std::string top;
   for (const std::string& name : names) {
-    if (inner.contains(name)) continue;
+    // KLayout keeps notes of its own in a cell.
+    if (inner.contains(name) || name == "$$$CONTEXT_INFO$$$") continue;
     top = name;
     known += (count++ > 0 ? ", " : "") + name;
   }
   if (count != 1) {
-    refuse(file, count == 0 ? "has no cell that no other refers to; name one with cell = ..."
+    refuse_layout(file, count == 0
+                            ? "has no cell that no other refers to; name one with cell = ..."
                             : "has several cells that no other refers to; choose one with cell = "
                               "...: " +
                                   known);
@@ -529,13 +533,13 @@ std::string chosen_cell(const std::filesystem::path& file, const Library& librar
 
 }  // namespace
 
-std::vector<Loop> read_gds(const std::filesystem::path& file, const GdsSelection& selection) {
+Layout read_gds(const std::filesystem::path& file, const GdsSelection& selection) {
   return read_gds(file, read_file(file), selection);
 }
 
-std::vector<Loop> read_gds(const std::filesystem::path& file, std::string_view content,
-                           const GdsSelection& selection) {
-  const Library library = read_library(file, content);
+Layout read_gds(const std::filesystem::path& file, std::string_view content,
+                const GdsSelection& selection) {
+  const GdsLibrary library = read_gds_library(file, content);
   return Flattener(file, library, selection).run(chosen_cell(file, library, selection.cell));
 }
 

@@ -145,7 +145,7 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
     sections[shape.section].emplace("shape", "");
     for (const std::string& text : shape.texts) {
       const RecipeFile file("[[geometry]]\n" + text, "r.toml");
-      read_geometry(file.root().tables("geometry"), Materials(), "/");
+      read_geometry(file.root().tables("geometry"), Materials(), Frame{}, "/");
       const Keys given = tables_of("[[geometry]]\n" + text);
       for (const auto& [table, keys] : tables_of(file.resolved())) {
         if (table != "[[geometry]]") read.insert(table.substr(10, table.size() - 11));

@@ -21,11 +21,11 @@ namespace fs = std::filesystem;
 /// Writes records; database unit 1 nm.
 class GdsWriter {
  public:
-  GdsWriter() {
+  explicit GdsWriter(double user_unit = 1e-3, double metres = 1e-9) {
     shorts(0x00, {600});
     shorts(0x01, std::vector<int>(12, 0));
     text(0x02, "LIB");
-    reals(0x03, {1e-3, 1e-9});
+    reals(0x03, {user_unit, metres});
   }
   void record(int kind, int type, const std::string& body) {
     const std::size_t length = body.size() + 4;
@@ -128,6 +128,10 @@ class GdsWriter {
 class Gds : public testing::Test {
  protected:
   std::vector<Loop> read(const std::string& bytes, const GdsSelection& selection) const {
+    return layout(bytes, selection).loops;
+  }
+
+  Layout layout(const std::string& bytes, const GdsSelection& selection) const {
     std::ofstream(file_, std::ios::binary) << bytes;
     return read_gds(file_, selection);
   }
@@ -284,6 +288,179 @@ TEST_F(Gds, MoreShapesThanALayoutHasAreRefusedBeforeTheyAreWrittenOut) {
   EXPECT_THAT(
       message(endless_layout([](GdsWriter& gds) { gds.rectangle(1, 0, 0, 4, 4); }), {.layer = 1}),
       HasSubstr("more than 1000000 shapes"));
+}
+
+TEST_F(Gds, OfArraysOnlyWhatReachesIntoTheWindowIsWrittenOut) {
+  // 10^9 dots 100 nm apart, the lattice leaning and mirrored by turns.
+  for (const GdsWriter::Turn& turn :
+       {GdsWriter::Turn{}, {.angle = 30}, {.mirrored = true, .magnification = 2, .angle = 135}}) {
+    GdsWriter gds;
+    gds.cell("DOT", [&] { gds.rectangle(1, 0, 0, 10, 10); });
+    gds.cell("ROW", [&] {
+      gds.reference("DOT", {0, 0, 100 * 30000, 0, 0, 100 * 30000}, {}, {30000, 30000});
+    });
+    gds.cell("TOP", [&] { gds.reference("ROW", {0, 0}, turn); });
+    const double m = turn.magnification;
+    // Around the dot in row and column 200.
+    const double angle = turn.angle * 3.14159265358979 / 180;
+    const double y = (turn.mirrored ? -1 : 1) * 20000.0 * m;
+    const Point2 middle{20000.0 * m * std::cos(angle) - y * std::sin(angle),
+                        20000.0 * m * std::sin(angle) + y * std::cos(angle)};
+    const auto around = [&](double reach) {
+      return std::array<Point2, 2>{
+          {{middle[0] - reach, middle[1] - reach}, {middle[0] + reach, middle[1] + reach}}};
+    };
+    const std::string bytes = gds.finish();
+    EXPECT_EQ(read(bytes, {.layer = 1, .window = around(40)}).size(), 1U);
+    const std::size_t many = read(bytes, {.layer = 1, .window = around(1000 * m)}).size();
+    EXPECT_NEAR(static_cast<double>(many), 400, 60);
+    const Layout nothing =
+        layout(bytes, {.layer = 1, .window = std::array<Point2, 2>{{{-2e9, -2e9}, {-1e9, -1e9}}}});
+    EXPECT_TRUE(nothing.loops.empty());
+    EXPECT_GT(nothing.extent[1][0] - nothing.extent[0][0], 2.9e6);
+  }
+}
+
+TEST_F(Gds, APathOfNoLengthIsItsEnds) {
+  const auto area_with = [&](int type) {
+    GdsWriter gds;
+    gds.cell("TOP", [&] { gds.path(1, type, 40, {50, 60, 50, 60}); });
+    return area_of(read(gds.finish(), {.layer = 1}));
+  };
+  EXPECT_NEAR(area_with(1), 3.14159 * 400, 1);
+  EXPECT_NEAR(area_with(2), 1600, 1e-6);
+  EXPECT_NEAR(area_with(4), 40 * 30, 1e-6);
+  GdsWriter gds;
+  gds.cell("TOP", [&] {
+    gds.path(1, 0, 40, {50, 60});
+    gds.path(1, 2, 0, {0, 0, 9, 0});
+    gds.boundary(1, 0, {0, 0, 9, 0, 5, 0, 0, 0});
+    gds.rectangle(2, 0, 0, 4, 4);
+  });
+  const std::string bytes = gds.finish();
+  EXPECT_THAT(message(bytes, {.layer = 1}),
+              HasSubstr("cell TOP has on layer 1 only shapes without area (3)"));
+}
+
+TEST_F(Gds, ShapesWithoutAreaBesideOthersAreTold) {
+  GdsWriter gds;
+  gds.cell("TOP", [&] {
+    gds.path(1, 0, 0, {0, 0, 9, 0});
+    gds.rectangle(1, 0, 0, 4, 4);
+  });
+  EXPECT_THAT(layout(gds.finish(), {.layer = 1}).doubts,
+              testing::ElementsAre(HasSubstr("has a shape without area on layer 1")));
+}
+
+TEST_F(Gds, NumbersGoUpTo65535) {
+  GdsWriter gds;
+  gds.cell("DOT", [&] { gds.boundary(40000, 65535, {0, 0, 4, 0, 4, 4, 0, 4}); });
+  gds.cell("TOP", [&] { gds.reference("DOT", {0, 0, 400000, 0, 0, 10}, {}, {40000, 1}); });
+  const std::string bytes = gds.finish();
+  EXPECT_EQ(read(bytes, {.layer = 40000, .datatype = 65535}).size(), 40000U);
+  EXPECT_THAT(message(bytes, {.layer = 1}), HasSubstr("it has layer/datatype 40000/65535"));
+}
+
+TEST_F(Gds, SeveralDatatypesAreTold) {
+  GdsWriter gds;
+  gds.cell("TOP", [&] {
+    gds.rectangle(1, 0, 0, 4, 4);
+    gds.boundary(1, 7, {10, 0, 14, 0, 14, 4, 10, 4});
+  });
+  const std::string bytes = gds.finish();
+  EXPECT_THAT(layout(bytes, {.layer = 1}).doubts,
+              testing::ElementsAre(HasSubstr("layer 1 in datatypes 0, 7: all of them are taken")));
+  EXPECT_TRUE(layout(bytes, {.layer = 1, .datatype = 7}).doubts.empty());
+}
+
+TEST_F(Gds, AnAbsurdDatabaseUnitIsTold) {
+  GdsWriter gds(1e-3, 1e-9);
+  GdsWriter swapped(1e-9, 1e-3);
+  for (GdsWriter* const each : {&gds, &swapped})
+    each->cell("TOP", [&] { each->rectangle(1, 0, 0, 200, 200); });
+  EXPECT_TRUE(layout(gds.finish(), {.layer = 1}).doubts.empty());
+  EXPECT_THAT(layout(swapped.finish(), {.layer = 1}).doubts,
+              testing::ElementsAre(HasSubstr("a database unit of 1e+06 nm, and layer 1 of cell TOP "
+                                             "is 2e+08 nm wide; are its two units swapped?")));
+}
+
+TEST_F(Gds, TwoCellsOfOneNameAreRefused) {
+  GdsWriter gds;
+  gds.cell("TOP", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  gds.cell("TOP", [&] { gds.rectangle(1, 10, 0, 14, 4); });
+  EXPECT_THAT(message(gds.finish(), {.layer = 1}), HasSubstr("two cells that are named TOP"));
+}
+
+TEST_F(Gds, NotesOfAnEditorAreNoCell) {
+  GdsWriter gds;
+  gds.cell("TOP", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  gds.cell("$$$CONTEXT_INFO$$$", [&] { gds.rectangle(1, 0, 0, 9, 9); });
+  EXPECT_EQ(read(gds.finish(), {.layer = 1}).size(), 1U);
+}
+
+TEST_F(Gds, CompressedFilesAreRead) {
+  GdsWriter gds;
+  gds.cell("TOP", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  // A gzip member around the bytes as they are.
+  const std::string bytes = gds.finish();
+  std::string packed("\x1f\x8b\x08\0\0\0\0\0\0\xff", 10);
+  const auto little = [&](std::uint32_t value, int count) {
+    for (int n = 0; n < count; ++n) packed += static_cast<char>(value >> (8 * n) & 0xff);
+  };
+  packed += '\x01';
+  little(static_cast<std::uint32_t>(bytes.size()), 2);
+  little(~static_cast<std::uint32_t>(bytes.size()), 2);
+  packed += bytes;
+  std::uint32_t crc = 0xffffffffU;
+  for (const char c : bytes) {
+    crc ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);
+  }
+  little(~crc, 4);
+  little(static_cast<std::uint32_t>(bytes.size()), 4);
+  EXPECT_EQ(read(packed, {.layer = 1}).size(), 1U);
+  EXPECT_THAT(message(packed.substr(0, packed.size() - 12), {.layer = 1}),
+              HasSubstr("compressed data ends early"));
+  packed[30] = static_cast<char>(packed[30] + 1);
+  EXPECT_THAT(message(packed, {.layer = 1}), HasSubstr("compressed data is damaged"));
+}
+
+TEST_F(Gds, OasisIsRefusedByName) {
+  EXPECT_THAT(message("%SEMI-OASIS\r\n", {.layer = 1}), HasSubstr("is an OASIS file"));
+}
+
+TEST_F(Gds, AUnionIsThatOfEachShapeByItself) {
+  // Bow ties, of which one lobe goes the other way, over a rectangle and over each other.
+  const std::vector<int> tie{-500, -200, 500, 200, 500, -200, -500, 200, -500, -200};
+  const std::vector<int> turned{-500, -200, -500, 200, 500, -200, 500, 200, -500, -200};
+  const double of_tie = 2 * 0.5 * 500 * 400;
+  const auto area_with = [&](const std::function<void(GdsWriter&)>& draw) {
+    GdsWriter gds;
+    gds.cell("TOP", [&] { draw(gds); });
+    return area_of(read(gds.finish(), {.layer = 1}));
+  };
+  EXPECT_NEAR(area_with([&](GdsWriter& gds) { gds.boundary(1, 0, tie); }), of_tie, 1);
+  EXPECT_NEAR(area_with([&](GdsWriter& gds) {
+                gds.boundary(1, 0, tie);
+                gds.boundary(1, 0, turned);
+              }),
+              of_tie, 1);
+  EXPECT_NEAR(area_with([&](GdsWriter& gds) {
+                gds.boundary(1, 0, tie);
+                gds.rectangle(1, -600, -250, 600, 250);
+              }),
+              1200 * 500, 1);
+  // Twice around is inside; a keyhole is a hole.
+  EXPECT_NEAR(
+      area_with([](GdsWriter& gds) {
+        gds.boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0, 100, 0, 100, 100, 0, 100});
+      }),
+      1e4, 1);
+  EXPECT_NEAR(area_with([](GdsWriter& gds) {
+                gds.boundary(1, 0, {0,  0,  100, 0,  100, 100, 0,  100, 0,  0,
+                                    25, 25, 25,  75, 75,  75,  75, 25,  25, 25});
+              }),
+              1e4 - 2500, 1);
 }
 
 TEST_F(Gds, PointsBeyondAMetreAreRefused) {
