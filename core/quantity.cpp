@@ -1,10 +1,12 @@
 #include "core/quantity.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -81,12 +83,14 @@ std::optional<Unit> find_unit(std::string_view name) {
   constexpr Powers temperature{.temperature = 1};
   constexpr Powers pressure{.pressure = 1};
   constexpr double degree = std::numbers::pi / 180;
-  static constexpr std::array<NamedUnit, 34> units{{
+  static constexpr std::array<NamedUnit, 36> units{{
       {"nm", {length, 0}},
       {"um", {length, 3}},
       {"\u00b5m", {length, 3}},
       {"\u03bcm", {length, 3}},
       {"A", {length, -1}},
+      {"\u00c5", {length, -1}},
+      {"\u212b", {length, -1}},
       {"angstrom", {length, -1}},
       {"mm", {length, 6}},
       {"cm", {length, 7}},
@@ -234,23 +238,102 @@ std::string example(Dimension dimension, std::string_view number) {
   return in_quotes(std::string(number).append(" ").append(unit));
 }
 
+/// How units are written elsewhere, in small letters, and what they are here.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 44> other_spellings{{
+    {"nanometer", "nm"},  {"nanometers", "nm"},  {"nanometre", "nm"},  {"nanometres", "nm"},
+    {"micron", "um"},     {"microns", "um"},     {"micrometer", "um"}, {"micrometers", "um"},
+    {"micrometre", "um"}, {"micrometres", "um"}, {"\u00b5", "um"},     {"angstroms", "angstrom"},
+    {"millimeter", "mm"}, {"millimeters", "mm"}, {"millimetre", "mm"}, {"millimetres", "mm"},
+    {"sec", "s"},         {"secs", "s"},         {"second", "s"},      {"seconds", "s"},
+    {"minute", "min"},    {"minutes", "min"},    {"mins", "min"},      {"hr", "h"},
+    {"hrs", "h"},         {"hour", "h"},         {"hours", "h"},       {"electronvolt", "eV"},
+    {"ev", "eV"},         {"kev", "keV"},        {"degree", "deg"},    {"degrees", "deg"},
+    {"c", "degC"},        {"celsius", "degC"},   {"kelvin", "K"},      {"k", "K"},
+    {"pascal", "Pa"},     {"pa", "Pa"},          {"torr", "Torr"},     {"mtorr", "mTorr"},
+    {"percent", "%"},     {"radian", "rad"},     {"radians", "rad"},   {"nm", "nm"},
+}};
+
+/// A unit in the spelling of this program, if all of its factors are known in another one.
+std::string respelt(std::string_view unit_text) {
+  std::string unit;
+  std::string_view rest = unit_text;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find_first_of(" */^-0123456789"), rest.size());
+    if (end == 0) {
+      unit += rest[0];
+      rest.remove_prefix(1);
+      continue;
+    }
+    const std::string_view factor = rest.substr(0, end);
+    rest.remove_prefix(end);
+    if (factor == "per") {
+      while (unit.ends_with(' ')) unit.pop_back();
+      unit += '/';
+      while (rest.starts_with(' ')) rest.remove_prefix(1);
+      continue;
+    }
+    std::string small(factor);
+    for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    const auto* const known =
+        std::ranges::find(other_spellings, small, [](const auto& pair) { return pair.first; });
+    unit += find_unit(factor) || known == other_spellings.end() ? factor : known->second;
+  }
+  return unit;
+}
+
+/// "nm or um".
+std::string units_text(Dimension dimension) {
+  const std::vector<std::string_view>& units = row(dimension).units;
+  std::string text;
+  for (std::size_t n = 0; n < units.size(); ++n)
+    text.append(n == 0 ? "" : n + 1 == units.size() ? " or " : ", ").append(units[n]);
+  return text;
+}
+
+/// A number that goes on behind a comma, or in groups of three digits.
+void refuse_separators(std::string_view text, std::string_view number, std::string_view behind) {
+  const std::size_t mark =
+      behind.starts_with(',') || behind.starts_with('\'') || behind.starts_with('_') ? 1 : 0;
+  std::size_t end = mark;
+  while (end < behind.size() && is_digit(behind[end])) ++end;
+  // "1e15 1/cm2/s" is a unit.
+  if (end == mark || (mark == 0 && (end % 3 != 0 || behind.substr(end).starts_with('/')))) return;
+  const std::string digits(behind.substr(mark, end - mark));
+  const std::string rest(behind.substr(end));
+  const std::string whole(number);
+  const std::string joined = in_quotes(whole + digits + rest);
+  if (!behind.starts_with(','))
+    throw InputError(in_quotes(text) + ": digits are not set apart; write " + joined);
+  const std::string with_point = in_quotes(whole + '.' + digits + rest);
+  throw InputError(in_quotes(text) + ": a comma is no decimal point; write " + with_point +
+                   (digits.size() == 3 ? " or " + joined : ""));
+}
+
+// A hint is of the same size, or none.
 [[noreturn]] void throw_wrong_unit(std::string_view text, std::string_view number,
                                    std::string_view unit_text, Dimension dimension) {
-  const std::string for_example = "for example " + example(dimension, number);
   const std::optional<Unit> unit = parse_unit(unit_text);
   if (!unit) {
+    const std::string mended = respelt(unit_text);
+    const std::optional<Unit> meant = parse_unit(mended);
+    const bool is_right = meant && meant->powers == row(dimension).powers;
     throw InputError(in_quotes(text) + ": " + in_quotes(unit_text) + " is not a unit; write " +
-                     for_example);
+                     (is_right ? in_quotes(std::string(number) + ' ' + mended)
+                               : "it in " + units_text(dimension)));
   }
+  const std::string wanted = dimension == Dimension::number
+                                 ? "write it without a unit"
+                                 : "write it in " + units_text(dimension);
   for (int other = 0; other < static_cast<int>(Dimension::number); ++other) {
     const DimensionRow& found = row(static_cast<Dimension>(other));
     if (found.powers == unit->powers) {
-      throw InputError(in_quotes(text) + " is " + std::string(found.name) + "; " +
-                       std::string(row(dimension).name) + " is wanted, " + for_example);
+      throw InputError(
+          in_quotes(text) + " is " + std::string(found.name) + "; " +
+          std::string(row(dimension).name) + " is wanted, " +
+          (dimension == Dimension::number ? "without a unit" : "in " + units_text(dimension)));
     }
   }
-  throw InputError(in_quotes(text) + " is not " + std::string(row(dimension).name) + "; write " +
-                   for_example);
+  throw InputError(in_quotes(text) + " is not " + std::string(row(dimension).name) + "; " + wanted);
 }
 
 /// The digits of a number and the power of ten of the first: 400 is "4", 2.
@@ -325,6 +408,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
   }
   const std::string_view number = body.substr(0, decimal->length);
   const std::string_view unit_text = trimmed(body.substr(decimal->length));
+  refuse_separators(text, number, unit_text);
   Unit unit;
   if (unit_text.empty() && dimension != Dimension::number) {
     throw InputError(in_quotes(text) + " has no unit; write for example " +

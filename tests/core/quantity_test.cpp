@@ -9,6 +9,7 @@
 #include <cstring>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/error.h"
@@ -52,6 +53,34 @@ TEST(Quantity, ReadsEveryDimensionInTheUnitOfTheInside) {
   EXPECT_EQ(parse_quantity("0.1", Dimension::number), 0.1);
 }
 
+// What a hint says has to be what was meant: the same value, or none.
+TEST(Quantity, HintsAreOfTheSameSize) {
+  const std::vector<std::tuple<std::string, Dimension, std::string>> cases{
+      {"0.8 micron", Dimension::length, "write \"0.8 um\""},
+      {"10 NM", Dimension::length, "write \"10 nm\""},
+      {"2 minutes", Dimension::time, "write \"2 min\""},
+      {"90 Seconds", Dimension::time, "write \"90 s\""},
+      {"20 C", Dimension::temperature, "write \"20 degC\""},
+      {"1 micron/hour", Dimension::rate, "write \"1 um/h\""},
+      {"5 nm per sec", Dimension::rate, "write \"5 nm/s\""},
+      {"300 ev", Dimension::energy, "write \"300 eV\""},
+      {"5 mTORR", Dimension::pressure, "write \"5 mTorr\""},
+      {"2 m", Dimension::time, "a time is wanted, in s, min or h"},
+      {"3 furlong", Dimension::length, "\"furlong\" is not a unit; write it in nm or um"},
+      {"0,8 um", Dimension::length, "a comma is no decimal point; write \"0.8 um\""},
+      {"1,000 nm", Dimension::length, "write \"1.000 nm\" or \"1000 nm\""},
+      {"1'000 nm", Dimension::length, "write \"1000 nm\""},
+      {"1 000 nm", Dimension::length, "write \"1000 nm\""},
+      {"0,5", Dimension::number, "write \"0.5\""}};
+  for (const auto& [text, dimension, hint] : cases) {
+    const std::string said = message(text, dimension);
+    EXPECT_THAT(said, testing::HasSubstr(hint));
+  }
+  EXPECT_EQ(parse_quantity("200 \u00c5", Dimension::length), 20);
+  EXPECT_EQ(parse_quantity("200 \u212b", Dimension::length), 20);
+  EXPECT_DOUBLE_EQ(parse_quantity("600 \u00c5/min", Dimension::rate), 1);
+}
+
 TEST(Quantity, ReadsTheUsualSpellingsOfAUnit) {
   for (const char* text : {"12e15 /cm2/s", "1.2e16 1/cm2/s", "12e15 cm^-2 s^-1", "12E15 cm-2 s-1",
                            "12e+15 s^-1 cm^-2", "12e15 cm^-2/s", "12e15/cm^2/s"}) {
@@ -84,20 +113,20 @@ TEST(Quantity, DoesNotDependOnTheLocale) {
 TEST(Quantity, SaysWhatIsWrongAndShowsWhatIsRight) {
   EXPECT_EQ(message("5", Dimension::length), "\"5\" has no unit; write for example \"5 nm\"");
   EXPECT_EQ(message("5 s", Dimension::length),
-            "\"5 s\" is a time; a length is wanted, for example \"5 nm\"");
+            "\"5 s\" is a time; a length is wanted, in nm or um");
   EXPECT_EQ(message("1 um", Dimension::rate),
-            "\"1 um\" is a length; a rate is wanted, for example \"1 nm/s\"");
+            "\"1 um\" is a length; a rate is wanted, in nm/s, nm/min or um/min");
   EXPECT_EQ(message("5 nmm", Dimension::length),
-            "\"5 nmm\": \"nmm\" is not a unit; write for example \"5 nm\"");
+            "\"5 nmm\": \"nmm\" is not a unit; write it in nm or um");
   EXPECT_EQ(message("5 nm nm", Dimension::length),
-            "\"5 nm nm\" is not a length; write for example \"5 nm\"");
+            "\"5 nm nm\" is not a length; write it in nm or um");
   EXPECT_EQ(message("", Dimension::time), "\"\" is not a time; write for example \"5 s\"");
   EXPECT_EQ(message("nan nm", Dimension::length),
             "\"nan nm\" is not a length; write for example \"5 nm\"");
   EXPECT_EQ(message("12", Dimension::flux),
             "\"12\" has no unit; write for example \"1e15 /cm2/s\"");
   EXPECT_EQ(message("1e15 /cm2/s", Dimension::areal_density),
-            "\"1e15 /cm2/s\" is a flux; an areal density is wanted, for example \"1e15 /cm2\"");
+            "\"1e15 /cm2/s\" is a flux; an areal density is wanted, in /cm2");
   EXPECT_EQ(message("1e400 nm", Dimension::length),
             "\"1e400 nm\" is beyond the numbers that can be held");
 }

@@ -123,8 +123,7 @@ TEST(RecipeErrors, MissingUnit) {
 
 TEST(RecipeErrors, WrongUnit) {
   EXPECT_EQ(errors("[domain]\nspacing = \"5 s\"\n", read_spacing),
-            "r.toml:2:11: domain.spacing: \"5 s\" is a time; a length is wanted, for example \"5 "
-            "nm\"");
+            "r.toml:2:11: domain.spacing: \"5 s\" is a time; a length is wanted, in nm or um");
 }
 
 TEST(RecipeErrors, UnknownKey) {
@@ -290,7 +289,7 @@ typo = 1
 )",
                    read),
             R"(r.toml:2:11: domain.spacing: "5" has no unit; write for example "5 nm"
-r.toml:5:9: geometry[1].taper: "5 nm" is a length; an angle is wanted, for example "5 deg"
+r.toml:5:9: geometry[1].taper: "5 nm" is a length; an angle is wanted, in deg or rad
 r.toml:7:12: step[0].sticking: 2 is outside [0, 1]
 r.toml:8:1: step[0].typo: unknown key; known here: sticking)");
 }
@@ -504,7 +503,7 @@ TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
   expect("angle [deg],energy [eV],yield\n20,0,1\n", names);
   expect("energy,angle [deg],yield\n", "1: \"1 \" has no unit; write for example \"1 eV\"");
   expect("energy [V],angle [deg],yield\n",
-         "1: \"1 V\": \"V\" is not a unit; write for example \"1 eV\"");
+         "1: \"1 V\": \"V\" is not a unit; write it in eV or keV");
   expect(head, " has 0 rows of numbers; 2 to 100000 are wanted");
   expect(head + "20,0,1\n", " has 1 row of numbers; 2 to 100000 are wanted");
   expect(head + "20,0,1\n\n30,0\n", "4: has 2 columns; 3 are wanted");

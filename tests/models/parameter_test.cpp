@@ -46,8 +46,8 @@ TEST(ModelParameters, RatesAreNeitherNegativeNorBeyondAMetrePerSecond) {
   EXPECT_EQ(errors("isotropic", "etch_rate = \"2 m/s\"\n"),
             "r.toml:2:13: step[0].etch_rate: \"2 m/s\" is outside [0, 1e9 nm/s]");
   EXPECT_EQ(errors("isotropic", "etch_rate = \"1 um\"\n"),
-            "r.toml:2:13: step[0].etch_rate: \"1 um\" is a length; a rate is wanted, for example "
-            "\"1 nm/s\"");
+            "r.toml:2:13: step[0].etch_rate: \"1 um\" is a length; a rate is wanted, in nm/s, "
+            "nm/min or um/min");
 }
 
 TEST(ModelParameters, StickingIsAProbability) {
