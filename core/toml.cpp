@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/quantity.h"
+#include "core/trimmed.h"
 
 namespace scarp {
 
@@ -115,6 +116,32 @@ class DepthCheck {
   int dots_ = 0;
 };
 
+std::string_view line_of(std::string_view text, std::uint32_t line) {
+  for (; line > 1 && text.find('\n') != std::string_view::npos; --line)
+    text.remove_prefix(text.find('\n') + 1);
+  return text.substr(0, text.find('\n'));
+}
+
+/// What to do about a fault that the parser describes, as far as the line tells.
+std::string remedy(std::string_view description, std::string_view line) {
+  const auto says = [&](std::string_view words) {
+    return description.find(words) != std::string_view::npos;
+  };
+  if (says("utf-8") || says("unicode")) return "; save the file as UTF-8";
+  if (says("parsing string")) return "; is a quote missing at the end of a text?";
+  if (says("table header")) return "; a line with the name of a table is [name] or [[name]]";
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos)
+    return says("key-value pair") ? "; a line is key = value" : "";
+  const std::string_view key = trimmed(line.substr(0, equals));
+  std::string_view value = line.substr(equals + 1);
+  value = trimmed(value.substr(0, value.find('#')));
+  if (value.empty()) return "; a value is missing behind the =";
+  if (value.find_first_of("\"'[]{}=") != std::string_view::npos) return "";
+  return "; texts, and numbers with a unit, stand in quotes: " + std::string(key) + " = \"" +
+         std::string(value) + '"';
+}
+
 }  // namespace
 
 const TomlValue* TomlValue::find(std::string_view wanted) const {
@@ -135,7 +162,8 @@ TomlValue parse_toml(std::string_view text, const std::string& name) {
   } catch (const toml::parse_error& error) {
     const TomlPlace place = place_of(error.source());
     throw InputError(name + ':' + std::to_string(place.line) + ':' + std::to_string(place.column) +
-                     ": " + std::string(error.description()));
+                     ": " + std::string(error.description()) +
+                     remedy(error.description(), line_of(text, place.line)));
   }
 }
 

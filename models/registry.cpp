@@ -135,7 +135,48 @@ StepModel read_model(const RecipeTable& step, const StepScope& scope) {
   return {};
 }
 
+namespace {
+
+/// What the field calls processes, and which models stand for them. Small letters.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 27> other_names{{
+    {"cmp", "planarise"},
+    {"polish", "planarise"},
+    {"planarize", "planarise"},
+    {"etch", "isotropic, directional or one of a plasma, such as sf6_o2"},
+    {"dry_etch", "directional or one of a plasma, such as sf6_o2"},
+    {"rie", "directional or one of a plasma, such as sf6_o2, hbr_o2 or fluorocarbon"},
+    {"icp", "directional or one of a plasma, such as sf6_o2, hbr_o2 or fluorocarbon"},
+    {"drie", "sf6_c4f8, in a step with repeat"},
+    {"bosch", "sf6_c4f8, in a step with repeat"},
+    {"ibe", "ion_milling"},
+    {"milling", "ion_milling"},
+    {"wet", "isotropic or koh_etch"},
+    {"wet_etch", "isotropic or koh_etch"},
+    {"koh", "koh_etch"},
+    {"strip", "isotropic, with a rate for the one material"},
+    {"ash", "isotropic, with a rate for the one material"},
+    {"deposit", "conformal, isotropic or single_particle"},
+    {"deposition", "conformal, isotropic or single_particle"},
+    {"film", "conformal"},
+    {"cvd", "single_particle, teos or pecvd_teos"},
+    {"lpcvd", "single_particle or teos"},
+    {"pecvd", "pecvd_teos"},
+    {"pvd", "sputter_deposition"},
+    {"sputter", "sputter_deposition"},
+    {"evaporation", "directional, with a growth rate"},
+    {"epi", "epitaxy"},
+    {"conformal_deposition", "conformal"},
+}};
+
+}  // namespace
+
 std::string unknown_model_text(std::string_view name) {
+  std::string small(name);
+  for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const auto* const meant =
+      std::ranges::find(other_names, small, [](const auto& pair) { return pair.first; });
+  if (meant != other_names.end())
+    return "there is no model " + in_quotes(name) + "; use " + std::string(meant->second);
   std::string known;
   for (const std::string& other : model_names()) known.append(known.empty() ? "" : ", ") += other;
   return "there is no model " + in_quotes(name) + suggestion(name, model_names()) + "; there are " +

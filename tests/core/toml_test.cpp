@@ -57,6 +57,21 @@ TEST(Toml, DotsAndBracketsThatDoNotNestAreNotCounted) {
   EXPECT_EQ(parse_toml(text, "r").entries.size(), 4U);
 }
 
+TEST(Toml, SaysWhatToDoAboutAFault) {
+  const auto expect = [](const std::string& text, const std::string& remedy) {
+    EXPECT_THAT([&] { parse_toml(text, "r.toml"); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr(remedy)))
+        << text;
+  };
+  expect("a = 1\nspacing = 10 nm\n", "stand in quotes: spacing = \"10 nm\"");
+  expect("title = hello # so\n", "stand in quotes: title = \"hello\"");
+  expect("title = \"h\xe9\"\n", "save the file as UTF-8");
+  expect("title = \"hello\n", "is a quote missing at the end of a text?");
+  expect("[domain\n", "a line with the name of a table is [name] or [[name]]");
+  expect("spacing\n", "a line is key = value");
+  expect("spacing =\n", "a value is missing behind the =");
+}
+
 TEST(Toml, CountsColumnsInCharacters) {
   EXPECT_EQ(parse_toml("a = { \"\u00b5\" = 1, b = 2 }", "r").find("a")->entries[1].key_place.column,
             16U);

@@ -61,6 +61,13 @@ TEST(Registry, SuggestsTheModelThatWasMeant) {
   }
 }
 
+TEST(UnknownModel, OfAnotherNameOfTheFieldIsOneOfOurs) {
+  EXPECT_THAT(unknown_model_text("CMP"), HasSubstr("there is no model \"CMP\"; use planarise"));
+  EXPECT_THAT(unknown_model_text("cvd"), HasSubstr("use single_particle, teos or pecvd_teos"));
+  EXPECT_THAT(unknown_model_text("etch"), HasSubstr("use isotropic, directional"));
+  EXPECT_THAT(unknown_model_text("deposit"), HasSubstr("use conformal, isotropic"));
+}
+
 TEST(Registry, PrintsAPageThatShowsUnitsDefaultsAndRanges) {
   const std::string page = model_page(*find_model("single_particle"));
   EXPECT_THAT(page, HasSubstr("single_particle: one species"));
