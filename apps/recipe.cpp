@@ -15,6 +15,7 @@
 #include "apps/restart.h"
 #include "core/memory_amount.h"
 #include "core/peak_memory.h"
+#include "core/printable.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -116,11 +117,20 @@ Frame read_domain(const RecipeTable& table) {
   return frame;
 }
 
+// What heads lines of tables and pictures.
+std::string read_name(const RecipeTable& table, std::string_view key, std::string_view fallback) {
+  std::string name = table.text(key, fallback);
+  if (name.find('\n') != std::string::npos) table.error(key, "has to be one line");
+  return name;
+}
+
 void read_materials(const RecipeTable& table, Materials& materials) {
   for (const std::string& name : table.keys()) {
     // Files of volumes and meshes are called by it.
     if (name.find('/') != std::string::npos)
       table.error(name, "a material's name becomes part of names of files: leave out the /");
+    if (printable(name) != name || name.find_first_of("\n\t") != std::string::npos)
+      table.error(name, "a material's name is of one line, without control characters");
     const RecipeTable material = table.table(name);
     materials.add({name, material.quantity("density", Dimension::density, positive)});
   }
@@ -300,7 +310,7 @@ class StepReader {
  private:
   std::vector<ProcessStep> read_cycle(const RecipeTable& table) {
     const auto count = table.integer("repeat", {.fallback = "1", .minimum = 1, .maximum = 1e6});
-    const std::string name = table.text("name", "cycle");
+    const std::string name = read_name(table, "name", "cycle");
     const std::vector<RecipeTable> inner = table.tables("step");
     if (inner.empty()) {
       table.error("repeat", "there is nothing to repeat; add [[step.step]] tables below it");
@@ -368,7 +378,7 @@ class StepReader {
     ProcessStep step;
     step.path = table.path();
     step.model_name = table.text("model");
-    step.name = table.text("name", step.model_name);
+    step.name = read_name(table, "name", step.model_name);
     const ModelDescription* const model = find_model(step.model_name);
     const bool own_duration = model != nullptr && !model->duration_text.empty();
     if (!own_duration) step.duration = read_duration(table, model);
@@ -628,7 +638,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   const RecipeFile file(path, overrides);
   const RecipeTable root = file.root();
   Recipe recipe;
-  recipe.title = root.text("title", path.stem().string());
+  recipe.title = read_name(root, "title", path.stem().string());
   recipe.frame = read_domain(root.table("domain"));
   recipe.uses_symmetry =
       root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||

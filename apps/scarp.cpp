@@ -20,6 +20,7 @@
 #include "core/error.h"
 #include "core/huge_pages.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "flux/embree_tree.h"
 
 namespace scarp {
@@ -80,7 +81,7 @@ std::string mistake_text(const std::exception& error) {
 
 /// Says so on standard error.
 ExitCode fail(ExitCode code, const std::string& text) {
-  tell(text + '\n');
+  tell(printable(text) + '\n');
   return code;
 }
 

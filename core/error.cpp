@@ -3,9 +3,11 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/printable.h"
+
 namespace scarp {
 
-std::string in_quotes(std::string_view word) { return '"' + std::string(word) + '"'; }
+std::string in_quotes(std::string_view word) { return '"' + repeated(word) + '"'; }
 
 namespace detail {
 

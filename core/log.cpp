@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "core/printable.h"
+
 namespace scarp {
 
 struct Log::Sink {
@@ -21,11 +23,11 @@ Log::Log(std::ostream& out, Level level)
 }
 
 void Log::info(std::string_view line) const {
-  if (sink_) sink_->logger.info(line);
+  if (sink_) sink_->logger.info(printable(line));
 }
 
 void Log::warn(std::string_view line) const {
-  if (sink_) sink_->logger.warn(std::string("warning: ").append(line));
+  if (sink_) sink_->logger.warn(printable(std::string("warning: ").append(line)));
 }
 
 }  // namespace scarp

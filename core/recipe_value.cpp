@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/recipe_node.h"
 #include "core/suggestion.h"
 
@@ -124,9 +125,15 @@ std::optional<double> read_quantity(const Item& item, Dimension dimension, const
 }
 
 std::optional<std::string> read_text(const Item& item) {
-  if (item.value.kind == TomlValue::Kind::text) return item.value.text;
-  note(item, described(item.value) + " is not a text; write it in quotes");
-  return std::nullopt;
+  if (item.value.kind != TomlValue::Kind::text) {
+    note(item, described(item.value) + " is not a text; write it in quotes");
+    return std::nullopt;
+  }
+  if (has_control_characters(item.value.text)) {
+    note(item, in_quotes(item.value.text) + " has a control character; leave it out");
+    return std::nullopt;
+  }
+  return item.value.text;
 }
 
 std::optional<std::size_t> read_choice(const Item& item, const std::vector<std::string>& names) {

@@ -138,6 +138,7 @@ std::string remedy(std::string_view description, std::string_view line) {
   value = trimmed(value.substr(0, value.find('#')));
   if (value.empty()) return "; a value is missing behind the =";
   if (value.find_first_of("\"'[]{}=") != std::string_view::npos) return "";
+  if (value.find_first_not_of("+-.0123456789eE_") == std::string_view::npos) return "";
   return "; texts, and numbers with a unit, stand in quotes: " + std::string(key) + " = \"" +
          std::string(value) + '"';
 }

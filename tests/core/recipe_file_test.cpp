@@ -177,7 +177,7 @@ struct Values {
 };
 
 TEST(RecipeFile, ResolvedRecipeIsWrittenOutAndReadsTheSame) {
-  const RecipeFile file(R"(title = "a \"b\" \\ \n \u0001 µ"
+  const RecipeFile file(R"(title = "a \"b\" \\ \n \t µ"
 [[step]]
 sticking = 0.30000000000000004
 [[step.step]]
@@ -189,7 +189,7 @@ spacing = "0.57 um"
 )",
                         "r.toml", std::vector<std::string>{"flux.rays=1e3"});
   const Values values(file);
-  EXPECT_EQ(file.resolved(), R"(title = "a \"b\" \\ \n \u0001 µ"
+  EXPECT_EQ(file.resolved(), R"(title = "a \"b\" \\ \n \t µ"
 
 [domain]
 spacing = "0.57 um"
