@@ -41,6 +41,17 @@ CLI::Validator modes() {
   return one_of({"3d,2d", "2d,3d", "3d,axisymmetric", "axisymmetric,3d"}, " | ");
 }
 
+/// Of every option that is a number: what is larger is a mistake, and squares of it overflow.
+CLI::Validator moderate() {
+  constexpr double largest = 1e12;
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            if (!CLI::detail::lexical_cast(text, value) || std::abs(value) <= largest) return "";
+            return fmt::format("\"{}\" is beyond the numbers that make sense here (1e12)", text);
+          },
+          ""};
+}
+
 CLI::Validator above_zero() {
   return number("a number above 0", [](double x) { return x > 0; });
 }
@@ -414,6 +425,8 @@ void add_command(CLI::App& app, const char* name, const char* summary, CommandLi
   CLI::App* command = app.add_subcommand(name, summary);
   const auto arguments = std::make_shared<Arguments>();
   add_arguments(*command, *arguments);
+  for (CLI::Option* const option : command->get_options())
+    if (option->get_type_name().find("FLOAT") != std::string::npos) option->check(moderate());
   add_common_options(*command, line.common);
   command->callback([&line, arguments] { line.command = *arguments; });
 }

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/folder_lock.h"
 #include "tests/apps/program.h"
@@ -47,6 +49,46 @@ TEST_F(CommandLine, AnOptionOutOfRangeIsNamedWithWhatIsAllowed) {
     EXPECT_THAT(outcome.messages, HasSubstr(message)) << line;
   }
   EXPECT_EQ(scarp(flux + "--engine forward --boundary periodic --threads 1e0").exit_code, 0);
+}
+
+// The options of a command that take a number, as its help has them.
+std::vector<std::string> numeric_options(const std::string& help) {
+  std::vector<std::string> options;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t name = line.find("--");
+    const std::size_t type = line.find(" FLOAT");
+    if (name == std::string::npos || type == std::string::npos || type < name) continue;
+    options.push_back(line.substr(name, line.find_first_of(" ,", name) - name));
+  }
+  return options;
+}
+
+TEST_F(CommandLine, EveryNumberThatIsNoneOrOverflowsIsRefusedByName) {
+  const std::map<std::string, std::string> commands{{"simplify", "a.obj b.ply"},
+                                                    {"flux", "a.obj"},
+                                                    {"distance", "a.obj b.obj"},
+                                                    {"measure", "a"},
+                                                    {"section", "a"},
+                                                    {"compare", "a b"},
+                                                    {"render", "a"},
+                                                    {"volume", "a"},
+                                                    {"run", "a.toml"},
+                                                    {"check", "a.toml"},
+                                                    {"preview", "a.toml"},
+                                                    {"baseline", "check a"}};
+  std::size_t count = 0;
+  for (const auto& [command, arguments] : commands) {
+    for (const std::string& option : numeric_options(scarp(command + " --help").out)) {
+      for (const char* const value : {"nan", "inf", "-inf", "1e308", "-1e308", "1e999"}) {
+        const Outcome outcome = scarp(command + ' ' + arguments + ' ' + option + '=' + value);
+        EXPECT_EQ(outcome.exit_code, 2) << command << option << value;
+        EXPECT_THAT(outcome.messages, HasSubstr(option)) << command << value;
+      }
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 15U);
 }
 
 TEST_F(CommandLine, AnUnknownCommandIsNamedWithTheKnownOnes) {

@@ -95,18 +95,17 @@ struct Drawn {
   }
 };
 
-/// Where a cell is placed: mirrored about x, magnified, turned, shifted.
+/// How a cell is placed: mirrored about x, magnified, turned.
 struct Place {
   bool mirrored = false;
   double magnification = 1;
   double angle = 0;  // degrees
-  Point shift{};
+  double cosine = 1;
+  double sine = 0;
 
-  Point inverse(const Point& r) const {
-    const double phase = angle * std::numbers::pi / 180;
-    const Point away = between(shift, r);
-    const double x = (away[0] * std::cos(phase) + away[1] * std::sin(phase)) / magnification;
-    const double y = (away[1] * std::cos(phase) - away[0] * std::sin(phase)) / magnification;
+  Point inverse(const Point& away) const {
+    const double x = (away[0] * cosine + away[1] * sine) / magnification;
+    const double y = (away[1] * cosine - away[0] * sine) / magnification;
     return {x, mirrored ? -y : y};
   }
 };
@@ -211,6 +210,8 @@ class RandomLayout {
     Reference each{.place = {.mirrored = pick(0, 1) == 1,
                              .magnification = 0.5 * pick(1, 4),
                              .angle = 15.0 * pick(0, 23)}};
+    each.place.cosine = std::cos(each.place.angle * std::numbers::pi / 180);
+    each.place.sine = std::sin(each.place.angle * std::numbers::pi / 180);
     const int x = pick(-900, 900);
     const int y = pick(-900, 900);
     each.xy = {x, y};
@@ -238,11 +239,10 @@ class RandomLayout {
   bool holds(const Point& r) const {
     for (const Reference& each : references_) {
       for (const Point& shift : each.shifts) {
-        Place place = each.place;
-        place.shift = shift;
         const Point away = between(shift, r);
-        if (dot_of(away, away) > std::pow(reach_ * place.magnification, 2)) continue;
-        const Point local = place.inverse(r);
+        const double reach = reach_ * each.place.magnification;
+        if (dot_of(away, away) > reach * reach) continue;
+        const Point local = each.place.inverse(away);
         for (const Drawn& shape : shapes_)
           if (shape.holds(local)) return true;
       }
