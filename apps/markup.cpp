@@ -205,6 +205,8 @@ std::string escaped(const std::string& text) {
       out += "&amp;";
     } else if (c == '<') {
       out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";  // "]]>" ends what XML has opened elsewhere
     } else if (c == '"') {
       out += "&quot;";
     } else {

@@ -117,10 +117,19 @@ Frame read_domain(const RecipeTable& table) {
   return frame;
 }
 
-// What heads lines of tables and pictures.
+// What heads lines of tables and pictures; in tables a spreadsheet would take some for formulas.
+void check_name(const RecipeTable& table, std::string_view key, std::string_view name) {
+  if (printable(name) != name || name.find_first_of("\n\t") != std::string_view::npos)
+    table.error(key, in_quotes(name) + ": a name is one line without control characters");
+  if (!name.empty() && std::string_view("=+-@").find(name[0]) != std::string_view::npos)
+    table.error(key, in_quotes(name) +
+                         ": a name does not begin with =, +, - or @: spreadsheets "
+                         "take it for a formula");
+}
+
 std::string read_name(const RecipeTable& table, std::string_view key, std::string_view fallback) {
   std::string name = table.text(key, fallback);
-  if (name.find('\n') != std::string::npos) table.error(key, "has to be one line");
+  check_name(table, key, name);
   return name;
 }
 
@@ -129,9 +138,8 @@ void read_materials(const RecipeTable& table, Materials& materials) {
     // Files of volumes and meshes are called by it.
     if (name.find('/') != std::string::npos)
       table.error(name, "a material's name becomes part of names of files: leave out the /");
-    if (printable(name) != name || name.find_first_of("\n\t") != std::string::npos)
-      table.error(name, "a material's name is of one line, without control characters");
     const RecipeTable material = table.table(name);
+    check_name(material, "density", name);
     materials.add({name, material.quantity("density", Dimension::density, positive)});
   }
 }

@@ -98,6 +98,18 @@ TEST_F(RecipeTest, ReadsTheTrenchInInternalUnits) {
   EXPECT_DOUBLE_EQ(recipe.simplify->l0.value(), 60);
 }
 
+TEST_F(RecipeTest, NamesAreOneLineThatNoSpreadsheetTakesForAFormula) {
+  for (const std::string bad : {"=1+1", "+x", "-x", "@SUM(A1)"})
+    EXPECT_THAT(message_of(changed("\"liner\"", '"' + bad + '"')),
+                HasSubstr("step[0].name: \"" + bad + "\": a name does not begin with"));
+  EXPECT_THAT(message_of(changed("\"liner\"", "\"two\\nlines\"")),
+              HasSubstr("step[0].name: \"two\\nlines\": a name is one line"));
+  EXPECT_THAT(message_of(changed("\"liner\"", "\"red \\u001b[31m\"")),
+              HasSubstr("step[0].name: \"red \\x1b[31m\" has a control character"));
+  const std::string material = "\n[materials.\"SiO2\\nW\"]\ndensity = \"5e22 /cm3\"\n";
+  EXPECT_THAT(message_of(trench_recipe + material), HasSubstr("\"SiO2\\nW\": a name is one line"));
+}
+
 TEST_F(RecipeTest, ReadsTheMemoryLimit) {
   EXPECT_EQ(read(trench_recipe).flux.memory_limit, std::uint64_t{1} << 30);
   EXPECT_EQ(
