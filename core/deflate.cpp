@@ -17,4 +17,19 @@ std::string deflated(std::string_view bytes) {
   return packed;
 }
 
+std::optional<std::string> inflated(std::string_view stream, std::size_t size) {
+  // No stream of zlib holds more: a size that is made up takes no memory.
+  constexpr std::size_t most_per_byte = 1040;
+  if (size / most_per_byte > stream.size()) return {};
+  // One byte more, so that a stream that holds too much is seen.
+  std::string bytes(size + 1, '\0');
+  auto found = static_cast<uLongf>(bytes.size());
+  const int status =
+      uncompress(reinterpret_cast<Bytef*>(bytes.data()), &found,
+                 reinterpret_cast<const Bytef*>(stream.data()), static_cast<uLong>(stream.size()));
+  if (status != Z_OK || found != size) return {};
+  bytes.resize(size);
+  return bytes;
+}
+
 }  // namespace scarp
