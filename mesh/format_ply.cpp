@@ -255,9 +255,9 @@ void note_what_is_left_out(const Header& header, RawMesh& mesh) {
     std::string names;
     for (const Property& property : element.properties) {
       if (is_shape(element, property)) continue;
-      names += (names.empty() ? "" : " ") + in_quotes(property.name);
+      names += ' ' + in_quotes(property.name);
     }
-    if (!names.empty()) mesh.data_left_out.push_back("data of " + element.name + ": " + names);
+    if (!names.empty()) mesh.data_left_out.push_back("data of " + element.name + names);
   }
 }
 

@@ -270,13 +270,6 @@ std::string decompressed(const VtpFile& file, ArrayBytes bytes) {
   return result;
 }
 
-/// The values of an array: behind its size, or in compressed blocks.
-std::string payload(const VtpFile& file, std::string_view bytes, const char* array) {
-  ArrayBytes rest(file, bytes, array);
-  if (file.is_compressed) return decompressed(file, rest);
-  return std::string(rest.take(rest.number()));
-}
-
 template <class Stored>
 std::vector<double> converted(std::string_view bytes) {
   std::vector<double> values(bytes.size() / sizeof(Stored));
@@ -300,6 +293,14 @@ std::vector<double> numbers_of(const VtpFile& file, std::string_view type, std::
   if (type == "Int64") return converted<std::int64_t>(bytes);
   if (type == "UInt64") return converted<std::uint64_t>(bytes);
   file.fail("has an array of the unknown type " + in_quotes(type));
+}
+
+/// The values of an array: behind its size, or in compressed blocks.
+std::vector<double> numbers_of_bytes(const VtpFile& file, std::string_view type,
+                                     std::string_view bytes, const char* array) {
+  ArrayBytes rest(file, bytes, array);
+  if (file.is_compressed) return numbers_of(file, type, decompressed(file, rest));
+  return numbers_of(file, type, rest.take(rest.number()));
 }
 
 std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
@@ -335,15 +336,15 @@ std::vector<double> read_array(const VtpFile& file, const pugi::xml_node& array)
   if (format == "ascii") return numbers_of_text(file, {file.name, array.text().get()});
   if (format == "binary") {
     const std::string bytes = decode_base64(file, array.text().get());
-    return numbers_of(file, type, payload(file, bytes, name));
+    return numbers_of_bytes(file, type, bytes, name);
   }
   if (format != "appended") file.fail("has an array of the unknown format " + std::string(format));
   const std::size_t offset = array.attribute("offset").as_ullong();
   if (offset >= file.appended.size()) file.fail(std::string("ends before the array ") + name);
   const std::string_view rest = file.appended.substr(offset);
-  if (!file.appended_is_base64) return numbers_of(file, type, payload(file, rest, name));
+  if (!file.appended_is_base64) return numbers_of_bytes(file, type, rest, name);
   const std::string bytes = decode_base64(file, rest);
-  return numbers_of(file, type, payload(file, bytes, name));
+  return numbers_of_bytes(file, type, bytes, name);
 }
 
 std::vector<double> read_named(const VtpFile& file, const pugi::xml_node& parent,
@@ -449,13 +450,14 @@ pugi::xml_node only_piece(const VtpFile& file) {
   return piece;
 }
 
-void note_arrays(const pugi::xml_node& data, const char* what, const char* but, RawMesh& mesh) {
+void note_arrays(const pugi::xml_node& data, const std::string& what, std::string_view but,
+                 RawMesh& mesh) {
   std::string names;
   for (const pugi::xml_node& array : data.children("DataArray")) {
     const std::string_view name = array.attribute("Name").value();
-    if (name != but) names += (names.empty() ? "" : " ") + in_quotes(name);
+    if (name != but) names += ' ' + in_quotes(name);
   }
-  if (!names.empty()) mesh.data_left_out.push_back(what + (' ' + names));
+  if (!names.empty()) mesh.data_left_out.push_back(what + names);
 }
 
 }  // namespace

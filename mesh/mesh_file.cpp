@@ -340,13 +340,9 @@ MeshFile read_mesh_file(const std::filesystem::path& file, std::string_view cont
           .data_left_out = std::move(mesh.data_left_out)};
 }
 
-std::string left_out_text(const MeshFile& file, bool with_data) {
+std::string left_out_text(std::span<const std::string> things) {
   std::string text;
-  const auto add = [&text](const std::vector<std::string>& things) {
-    for (const std::string& thing : things) text += (text.empty() ? "leaves out " : ", ") + thing;
-  };
-  add(file.left_out);
-  if (with_data) add(file.data_left_out);
+  for (const std::string& thing : things) text += (text.empty() ? "leaves out " : ", ") + thing;
   return text;
 }
 

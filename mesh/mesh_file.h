@@ -63,9 +63,8 @@ MeshFile read_mesh_file(const std::filesystem::path& file, std::string_view cont
 /// The mesh alone.
 TriMesh read_mesh(const std::filesystem::path& file);
 
-/// "leaves out 3 lines, point data "T""; empty where nothing is left out. Data only where
-/// asked for: they do not say where the surface is.
-std::string left_out_text(const MeshFile& file, bool with_data);
+/// "leaves out 3 lines, 1 normal"; empty where nothing is left out.
+std::string left_out_text(std::span<const std::string> things);
 
 /// A named array over the facets of a file.
 struct FacetArray {

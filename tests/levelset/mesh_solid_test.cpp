@@ -12,6 +12,7 @@
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
 #include "levelset/shapes.h"
+#include "levelset/welded.h"
 
 namespace scarp {
 namespace {
