@@ -60,7 +60,9 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
   const Preview preview = write_preview(folder, recipe);
   const nlohmann::ordered_json result = as_json(preview, recipe, folder);
   const auto level = common.quiet ? Log::Level::warnings : Log::Level::everything;
-  tell_of_regions(preview, recipe.frame, Log(std::cerr, level));
+  const Log log(std::cerr, level);
+  for (const std::string& warning : recipe.warnings) log.warn(warning);
+  tell_of_regions(preview, recipe.frame, log);
   if (common.json) {
     std::cout << result.dump(2) << '\n';
     return done;

@@ -83,6 +83,8 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
   SimplifyOptions options = arguments.options;
   options.method = method_named(arguments.method);
   options.sides = sides_of(mesh);
+  // No grid leaves edges longer than its cells.
+  if (edge_beyond_cells(mesh)) options.thin_facets = ThinFacets::exact;
 
   const auto start = std::chrono::steady_clock::now();
   const SimplifyResult simplified = simplify(mesh, options);

@@ -63,6 +63,7 @@ bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h) {
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
   const Vec3d r = place_;
   if (!mesh.is_within_sides(r)) return false;
+  const bool is_noisy = mesh.thin_facets == ThinFacets::noisy;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {
@@ -83,10 +84,11 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
       return false;
     }
     const bool was_needle = !(old_square > needle * needle * old_scale);
-    if (was_needle ? !agree(n, around, lowest_cosine_of_needle) : !agree(n, old_n, lowest_cosine)) {
+    if (was_needle ? is_noisy && !agree(n, around, lowest_cosine_of_needle)
+                   : !agree(n, old_n, lowest_cosine)) {
       return false;
     }
-    const bool is_sliver = square < sliver * sliver * scale;
+    const bool is_sliver = is_noisy && square < sliver * sliver * scale;
     if (is_sliver && !agree(n, around, lowest_cosine_of_sliver)) return false;
     const Vec3d input_n(mesh.input_normals[star_.facet[i]]);
     if (!agree(n, input_n, lowest_cosine_in_all) &&

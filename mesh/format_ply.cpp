@@ -156,6 +156,15 @@ class Body {
     return number < 0 ? -1 : static_cast<std::int64_t>(number);
   }
 
+  /// Behind the last element, but for white space in text.
+  std::size_t bytes_left() {
+    if (encoding_ != Encoding::text) return text_.content.size() - position_;
+    const std::string_view word = reader_.word_across_lines();
+    return word.empty() ? 0
+                        : text_.content.size() -
+                              static_cast<std::size_t>(word.data() - text_.content.data());
+  }
+
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(text_.name + ": " + message + " at element " + element_->name + " " +
                      std::to_string(index_) + " of " + std::to_string(element_->count));
@@ -300,6 +309,9 @@ RawMesh read_ply(const MeshText& marked) {
   Body body(text, reader, header.encoding);
   for (const Element& element : header.elements) read_element(element, body, mesh);
   note_what_is_left_out(header, mesh);
+  if (const std::size_t left = body.bytes_left(); left > 0) {
+    mesh.left_out.push_back(counted(left, "byte") + " behind the elements that the file states");
+  }
   return mesh;
 }
 

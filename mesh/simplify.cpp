@@ -336,7 +336,7 @@ struct Attempt {
 
 Attempt simplify_once(const TriMesh& mesh, const SpatialOrder& order, const SimplifyOptions& wanted,
                       const Restraint& restraint) {
-  CollapseMesh work(reordered(mesh, order), wanted.sides);
+  CollapseMesh work(reordered(mesh, order), wanted.sides, wanted.thin_facets);
   const std::uint32_t target = target_of(wanted, work.live_vertices);
   if (work.topology.facet_count() == 0) {
     throw InputError("simplify: no triangle of the mesh has three different corners");
@@ -410,7 +410,7 @@ Attempt simplify_without_crossings(const TriMesh& mesh, const SpatialOrder& orde
   Restraint restraint;
   Attempt attempt = simplify_once(mesh, order, wanted, restraint);
   if (attempt.crossings.empty()) return attempt;
-  const CollapseMesh input(reordered(mesh, order), wanted.sides);
+  const CollapseMesh input(reordered(mesh, order), wanted.sides, wanted.thin_facets);
   const std::vector<Box> old = sorted(crossings(input));
   forget_old(old, attempt.bound, attempt.crossings);
   const double few = most_kept * static_cast<double>(mesh.triangles.size());
