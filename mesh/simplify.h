@@ -58,7 +58,8 @@ struct SimplifyOptions {
   std::span<const float> curvature{};  ///< mean curvature at each vertex; empty: from the mesh
   double curvature_threshold = 0;      ///< on its modulus; 0: from the noise
 
-  /// Of thin facets: by default those that cells of a grid leave.
+  /// Of thin facets: by default those that cells of a grid leave. If they are exact and the bound
+  /// stops it, the true distance is measured and what it leaves of the bound is used as well.
   ThinFacets thin_facets = ThinFacets::noisy;
 
   /// Whether the distances of the result are measured; otherwise they are what was proven, for
