@@ -9,6 +9,7 @@
 
 #include "apps/commands.h"
 #include "core/log.h"
+#include "levelset/mesh_solid.h"
 #include "levelset/welded.h"
 #include "mesh/mesh_file.h"
 #include "mesh/quality.h"
@@ -83,8 +84,11 @@ ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common
   SimplifyOptions options = arguments.options;
   options.method = method_named(arguments.method);
   options.sides = sides_of(mesh);
-  // No grid leaves edges longer than its cells.
-  if (edge_beyond_cells(mesh)) options.thin_facets = ThinFacets::exact;
+  // No grid leaves edges longer than its cells. A body that is drawn stands in no domain.
+  if (edge_beyond_cells(mesh)) {
+    options.thin_facets = ThinFacets::exact;
+    if (mesh_border(mesh) == 0) options.sides = {};
+  }
 
   const auto start = std::chrono::steady_clock::now();
   const SimplifyResult simplified = simplify(mesh, options);

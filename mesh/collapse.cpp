@@ -64,6 +64,7 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
   const Vec3d r = place_;
   if (!mesh.is_within_sides(r)) return false;
   const bool is_noisy = mesh.thin_facets == ThinFacets::noisy;
+  const double least_share = is_noisy ? 1 : as_thin * as_thin;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {
@@ -80,7 +81,8 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
     const double old_scale = old_longest * old_longest;
     const double old_square = dot(old_n, old_n);
     if (!(square > without_area * without_area * scale)) return false;
-    if (square < too_thin * too_thin * scale && square * old_scale < old_square * scale) {
+    if (square < too_thin * too_thin * scale &&
+        square * old_scale < least_share * old_square * scale) {
       return false;
     }
     const bool was_needle = !(old_square > needle * needle * old_scale);

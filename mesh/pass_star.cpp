@@ -138,6 +138,7 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
   const FloatLanes gz = all_lanes(around.z);
   const FloatLanes around_square = all_lanes(dot(around, around));
   const FloatMask is_noisy = mesh.thin_facets == ThinFacets::noisy ? ~FloatMask{} : FloatMask{};
+  const FloatLanes least_share = any(is_noisy) ? all_lanes(1.0F) : squared_limit(as_thin);
   FloatMask bad{};
   std::array<std::int32_t, padded> turned;
   FloatMask any_turned{};
@@ -173,8 +174,8 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
     const FloatLanes old_square = dot3(ox, oy, oz, ox, oy, oz);
     const FloatLanes with_around = dot3(nx, ny, nz, gx, gy, gz);
     const FloatMask flat = ~(square > squared_limit(without_area) * scale);
-    const FloatMask thinner =
-        (square < squared_limit(too_thin) * scale) & (square * old_scale < old_square * scale);
+    const FloatMask thinner = (square < squared_limit(too_thin) * scale) &
+                              (square * old_scale < least_share * old_square * scale);
     const FloatMask was_needle = ~(old_square > squared_limit(needle) * old_scale);
     const FloatMask needle_turns =
         disagree(with_around, square * around_square, lowest_cosine_of_needle);
