@@ -94,9 +94,11 @@ TEST(Distance, IsTheSameOnAnyNumberOfThreads) {
 // A roof over a flat square of two facets: the ridge is farthest away, in the middle of an edge.
 TEST(ProvenDistance, IsTheGreatestOneWithinTheSlack) {
   const TriMesh flat{.vertices = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}},
-                     .triangles = {{0, 1, 2}, {0, 2, 3}}};
+                     .triangles = {{0, 1, 2}, {0, 2, 3}},
+                     .materials = {}};
   const TriMesh roof{.vertices = {{0, 0, 0}, {2, 0, 1}, {4, 0, 0}, {4, 4, 0}, {2, 4, 1}, {0, 4, 0}},
-                     .triangles = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}}};
+                     .triangles = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}},
+                     .materials = {}};
   for (const double slack : {0.1, 0.001}) {
     const double there = proven_distance(roof, flat, slack);
     EXPECT_GE(there, 1);
