@@ -2,8 +2,11 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "apps/commands.h"
+#include "core/log.h"
 #include "mesh/distance.h"
 #include "mesh/mesh_file.h"
 
@@ -23,11 +26,18 @@ void write_distances(const std::string& file, const TriMesh& a, const TriMesh& b
   write_vtp(file, a, {.facets = {}, .vertices = {{"distance", std::span(values)}}});
 }
 
+/// Warns if the file holds more than a surface.
+TriMesh read_whole(const std::string& name) {
+  MeshFile file = read_mesh_file(name);
+  if (!file.left_out.empty()) Log(std::cerr).warn(name + ": " + left_out_text(file.left_out));
+  return std::move(file.mesh);
+}
+
 }  // namespace
 
 ExitCode execute(const DistanceArguments& arguments, const CommonOptions& common) {
-  const TriMesh a = read_mesh(arguments.a);
-  const TriMesh b = read_mesh(arguments.b);
+  const TriMesh a = read_whole(arguments.a);
+  const TriMesh b = read_whole(arguments.b);
   const SurfaceDistance distance = surface_distance(a, b);
   const auto& [there, back, symmetric_max] = distance;
   if (!arguments.output.empty()) write_distances(arguments.output, a, b);

@@ -13,6 +13,7 @@
 #include "apps/watchdog.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/log.h"
 #include "core/quantity.h"
 #include "flux/solve.h"
 #include "mesh/mesh_file.h"
@@ -165,7 +166,10 @@ void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
 }  // namespace
 
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
-  const TriMesh mesh = read_mesh(arguments.mesh);
+  const MeshFile file = read_mesh_file(arguments.mesh);
+  if (!file.left_out.empty())
+    Log(std::cerr).warn(arguments.mesh + ": " + left_out_text(file.left_out));
+  const TriMesh& mesh = file.mesh;
   refuse_far_vertices(arguments.mesh, mesh);
   const Box box = bounding_box(mesh);
   require_spacing_of_mesh(arguments.mesh, arguments.options.spacing, box);

@@ -9,6 +9,8 @@
 
 #include "apps/commands.h"
 #include "core/log.h"
+#include "levelset/mesh_solid.h"
+#include "levelset/welded.h"
 #include "mesh/mesh_file.h"
 #include "mesh/quality.h"
 #include "mesh/simplify.h"
@@ -50,6 +52,19 @@ void warn_of_missed_number(const SimplifyResult& simplified, std::optional<std::
                                   reason_text(simplified.stopped_by)));
 }
 
+// As in [[geometry]]; triangles that share no vertices have no edge that could be collapsed.
+TriMesh read_and_weld(const std::string& name) {
+  MeshFile file = read_mesh_file(name);
+  const Log log(std::cerr);
+  if (!file.left_out.empty()) log.warn(name + ": " + left_out_text(file.left_out));
+  if (!file.data_left_out.empty()) log.info(name + ": " + left_out_text(file.data_left_out));
+  if (!is_unwelded(file.mesh)) return std::move(file.mesh);
+  TriMesh mesh = welded(file.mesh);
+  log.info(fmt::format("{}: {} vertices at {} places are welded", name, file.mesh.vertices.size(),
+                       mesh.vertices.size()));
+  return mesh;
+}
+
 // Bounds, sizes and features are in grid spacings.
 void warn_of_coarse_spacing(const TriMesh& mesh, const SimplifyOptions& options) {
   if (options.spacing > 0) return;
@@ -65,10 +80,15 @@ void warn_of_coarse_spacing(const TriMesh& mesh, const SimplifyOptions& options)
 }  // namespace
 
 ExitCode execute(const SimplifyArguments& arguments, const CommonOptions& common) {
-  const TriMesh mesh = read_mesh(arguments.in);
+  const TriMesh mesh = read_and_weld(arguments.in);
   SimplifyOptions options = arguments.options;
   options.method = method_named(arguments.method);
   options.sides = sides_of(mesh);
+  // No grid leaves edges longer than its cells. A body that is drawn stands in no domain.
+  if (edge_beyond_cells(mesh)) {
+    options.thin_facets = ThinFacets::exact;
+    if (mesh_border(mesh) == 0) options.sides = {};
+  }
 
   const auto start = std::chrono::steady_clock::now();
   const SimplifyResult simplified = simplify(mesh, options);

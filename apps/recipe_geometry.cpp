@@ -248,7 +248,11 @@ std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::st
   try {
     const std::string content = read_file(file);
     table.record_content("file", file, content);
-    mesh = read_mesh(file, content);
+    MeshFile read = read_mesh_file(file, content);
+    for (const auto& things : {read.left_out, read.data_left_out}) {
+      if (!things.empty()) table.warning("file", left_out_text(things));
+    }
+    mesh = std::move(read.mesh);
   } catch (const InputError& error) {
     if (table.ok("file")) table.error("file", error.what());
   }

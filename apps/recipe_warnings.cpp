@@ -48,6 +48,11 @@ void warn_of_narrow_features(std::span<const RecipeTable> shapes, const Recipe& 
                               each.message));
 }
 
+void warn_of_idle_bodies(std::span<const RecipeTable> shapes, const Recipe& recipe) {
+  for (const ShapeProblem& each : idle_bodies(recipe.frame, recipe.geometry))
+    shapes[each.shape].warning(each.key, each.message);
+}
+
 // A layer that is met from above is etched through in the right time however thin it is, but its
 // sides are no surface that the grid holds.
 void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
@@ -242,6 +247,7 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   // Those of a state that a recipe starts from were told before.
   if (!recipe.geometry.empty()) {
     warn_of_narrow_features(shapes, recipe);
+    warn_of_idle_bodies(shapes, recipe);
     warn_of_thin_layers(shapes, recipe, speeds);
     UnheldFilms(shapes, recipe, speeds).refuse();
     if (recipe.simplify) warn_of_long_facets(root, shapes, recipe);

@@ -22,10 +22,10 @@ std::string deflated(std::string_view bytes) {
   return packed;
 }
 
-std::string inflated(std::string_view bytes, std::size_t most) {
-  constexpr int either_format = 15 + 32;
+std::string gunzipped(std::string_view bytes, std::size_t most) {
+  constexpr int gzip_format = 15 + 16;
   z_stream stream{};
-  SCARP_ASSERT(inflateInit2(&stream, either_format), ==, Z_OK);
+  SCARP_ASSERT(inflateInit2(&stream, gzip_format), ==, Z_OK);
   const std::unique_ptr<z_stream, int (*)(z_stream*)> ends(&stream, inflateEnd);
   std::string unpacked;
   std::string buffer(std::size_t{1} << 20, '\0');
@@ -50,6 +50,21 @@ std::string inflated(std::string_view bytes, std::size_t most) {
   if (status != Z_STREAM_END)
     throw InputError("its compressed data is damaged; write or copy it again");
   return unpacked;
+}
+
+std::optional<std::string> inflated(std::string_view stream, std::size_t size) {
+  // No stream of zlib holds more: a size that is made up takes no memory.
+  constexpr std::size_t most_per_byte = 1040;
+  if (size / most_per_byte > stream.size()) return {};
+  // One byte more, so that a stream that holds too much is seen.
+  std::string bytes(size + 1, '\0');
+  auto found = static_cast<uLongf>(bytes.size());
+  const int status =
+      uncompress(reinterpret_cast<Bytef*>(bytes.data()), &found,
+                 reinterpret_cast<const Bytef*>(stream.data()), static_cast<uLong>(stream.size()));
+  if (status != Z_OK || found != size) return {};
+  bytes.resize(size);
+  return bytes;
 }
 
 }  // namespace scarp

@@ -40,10 +40,10 @@ enum Record : int {
 
 bool is_gzip(std::string_view content) { return content.starts_with("\x1f\x8b"); }
 
-std::string gunzipped(const std::filesystem::path& file, std::string_view content) {
+std::string unpacked_content(const std::filesystem::path& file, std::string_view content) {
   constexpr std::size_t most = std::size_t{1} << 31;
   try {
-    return inflated(content, most);
+    return gunzipped(content, most);
   } catch (const InputError& error) {
     refuse_layout(file, error.what());
   }
@@ -205,7 +205,7 @@ GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view 
     refuse_layout(file, "is an OASIS file; write it as GDSII, as KLayout and others can");
   std::string unpacked;
   if (is_gzip(content)) {
-    unpacked = gunzipped(file, content);
+    unpacked = unpacked_content(file, content);
     content = unpacked;
   }
   Reader reader(file, content);

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <sstream>
-#include <tuple>
 #include <utility>
 
 #include "core/disjoint_sets.h"
@@ -224,25 +223,6 @@ Distance MeshSolid::operator()(Vec3d r) const {
     if (bodies_[n].outside.at_least(r) < std::abs(all.value)) all = unite(all, bodies_[n](r));
   }
   return all;
-}
-
-TriMesh welded(const TriMesh& mesh) {
-  std::map<std::tuple<float, float, float>, std::uint32_t> known;
-  std::vector<std::uint32_t> number;
-  TriMesh result;
-  for (const Vec3f& r : mesh.vertices) {
-    const auto [entry, is_new] =
-        known.insert({{r.x, r.y, r.z}, static_cast<std::uint32_t>(result.vertices.size())});
-    if (is_new) result.vertices.push_back(r);
-    number.push_back(entry->second);
-  }
-  for (const Triangle& t : mesh.triangles) {
-    const Triangle triangle{number[t[0]], number[t[1]], number[t[2]]};
-    if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0]) {
-      result.triangles.push_back(triangle);
-    }
-  }
-  return result;
 }
 
 std::vector<TriMesh> separate_parts(const TriMesh& mesh) {

@@ -11,10 +11,6 @@
 
 namespace scarp {
 
-/// The mesh with corners at the same place made one vertex, and without triangles that this
-/// collapses.
-TriMesh welded(const TriMesh& mesh);
-
 /// The number of edges with one triangle only; 0 for a closed mesh.
 std::size_t mesh_border(const TriMesh& mesh);
 

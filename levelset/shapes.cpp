@@ -5,13 +5,16 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "core/error.h"
+#include "core/quantity.h"
 #include "levelset/distance.h"
 #include "levelset/mesh_solid.h"
 #include "levelset/polygon_walls.h"
 #include "levelset/sheets.h"
+#include "levelset/welded.h"
 
 namespace scarp {
 
@@ -308,6 +311,15 @@ class Builder {
 
   Layers build() const;
 
+  /// Of all so far; there is some.
+  Distance solid_at(Vec3d r) const {
+    Stack stack;
+    for (const std::size_t layer : roofed_) stack.beneath.push_back({.layer = layer});
+    for (const Operation& operation : operations_) operation(r, stack);
+    return stack.all.back();
+  }
+  bool is_empty() const { return parts_.empty(); }
+
  private:
   struct Part {
     MaterialId material = 0;
@@ -468,7 +480,116 @@ Layers Builder::build() const {
   return layers;
 }
 
+/// Places on and in a body of a mesh.
+class BodyPlaces {
+ public:
+  BodyPlaces(const Frame& frame, const TriMesh& body) : frame_(frame), body_(body) {
+    const std::vector<double> areas = facet_areas(body);
+    const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+    step_ = std::max(frame.spacing, std::sqrt(area / most_places));
+  }
+
+  /// Whether visit(r) is true somewhere within the domain.
+  template <class Visit>
+  bool any(const Visit& visit) const {
+    return any_on_surface(visit) || (mesh_border(body_) == 0 && any_inside(visit));
+  }
+
+ private:
+  static constexpr double most_places = 50000;
+
+  /// Where a place comes to lie within the domain; false if it is left out.
+  bool moves_inside(Vec3d& r) const {
+    const Sides sides = frame_.sides();
+    for (int axis = 0; axis < 2; ++axis) {
+      if (frame_.boundary[axis] == Boundary::periodic) {
+        const double width = sides.width(axis);
+        r[axis] -= width * std::floor((r[axis] - sides.lower[axis]) / width);
+      } else if (r[axis] < sides.lower[axis] || r[axis] > sides.upper[axis]) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  template <class Visit>
+  bool any_on_surface(const Visit& visit) const {
+    const std::size_t stride = 1 + body_.triangles.size() / static_cast<std::size_t>(most_places);
+    for (std::size_t f = 0; f < body_.triangles.size(); f += stride) {
+      const auto [a, b, c] = corners(body_, f);
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      const int parts = std::max(1, static_cast<int>(std::ceil(longest / step_)));
+      for (int i = 0; i < parts; ++i) {
+        for (int j = 0; i + j < parts; ++j) {
+          Vec3d r = a + ((i + 1.0 / 3) / parts) * (b - a) + ((j + 1.0 / 3) / parts) * (c - a);
+          if (moves_inside(r) && visit(r)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  /// What surrounds a void, or solid, may touch nothing else.
+  template <class Visit>
+  bool any_inside(const Visit& visit) const {
+    const Box box = bounding_box(body_);
+    const Vec3d size = box.upper - box.lower;
+    const double step = std::max(frame_.spacing, std::cbrt(size.x * size.y * size.z / most_places));
+    const MeshSolid solid(body_);
+    for (double x = box.lower.x + 0.5 * step; x < box.upper.x; x += step) {
+      for (double y = box.lower.y + 0.5 * step; y < box.upper.y; y += step) {
+        for (double z = box.lower.z + 0.5 * step; z < box.upper.z; z += step) {
+          Vec3d r{x, y, z};
+          if (solid(r).value < 0 && moves_inside(r) && visit(r)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  Frame frame_;
+  const TriMesh& body_;
+  double step_ = 0;
+};
+
 }  // namespace
+
+std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape> shapes) {
+  constexpr double flush = 0.01;  // spacings
+  std::vector<ShapeProblem> problems;
+  Builder builder(frame);
+  const auto look_at = [&](std::size_t shape, const MeshShape& mesh) {
+    const TriMesh whole = welded(*mesh.mesh);
+    const std::vector<TriMesh> parts =
+        mesh_border(whole) > 0 ? std::vector{whole} : separate_parts(whole);
+    for (const TriMesh& body : parts) {
+      const double side = mesh.material ? 1 : -1;
+      const auto changes = [&](Vec3d r) {
+        return side * builder.solid_at(r).value > flush * frame.spacing;
+      };
+      if (BodyPlaces(frame, body).any(changes)) continue;
+      const Box box = bounding_box(body);
+      const std::string place = rounded_place(0.5 * (box.lower + box.upper)) + " nm";
+      problems.push_back(
+          {.shape = shape,
+           .key = "file",
+           .message = mesh.material
+                          ? "the body around " + place +
+                                " lies wholly in solid and adds nothing; to have it in place of "
+                                "that solid, put a mesh of the same file with cut = true before it"
+                          : "the body around " + place +
+                                " lies wholly in the open and cuts "
+                                "nothing"});
+    }
+  };
+  for (std::size_t n = 0; n < shapes.size(); ++n) {
+    if (const auto* mesh = std::get_if<MeshShape>(&shapes[n]); mesh && !builder.is_empty()) {
+      look_at(n, *mesh);
+    }
+    std::visit([&](const auto& s) { builder.apply(s); }, shapes[n]);
+  }
+  return problems;
+}
 
 Layers build_layers(const Frame& frame, std::span<const Shape> shapes) {
   const std::vector<ShapeProblem> problems = check_shapes(frame, shapes);

@@ -6,6 +6,7 @@
 #include "levelset/mesh_solid.h"
 #include "levelset/polygon_walls.h"
 #include "levelset/shapes.h"
+#include "levelset/welded.h"
 
 namespace scarp {
 

@@ -63,6 +63,8 @@ bool CollapseChecks::keeps_surface(const CollapseMesh& mesh, std::uint32_t h) {
 bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
   const Vec3d r = place_;
   if (!mesh.is_within_sides(r)) return false;
+  const bool is_noisy = mesh.thin_facets == ThinFacets::noisy;
+  const double least_share = is_noisy ? 1 : as_thin * as_thin;
   Vec3d around;
   for (int i = 0; i < star_.count; ++i) around += mesh.normals[star_.facet[i]];
   for (int i = 0; i < star_.count; ++i) {
@@ -79,14 +81,16 @@ bool CollapseChecks::keeps_facets(const CollapseMesh& mesh) const {
     const double old_scale = old_longest * old_longest;
     const double old_square = dot(old_n, old_n);
     if (!(square > without_area * without_area * scale)) return false;
-    if (square < too_thin * too_thin * scale && square * old_scale < old_square * scale) {
+    if (square < too_thin * too_thin * scale &&
+        square * old_scale < least_share * old_square * scale) {
       return false;
     }
     const bool was_needle = !(old_square > needle * needle * old_scale);
-    if (was_needle ? !agree(n, around, lowest_cosine_of_needle) : !agree(n, old_n, lowest_cosine)) {
+    if (was_needle ? is_noisy && !agree(n, around, lowest_cosine_of_needle)
+                   : !agree(n, old_n, lowest_cosine)) {
       return false;
     }
-    const bool is_sliver = square < sliver * sliver * scale;
+    const bool is_sliver = is_noisy && square < sliver * sliver * scale;
     if (is_sliver && !agree(n, around, lowest_cosine_of_sliver)) return false;
     const Vec3d input_n(mesh.input_normals[star_.facet[i]]);
     if (!agree(n, input_n, lowest_cosine_in_all) &&

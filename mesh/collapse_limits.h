@@ -33,6 +33,10 @@ constexpr double lowest_cosine_of_sliver = 0.5;
 /// A collapse may not leave a facet thinner than this, unless it was thinner before.
 constexpr double too_thin = 1e-3;
 
+/// Where thin facets are exact a facet counts as thinner than before below this part: along a
+/// drawn edge they are all as thin but for rounding.
+constexpr double as_thin = 0.9;
+
 /// The normal of a facet thinner than this may lie anywhere; it has to agree with its neighbours.
 constexpr double needle = 0.05;
 

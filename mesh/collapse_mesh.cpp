@@ -114,8 +114,8 @@ CoarseDirection::CoarseDirection(Vec3d n) {
   z_ = static_cast<std::int8_t>(largest * (n.z / size));
 }
 
-CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
-    : topology(mesh), planes(side_positions) {
+CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions, ThinFacets thin)
+    : topology(mesh), planes(side_positions), thin_facets(thin) {
   box = bounding_box(mesh);
   if (!mesh.vertices.empty()) centre = Vec3d(Vec3f(0.5 * (box.lower + box.upper)));
   if (side_positions.diagonal) centre.y = centre.x;
@@ -161,7 +161,7 @@ CollapseMesh::CollapseMesh(const TriMesh& mesh, const Sides& side_positions)
   parallel_for(normals.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       Vec3d around = normals[f];
-      for (std::uint32_t k = 0; k < 3; ++k) {
+      for (std::uint32_t k = 0; k < 3 && thin_facets == ThinFacets::noisy; ++k) {
         const std::uint32_t across = topology.opposite(static_cast<std::uint32_t>(3 * f + k));
         if (across != HalfEdges::none) around += normals[HalfEdges::facet(across)];
       }

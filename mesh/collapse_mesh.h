@@ -11,6 +11,7 @@
 #include "mesh/quadric.h"
 #include "mesh/sides.h"
 #include "mesh/spatial_order.h"
+#include "mesh/thin_facets.h"
 
 namespace scarp {
 
@@ -46,14 +47,17 @@ struct CollapseMesh {
   std::vector<VertexKind> kind;     ///< per vertex
   std::vector<std::uint32_t> twin;  ///< per vertex: the other one of a pair; empty if there is none
   LargeVector<Vec3d> normals;       ///< per facet: twice the area vector
-  std::vector<CoarseDirection> input_normals;  ///< per facet: where it and its neighbours faced
+  std::vector<CoarseDirection> input_normals;  ///< per facet: where it and, if thin facets are
+                                               ///< noisy, its neighbours faced
   std::vector<MaterialId> materials;           ///< per facet, or empty
   std::array<bool, 2> periodic{};              ///< per axis
   std::uint32_t live_vertices = 0;
   Box box;          ///< around the places of the input
   double area = 0;  ///< of the input
+  ThinFacets thin_facets;
 
-  CollapseMesh(const TriMesh& mesh, const Sides& side_positions);
+  CollapseMesh(const TriMesh& mesh, const Sides& side_positions,
+               ThinFacets thin = ThinFacets::noisy);
 
   Vec3d normal_of(std::uint32_t f) const;
   bool is_border(std::uint32_t h) const;

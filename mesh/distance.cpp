@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "core/error.h"
@@ -18,7 +19,61 @@ void check(const TriMesh& mesh) {
   if (mesh.triangles.empty()) throw InputError("distance: a mesh has no triangles");
 }
 
+/// The distance to one facet is greatest at a corner, as facets are convex: so no point of a
+/// triangle is further away than its corners are from any one facet of the other mesh.
+class ProvenDistance {
+ public:
+  ProvenDistance(const TriMesh& from, const TriMesh& to, double slack)
+      : to_(to), tree_(to), slack_(slack) {
+    // The nearer this comes to the end, the fewer facets have to be cut.
+    found_ = statistics(distances(surface_vertices(from), tree_)).max;
+  }
+
+  void add(const std::array<Vec3d, 3>& triangle, int cuts = most_cuts) {
+    const auto& [a, b, c] = triangle;
+    double proven = std::numeric_limits<double>::infinity();
+    for (const Vec3d r : {a, b, c, (a + b + c) / 3.0}) {
+      const ClosestPoint closest = tree_.closest(r);
+      found_ = std::max(found_, closest.distance);
+      const std::array<Vec3d, 3> facet = corners(to_, closest.triangle);
+      double farthest = 0;
+      for (const Vec3d corner : triangle)
+        farthest = std::max(farthest, closest_on_triangle(corner, facet).distance);
+      proven = std::min(proven, farthest);
+    }
+    if (proven <= found_ + slack_ || cuts == 0) {
+      proven_ = std::max(proven_, proven);
+      return;
+    }
+    const Vec3d ab = 0.5 * (a + b);
+    const Vec3d bc = 0.5 * (b + c);
+    const Vec3d ca = 0.5 * (c + a);
+    for (const std::array<Vec3d, 3>& part : {std::array{a, ab, ca}, std::array{ab, b, bc},
+                                             std::array{ca, bc, c}, std::array{ab, bc, ca}})
+      add(part, cuts - 1);
+  }
+
+  double proven() const { return proven_; }
+
+ private:
+  static constexpr int most_cuts = 10;
+
+  const TriMesh& to_;
+  TriangleTree tree_;
+  double slack_;
+  double found_ = 0;
+  double proven_ = 0;
+};
+
 }  // namespace
+
+double proven_distance(const TriMesh& from, const TriMesh& to, double slack) {
+  check(from);
+  check(to);
+  ProvenDistance distance(from, to, slack);
+  for (std::size_t f = 0; f < from.triangles.size(); ++f) distance.add(corners(from, f));
+  return distance.proven();
+}
 
 std::vector<double> distances(std::span<const Vec3d> places, const TriangleTree& to) {
   std::vector<double> result(places.size());

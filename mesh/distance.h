@@ -44,6 +44,14 @@ std::vector<Vec3d> surface_vertices(const TriMesh& mesh);
 /// edges are included.
 std::vector<Vec3d> surface_samples(const TriMesh& mesh, double spacing);
 
+/// A number that no point of a mesh is further from the surface of another one than. It is at most
+/// `slack` above the distance of some point, unless the facets would have to be cut more than a
+/// thousandfold along their edges for that.
+///
+/// Cost: four queries per facet, and as many per quarter of those that reach across an edge of the
+///       other mesh beyond the slack.
+double proven_distance(const TriMesh& from, const TriMesh& to, double slack);
+
 /// All zero if there are no values.
 DistanceStatistics statistics(std::span<const double> distances);
 

@@ -1,6 +1,9 @@
 // Wavefront OBJ: only `v` and `f` matter for a surface.
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <map>
 
 #include "core/error.h"
 #include "mesh/mesh_format.h"
@@ -16,6 +19,113 @@ std::int64_t corner(const WordReader& reader, std::string_view word, std::size_t
   return index > 0 ? index - 1 : static_cast<std::int64_t>(vertex_count) + index;
 }
 
+/// How faces look, are grouped and are drawn: none of it moves them.
+constexpr std::array<std::string_view, 14> no_shape{
+    "o",      "g",     "s",   "mg",    "usemtl",     "mtllib",    "usemap",
+    "maplib", "bevel", "lod", "ctech", "shadow_obj", "trace_obj", "stech"};
+
+/// Of curves and free-form surfaces.
+constexpr std::array<std::string_view, 15> free_form{"cstype", "deg",  "bmat", "step", "curv",
+                                                     "curv2",  "surf", "parm", "trim", "hole",
+                                                     "scrv",   "sp",   "end",  "con",  "vp"};
+
+template <std::size_t N>
+bool is_among(const std::array<std::string_view, N>& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+class ObjReader {
+ public:
+  explicit ObjReader(const MeshText& text)
+      : text_(text), reader_(text, WordReader::Lines::joined) {}
+
+  RawMesh read() {
+    while (reader_.next_line()) read_line(reader_.word());
+    // Only now, because a face may stand before its vertices.
+    if (highest_ >= static_cast<std::int64_t>(mesh_.vertices.size())) {
+      throw InputError(text_.name + ":" + std::to_string(highest_line_) + ": corner " +
+                       std::to_string(highest_ + 1) + " is not among the " +
+                       std::to_string(mesh_.vertices.size()) +
+                       " vertices of the file (does the file end early?)");
+    }
+    note_rest();
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_line(std::string_view keyword) {
+    if (keyword.empty() || keyword.front() == '#' || is_among(no_shape, keyword)) return;
+    if (keyword == "v") return read_vertex();
+    if (keyword == "f" || keyword == "fo") return read_face();
+    if (is_among(free_form, keyword)) {
+      reader_.fail(in_quotes(keyword) +
+                   " belongs to curves and free-form surfaces, which are not read; write the "
+                   "surface as polygons");
+    }
+    if (keyword == "call" || keyword == "csh") {
+      reader_.fail(in_quotes(keyword) +
+                   " calls other files or programs, which is not done; write "
+                   "all into one file");
+    }
+    // What goes on over several lines is to be left out whole.
+    const std::string name(keyword);
+    while (!reader_.word().empty()) {
+    }
+    ++others_[name];
+  }
+
+  void read_vertex() {
+    const float x = reader_.coordinate(reader_.word());
+    const float y = reader_.coordinate(reader_.word());
+    const float z = reader_.coordinate(reader_.word());
+    mesh_.vertices.push_back({x, y, z});
+    const std::string_view more = reader_.word();
+    if (!more.empty() && more.front() != '#') has_vertex_data_ = true;
+  }
+
+  void read_face() {
+    polygon_.clear();
+    for (std::string_view word = reader_.word(); !word.empty() && word.front() != '#';
+         word = reader_.word()) {
+      polygon_.push_back(corner(reader_, word, mesh_.vertices.size()));
+      if (polygon_.back() < 0) reader_.fail("a corner counts back beyond the first vertex");
+      if (polygon_.back() > highest_) {
+        highest_ = polygon_.back();
+        highest_line_ = reader_.line();
+      }
+    }
+    if (polygon_.size() < 3) reader_.fail("a face needs three corners (does the file end early?)");
+    mesh_.add_polygon(polygon_);
+  }
+
+  void note_rest() {
+    if (has_vertex_data_) mesh_.data_left_out.emplace_back("colours or weights of vertices");
+    for (const auto& [keyword, count] : others_) {
+      if (keyword == "p") {
+        mesh_.left_out.push_back(counted(count, "element") + " of points");
+      } else if (keyword == "l") {
+        mesh_.left_out.push_back(counted(count, "line"));
+      } else if (keyword == "vn") {
+        mesh_.data_left_out.push_back(counted(count, "normal"));
+      } else if (keyword == "vt") {
+        mesh_.data_left_out.push_back(counted(count, "texture coordinate"));
+      } else {
+        mesh_.left_out.push_back(counted(count, "line") + " of the file that begin with " +
+                                 in_quotes(keyword));
+      }
+    }
+  }
+
+  const MeshText& text_;
+  WordReader reader_;
+  RawMesh mesh_;
+  std::vector<std::int64_t> polygon_;
+  std::int64_t highest_ = -1;
+  std::size_t highest_line_ = 0;
+  bool has_vertex_data_ = false;
+  std::map<std::string, std::size_t> others_;  ///< by keyword, how often
+};
+
 void append_number(std::string& text, float value) {
   char digits[32];
   const auto result = std::to_chars(digits, digits + sizeof(digits), value);
@@ -25,41 +135,8 @@ void append_number(std::string& text, float value) {
 }  // namespace
 
 RawMesh read_obj(const MeshText& text) {
-  RawMesh mesh;
-  WordReader reader(text);
-  std::vector<std::int64_t> polygon;
-  std::int64_t highest = -1;
-  std::size_t highest_line = 0;
-  while (reader.next_line()) {
-    const std::string_view keyword = reader.word();
-    if (keyword == "v") {
-      const float x = reader.coordinate(reader.word());
-      const float y = reader.coordinate(reader.word());
-      const float z = reader.coordinate(reader.word());
-      mesh.vertices.push_back({x, y, z});
-    } else if (keyword == "f") {
-      polygon.clear();
-      for (std::string_view word = reader.word(); !word.empty() && word.front() != '#';
-           word = reader.word()) {
-        polygon.push_back(corner(reader, word, mesh.vertices.size()));
-        if (polygon.back() < 0) reader.fail("a corner counts back beyond the first vertex");
-        if (polygon.back() > highest) {
-          highest = polygon.back();
-          highest_line = reader.line();
-        }
-      }
-      if (polygon.size() < 3) reader.fail("a face needs three corners (does the file end early?)");
-      mesh.add_polygon(polygon);
-    }
-  }
-  // Only now, because a face may stand before its vertices.
-  if (highest >= static_cast<std::int64_t>(mesh.vertices.size())) {
-    throw InputError(text.name + ":" + std::to_string(highest_line) + ": corner " +
-                     std::to_string(highest + 1) + " is not among the " +
-                     std::to_string(mesh.vertices.size()) +
-                     " vertices of the file (does the file end early?)");
-  }
-  return mesh;
+  const MeshText unmarked = without_mark(text);
+  return ObjReader(unmarked).read();
 }
 
 std::string obj_text(const TriMesh& mesh) {

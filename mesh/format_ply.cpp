@@ -156,6 +156,15 @@ class Body {
     return number < 0 ? -1 : static_cast<std::int64_t>(number);
   }
 
+  /// Behind the last element, but for white space in text.
+  std::size_t bytes_left() {
+    if (encoding_ != Encoding::text) return text_.content.size() - position_;
+    const std::string_view word = reader_.word_across_lines();
+    return word.empty() ? 0
+                        : text_.content.size() -
+                              static_cast<std::size_t>(word.data() - text_.content.data());
+  }
+
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(text_.name + ": " + message + " at element " + element_->name + " " +
                      std::to_string(index_) + " of " + std::to_string(element_->count));
@@ -180,9 +189,39 @@ class Body {
   std::int64_t index_ = 0;
 };
 
+bool names_corners(const Property& property) {
+  return property.list_count &&
+         (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+/// Whether a property says where the surface is.
+bool is_shape(const Element& element, const Property& property) {
+  if (element.name == "vertex") {
+    return !property.list_count &&
+           (property.name == "x" || property.name == "y" || property.name == "z");
+  }
+  return names_corners(property);
+}
+
+/// What a list of corners stands for: parts of a strip end at negative numbers.
+void add_corners(const Element& element, const std::vector<std::int64_t>& list, const Body& body,
+                 RawMesh& mesh) {
+  if (element.name == "face") {
+    if (list.size() < 3) body.fail("a face has fewer than three corners");
+    return mesh.add_polygon(list);
+  }
+  for (auto begin = list.begin(); begin != list.end();) {
+    const auto end = std::find(begin, list.end(), -1);
+    const auto size = static_cast<std::size_t>(end - begin);
+    if (size > 0 && size < 3) body.fail("a strip has fewer than three corners");
+    mesh.add_strip({list.data() + (begin - list.begin()), size});
+    begin = end == list.end() ? end : end + 1;
+  }
+}
+
 void read_element(const Element& element, Body& body, RawMesh& mesh) {
   const bool is_vertex = element.name == "vertex";
-  const bool is_face = element.name == "face";
+  const bool has_corners = element.name == "face" || element.name == "tristrips";
   if (element.properties.empty()) return;
   std::vector<std::int64_t> list;
   for (std::int64_t i = 0; i < element.count; ++i) {
@@ -198,7 +237,7 @@ void read_element(const Element& element, Body& body, RawMesh& mesh) {
       }
       const std::int64_t count = body.integer(*property.list_count, "the length of a list");
       if (count < 0) body.fail("a list has a negative length");
-      if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) {
+      if (!has_corners || !names_corners(property)) {
         for (std::int64_t k = 0; k < count; ++k) body.value(property.scalar);
         continue;
       }
@@ -206,15 +245,42 @@ void read_element(const Element& element, Body& body, RawMesh& mesh) {
       for (std::int64_t k = 0; k < count; ++k) {
         list.push_back(body.integer(property.scalar, "a corner"));
       }
-      if (list.size() < 3) body.fail("a face has fewer than three corners");
-      mesh.add_polygon(list);
+      add_corners(element, list, body, mesh);
     }
     if (is_vertex) mesh.vertices.push_back(r);
   }
 }
 
-void check_header(const MeshText& text, const Header& header) {
+void note_what_is_left_out(const Header& header, RawMesh& mesh) {
   for (const Element& element : header.elements) {
+    if (element.count == 0) continue;
+    const bool is_read =
+        element.name == "vertex" || element.name == "face" || element.name == "tristrips";
+    if (!is_read) {
+      mesh.left_out.push_back(counted(static_cast<std::uint64_t>(element.count), "element") + " " +
+                              in_quotes(element.name));
+      continue;
+    }
+    std::string names;
+    for (const Property& property : element.properties) {
+      if (is_shape(element, property)) continue;
+      names += ' ' + in_quotes(property.name);
+    }
+    if (!names.empty()) mesh.data_left_out.push_back("data of " + element.name + names);
+  }
+}
+
+void check_header(const MeshText& text, const Header& header) {
+  bool has_vertices = false;
+  for (const Element& element : header.elements) {
+    if (element.name == "face" || element.name == "tristrips") {
+      const bool there =
+          std::any_of(element.properties.begin(), element.properties.end(), names_corners);
+      if (!there && element.count > 0) {
+        throw InputError(text.name + ": its element " + element.name +
+                         " has no list vertex_indices or vertex_index");
+      }
+    }
     if (element.name != "vertex") continue;
     for (const char* axis : {"x", "y", "z"}) {
       const bool there =
@@ -222,9 +288,9 @@ void check_header(const MeshText& text, const Header& header) {
                       [axis](const Property& p) { return p.name == axis && !p.list_count; });
       if (!there) throw InputError(text.name + ": its vertices have no property " + axis);
     }
-    return;
+    has_vertices = true;
   }
-  throw InputError(text.name + ": its header names no vertices");
+  if (!has_vertices) throw InputError(text.name + ": its header names no vertices");
 }
 
 template <class T>
@@ -234,13 +300,18 @@ void append(std::string& bytes, T value) {
 
 }  // namespace
 
-RawMesh read_ply(const MeshText& text) {
+RawMesh read_ply(const MeshText& marked) {
+  const MeshText text = without_mark(marked);
   WordReader reader(text);
   const Header header = read_header(reader);
   check_header(text, header);
   RawMesh mesh;
   Body body(text, reader, header.encoding);
   for (const Element& element : header.elements) read_element(element, body, mesh);
+  note_what_is_left_out(header, mesh);
+  if (const std::size_t left = body.bytes_left(); left > 0) {
+    mesh.left_out.push_back(counted(left, "byte") + " behind the elements that the file states");
+  }
   return mesh;
 }
 

@@ -53,14 +53,35 @@ std::uint32_t stated_count(std::string_view content) {
   return count;
 }
 
-/// Binary files may start with "solid" as well: the size decides first.
-bool is_text(std::string_view content) {
-  if (content.size() >= header_bytes &&
-      content.size() == header_bytes + facet_bytes * stated_count(content)) {
-    return false;
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
-  return content.substr(0, 5) == "solid" &&
-         content.substr(0, 1000).find_first_of('\0') == std::string_view::npos;
+  return result;
+}
+
+bool is_whole_binary(std::string_view content) {
+  return content.size() >= header_bytes &&
+         content.size() == header_bytes + facet_bytes * stated_count(content);
+}
+
+/// Binary files may start with "solid" as well: the size decides first. Text may start with
+/// anything, but a binary file has zeros: in the number of its facets, and between any two of them.
+bool is_text(std::string_view content) {
+  if (is_whole_binary(content)) return false;
+  const std::string start = lower_case(content.substr(0, 1000));
+  return start.find('\0') == std::string::npos &&
+         (start.find("solid") != std::string::npos || start.find("facet") != std::string::npos);
+}
+
+/// Two bytes behind each facet, which some programs use for colours.
+bool has_attributes(std::string_view content, std::uint32_t count) {
+  for (std::uint32_t f = 0; f < count; ++f) {
+    const char* end = content.data() + header_bytes + facet_bytes * (std::size_t{f} + 1);
+    if (end[-1] != 0 || end[-2] != 0) return true;
+  }
+  return false;
 }
 
 RawMesh read_binary(const MeshText& text) {
@@ -82,48 +103,74 @@ RawMesh read_binary(const MeshText& text) {
     mesh.triangles.push_back(
         {joiner.vertex(corners[0]), joiner.vertex(corners[1]), joiner.vertex(corners[2])});
   }
+  if (has_attributes(content, count)) mesh.data_left_out.emplace_back("attributes of facets");
+  const std::size_t end = header_bytes + facet_bytes * count;
+  if (content.size() > end) {
+    mesh.left_out.push_back(counted(content.size() - end, "byte") + " behind the " +
+                            std::to_string(count) + " facets that the file states");
+  }
   return mesh;
 }
 
-RawMesh read_text(const MeshText& text) {
-  RawMesh mesh;
-  VertexJoiner joiner(mesh);
-  WordReader reader(text);
-  std::vector<std::uint32_t> facet;
-  bool inside = false;
-  bool complete = false;
-  while (reader.next_line()) {
-    const std::string_view keyword = reader.word();
-    if (keyword == "solid") complete = false;
-    if (keyword == "endsolid") complete = true;
-    if (keyword == "facet") {
-      if (inside) reader.fail("a facet begins within a facet");
-      inside = true;
-      facet.clear();
+class TextReader {
+ public:
+  explicit TextReader(const MeshText& text) : reader_(text), joiner_(mesh_) {}
+
+  RawMesh read() {
+    while (reader_.next_line()) read_line(lower_case(reader_.word()));
+    if (inside_) reader_.fail("the file ends within a facet");
+    if (!complete_) {
+      reader_.fail("the file ends without \"endsolid\": it is cut off; write or copy it again");
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_line(const std::string& keyword) {
+    if (keyword.empty()) return;
+    if (keyword == "solid") {
+      begun_ = true;
+      complete_ = false;
+    } else if (keyword == "endsolid") {
+      complete_ = true;
+    } else if (keyword == "facet") {
+      if (inside_) reader_.fail("a facet begins within a facet");
+      begun_ = inside_ = true;
+      complete_ = false;
+      facet_.clear();
     } else if (keyword == "vertex") {
-      const float x = reader.coordinate(reader.word());
-      const float y = reader.coordinate(reader.word());
-      const float z = reader.coordinate(reader.word());
-      facet.push_back(joiner.vertex({x, y, z}));
+      const float x = reader_.coordinate(reader_.word());
+      const float y = reader_.coordinate(reader_.word());
+      const float z = reader_.coordinate(reader_.word());
+      facet_.push_back(joiner_.vertex({x, y, z}));
     } else if (keyword == "endfacet") {
-      if (facet.size() != 3) {
-        reader.fail("a facet has " + std::to_string(facet.size()) + " corners; STL wants three");
+      if (facet_.size() != 3) {
+        reader_.fail("a facet has " + std::to_string(facet_.size()) + " corners; STL wants three");
       }
-      mesh.triangles.push_back({facet[0], facet[1], facet[2]});
-      inside = false;
+      mesh_.triangles.push_back({facet_[0], facet_[1], facet_[2]});
+      inside_ = false;
+    } else if (keyword != "outer" && keyword != "endloop" && begun_) {
+      // In front of the first solid anything may stand.
+      reader_.fail(in_quotes(keyword) + " is no word of STL");
     }
   }
-  if (inside) reader.fail("the file ends within a facet");
-  if (!complete) {
-    reader.fail("the file ends without \"endsolid\": it is cut off; write or copy it again");
-  }
-  return mesh;
-}
+
+  WordReader reader_;
+  RawMesh mesh_;
+  VertexJoiner joiner_;
+  std::vector<std::uint32_t> facet_;
+  bool begun_ = false;
+  bool inside_ = false;
+  bool complete_ = false;
+};
 
 }  // namespace
 
 RawMesh read_stl(const MeshText& text) {
-  return is_text(text.content) ? read_text(text) : read_binary(text);
+  if (is_whole_binary(text.content)) return read_binary(text);
+  const MeshText unmarked = without_mark(text);
+  if (!is_text(text.content)) return read_binary(text);
+  return TextReader(unmarked).read();
 }
 
 std::string stl_bytes(const TriMesh& mesh) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/atomic_file.h"
+#include "core/deflate.h"
 #include "core/error.h"
 #include "core/read_file.h"
 #include "mesh/mesh_format.h"
@@ -146,7 +147,8 @@ struct VtpFile {
   pugi::xml_document xml;
   std::string_view appended;
   bool appended_is_base64 = false;
-  std::size_t size_bytes = 4;  ///< of the number in front of each array
+  bool is_compressed = false;
+  std::size_t size_bytes = 4;  ///< of the numbers in front of each array
 
   [[noreturn]] void fail(const std::string& message) const {
     throw InputError(name + ": " + message);
@@ -176,10 +178,17 @@ void parse_xml(VtpFile& file, std::string_view content) {
   if (std::string_view(root.attribute("byte_order").as_string("LittleEndian")) != "LittleEndian") {
     file.fail("is big-endian; write it with byte_order LittleEndian");
   }
-  if (root.attribute("compressor")) {
-    file.fail("is compressed; write it without compression (ParaView: Compressor Type None)");
+  const std::string_view compressor = root.attribute("compressor").value();
+  file.is_compressed = !compressor.empty();
+  if (file.is_compressed && compressor != "vtkZLibDataCompressor") {
+    file.fail("is compressed by " + in_quotes(compressor) +
+              "; write it with the compressor ZLib or none (ParaView: Compressor Type)");
   }
-  if (std::string_view(root.attribute("header_type").value()) == "UInt64") file.size_bytes = 8;
+  const std::string_view header = root.attribute("header_type").as_string("UInt32");
+  if (header != "UInt32" && header != "UInt64") {
+    file.fail("has the unknown header_type " + in_quotes(header));
+  }
+  if (header == "UInt64") file.size_bytes = 8;
 }
 
 std::string decode_base64(const VtpFile& file, std::string_view text) {
@@ -212,14 +221,53 @@ std::string decode_base64(const VtpFile& file, std::string_view text) {
   return bytes;
 }
 
-/// The values of bytes that start with their own length.
-std::string_view payload(const VtpFile& file, std::string_view bytes, const char* array) {
-  std::uint64_t size = 0;
-  if (bytes.size() >= file.size_bytes) std::memcpy(&size, bytes.data(), file.size_bytes);
-  if (bytes.size() < file.size_bytes || bytes.size() - file.size_bytes < size) {
-    file.fail(std::string("ends within the array ") + array);
+/// Takes numbers and bytes off the front of an array.
+class ArrayBytes {
+ public:
+  ArrayBytes(const VtpFile& file, std::string_view bytes, const char* array)
+      : file_(file), bytes_(bytes), array_(array) {}
+
+  std::uint64_t number() {
+    const std::string_view front = take(file_.size_bytes);
+    std::uint64_t value = 0;
+    std::memcpy(&value, front.data(), front.size());
+    return value;
   }
-  return bytes.substr(file.size_bytes, size);
+  std::string_view take(std::uint64_t size) {
+    if (size > bytes_.size()) file_.fail(std::string("ends within the array ") + array_);
+    const std::string_view front = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return front;
+  }
+  std::size_t left() const { return bytes_.size(); }
+  [[noreturn]] void fail_damaged() const {
+    file_.fail(std::string("has compressed data in the array ") + array_ + " that are damaged");
+  }
+
+ private:
+  const VtpFile& file_;
+  std::string_view bytes_;
+  const char* array_;
+};
+
+/// Source: VTK file formats: the number of blocks, the size of each before compression, that of the
+/// last one if it is not whole, and what each has after it; then the blocks.
+std::string decompressed(const VtpFile& file, ArrayBytes bytes) {
+  const std::uint64_t block_count = bytes.number();
+  if (block_count == 0) return {};
+  const std::uint64_t block_size = bytes.number();
+  const std::uint64_t last_size = bytes.number();
+  if (block_count > bytes.left() / file.size_bytes) bytes.fail_damaged();
+  std::vector<std::uint64_t> packed_sizes;
+  for (std::uint64_t n = 0; n < block_count; ++n) packed_sizes.push_back(bytes.number());
+  std::string result;
+  for (std::uint64_t n = 0; n < block_count; ++n) {
+    const bool is_short = n + 1 == block_count && last_size != 0;
+    const auto block = inflated(bytes.take(packed_sizes[n]), is_short ? last_size : block_size);
+    if (!block) bytes.fail_damaged();
+    result += *block;
+  }
+  return result;
 }
 
 template <class Stored>
@@ -245,6 +293,14 @@ std::vector<double> numbers_of(const VtpFile& file, std::string_view type, std::
   if (type == "Int64") return converted<std::int64_t>(bytes);
   if (type == "UInt64") return converted<std::uint64_t>(bytes);
   file.fail("has an array of the unknown type " + in_quotes(type));
+}
+
+/// The values of an array: behind its size, or in compressed blocks.
+std::vector<double> numbers_of_bytes(const VtpFile& file, std::string_view type,
+                                     std::string_view bytes, const char* array) {
+  ArrayBytes rest(file, bytes, array);
+  if (file.is_compressed) return numbers_of(file, type, decompressed(file, rest));
+  return numbers_of(file, type, rest.take(rest.number()));
 }
 
 std::vector<double> numbers_of_text(const VtpFile& file, const MeshText& text) {
@@ -280,15 +336,15 @@ std::vector<double> read_array(const VtpFile& file, const pugi::xml_node& array)
   if (format == "ascii") return numbers_of_text(file, {file.name, array.text().get()});
   if (format == "binary") {
     const std::string bytes = decode_base64(file, array.text().get());
-    return numbers_of(file, type, payload(file, bytes, name));
+    return numbers_of_bytes(file, type, bytes, name);
   }
   if (format != "appended") file.fail("has an array of the unknown format " + std::string(format));
   const std::size_t offset = array.attribute("offset").as_ullong();
   if (offset >= file.appended.size()) file.fail(std::string("ends before the array ") + name);
   const std::string_view rest = file.appended.substr(offset);
-  if (!file.appended_is_base64) return numbers_of(file, type, payload(file, rest, name));
+  if (!file.appended_is_base64) return numbers_of_bytes(file, type, rest, name);
   const std::string bytes = decode_base64(file, rest);
-  return numbers_of(file, type, payload(file, bytes, name));
+  return numbers_of_bytes(file, type, bytes, name);
 }
 
 std::vector<double> read_named(const VtpFile& file, const pugi::xml_node& parent,
@@ -298,25 +354,110 @@ std::vector<double> read_named(const VtpFile& file, const pugi::xml_node& parent
   return read_array(file, array);
 }
 
-void read_polygons(const VtpFile& file, const pugi::xml_node& polys, RawMesh& mesh) {
-  const std::vector<double> connectivity = read_named(file, polys, "connectivity");
-  const std::vector<double> offsets = read_named(file, polys, "offsets");
+/// Calls visit(corners) for each cell of a kind, and returns how many there are.
+///
+/// Throws: InputError if there are fewer than the piece states. More are read all.
+template <class Visit>
+std::size_t visit_cells(const VtpFile& file, const pugi::xml_node& piece, const std::string& kind,
+                        const Visit& visit) {
+  const pugi::xml_node cells = piece.child(kind.c_str());
+  const pugi::xml_attribute stated = piece.attribute(("NumberOf" + kind).c_str());
+  std::vector<double> connectivity;
+  std::vector<double> offsets;
+  if (cells.child("DataArray") || stated.as_ullong() > 0) {
+    connectivity = read_named(file, cells, "connectivity");
+    offsets = read_named(file, cells, "offsets");
+  }
+  if (stated.as_ullong() > offsets.size()) {
+    file.fail("states " + std::string(stated.name()) + "=\"" + std::to_string(stated.as_ullong()) +
+              "\" and holds " + std::to_string(offsets.size()));
+  }
   const auto corner_count = static_cast<std::int64_t>(connectivity.size());
-  std::vector<std::int64_t> polygon;
+  const auto check = [&](bool fits) {
+    if (!fits) file.fail("has offsets of " + kind + " that do not fit its connectivity");
+  };
+  std::vector<std::int64_t> corners;
   std::int64_t begin = 0;
   for (const double offset : offsets) {
     const std::int64_t end = integer(file, "offsets", offset, 0x1p53);
-    if (end < begin + 3 || end > corner_count) {
-      file.fail("has polygon offsets that do not fit its connectivity");
-    }
-    polygon.clear();
+    check(end >= begin && end <= corner_count);
+    corners.clear();
     for (std::int64_t i = begin; i < end; ++i) {
       const double corner = connectivity[static_cast<std::size_t>(i)];
-      polygon.push_back(integer(file, "connectivity", corner, 0x1p32));
+      corners.push_back(integer(file, "connectivity", corner, 0x1p32));
     }
-    mesh.add_polygon(polygon);
+    visit(corners);
     begin = end;
   }
+  check(begin == corner_count);
+  return offsets.size();
+}
+
+/// The surface of a piece, and of what cell each triangle is a part.
+struct Surface {
+  RawMesh mesh;
+  std::vector<std::size_t> cell;
+  std::size_t cell_count = 0;
+};
+
+void read_points(const VtpFile& file, const pugi::xml_node& piece, RawMesh& mesh) {
+  const pugi::xml_node points = piece.child("Points").child("DataArray");
+  if (!points) file.fail("has no points");
+  const std::vector<double> xyz = read_array(file, points);
+  if (xyz.size() != 3 * piece.attribute("NumberOfPoints").as_ullong()) {
+    file.fail("holds another number of coordinates than its points need");
+  }
+  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
+    mesh.vertices.push_back(Vec3f(Vec3d{xyz[i], xyz[i + 1], xyz[i + 2]}));
+  }
+}
+
+/// Arrays over cells have vertices and lines first, then polygons, then strips.
+Surface read_surface(const VtpFile& file, const pugi::xml_node& piece) {
+  Surface surface;
+  RawMesh& mesh = surface.mesh;
+  read_points(file, piece, mesh);
+  const auto leave_out = [](const std::vector<std::int64_t>& /*corners*/) {};
+  const std::size_t vertex_count = visit_cells(file, piece, "Verts", leave_out);
+  const std::size_t line_count = visit_cells(file, piece, "Lines", leave_out);
+  if (vertex_count > 0) {
+    mesh.left_out.push_back(counted(vertex_count, "cell") + " of vertices alone");
+  }
+  if (line_count > 0) mesh.left_out.push_back(counted(line_count, "line"));
+  std::size_t cell = vertex_count + line_count;
+  const auto check = [&file](const std::vector<std::int64_t>& corners, const char* kind) {
+    if (corners.size() < 3)
+      file.fail(std::string("has a ") + kind + " of fewer than three corners");
+  };
+  visit_cells(file, piece, "Polys", [&](const std::vector<std::int64_t>& polygon) {
+    check(polygon, "polygon");
+    mesh.add_polygon(polygon);
+    surface.cell.resize(mesh.triangles.size(), cell++);
+  });
+  visit_cells(file, piece, "Strips", [&](const std::vector<std::int64_t>& strip) {
+    check(strip, "strip");
+    mesh.add_strip(strip);
+    surface.cell.resize(mesh.triangles.size(), cell++);
+  });
+  surface.cell_count = cell;
+  return surface;
+}
+
+pugi::xml_node only_piece(const VtpFile& file) {
+  const pugi::xml_node piece = file.xml.child("VTKFile").child("PolyData").child("Piece");
+  if (!piece) file.fail("has no piece of polydata");
+  if (piece.next_sibling("Piece")) file.fail("has several pieces; write it as one");
+  return piece;
+}
+
+void note_arrays(const pugi::xml_node& data, const std::string& what, std::string_view but,
+                 RawMesh& mesh) {
+  std::string names;
+  for (const pugi::xml_node& array : data.children("DataArray")) {
+    const std::string_view name = array.attribute("Name").value();
+    if (name != but) names += ' ' + in_quotes(name);
+  }
+  if (!names.empty()) mesh.data_left_out.push_back(what + names);
 }
 
 }  // namespace
@@ -371,34 +512,24 @@ std::string vtu_bytes(const TriMesh& mesh) {
 RawMesh read_vtp(const MeshText& text) {
   VtpFile file{.name = text.name, .xml = {}, .appended = {}};
   parse_xml(file, text.content);
-  const pugi::xml_node poly_data = file.xml.child("VTKFile").child("PolyData");
-  const pugi::xml_node piece = poly_data.child("Piece");
-  if (!piece) file.fail("has no piece of polydata");
-  if (piece.next_sibling("Piece")) file.fail("has several pieces; write it as one");
-
-  RawMesh mesh;
-  const pugi::xml_node points = piece.child("Points").child("DataArray");
-  if (!points) file.fail("has no points");
-  const std::vector<double> xyz = read_array(file, points);
-  if (xyz.size() != 3 * piece.attribute("NumberOfPoints").as_ullong()) {
-    file.fail("holds another number of coordinates than its points need");
-  }
-  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
-    mesh.vertices.push_back(Vec3f(Vec3d{xyz[i], xyz[i + 1], xyz[i + 2]}));
-  }
-  if (piece.attribute("NumberOfPolys").as_ullong() > 0) {
-    read_polygons(file, piece.child("Polys"), mesh);
-  }
+  const pugi::xml_node piece = only_piece(file);
+  Surface surface = read_surface(file, piece);
   const pugi::xml_node cells = piece.child("CellData");
   if (cells.find_child_by_attribute("DataArray", "Name", "material")) {
-    for (const double id : read_named(file, cells, "material")) {
-      constexpr double largest = std::numeric_limits<MaterialId>::max();
-      mesh.materials.push_back(static_cast<MaterialId>(integer(file, "material", id, largest)));
+    const std::vector<double> ids = read_named(file, cells, "material");
+    if (ids.size() != surface.cell_count) {
+      file.fail("has " + counted(ids.size(), "value") + " in its array material for " +
+                counted(surface.cell_count, "cell"));
     }
-    // Polygons that were cut into several triangles leave no one-to-one mapping.
-    if (mesh.materials.size() != mesh.triangles.size()) mesh.materials.clear();
+    for (const std::size_t cell : surface.cell) {
+      constexpr double largest = std::numeric_limits<MaterialId>::max();
+      surface.mesh.materials.push_back(
+          static_cast<MaterialId>(integer(file, "material", ids[cell], largest)));
+    }
   }
-  return mesh;
+  note_arrays(piece.child("PointData"), "point data", "", surface.mesh);
+  note_arrays(cells, "cell data", "material", surface.mesh);
+  return std::move(surface.mesh);
 }
 
 std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
@@ -406,14 +537,16 @@ std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
   const std::string content = read_file(path);
   VtpFile file{.name = name, .xml = {}, .appended = {}};
   parse_xml(file, content);
-  const std::size_t facet_count = read_vtp({name, content}).triangles.size();
+  const pugi::xml_node piece = only_piece(file);
+  const Surface surface = read_surface(file, piece);
   std::vector<FacetArray> arrays;
-  const pugi::xml_node piece = file.xml.child("VTKFile").child("PolyData").child("Piece");
   for (const pugi::xml_node& array : piece.child("CellData").children("DataArray")) {
     const std::vector<double> values = read_array(file, array);
-    if (values.size() != facet_count) continue;
+    if (values.size() != surface.cell_count) continue;
     arrays.push_back({.name = array.attribute("Name").value(), .values = {}});
-    arrays.back().values.assign(values.begin(), values.end());
+    for (const std::size_t cell : surface.cell) {
+      arrays.back().values.push_back(static_cast<float>(values[cell]));
+    }
   }
   return arrays;
 }

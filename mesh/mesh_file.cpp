@@ -181,6 +181,10 @@ void cut_polygons_that_are_not_convex(const std::string& name, RawMesh& mesh) {
   }
 }
 
+std::uint32_t index(std::int64_t i) {
+  return i < 0 || i >= no_vertex ? no_vertex : static_cast<std::uint32_t>(i);
+}
+
 void check_indices(const std::string& name, const RawMesh& mesh) {
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     for (const std::uint32_t v : mesh.triangles[f]) {
@@ -203,9 +207,6 @@ void check(const std::string& name, const RawMesh& mesh) {
 }  // namespace
 
 void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
-  const auto index = [](std::int64_t i) {
-    return i < 0 || i >= no_vertex ? no_vertex : static_cast<std::uint32_t>(i);
-  };
   std::vector<std::uint32_t> corners;
   for (const std::int64_t corner : polygon) corners.push_back(index(corner));
   if (corners.size() == 3) {
@@ -215,6 +216,28 @@ void RawMesh::add_polygon(const std::vector<std::int64_t>& polygon) {
   const std::size_t first = triangles.size();
   cut_in_halves(corners, triangles);
   polygons.push_back({first, std::move(corners)});
+}
+
+void RawMesh::add_strip(std::span<const std::int64_t> strip) {
+  for (std::size_t i = 0; i + 2 < strip.size(); ++i) {
+    Triangle t{index(strip[i]), index(strip[i + 1]), index(strip[i + 2])};
+    if (i % 2 == 1) std::swap(t[0], t[1]);
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+  }
+}
+
+MeshText without_mark(const MeshText& text) {
+  constexpr std::string_view utf8 = "\xEF\xBB\xBF";
+  const std::string_view start = text.content.substr(0, 2);
+  if (start == "\xFF\xFE" || start == "\xFE\xFF") {
+    throw InputError(text.name + ": is UTF-16 text; save it as UTF-8");
+  }
+  if (text.content.substr(0, utf8.size()) != utf8) return text;
+  return {text.name, text.content.substr(utf8.size())};
+}
+
+std::string counted(std::uint64_t count, const std::string& thing) {
+  return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
 }
 
 std::string number_text(double value) {
@@ -232,6 +255,24 @@ bool WordReader::next_line() {
 }
 
 std::string_view WordReader::word() {
+  std::string_view found = word_of_line();
+  if (lines_ == Lines::single) return found;
+  // The word before the `\` ends there, unless the next line goes on with it at once.
+  while (!found.empty() && found.back() == '\\' && rest_.find_first_not_of(" \t\r") == rest_.npos) {
+    found.remove_suffix(1);
+    if (!next_line()) return found;
+    if (found.empty()) {
+      found = word_of_line();
+    } else if (!rest_.empty() && rest_.find_first_of(" \t\r") != 0) {
+      fail("goes on within a word of the line before; put a space in front of the \"\\\"");
+    } else {
+      return found;
+    }
+  }
+  return found;
+}
+
+std::string_view WordReader::word_of_line() {
   const std::size_t begin = rest_.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) {
     rest_ = {};
@@ -280,19 +321,29 @@ void WordReader::fail(const std::string& message) const {
   throw InputError(text_.name + ":" + std::to_string(line_) + ": " + message);
 }
 
-TriMesh read_mesh(const std::filesystem::path& file) {
+MeshFile read_mesh_file(const std::filesystem::path& file) {
   reader_for(file);  // a file of another kind is not read
-  return read_mesh(file, read_file(file));
+  return read_mesh_file(file, read_file(file));
 }
 
-TriMesh read_mesh(const std::filesystem::path& file, std::string_view content) {
+TriMesh read_mesh(const std::filesystem::path& file) { return read_mesh_file(file).mesh; }
+
+MeshFile read_mesh_file(const std::filesystem::path& file, std::string_view content) {
   const auto read = reader_for(file);
   if (content.empty()) throw InputError(file.string() + ": the file is empty");
   RawMesh mesh = read({file.string(), content});
   check(file.string(), mesh);
   cut_polygons_that_are_not_convex(file.string(), mesh);
   check_stars(file.string(), mesh);
-  return {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)};
+  return {.mesh = {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)},
+          .left_out = std::move(mesh.left_out),
+          .data_left_out = std::move(mesh.data_left_out)};
+}
+
+std::string left_out_text(std::span<const std::string> things) {
+  std::string text;
+  for (const std::string& thing : things) text += (text.empty() ? "leaves out " : ", ") + thing;
+  return text;
 }
 
 void write_mesh(const std::filesystem::path& file, const TriMesh& mesh) {

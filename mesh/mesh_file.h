@@ -34,11 +34,20 @@ struct MeshFields {
   std::optional<double> time{};
 };
 
-/// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name.
+/// A mesh and what its file holds besides: names with counts, ready for a message.
+struct MeshFile {
+  TriMesh mesh;
+  std::vector<std::string> left_out;       ///< what has a place: "3 lines", "1 vertex alone"
+  std::vector<std::string> data_left_out;  ///< what facets and vertices carry: "point data \"T\""
+};
+
+/// Reads .obj, .ply, .stl or .vtp, told apart by the ending of the name. docs/meshes.md says what
+/// of each format is read, left out and refused.
 ///
 /// Vertices keep their order and number, those that no triangle uses included; for .stl, corners
 /// with the same coordinates become one vertex, numbered by first use. Polygons are cut in halves
-/// until they are triangles, those that are not convex by their ears.
+/// until they are triangles, those that are not convex by their ears. Triangle strips follow the
+/// polygons.
 /// A facet array `material` of a .vtp file becomes the materials; other arrays are not read.
 ///
 /// Units:  none; the file's own.
@@ -46,10 +55,16 @@ struct MeshFields {
 ///         coordinates that are not finite or too far from the origin for their facets, indices
 ///         without a vertex, a vertex with more than 4096 facets, a polygon that crosses itself or
 ///         is not convex with more than 4096 corners, or has no triangle.
+MeshFile read_mesh_file(const std::filesystem::path& file);
+
+/// As read_mesh_file, of the content of a file that was read before.
+MeshFile read_mesh_file(const std::filesystem::path& file, std::string_view content);
+
+/// The mesh alone.
 TriMesh read_mesh(const std::filesystem::path& file);
 
-/// As read_mesh, of the content of a file that was read before.
-TriMesh read_mesh(const std::filesystem::path& file, std::string_view content);
+/// "leaves out 3 lines, 1 normal"; empty where nothing is left out.
+std::string left_out_text(std::span<const std::string> things);
 
 /// A named array over the facets of a file.
 struct FacetArray {
@@ -58,7 +73,7 @@ struct FacetArray {
 };
 
 /// The arrays over facets of a .vtp file with one number per facet, in the order of the file;
-/// none where polygons had to be cut into triangles.
+/// triangles cut from one polygon or strip have its value.
 ///
 /// Throws: as read_mesh.
 std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& file);

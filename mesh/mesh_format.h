@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,10 +35,25 @@ struct RawMesh {
   };
   std::vector<Polygon> polygons;
 
+  /// What the file holds besides the surface, as read_mesh_file() says it.
+  std::vector<std::string> left_out;
+  std::vector<std::string> data_left_out;
+
   /// Adds a polygon of at least three corners, and its triangles. Negative or huge indices are kept
   /// as out of range.
   void add_polygon(const std::vector<std::int64_t>& polygon);
+  /// Adds the triangles of a strip, every second one turned over; those that only join parts of it
+  /// have two equal corners and do not count.
+  void add_strip(std::span<const std::int64_t> strip);
 };
+
+/// "3 lines", "1 line".
+std::string counted(std::uint64_t count, const std::string& thing);
+
+/// Text without the mark of its encoding in front.
+///
+/// Throws: InputError if it is UTF-16.
+MeshText without_mark(const MeshText& text);
 
 /// The shortest text of a number, those that are not finite included.
 std::string number_text(double value);
@@ -56,11 +72,16 @@ std::string vtp_bytes(const TriMesh& mesh, const MeshFields& fields);
 /// Goes through text word by word and knows the line, for formats of text.
 class WordReader {
  public:
-  explicit WordReader(const MeshText& text) : text_(text) {}
+  enum class Lines {
+    single,
+    joined  ///< a `\` at the end of a line joins the next one to it
+  };
+  explicit WordReader(const MeshText& text, Lines lines = Lines::single)
+      : text_(text), lines_(lines) {}
 
   /// Steps to the next line; false at the end.
   bool next_line();
-  /// The next word of this line; empty at its end.
+  /// The next word of this line and of those joined to it; empty at its end.
   std::string_view word();
   /// The next word of this or a later line; empty at the end of the text.
   std::string_view word_across_lines();
@@ -76,7 +97,10 @@ class WordReader {
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
+  std::string_view word_of_line();
+
   const MeshText& text_;
+  Lines lines_;
   std::string_view rest_;
   std::size_t next_ = 0;
   std::size_t line_ = 0;

@@ -137,6 +137,8 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
   const FloatLanes gy = all_lanes(around.y);
   const FloatLanes gz = all_lanes(around.z);
   const FloatLanes around_square = all_lanes(dot(around, around));
+  const FloatMask is_noisy = mesh.thin_facets == ThinFacets::noisy ? ~FloatMask{} : FloatMask{};
+  const FloatLanes least_share = any(is_noisy) ? all_lanes(1.0F) : squared_limit(as_thin);
   FloatMask bad{};
   std::array<std::int32_t, padded> turned;
   FloatMask any_turned{};
@@ -172,8 +174,8 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
     const FloatLanes old_square = dot3(ox, oy, oz, ox, oy, oz);
     const FloatLanes with_around = dot3(nx, ny, nz, gx, gy, gz);
     const FloatMask flat = ~(square > squared_limit(without_area) * scale);
-    const FloatMask thinner =
-        (square < squared_limit(too_thin) * scale) & (square * old_scale < old_square * scale);
+    const FloatMask thinner = (square < squared_limit(too_thin) * scale) &
+                              (square * old_scale < least_share * old_square * scale);
     const FloatMask was_needle = ~(old_square > squared_limit(needle) * old_scale);
     const FloatMask needle_turns =
         disagree(with_around, square * around_square, lowest_cosine_of_needle);
@@ -183,8 +185,8 @@ bool PassStar::keeps_facets(const CollapseMesh& mesh) const {
         (square < squared_limit(sliver) * scale) &
         disagree(with_around, square * around_square, lowest_cosine_of_sliver);
     const FloatMask counts = number < all_lanes(static_cast<float>(count));
-    bad |= counts &
-           (flat | thinner | (was_needle & needle_turns) | (~was_needle & turns) | sliver_turns);
+    bad |= counts & (flat | thinner | (was_needle & needle_turns & is_noisy) |
+                     (~was_needle & turns) | (sliver_turns & is_noisy));
     const FloatMask turns_in_all =
         counts & disagree(dot3(nx, ny, nz, ix, iy, iz), square * dot3(ix, iy, iz, ix, iy, iz),
                           lowest_cosine_in_all);

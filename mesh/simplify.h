@@ -8,6 +8,7 @@
 
 #include "core/frame.h"
 #include "core/tri_mesh.h"
+#include "mesh/thin_facets.h"
 
 namespace scarp {
 
@@ -56,6 +57,10 @@ struct SimplifyOptions {
   // What is a feature (paper, curvature).
   std::span<const float> curvature{};  ///< mean curvature at each vertex; empty: from the mesh
   double curvature_threshold = 0;      ///< on its modulus; 0: from the noise
+
+  /// Of thin facets: by default those that cells of a grid leave. If they are exact and the bound
+  /// stops it, the true distance is measured and what it leaves of the bound is used as well.
+  ThinFacets thin_facets = ThinFacets::noisy;
 
   /// Whether the distances of the result are measured; otherwise they are what was proven, for
   /// `curvature` max_distance what was tracked on the way.

@@ -12,6 +12,7 @@
 #include "levelset/cross_section.h"
 #include "levelset/extract_surface.h"
 #include "levelset/shapes.h"
+#include "levelset/welded.h"
 
 namespace scarp {
 namespace {
@@ -205,6 +206,16 @@ TEST(MeshSolid, ThicknessIsThatOfAPlateHoweverItLies) {
   EXPECT_NEAR(thickness(plate), 1.5, 1e-5);
 }
 
+TriMesh as_soup(const TriMesh& mesh) {
+  TriMesh soup;
+  for (const Triangle& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : t) soup.vertices.push_back(mesh.vertices[v]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
 double volume_above_zero(const std::vector<Shape>& shapes) {
   double volume = 0;
   for (const double v : material_volumes(build_layers(domain, shapes))) volume += v;
@@ -217,6 +228,94 @@ TEST(MeshShape, ABodyIsAddedOrCutOut) {
   EXPECT_NEAR(volume_above_zero({WaferShape{}, MeshShape{.mesh = body, .material = 1}}),
               12.4 * 14.6 * 8.6, 20);
   EXPECT_NEAR(volume_above_zero({WaferShape{}, MeshShape{.mesh = body}}), -12.4 * 14.6 * 5.4, 20);
+}
+
+/// Boxes that touch: a face, a part of a face, an edge; with vertices in common or not.
+struct TouchingBoxes {
+  const char* what;
+  std::vector<TriMesh> boxes;
+  double volume;
+};
+
+std::vector<TouchingBoxes> touching_boxes() {
+  TriMesh mirrored = box_mesh({-8, -4, 2}, {0, 4, 10});
+  for (Vec3f& r : mirrored.vertices) r.x = -r.x;  // the diagonals of its faces run the other way
+  turn_over(mirrored);
+  return {
+      {"a face", {box_mesh({-8, -4, 2}, {0, 4, 10}), box_mesh({0, -4, 2}, {8, 4, 10})}, 1024},
+      {"a face that is cut otherwise", {box_mesh({-8, -4, 2}, {0, 4, 10}), mirrored}, 1024},
+      {"half a face", {box_mesh({-8, -4, 2}, {0, 4, 10}), box_mesh({0, -4, 2}, {8, 4, 6})}, 768},
+      {"the middle of a face",
+       {box_mesh({-8, -4, 2}, {0, 4, 10}), box_mesh({0, -2, 4}, {8, 2, 8})},
+       640},
+      {"two faces of a corner",
+       {box_mesh({-8, -8, 2}, {0, 0, 10}), box_mesh({0, -8, 2}, {8, 0, 10}),
+        box_mesh({-8, 0, 2}, {0, 8, 10})},
+       1536},
+      {"an edge", {box_mesh({-8, -8, 2}, {0, 0, 10}), box_mesh({0, 0, 2}, {8, 8, 10})}, 1024}};
+}
+
+TEST(MeshShape, BodiesThatTouchAreOneBody) {
+  for (const TouchingBoxes& touching : touching_boxes()) {
+    TriMesh mesh;
+    for (const TriMesh& box : touching.boxes) mesh = together(mesh, box);
+    for (const TriMesh& file : {mesh, as_soup(mesh), welded(mesh), as_soup(welded(mesh))}) {
+      ASSERT_EQ(mesh_fault(domain, welded(file)).value_or("none"), "none") << touching.what;
+      EXPECT_EQ(separate_parts(welded(file)).size(), touching.boxes.size()) << touching.what;
+      const auto body = std::make_shared<const TriMesh>(file);
+      // All planes lie on nodes: what is dilated there is the same for each.
+      const std::vector<Shape> added{WaferShape{}, MeshShape{.mesh = body, .material = 1}};
+      EXPECT_NEAR(volume_above_zero(added), touching.volume, 12) << touching.what;
+      TriMesh buried = file;
+      for (Vec3f& r : buried.vertices) r.z -= 20;
+      const auto cut = std::make_shared<const TriMesh>(buried);
+      EXPECT_NEAR(volume_above_zero({WaferShape{}, MeshShape{.mesh = cut}}), -touching.volume, 12)
+          << touching.what;
+    }
+  }
+}
+
+std::vector<std::string> idle(const std::vector<Shape>& shapes, const Frame& frame = domain) {
+  std::vector<std::string> messages;
+  for (const ShapeProblem& each : idle_bodies(frame, shapes)) messages.push_back(each.message);
+  return messages;
+}
+
+TEST(MeshShape, ABodyThatAddsNothingIsNamed) {
+  const auto body = [](Vec3f lower, Vec3f upper) {
+    return std::make_shared<const TriMesh>(box_mesh(lower, upper));
+  };
+  const auto add = [&](Vec3f lower, Vec3f upper) {
+    return Shape{MeshShape{.mesh = body(lower, upper), .material = 1}};
+  };
+  const auto cut = [&](Vec3f lower, Vec3f upper) {
+    return Shape{MeshShape{.mesh = body(lower, upper)}};
+  };
+  const Shape wafer = WaferShape{};
+  const Vec3f low{-4, -4, -8};
+  EXPECT_THAT(
+      idle({wafer, add(low, {4, 4, 0})}),
+      testing::ElementsAre(HasSubstr("the body around (0, 0, -4) nm lies wholly in solid")));
+  EXPECT_THAT(idle({wafer, add(low, {4, 4, 0.5F})}), testing::IsEmpty());
+  // After a cut of the same it does add something, and in a trench that it fills.
+  EXPECT_THAT(idle({wafer, cut(low, {4, 4, 0}), add(low, {4, 4, 0})}), testing::IsEmpty());
+  EXPECT_THAT(idle({wafer, cut({-4, -4, -7}, {4, 4, -1}), add(low, {4, 4, 0})}),
+              testing::IsEmpty());
+  // Two bodies of a file, one of them idle; beyond a periodic side there is the same solid.
+  const TriMesh two = together(box_mesh(low, {4, 4, -1}), box_mesh({8, 8, -1}, {12, 12, 6}));
+  EXPECT_THAT(idle({wafer, MeshShape{.mesh = std::make_shared<const TriMesh>(two), .material = 1}}),
+              testing::ElementsAre(HasSubstr("the body around (0, 0, -4.5) nm")));
+  Frame periodic = domain;
+  periodic.boundary = {Boundary::periodic, Boundary::periodic};
+  EXPECT_THAT(
+      idle({wafer, cut({-20, -4, -8}, {-16, 4, 0}), add({18, -4, -8}, {24, 4, 0})}, periodic),
+      testing::IsEmpty());
+  EXPECT_THAT(idle({wafer, cut({-20, -4, -8}, {-16, 4, 0}), add({18, -4, -8}, {24, 4, 0})}),
+              testing::SizeIs(1));
+  EXPECT_THAT(idle({wafer, cut({-4, -4, 2}, {4, 4, 6})}),
+              testing::ElementsAre(HasSubstr("wholly in the open and cuts nothing")));
+  EXPECT_THAT(idle({wafer, add({-2, -2, 0}, {2, 2, 4}), cut({-4, -4, 0}, {4, 4, 6})}),
+              testing::IsEmpty());
 }
 
 TEST(MeshShape, APatchIsFilledBelowOrCutAbove) {

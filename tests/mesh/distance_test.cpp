@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.h"
 #include "core/parallel.h"
 #include "tests/mesh/generated_surface.h"
@@ -87,6 +89,25 @@ TEST(Distance, IsTheSameOnAnyNumberOfThreads) {
     return vertex_distances(a, b);
   };
   EXPECT_EQ(on_threads(1), on_threads(2));
+}
+
+// A roof over a flat square of two facets: the ridge is farthest away, in the middle of an edge.
+TEST(ProvenDistance, IsTheGreatestOneWithinTheSlack) {
+  const TriMesh flat{.vertices = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}},
+                     .triangles = {{0, 1, 2}, {0, 2, 3}},
+                     .materials = {}};
+  const TriMesh roof{.vertices = {{0, 0, 0}, {2, 0, 1}, {4, 0, 0}, {4, 4, 0}, {2, 4, 1}, {0, 4, 0}},
+                     .triangles = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}},
+                     .materials = {}};
+  for (const double slack : {0.1, 0.001}) {
+    const double there = proven_distance(roof, flat, slack);
+    EXPECT_GE(there, 1);
+    EXPECT_LE(there, 1 + slack);
+    // No vertex of the square is off the roof: only what lies between them.
+    const double back = proven_distance(flat, roof, slack);
+    EXPECT_GE(back, 2 / std::sqrt(5.0) - 1e-6);
+    EXPECT_LE(back, 2 / std::sqrt(5.0) + slack);
+  }
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -41,6 +42,10 @@ class MeshFile : public testing::Test {
 
   TemporaryFolder folder_;
 };
+
+fs::path reference(const std::string& name) {
+  return fs::path(SCARP_SOURCE_DIR) / "tests/reference/meshes" / name;
+}
 
 std::string message_of(const fs::path& path) {
   try {
@@ -457,11 +462,124 @@ TEST_F(MeshFile, NoPrefixOfAFileIsTakenForAMesh) {
   }
 }
 
-TEST_F(MeshFile, CompressedVtpSaysHowToWriteIt) {
-  EXPECT_THAT(message_of(file_with("c.vtp", "<VTKFile type=\"PolyData\" compressor=\"vtkZLib\"/>")),
-              HasSubstr("without compression"));
-  EXPECT_THAT(message_of(file_with("u.vtp", "<VTKFile type=\"UnstructuredGrid\"/>")),
-              HasSubstr("not VTK polydata"));
+TEST_F(MeshFile, VtpOfUnknownKindsIsRefusedByName) {
+  const auto vtp = [&](const std::string& attributes) {
+    return message_of(file_with("c.vtp", "<VTKFile " + attributes + "/>"));
+  };
+  const std::string poly = "type=\"PolyData\" ";
+  EXPECT_THAT(vtp(poly + "compressor=\"vtkLZ4DataCompressor\""),
+              AllOf(HasSubstr("\"vtkLZ4DataCompressor\""), HasSubstr("ZLib or none")));
+  EXPECT_THAT(vtp(poly + "compressor=\"vtkLZMADataCompressor\""),
+              HasSubstr("\"vtkLZMADataCompressor\""));
+  EXPECT_THAT(vtp(poly + "header_type=\"UInt16\""), HasSubstr("header_type \"UInt16\""));
+  EXPECT_THAT(vtp(poly + "byte_order=\"BigEndian\""), HasSubstr("big-endian"));
+  EXPECT_THAT(vtp("type=\"UnstructuredGrid\""), HasSubstr("not VTK polydata"));
+}
+
+TEST_F(MeshFile, CompressedVtpThatIsDamagedIsRefused) {
+  const std::string whole = read_file(reference("zlib_default_vtk.vtp"));
+  EXPECT_EQ(read_mesh(file_with("w.vtp", whole)).triangles.size(), 12U);
+  // A byte of the stream, the number of blocks, and the size of the only one.
+  for (const auto& [from, to] : {std::pair{"==eJxjYPA4z", "==eJxjYQA4z"},
+                                 {"AQAAAACAAABgAAAAJQAAAA", "//8AAACAAABgAAAAJQAAAA"},
+                                 {"AQAAAACAAABgAAAAJQAAAA", "AQAAAACAAAD///9/JQAAAA"}}) {
+    std::string damaged = whole;
+    damaged.replace(damaged.find(from), std::string_view(from).size(), to);
+    EXPECT_THAT(message_of(file_with("d.vtp", damaged)), HasSubstr("damaged")) << to;
+  }
+}
+
+/// Four points; piece: the rest of the tag, cells: what follows the points.
+std::string square_vtp(const std::string& piece, const std::string& cells) {
+  return "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"4\" " + piece +
+         "><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 "
+         "0 1 1 0 0 1 0</DataArray></Points>" +
+         cells + "</Piece></PolyData></VTKFile>";
+}
+
+std::string vtp_cells(const std::string& kind, const std::string& connectivity,
+                      const std::string& offsets) {
+  return "<" + kind + "><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">" +
+         connectivity + "</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">" +
+         offsets + "</DataArray></" + kind + ">";
+}
+
+TEST_F(MeshFile, VtpHoldsNoFewerCellsThanItStates) {
+  const auto message = [&](const std::string& piece, const std::string& cells) {
+    return message_of(file_with("n.vtp", square_vtp(piece, cells)));
+  };
+  const std::string two = vtp_cells("Polys", "0 1 2 0 2 3", "3 6");
+  EXPECT_EQ(message("NumberOfPolys=\"2\"", two), "no error");
+  EXPECT_EQ(message("", two), "no error");
+  EXPECT_THAT(message("NumberOfPolys=\"3\"", two),
+              HasSubstr("states NumberOfPolys=\"3\" and holds 2"));
+  EXPECT_EQ(message("NumberOfPolys=\"1\"", two), "no error");
+  EXPECT_THAT(message("NumberOfPolys=\"1\"", vtp_cells("Polys", "0 1 2 0 2 3", "3")),
+              HasSubstr("offsets of Polys that do not fit"));
+  EXPECT_THAT(message("NumberOfStrips=\"1\"", ""), HasSubstr("no array connectivity"));
+  EXPECT_THAT(message("NumberOfPolys=\"1\"", vtp_cells("Polys", "0 1", "2")),
+              HasSubstr("fewer than three corners"));
+}
+
+TEST_F(MeshFile, MaterialsOfVtpFollowLinesAndVertices) {
+  const std::string cells =
+      vtp_cells("Verts", "3", "1") + vtp_cells("Lines", "0 1 1 2", "2 4") +
+      vtp_cells("Polys", "0 1 2 3", "4") + vtp_cells("Strips", "0 1 3 2", "4") +
+      "<CellData><DataArray type=\"Int32\" Name=\"material\" format=\"ascii\">7 8 8 1 2"
+      "</DataArray><DataArray type=\"Int32\" Name=\"flux\" format=\"ascii\">9 9 9 3 4</DataArray>"
+      "</CellData><PointData><DataArray type=\"Int32\" Name=\"T\" format=\"ascii\">0 1 2 3"
+      "</DataArray></PointData>";
+  const fs::path path = file_with("m.vtp", square_vtp("NumberOfPolys=\"1\"", cells));
+  const scarp::MeshFile read = read_mesh_file(path);
+  EXPECT_EQ(read.mesh.triangles,
+            (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 3}, {3, 1, 2}}));
+  EXPECT_EQ(read.mesh.materials, (std::vector<MaterialId>{1, 1, 2, 2}));
+  EXPECT_THAT(read.left_out, ElementsAre("1 cell of vertices alone", "2 lines"));
+  EXPECT_THAT(read.data_left_out, ElementsAre("point data \"T\"", "cell data \"flux\""));
+  EXPECT_EQ(read_facet_arrays(path)[1].values, (std::vector<float>{3, 3, 4, 4}));
+}
+
+TEST_F(MeshFile, WhatIsLeftOutOfObjIsCounted) {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const scarp::MeshFile read = read_mesh_file(
+      file_with("a.obj", "mtllib a.mtl\no a\ng b\ns off\nvn 0 0 1\n" + triangle +
+                             "usemtl b\nl 1 2\nl 1 \\\n 2 3\np 1\nhello\nv 1 1 1 0.5 0.5 0.5\n"));
+  EXPECT_EQ(read.mesh.vertices.size(), 4U);
+  EXPECT_THAT(read.left_out, ElementsAre("1 line of the file that begin with \"hello\"", "2 lines",
+                                         "1 element of points"));
+  EXPECT_THAT(read.data_left_out, ElementsAre("colours or weights of vertices", "1 normal"));
+  EXPECT_EQ(left_out_text(read.left_out).substr(0, 18), "leaves out 1 line ");
+  EXPECT_THAT(message_of(file_with("c.obj", triangle + "cstype bspline\n")),
+              AllOf(HasSubstr("c.obj:5"), HasSubstr("\"cstype\" belongs to curves")));
+  EXPECT_THAT(message_of(file_with("d.obj", triangle + "call other.obj\n")), HasSubstr("\"call\""));
+  EXPECT_THAT(message_of(file_with("j.obj", triangle + "f 1 2\\\n3\n")),
+              HasSubstr("goes on within a word"));
+  EXPECT_THAT(message_of(file_with("u.obj", std::string("\xFF\xFEv\0", 4))), HasSubstr("UTF-16"));
+}
+
+TEST_F(MeshFile, WhatIsLeftOutOfPlyAndStlIsNamed) {
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+      "z\nproperty uchar red\nelement face 1\nproperty list uchar int ";
+  const std::string body =
+      "\nelement edge 1\nproperty int a\nend_header\n0 0 0 1\n1 0 0 1\n"
+      "0 1 0 1\n3 0 1 2\n5\n6 7\n";
+  const scarp::MeshFile ply = read_mesh_file(file_with("a.ply", head + "vertex_indices" + body));
+  EXPECT_THAT(ply.left_out, ElementsAre("1 element \"edge\"",
+                                        "4 bytes behind the elements that the file states"));
+  EXPECT_THAT(ply.data_left_out, ElementsAre("data of vertex \"red\""));
+  EXPECT_THAT(message_of(file_with("b.ply", head + "corners" + body)),
+              HasSubstr("element face has no list vertex_indices"));
+
+  write_mesh(file("a.stl"), tent());
+  std::string bytes = content(file("a.stl"));
+  bytes[84 + 49] = 1;
+  const scarp::MeshFile stl = read_mesh_file(file_with("b.stl", bytes + "more"));
+  EXPECT_EQ(stl.mesh.triangles.size(), 4U);
+  EXPECT_THAT(stl.left_out, ElementsAre("4 bytes behind the 4 facets that the file states"));
+  EXPECT_THAT(stl.data_left_out, ElementsAre("attributes of facets"));
+  EXPECT_THAT(message_of(file_with("w.stl", "solid\nfacet\nouter loop\ncolour 1\n")),
+              HasSubstr("w.stl:4: \"colour\" is no word of STL"));
 }
 
 TEST_F(MeshFile, ArraysOverFacetsComeBack) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "core/error.h"
@@ -125,6 +126,54 @@ TEST(SimplifyInput, EndsWhereSheetsLieOnEachOther) {
   }
   for (const SimplifyMethod method : {SimplifyMethod::curvature, SimplifyMethod::lindstrom_turk})
     EXPECT_FALSE(simplify(mesh, {.method = method}).mesh.triangles.empty());
+}
+
+/// Of radius 1, its ends fans around their middles.
+TriMesh drawn_cylinder(std::uint32_t corners_around, float height, std::uint32_t rings) {
+  TriMesh mesh;
+  for (std::uint32_t ring = 0; ring <= rings; ++ring) {
+    for (std::uint32_t i = 0; i < corners_around; ++i) {
+      const double phi = 2 * std::numbers::pi * i / corners_around;
+      mesh.vertices.push_back({static_cast<float>(std::cos(phi)), static_cast<float>(std::sin(phi)),
+                               height * static_cast<float>(ring) / static_cast<float>(rings)});
+    }
+  }
+  const auto bottom = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.push_back({0, 0, 0});
+  mesh.vertices.push_back({0, 0, height});
+  for (std::uint32_t i = 0; i < corners_around; ++i) {
+    const std::uint32_t j = (i + 1) % corners_around;
+    for (std::uint32_t ring = 0; ring < rings; ++ring) {
+      const std::uint32_t a = ring * corners_around;
+      const std::uint32_t b = a + corners_around;
+      mesh.triangles.push_back({a + i, a + j, b + j});
+      mesh.triangles.push_back({a + i, b + j, b + i});
+    }
+    const std::uint32_t top = rings * corners_around;
+    mesh.triangles.push_back({bottom, j, i});
+    mesh.triangles.push_back({bottom + 1, top + i, top + j});
+  }
+  return mesh;
+}
+
+// A prism of eleven sides is within .04 of a cylinder; .1 is asked for.
+TEST(SimplifyInput, DrawnCylindersAreReducedAsFarAsTheBoundAllows) {
+  struct Case {
+    std::uint32_t corners_around;
+    float height;
+    std::uint32_t rings;
+  };
+  for (const Case& each : {Case{32, 10, 1}, Case{200, 1, 1}, Case{200, 10, 1}, Case{64, 2, 20}}) {
+    const TriMesh mesh = drawn_cylinder(each.corners_around, each.height, each.rings);
+    const SimplifyResult result =
+        simplify(mesh, {.max_error = 0.1, .thin_facets = ThinFacets::exact});
+    EXPECT_LE(result.mesh.vertices.size(), 28U) << each.corners_around << ' ' << each.height;
+    EXPECT_LE(result.proven_distance, 0.1);
+    EXPECT_LE(proven_distance(mesh, result.mesh, 1e-3), 0.1);
+    EXPECT_LE(proven_distance(result.mesh, mesh, 1e-3), 0.1);
+    EXPECT_EQ(find_defects(result.mesh, mesh, {}).non_manifold_edges, 0U);
+    EXPECT_EQ(find_defects(result.mesh, mesh, {}).zero_area, 0U);
+  }
 }
 
 }  // namespace
