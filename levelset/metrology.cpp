@@ -30,7 +30,8 @@ constexpr int least_for_roughness = 8;
 
 /// What is summed up over sections.
 constexpr std::array averaged{
-    &OpeningMetrology::depth,           &OpeningMetrology::aspect_ratio,
+    &OpeningMetrology::depth,           &OpeningMetrology::depth_error,
+    &OpeningMetrology::aspect_ratio,    &OpeningMetrology::micro_trenching_error,
     &OpeningMetrology::top_cd,          &OpeningMetrology::middle_cd,
     &OpeningMetrology::bottom_cd,       &OpeningMetrology::neck_cd,
     &OpeningMetrology::neck_depth,      &OpeningMetrology::bow,
