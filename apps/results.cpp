@@ -394,8 +394,30 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
   }
 }
 
-// What the grid leaves open at the feet of walls, where it is much of what is there.
-void ResultFolder::tell_rounded_feet(const Recipe& recipe) const { (void)recipe; }
+// What the grid leaves open at the feet of walls, where that is much: of the depth, or of a
+// micro-trench that the grid holds.
+void ResultFolder::tell_rounded_feet(const Recipe& recipe) const {
+  constexpr double of_depth = 0.05;
+  constexpr double of_micro_trench = 0.5;
+  const double spacing = recipe.frame.spacing;
+  std::set<int> told;
+  for (const OpeningMetrology& each : newest_->openings) {
+    if (!each.depth_error) continue;
+    const double micro_trench = each.micro_trenching.value_or(0);
+    const bool has_micro_trench = micro_trench >= spacing;
+    const double allowed = has_micro_trench
+                               ? std::min(of_depth * *each.depth, of_micro_trench * micro_trench)
+                               : of_depth * *each.depth;
+    if (*each.depth_error <= allowed || !told.insert(each.opening).second) continue;
+    const std::string also =
+        has_micro_trench ? fmt::format(" and its micro-trench of {:.3g} nm", micro_trench) : "";
+    log_.warn(fmt::format(
+        "{} {}: its depth of {:.4g} nm{} may be wrong by {:.2g} nm, as the grid rounds the foot of "
+        "a wall; use a domain.spacing of {:.2g} nm or less",
+        each.is_trench ? "trench" : "hole", each.opening + 1, *each.depth, also, *each.depth_error,
+        spacing * allowed / *each.depth_error));
+  }
+}
 
 Sections& ResultFolder::sections(const Recipe& recipe) {
   if (sections_) return *sections_;

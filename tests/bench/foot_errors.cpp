@@ -93,16 +93,18 @@ FootRun run_of(const Process& process, Kind kind, double across, double place) {
   std::ifstream file(folder / "run" / "summary.json");
   const Json metrology = Json::parse(file)["metrology"];
   const Json& opening = metrology["openings"][0];
-  const auto number = [](const Json& json, const char* name) {
-    return json[name].is_number() ? json[name].get<double>() : 0;
+  const auto number = [](const Json& json, const char* name, double otherwise = 0) {
+    return json[name].is_number() ? json[name].get<double>() : otherwise;
   };
+  // Where no error is stated lengths have that of all metrology.
+  const double usual = 0.1 * recipe.frame.spacing;
   return {.across = across,
           .place = place,
           .openings = metrology["openings"],
           .lowest = number(metrology, "lowest_nm"),
-          .lowest_error = number(metrology, "lowest_error_nm"),
+          .lowest_error = number(metrology, "lowest_error_nm", usual),
           .micro_trench = number(opening, "micro_trenching_nm"),
-          .micro_trench_error = number(opening, "micro_trenching_error_nm")};
+          .micro_trench_error = number(opening, "micro_trenching_error_nm", usual)};
 }
 
 /// Of first order in the spacing.
