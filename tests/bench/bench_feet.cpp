@@ -2,7 +2,7 @@
 // place of the walls between nodes.
 //
 //   ./dev bench feet [CASE...] [--spacings 20 10 5] [--places 0 0.25 0.5 0.75]
-//                    [--across 6 10 20 40] [--reference 40 80] [--json]
+//                    [--processes NAME...] [--across 6 10 20 40] [--reference 40 80] [--json]
 //
 // fin:         when a fin 200 nm wide is gone, against half its width by the rate; in spacings.
 // directional: a trench 200 nm wide through 200 nm of oxide, which has 200 s more in silicon that
@@ -228,6 +228,8 @@ int main(int argc, char** argv) {
     scarp::bench::add_cases(app, all, settings.cases);
     app.add_option("--spacings", settings.spacings, "In nm");
     app.add_option("--places", settings.places, "Of the middle between two nodes, in spacings");
+    app.add_option("--processes", settings.errors.processes, "Of errors; all without any")
+        ->check(CLI::IsMember(scarp::bench::foot_error_processes()));
     app.add_option("--across", settings.errors.across, "Of errors: spacings across an opening");
     app.add_option("--reference", settings.errors.reference,
                    "Of errors: two of them, extrapolated from, the coarser one first")

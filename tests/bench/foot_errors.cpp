@@ -143,56 +143,83 @@ Json json_of(const Row& row, double reference) {
           {"stated", row.stated}};
 }
 
-}  // namespace
+class FootErrors {
+ public:
+  explicit FootErrors(const FootErrorSettings& settings) : settings_(settings) {}
 
-Json foot_errors(const FootErrorSettings& settings) {
-  Json rows = Json::array();
-  Json all_runs = Json::array();
-  double count = 0;
-  double lowest_within = 0;
-  double micro_trench_within = 0;
-  for (const Process& process : processes) {
-    for (const Kind kind : {Kind::trench, Kind::hole}) {
-      const char* const kind_name = kind == Kind::trench ? "trench" : "hole";
-      std::vector<FootRun> finer;
-      for (const double across : settings.reference)
-        finer.push_back(run_of(process, kind, across, 0));
-      const double lowest = extrapolated(finer, &FootRun::lowest);
-      const double micro_trench = extrapolated(finer, &FootRun::micro_trench);
-      for (const double across : settings.across) {
-        std::vector<FootRun> runs;
-        // The axis of a hole is on nodes.
-        const std::vector<double> places =
-            kind == Kind::trench ? settings.places : std::vector<double>{0};
-        for (const double place : places) {
-          runs.push_back(run_of(process, kind, across, place));
-          all_runs.push_back({{"process", process.name},
-                              {"kind", kind_name},
-                              {"across", across},
-                              {"place", place},
-                              {"lowest_nm", runs.back().lowest},
-                              {"lowest_extrapolated_nm", lowest},
-                              {"micro_trench_extrapolated_nm", micro_trench},
-                              {"openings", runs.back().openings}});
-        }
-        const Row low = row_of(runs, lowest, &FootRun::lowest, &FootRun::lowest_error);
-        const Row deep =
-            row_of(runs, micro_trench, &FootRun::micro_trench, &FootRun::micro_trench_error);
-        rows.push_back({{"process", process.name},
-                        {"opening", kind_name},
-                        {"across", across},
-                        {"lowest_nm", json_of(low, lowest)},
-                        {"micro_trench_nm", json_of(deep, micro_trench)}});
-        count += static_cast<double>(runs.size());
-        lowest_within += low.within;
-        micro_trench_within += deep.within;
+  void add(const Process& process, Kind kind) {
+    std::vector<FootRun> finer;
+    for (const double across : settings_.reference)
+      finer.push_back(run_of(process, kind, across, 0));
+    const double lowest = extrapolated(finer, &FootRun::lowest);
+    const double micro_trench = extrapolated(finer, &FootRun::micro_trench);
+    const std::string opening = kind == Kind::trench ? "trench" : "hole";
+    for (const double across : settings_.across) {
+      std::vector<FootRun> runs;
+      for (const double place : places_of(kind)) {
+        const auto known =
+            std::ranges::find_if(finer, [&](const FootRun& each) { return each.across == across; });
+        const bool is_known = place == 0 && known != finer.end();
+        runs.push_back(is_known ? *known : run_of(process, kind, across, place));
+        runs_.push_back({{"process", process.name},
+                         {"opening", opening},
+                         {"across", across},
+                         {"place", place},
+                         {"lowest_nm", runs.back().lowest},
+                         {"openings", runs.back().openings}});
       }
+      const Row low = row_of(runs, lowest, &FootRun::lowest, &FootRun::lowest_error);
+      const Row deep =
+          row_of(runs, micro_trench, &FootRun::micro_trench, &FootRun::micro_trench_error);
+      rows_.push_back({{"process", process.name},
+                       {"opening", opening},
+                       {"across", across},
+                       {"lowest_nm", json_of(low, lowest)},
+                       {"micro_trench_nm", json_of(deep, micro_trench)}});
+      lowest_within_ += low.within;
+      micro_trench_within_ += deep.within;
     }
   }
-  return {{"rows", rows},
-          {"runs", all_runs},
-          {"within",
-           {{"lowest", lowest_within / count}, {"micro_trench", micro_trench_within / count}}}};
+
+  Json found() const {
+    const auto count = static_cast<double>(runs_.size());
+    return {{"rows", rows_},
+            {"runs", runs_},
+            {"within",
+             {{"lowest", lowest_within_ / count}, {"micro_trench", micro_trench_within_ / count}}}};
+  }
+
+ private:
+  /// The axis of a hole is on nodes.
+  std::vector<double> places_of(Kind kind) const {
+    return kind == Kind::trench ? settings_.places : std::vector<double>{0};
+  }
+
+  const FootErrorSettings& settings_;
+  Json rows_ = Json::array();
+  Json runs_ = Json::array();
+  int lowest_within_ = 0;
+  int micro_trench_within_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::string> foot_error_processes() {
+  std::vector<std::string> names;
+  for (const Process& each : processes) names.push_back(each.name);
+  return names;
+}
+
+Json foot_errors(const FootErrorSettings& settings) {
+  FootErrors errors(settings);
+  for (const Process& process : processes) {
+    const bool is_wanted =
+        settings.processes.empty() ||
+        std::ranges::find(settings.processes, process.name) != settings.processes.end();
+    if (!is_wanted) continue;
+    for (const Kind kind : {Kind::trench, Kind::hole}) errors.add(process, kind);
+  }
+  return errors.found();
 }
 
 void print_foot_errors(const Json& found) {
