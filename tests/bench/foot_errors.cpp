@@ -49,7 +49,8 @@ const std::vector<Process> processes{
     {"beam, isotropic part",
      beam,
      "geometry[2]",
-     {"step[0].duration=\"150 s\"", "step[0].isotropic_etch_rate={ SiO2 = \"0.1 nm/s\" }"}}};
+     {"step[0].duration=\"150 s\"",
+      "step[0].isotropic_etch_rate={ SiO2 = \"0.1 nm/s\", default = \"0 nm/s\" }"}}};
 
 enum class Kind { trench, hole };
 
