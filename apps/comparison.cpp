@@ -115,6 +115,23 @@ std::optional<double> tolerance_of(const MetrologyValue& value, double mean, dou
   return std::nullopt;
 }
 
+/// What grids of different spacings may make of a value: each leaves it open by its own error. On
+/// equal grids the error is the same, and is no difference.
+double grid_difference(const std::string& name, std::span<const Snapshot> a,
+                       std::span<const Snapshot> b) {
+  if (a.front().frame.spacing == b.front().frame.spacing) return 0;
+  double sum = 0;
+  for (const std::span<const Snapshot> group : {a, b}) {
+    double most = 0;
+    for (const Snapshot& each : group) {
+      const auto same = std::ranges::find(each.values, name, &MetrologyValue::name);
+      if (same != each.values.end()) most = std::max(most, same->grid_error);
+    }
+    sum += most;
+  }
+  return sum;
+}
+
 const OpeningPlace* find_opening(std::span<const Snapshot> group, int number) {
   for (const Snapshot& each : group) {
     const auto same = std::ranges::find(each.openings, number, &OpeningPlace::number);
@@ -190,7 +207,7 @@ ComparedValue compared(const MetrologyValue& value, std::span<const Snapshot> a,
   result.tolerance = tolerance_of(value, result.first.mean, spacing, allowed);
   if (!result.tolerance) return result;
   const double rounding = least_difference * spacing * std::abs(value.per_nm);
-  result.tolerance = std::max(*result.tolerance, rounding);
+  result.tolerance = std::max({*result.tolerance, rounding, grid_difference(value.name, a, b)});
   if (std::abs(*result.difference) <= rounding) {
     result.significance.is_significant = false;
   } else {

@@ -24,12 +24,15 @@ struct OpeningQuantity {
   Value OpeningMetrology::*member;
   double scale = 1;
   ValueKind kind = ValueKind::other;
+  Value OpeningMetrology::*grid_error = nullptr;
 };
 
 constexpr ValueKind length = ValueKind::width_or_depth;
 
 constexpr std::array opening_quantities{
-    OpeningQuantity{"depth_nm", &OpeningMetrology::depth, 1, length},
+    OpeningQuantity{"depth_nm", &OpeningMetrology::depth, 1, length,
+                    &OpeningMetrology::depth_error},
+    OpeningQuantity{"depth_error_nm", &OpeningMetrology::depth_error},
     OpeningQuantity{"aspect_ratio", &OpeningMetrology::aspect_ratio},
     OpeningQuantity{"top_cd_nm", &OpeningMetrology::top_cd, 1, length},
     OpeningQuantity{"middle_cd_nm", &OpeningMetrology::middle_cd, 1, length},
@@ -42,6 +45,7 @@ constexpr std::array opening_quantities{
     OpeningQuantity{"left_angle_deg", &OpeningMetrology::left_angle, degrees},
     OpeningQuantity{"right_angle_deg", &OpeningMetrology::right_angle, degrees},
     OpeningQuantity{"micro_trenching_nm", &OpeningMetrology::micro_trenching},
+    OpeningQuantity{"micro_trenching_error_nm", &OpeningMetrology::micro_trenching_error},
     OpeningQuantity{"facet_width_nm", &OpeningMetrology::facet_width},
     OpeningQuantity{"scallop_pitch_nm", &OpeningMetrology::scallop_pitch},
     OpeningQuantity{"scallop_amplitude_nm", &OpeningMetrology::scallop_amplitude},
@@ -49,7 +53,8 @@ constexpr std::array opening_quantities{
     OpeningQuantity{"line_width_roughness_nm", &OpeningMetrology::line_width_roughness},
     OpeningQuantity{"undercut_nm", &OpeningMetrology::undercut, 1, length},
     OpeningQuantity{"mask_thickness_nm", &OpeningMetrology::mask_thickness, 1, ValueKind::film},
-    OpeningQuantity{"etched_depth_nm", &OpeningMetrology::etched_depth, 1, length},
+    OpeningQuantity{"etched_depth_nm", &OpeningMetrology::etched_depth, 1, length,
+                    &OpeningMetrology::depth_error},
     OpeningQuantity{"mask_loss_nm", &OpeningMetrology::mask_loss},
     OpeningQuantity{"selectivity", &OpeningMetrology::selectivity},
     OpeningQuantity{"arde_lag", &OpeningMetrology::arde_lag}};
@@ -218,9 +223,10 @@ std::string opening_cells(const OpeningMetrology* opening, const Recipe& recipe)
 
 /// The columns of the whole wafer.
 std::string wafer_cells(const Metrology& metrology, const Recipe& recipe) {
-  std::string cells = fmt::format(",{:.7g},{:.7g},{},{},{:.7g}", metrology.highest,
-                                  metrology.lowest, csv_cell(metrology.surface_roughness),
-                                  metrology.voids.size(), void_volume(metrology));
+  std::string cells =
+      fmt::format(",{:.7g},{:.7g},{},{},{},{:.7g}", metrology.highest, metrology.lowest,
+                  csv_cell(metrology.lowest_error), csv_cell(metrology.surface_roughness),
+                  metrology.voids.size(), void_volume(metrology));
   for (const MaterialId material : recipe.occurring) {
     const auto found = std::ranges::find(metrology.volumes, material, &MaterialVolume::material);
     cells += fmt::format(",{:.7g}", found == metrology.volumes.end() ? 0 : found->volume);
@@ -232,8 +238,9 @@ std::string wafer_cells(const Metrology& metrology, const Recipe& recipe) {
 class ValueList {
  public:
   void add(const std::string& name, Value value, ValueKind kind = ValueKind::other,
-           double per_nm = 1) {
-    if (value) values_.push_back({owner_ + name, kind, *value, per_nm, opening_});
+           double per_nm = 1, Value grid_error = {}) {
+    if (value)
+      values_.push_back({owner_ + name, kind, *value, per_nm, grid_error.value_or(0), opening_});
   }
 
   void add(const OpeningMetrology& opening, const MetrologyNames& names) {
@@ -244,7 +251,8 @@ class ValueList {
                                              : " across y");
     opening_ = opening.opening;
     for (const OpeningQuantity& each : opening_quantities)
-      add(each.name, value_of(opening, each), each.kind);
+      add(each.name, value_of(opening, each), each.kind, 1,
+          each.grid_error == nullptr ? Value() : opening.*(each.grid_error));
     for (std::size_t n = 0; n < opening.cd_at.size(); ++n)
       add(fmt::format("cd_at_{}_nm", format_number(names.options.cd_heights[n])), opening.cd_at[n],
           length);
@@ -272,7 +280,8 @@ std::vector<MetrologyValue> metrology_values(const Metrology& metrology,
   ValueList list;
   for (const OpeningMetrology& each : metrology.openings) list.add(each, names);
   list.add("highest_nm", metrology.highest, ValueKind::height);
-  list.add("lowest_nm", metrology.lowest, ValueKind::height);
+  list.add("lowest_nm", metrology.lowest, ValueKind::height, 1, metrology.lowest_error);
+  list.add("lowest_error_nm", metrology.lowest_error);
   list.add("surface_roughness_nm", metrology.surface_roughness);
   list.add("voids", static_cast<double>(metrology.voids.size()));
   list.add("void_volume_nm3", void_volume(metrology));
@@ -285,6 +294,7 @@ std::vector<MetrologyValue> metrology_values(const Metrology& metrology,
 ordered_json metrology_json(const Metrology& metrology, const MetrologyNames& names) {
   ordered_json json{{"highest_nm", metrology.highest},
                     {"lowest_nm", metrology.lowest},
+                    {"lowest_error_nm", json_of(metrology.lowest_error)},
                     {"surface_roughness_nm", json_of(metrology.surface_roughness)}};
   json["openings"] = ordered_json::array();
   for (const OpeningMetrology& each : metrology.openings)
@@ -304,6 +314,7 @@ std::string metrology_table(const Metrology& metrology, const MetrologyNames& na
   };
   line("highest_nm", metrology.highest);
   line("lowest_nm", metrology.lowest);
+  if (metrology.lowest_error) line("lowest_error_nm", *metrology.lowest_error);
   if (metrology.surface_roughness) line("surface_roughness_nm", *metrology.surface_roughness);
   for (const MaterialVolume& each : metrology.volumes)
     line(names.materials[each.material].name + "_volume_nm3", each.volume);
@@ -325,7 +336,7 @@ std::string metrology_head(const Recipe& recipe) {
     for (const FilmQuantity& each : film_quantities)
       head += ',' + csv_field(fmt::format("{}_{}", recipe.materials[material].name, each.name));
   }
-  head += ",highest_nm,lowest_nm,surface_roughness_nm,voids,void_volume_nm3";
+  head += ",highest_nm,lowest_nm,lowest_error_nm,surface_roughness_nm,voids,void_volume_nm3";
   for (const MaterialId material : recipe.occurring)
     head += ',' + csv_field(recipe.materials[material].name + "_volume_nm3");
   return head + '\n';

@@ -36,6 +36,7 @@ struct MetrologyValue {
   double value = 0;
   /// How much it changes with a nm of thickness: of coverages 1 by the top, of volumes the area.
   double per_nm = 1;
+  double grid_error = 0;         ///< a bound, where one is known
   std::optional<int> opening{};  ///< whose it is
 };
 

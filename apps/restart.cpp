@@ -385,6 +385,7 @@ CheckpointNotes notes_of(const State& state, const Recipe& recipe, const Written
           {"islands_removed", std::to_string(state.islands.count)},
           {"island_volume_nm3", format_number(state.islands.volume)},
           {"residue_volume_nm3", format_number(state.residue_volume)},
+          {"feet_are_rounded", state.feet_are_rounded ? "1" : "0"},
           {"mesh", bytes_of(state.mesh)},
           {"coverages", bytes_of(state.coverages)},
           {"earlier_flux", bytes_of(state.earlier)},
@@ -409,6 +410,11 @@ std::vector<VoidClosure> read_voids(const CheckpointNotes& notes, const fs::path
   return voids_of(numbers_of(notes, "voids", file),
                   has_images ? numbers_of(notes, "void_images", file) : std::vector<double>{},
                   file);
+}
+
+// Not known of checkpoints of earlier versions.
+bool read_feet_are_rounded(const CheckpointNotes& notes) {
+  return optional_note(notes, "feet_are_rounded") == "1";
 }
 
 // None in checkpoints of earlier versions.
@@ -457,6 +463,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                     .islands = {.count = static_cast<std::size_t>(value("islands_removed")),
                                 .volume = value("island_volume_nm3")},
                     .residue_volume = value("residue_volume_nm3"),
+                    .feet_are_rounded = read_feet_are_rounded(checkpoint.notes),
                     .mesh = std::move(mesh),
                     .coverages = std::move(coverages),
                     .earlier = std::move(earlier)},
@@ -539,6 +546,7 @@ State read_start_state(const fs::path& file, const Materials& materials) {
                    .time = value("time_s"),
                    .time_step = static_cast<std::uint32_t>(value("time_step")),
                    .voids = read_voids(checkpoint.notes, file),
+                   .feet_are_rounded = read_feet_are_rounded(checkpoint.notes),
                    .mesh = std::move(mesh),
                    .coverages = std::move(coverages)});
 }
@@ -565,6 +573,7 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
   });
   if (checkpoint.notes.contains("cd_heights_nm"))
     wafer.metrology.cd_heights = numbers_of(checkpoint.notes, "cd_heights_nm", file);
+  wafer.metrology.feet_are_rounded = read_feet_are_rounded(checkpoint.notes);
   return wafer;
 }
 

@@ -325,8 +325,9 @@ void ResultFolder::restore_metrology(const Recipe& recipe) {
     }
     try {
       const SavedWafer wafer = read_wafer(file(numbered("state", n, ".vdb")), recipe.materials);
-      metrology_rows_ += metrology_rows(static_cast<std::size_t>(n), wafer.time,
-                                        measure(wafer.layers, recipe, wafer.openings), recipe);
+      metrology_rows_ += metrology_rows(
+          static_cast<std::size_t>(n), wafer.time,
+          measure(wafer.layers, recipe, wafer.openings, wafer.metrology.feet_are_rounded), recipe);
     } catch (const InputError& error) {
       log_.warn(fmt::format("{}: the rows of output {} are lost: {}", file(metrology_file).string(),
                             n, error.what()));
@@ -352,7 +353,8 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
     write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
     const WholeLayers whole(state.layers);
     sections(recipe).write(path_, number, state, whole.get(), recipe);
-    const auto before = std::exchange(newest_, measure(whole.get(), recipe, written_.openings));
+    const auto before = std::exchange(
+        newest_, measure(whole.get(), recipe, written_.openings, state.feet_are_rounded));
     written_.openings = newest_->names;
     if (before) tell_unresolved(*before, state.time, recipe);
     metrology_rows_ += metrology_rows(written_.output_times.size(), state.time, *newest_, recipe);
@@ -392,6 +394,31 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
   }
 }
 
+// What the grid leaves open at the feet of walls, where that is much: of the depth, or of a
+// micro-trench that the grid holds.
+void ResultFolder::tell_rounded_feet(const Recipe& recipe) const {
+  constexpr double of_depth = 0.05;
+  constexpr double of_micro_trench = 0.5;
+  const double spacing = recipe.frame.spacing;
+  std::set<int> told;
+  for (const OpeningMetrology& each : newest_->openings) {
+    if (!each.depth_error) continue;
+    const double micro_trench = each.micro_trenching.value_or(0);
+    const bool has_micro_trench = micro_trench >= spacing;
+    const double allowed = has_micro_trench
+                               ? std::min(of_depth * *each.depth, of_micro_trench * micro_trench)
+                               : of_depth * *each.depth;
+    if (*each.depth_error <= allowed || !told.insert(each.opening).second) continue;
+    const std::string also =
+        has_micro_trench ? fmt::format(" and its micro-trench of {:.3g} nm", micro_trench) : "";
+    log_.warn(fmt::format(
+        "{} {}: its depth of {:.4g} nm{} may be wrong by {:.2g} nm, as the grid rounds the foot of "
+        "a wall; use a domain.spacing of {:.2g} nm or less",
+        each.is_trench ? "trench" : "hole", each.opening + 1, *each.depth, also, *each.depth_error,
+        spacing * allowed / *each.depth_error));
+  }
+}
+
 Sections& ResultFolder::sections(const Recipe& recipe) {
   if (sections_) return *sections_;
   // After a run is resumed, its earlier outputs are read again.
@@ -411,13 +438,15 @@ Sections& ResultFolder::sections(const Recipe& recipe) {
 }
 
 Metrology ResultFolder::measure(const Layers& layers, const Recipe& recipe,
-                                const OpeningNames& known) {
+                                const OpeningNames& known, bool feet_are_rounded) {
   if (!start_) {
     start_ = output_count() == 0
                  ? scarp::measure(layers, recipe.metrology)
                  : scarp::measure(whole_of(start_state(recipe)).layers, recipe.metrology);
   }
-  return scarp::measure(layers, recipe.metrology, &*start_, known);
+  MetrologyOptions options = recipe.metrology;
+  options.feet_are_rounded = feet_are_rounded;
+  return scarp::measure(layers, options, &*start_, known);
 }
 
 void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
@@ -461,7 +490,10 @@ RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
                          .wall_seconds = wall_seconds};
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
-    if (!newest_) newest_ = measure(WholeLayers(state.layers).get(), recipe, written_.openings);
+    if (!newest_)
+      newest_ = measure(WholeLayers(state.layers).get(), recipe, written_.openings,
+                        state.feet_are_rounded);
+    tell_rounded_feet(recipe);
     write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe, totals));
   });
   return totals;

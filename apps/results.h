@@ -88,9 +88,11 @@ class ResultFolder {
   void while_held(const Write& write) const;
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe, by the openings known before.
-  Metrology measure(const Layers& layers, const Recipe& recipe, const OpeningNames& known);
+  Metrology measure(const Layers& layers, const Recipe& recipe, const OpeningNames& known,
+                    bool feet_are_rounded);
   void tell_lost_files(const Recipe& recipe) const;
   void tell_unresolved(const Metrology& before, double time, const Recipe& recipe);
+  void tell_rounded_feet(const Recipe& recipe) const;
   void restore_rows(std::span<const std::string> kept, const State& state, const Recipe& recipe);
   void restore_metrology(const Recipe& recipe);
   void write_state(const std::string& name, const State& state, const Recipe& recipe);

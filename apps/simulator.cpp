@@ -56,6 +56,16 @@ std::vector<bool> etched_layers(const Survey& survey) {
   return etched;
 }
 
+// Whether slopes between a floor and a wall go at speeds of their own, so that the foot is a fan of
+// them, and something is etched. By the cosine there is no fan, and crystals have planes.
+bool rounds_feet(const Survey& survey) {
+  const auto opens_fans = [](const AngularFactor& factor) {
+    return !factor.is_cosine() && factor.crystal() == nullptr;
+  };
+  return std::ranges::any_of(survey.factors, opens_fans) &&
+         std::ranges::any_of(survey.growth.etched, [](double volume) { return volume > 0; });
+}
+
 void end_step(State& state, const ProcessStep& step) {
   state.ends.push_back({.time = state.time,
                         .reached = state.progress.reached,
@@ -294,6 +304,7 @@ State start_state(const Recipe& recipe) {
             .step_start = start.time,
             .time_step = start.time_step,
             .voids = start.voids,
+            .feet_are_rounded = start.feet_are_rounded,
             .mesh = start.mesh,
             .coverages = start.coverages};
   }
@@ -369,6 +380,7 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   move.residue_volume *= state.layers.frame.images();
   count_islands(state, move.islands);
   state.residue_volume += move.residue_volume;
+  state.feet_are_rounded = state.feet_are_rounded || rounds_feet(survey);
 
   state.coverages = coverages_of(survey, *step.model);
   state.mesh = mesh_of(survey, recipe);

@@ -18,6 +18,7 @@ State copy_of(const State& state) {
           .voids = state.voids,
           .islands = state.islands,
           .residue_volume = state.residue_volume,
+          .feet_are_rounded = state.feet_are_rounded,
           .mesh = state.mesh,
           .coverages = state.coverages,
           .earlier = state.earlier};

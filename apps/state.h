@@ -77,10 +77,11 @@ struct State {
   std::uint32_t time_step = 0;
   std::vector<VoidClosure> voids{};  ///< as in the gas of the last survey, see note_voids
   RemovedSolid islands{};
-  double residue_volume = 0;     ///< of films that went beside layers that stand still; nm^3
-  KeptMesh mesh{};               ///< of the last time step; empty if nothing needs it any more
-  SurfaceCoverages coverages{};  ///< of its facets, at the beginning of that time step
-  EarlierFlux earlier{};         ///< on its facets, likewise
+  double residue_volume = 0;      ///< of films that went beside layers that stand still; nm^3
+  bool feet_are_rounded = false;  ///< see MetrologyOptions; by this step or one before it
+  KeptMesh mesh{};                ///< of the last time step; empty if nothing needs it any more
+  SurfaceCoverages coverages{};   ///< of its facets, at the beginning of that time step
+  EarlierFlux earlier{};          ///< on its facets, likewise
 };
 
 /// All of a state, with layers of its own.

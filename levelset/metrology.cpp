@@ -30,7 +30,8 @@ constexpr int least_for_roughness = 8;
 
 /// What is summed up over sections.
 constexpr std::array averaged{
-    &OpeningMetrology::depth,           &OpeningMetrology::aspect_ratio,
+    &OpeningMetrology::depth,           &OpeningMetrology::depth_error,
+    &OpeningMetrology::aspect_ratio,    &OpeningMetrology::micro_trenching_error,
     &OpeningMetrology::top_cd,          &OpeningMetrology::middle_cd,
     &OpeningMetrology::bottom_cd,       &OpeningMetrology::neck_cd,
     &OpeningMetrology::neck_depth,      &OpeningMetrology::bow,
@@ -54,6 +55,19 @@ Value sum(Value a, Value b) { return a && b ? Value(*a + *b) : std::nullopt; }
 
 Value ratio(Value a, Value b, double least) {
   return a && b && *b > least ? Value(*a / *b) : std::nullopt;
+}
+
+/// What rounded feet of walls may do to the lowest point and to the micro-trench: of first order in
+/// the spacing by the width of the floor, with the depth of the micro-trench, which is the part of
+/// it that the grid still holds, and a part that it may have lost. It is no more than the depth.
+///
+/// Calibrated by ./dev bench feet errors, see docs/levelset.md.
+double foot_error(double micro_trench, double depth, double floor_width, double h) {
+  constexpr double of_micro_trench = 5;
+  constexpr double of_spacing = 6;
+  const double error =
+      (of_micro_trench * micro_trench + of_spacing * h) * h / std::max(floor_width, h);
+  return std::min(error, depth);
 }
 
 /// The surfaces of all layers, and which of them are the structure's and the mask's.
@@ -230,6 +244,11 @@ class SectionMeasurement {
     if (const std::optional<Gap> gap = contour.gap(at(cd_depths[2]))) {
       const Value floor = contour.floor(0.5 * (gap->left + gap->right));
       if (floor) found.micro_trenching = *floor - lowest;
+    }
+    if (options_.feet_are_rounded) {
+      found.depth_error =
+          foot_error(found.micro_trenching.value_or(0), depth, found.bottom_cd.value_or(0), h_);
+      if (found.micro_trenching) found.micro_trenching_error = found.depth_error;
     }
     const auto ripples = [&](std::span<const Contour::Point> wall) {
       return scallops(wall, at(cd_depths[0]), at(cd_depths[2]), h_);
@@ -594,6 +613,9 @@ Metrology measure(const Layers& layers, const MetrologyOptions& options, const M
   for (OpeningMetrology& each : found.openings)
     if (start != nullptr) compare_with_start(each, *start, layers.frame);
   compare_depths(found.openings);
+  for (const OpeningMetrology& each : found.openings)
+    if (each.depth_error)
+      found.lowest_error = std::max(found.lowest_error.value_or(0), *each.depth_error);
   found.voids = measure_voids(layers, gas);
   found.volumes = surfaces.volumes();
   return found;

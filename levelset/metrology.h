@@ -22,6 +22,9 @@ struct MetrologyOptions {
   std::vector<MaterialId> masks{};
   /// Heights at which widths are wanted.
   std::vector<double> cd_heights{};
+  /// Something was etched at speeds that depend on the slope: the grid rounds the feet of walls,
+  /// and lowest points have an error.
+  bool feet_are_rounded = false;
 };
 
 /// How thick a material lies on an opening; of several layers their sum.
@@ -45,6 +48,7 @@ struct OpeningMetrology {
   int section_count = 0;
 
   std::optional<double> depth{};
+  std::optional<double> depth_error{};  ///< of the grid, at feet of walls; of etched_depth as well
   std::optional<double> aspect_ratio{};
   std::optional<double> top_cd{};
   std::optional<double> middle_cd{};
@@ -57,6 +61,7 @@ struct OpeningMetrology {
   std::optional<double> left_angle{};
   std::optional<double> right_angle{};
   std::optional<double> micro_trenching{};
+  std::optional<double> micro_trenching_error{};  ///< likewise
   std::optional<double> facet_width{};
   std::optional<double> scallop_pitch{};
   std::optional<double> scallop_amplitude{};
@@ -95,6 +100,7 @@ struct MaterialVolume {
 struct Metrology {
   double highest = 0;  ///< of the surface that gas from the source can reach
   double lowest = 0;
+  std::optional<double> lowest_error{};       ///< the largest of the depths of openings
   std::optional<double> surface_roughness{};  ///< where there is no opening
   std::vector<OpeningMetrology> openings{};   ///< by their numbers
   OpeningNames names{};

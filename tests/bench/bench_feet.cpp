@@ -1,7 +1,8 @@
 // How exact ends, lowest points and micro-trenches are at feet of walls, by spacing, scheme and the
 // place of the walls between nodes.
 //
-//   ./dev bench feet [CASE...] [--spacings 20 10 5] [--places 0 0.25 0.5 0.75] [--json]
+//   ./dev bench feet [CASE...] [--spacings 20 10 5] [--places 0 0.25 0.5 0.75]
+//                    [--processes NAME...] [--across 6 10 20 40] [--reference 40 80] [--json]
 //
 // fin:         when a fin 200 nm wide is gone, against half its width by the rate; in spacings.
 // directional: a trench 200 nm wide through 200 nm of oxide, which has 200 s more in silicon that
@@ -9,8 +10,11 @@
 //              etched a hundred times more slowly: what is left of the oxide at the feet, in
 //              squares of the spacing, and how much too small the volume taken from the silicon is.
 // ions:        lowest point and micro-trench under ions that walls reflect, in nm.
+// errors:      how often errors of lowest points and micro-trenches are within those that metrology
+//              states (foot_errors.h), by spacings across an opening.
 //
-// Of several places the table has the mean, and the largest distance from it.
+// Of several places the table has the mean, and the largest distance from it. Ratios are values in
+// spacings and cells, those of ions by that of the finest spacing, and parts that are within.
 
 #include <fmt/format.h>
 
@@ -32,6 +36,7 @@
 #include "core/temporary_folder.h"
 #include "levelset/cross_section.h"
 #include "tests/bench/bench_main.h"
+#include "tests/bench/foot_errors.h"
 
 namespace scarp::bench {
 namespace {
@@ -44,12 +49,15 @@ struct Settings {
   std::vector<std::string> cases{};
   std::vector<double> spacings{20, 10, 5};
   std::vector<double> places{0, 0.25, 0.5, 0.75};
+  FootErrorSettings errors{};
   bool json = false;
 };
 
 struct Value {
   std::string name;
+  std::string ratio;  ///< its name as one
   std::function<double(const Json& summary, double spacing)> of;
+  bool by_finest = false;  ///< the ratio is that to the value of the finest spacing
 };
 
 struct Case {
@@ -80,7 +88,7 @@ const std::vector<Case> all_cases{
      "end_fin.toml",
      "geometry[1].center",
      {"first_order", "eno2", "weno5"},
-     {{"late / h",
+     {{"late / h", "late",
        [](const Json& summary, double spacing) {
          return (summary["steps"][0]["reached_s"].get<double>() - 100) / spacing;
        }}}},
@@ -88,11 +96,11 @@ const std::vector<Case> all_cases{
      "foot_directional.toml",
      "geometry[2].opening.center",
      {"first_order", "eno2", "weno5"},
-     {{"oxide left / h^2",
+     {{"oxide left / h^2", "oxide_left",
        [](const Json& summary, double spacing) {
          return (200 * 200 - area_taken(summary, "SiO2", spacing)) / (spacing * spacing);
        }},
-      {"silicon taken, error in %",
+      {"silicon taken, error in %", "silicon_error_percent",
        [](const Json& summary, double spacing) {
          return 100 * (area_taken(summary, "Si", spacing) / (200 * 2) - 1);
        }}}},
@@ -100,11 +108,16 @@ const std::vector<Case> all_cases{
      "foot_ions.toml",
      "geometry[1].opening.center",
      {"eno2"},
-     {{"lowest, nm",
-       [](const Json& summary, double) { return summary["metrology"]["lowest_nm"].get<double>(); }},
-      {"micro-trench, nm",
-       [](const Json& summary, double) { return of_opening(summary, "micro_trenching_nm"); }}}},
+     {{"lowest, nm", "lowest",
+       [](const Json& summary, double) { return summary["metrology"]["lowest_nm"].get<double>(); },
+       true},
+      {"micro-trench, nm", "micro_trench",
+       [](const Json& summary, double) { return of_opening(summary, "micro_trenching_nm"); },
+       true}}},
 };
+
+/// A case that is measured elsewhere.
+const std::string errors_name = "errors";
 
 Json summary_of(const Case& of, const std::string& scheme, double spacing, double place) {
   const TemporaryFolder folder;
@@ -133,7 +146,8 @@ Json measure(const Case& of, const Settings& settings) {
         for (std::size_t n = 0; n < of.values.size(); ++n)
           found[n].push_back(of.values[n].of(summary, spacing));
       }
-      Json row{{"scheme", scheme}, {"spacing", spacing}};
+      const bool is_finest = spacing == std::ranges::min(settings.spacings);
+      Json row{{"scheme", scheme}, {"spacing", spacing}, {"finest", is_finest}};
       for (std::size_t n = 0; n < of.values.size(); ++n) {
         double mean = 0;
         for (const double each : found[n]) mean += each / static_cast<double>(found[n].size());
@@ -167,17 +181,40 @@ void print(const Case& of, const Json& rows) {
   fmt::print("\n");
 }
 
+void add_ratios(const Case& of, const Json& rows, Json& ratios) {
+  for (const Json& row : rows) {
+    const Json& last = *std::ranges::find_if(rows, [&](const Json& other) {
+      return other["scheme"] == row["scheme"] && other["finest"];
+    });
+    for (const Value& value : of.values) {
+      const double mean = row[value.name]["mean"];
+      const double unit = value.by_finest ? last[value.name]["mean"].get<double>() : 1;
+      ratios[fmt::format("{}_{}_{:g}nm_{}", of.name, row["scheme"].get<std::string>(),
+                         row["spacing"].get<double>(), value.ratio)] = mean / unit;
+    }
+  }
+}
+
+bool is_wanted(const Settings& settings, const std::string& name) {
+  return settings.cases.empty() || std::ranges::find(settings.cases, name) != settings.cases.end();
+}
+
 void run_cases(const Settings& settings) {
   const ThreadLimit one_thread(1);
-  Json results;
+  Json results{{"ratios", Json::object()}, {"absolute", Json::object()}};
   for (const Case& each : all_cases) {
-    const bool is_wanted = settings.cases.empty() ||
-                           std::ranges::find(settings.cases, each.name) != settings.cases.end();
-    if (!is_wanted) continue;
-    results[each.name] = measure(each, settings);
-    if (!settings.json) print(each, results[each.name]);
+    if (!is_wanted(settings, each.name)) continue;
+    const Json& rows = results["absolute"][each.name] = measure(each, settings);
+    add_ratios(each, rows, results["ratios"]);
+    if (!settings.json) print(each, rows);
   }
-  if (settings.json) std::cout << Json{{"absolute", results}}.dump(2) << '\n';
+  if (is_wanted(settings, errors_name)) {
+    const Json& found = results["absolute"][errors_name] = foot_errors(settings.errors);
+    for (const auto& [name, part] : found["within"].items())
+      results["ratios"][fmt::format("{}_{}_within", errors_name, name)] = part;
+    if (!settings.json) print_foot_errors(found);
+  }
+  if (settings.json) std::cout << results.dump(2) << '\n';
 }
 
 }  // namespace
@@ -186,9 +223,17 @@ void run_cases(const Settings& settings) {
 int main(int argc, char** argv) {
   scarp::bench::Settings settings;
   const auto declare = [&](CLI::App& app) {
-    scarp::bench::add_cases(app, scarp::bench::all_cases, settings.cases);
+    std::vector<std::string> names{scarp::bench::errors_name};
+    for (const auto& each : scarp::bench::all_cases) names.push_back(each.name);
+    app.add_option("cases", settings.cases, "Cases; all without any")->check(CLI::IsMember(names));
     app.add_option("--spacings", settings.spacings, "In nm");
     app.add_option("--places", settings.places, "Of the middle between two nodes, in spacings");
+    app.add_option("--processes", settings.errors.processes, "Of errors; all without any")
+        ->check(CLI::IsMember(scarp::bench::foot_error_processes()));
+    app.add_option("--across", settings.errors.across, "Of errors: spacings across an opening");
+    app.add_option("--reference", settings.errors.reference,
+                   "Of errors: two of them, extrapolated from, the coarser one first")
+        ->expected(2);
     app.add_flag("--json", settings.json, "One object on standard output");
   };
   return scarp::bench::bench_main(argc, argv, "how exact ends and feet of walls are", declare,

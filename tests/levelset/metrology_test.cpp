@@ -367,6 +367,32 @@ TEST(Metrology, OfMasksIsThatOfTheStructureBelowAndOfWhatTheMaskHasLost) {
   }
 }
 
+// Where feet of walls were rounded, (5 micro-trenches + 6 spacings) spacings by the floor's width,
+// and no more than the depth.
+TEST(Metrology, StatesTheErrorOfRoundedFeetWhereThereAreSome) {
+  const ContourPoints grooves = symmetric({{-14, 0}, {-12, -64}, {-8, -64}, {-5, -56}});
+  const ContourPoints slit = symmetric({{-1.5, 0}, {-1.5, -3}});
+  for (int n = 0; n < 8; ++n) {
+    const Layers layers = stack_of(plane, {grooves}, offset(n));
+    const Metrology sharp = measure(layers);
+    ASSERT_EQ(sharp.openings.size(), 1U);
+    EXPECT_FALSE(sharp.openings[0].depth_error);
+    EXPECT_FALSE(sharp.openings[0].micro_trenching_error);
+    EXPECT_FALSE(sharp.lowest_error);
+
+    const Metrology rounded = measure(layers, {.feet_are_rounded = true});
+    const double error = (5 * 8 + 6) / 24.4;
+    expect(
+        rounded.openings.at(0),
+        {{"depth", &M::depth_error, error}, {"micro trenching", &M::micro_trenching_error, error}},
+        " at offset " + std::to_string(n));
+    EXPECT_EQ(rounded.lowest_error, rounded.openings[0].depth_error);
+    const Metrology narrow =
+        measure(stack_of(plane, {slit}, offset(n)), {.feet_are_rounded = true});
+    for (const OpeningMetrology& each : narrow.openings) EXPECT_LE(*each.depth_error, *each.depth);
+  }
+}
+
 TEST(Metrology, UndercutsOfLeaningWallsAreThoseAtTheInterface) {
   // 4 beyond the foot of a mask that leans by 60 degrees, above walls that lean as much.
   const double slope = 1 / std::sqrt(3.0);
