@@ -208,6 +208,28 @@ void part_bodies(const std::vector<Triangle>& input, TriMesh& mesh) {
   }
 }
 
+/// Calls visit(side) for each edge with one triangle only.
+template <class Visit>
+void for_each_border(const TriMesh& mesh, const Visit& visit) {
+  for_each_edge(sides_of(mesh.triangles), [&](std::span<const Side> edge) {
+    if (edge.size() == 1) visit(edge[0]);
+  });
+}
+
+std::vector<bool> border_vertices(const TriMesh& mesh) {
+  std::vector<bool> is_on_border(mesh.vertices.size(), false);
+  for_each_border(
+      mesh, [&](const Side& side) { is_on_border[side.low] = is_on_border[side.high] = true; });
+  return is_on_border;
+}
+
+/// In edges.
+std::size_t border_length(const TriMesh& mesh) {
+  std::size_t count = 0;
+  for_each_border(mesh, [&](const Side& /*side*/) { ++count; });
+  return count;
+}
+
 }  // namespace
 
 TriMesh welded(const TriMesh& mesh) {
@@ -235,15 +257,15 @@ TriMesh welded(const TriMesh& mesh) {
 }
 
 bool is_unwelded(const TriMesh& mesh) {
-  const auto border = [](const TriMesh& of) {
-    std::size_t count = 0;
-    for_each_edge(sides_of(of.triangles),
-                  [&](std::span<const Side> edge) { count += edge.size() == 1 ? 1 : 0; });
-    return count;
-  };
-  // Most meshes have no border, or few vertices that share a place.
-  const std::size_t before = border(mesh);
-  return before > 0 && border(welded(mesh)) < before;
+  const std::vector<bool> is_on_border = border_vertices(mesh);
+  std::vector<std::tuple<float, float, float>> places;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Vec3f& r = mesh.vertices[v];
+    if (is_on_border[v]) places.emplace_back(r.x, r.y, r.z);
+  }
+  std::sort(places.begin(), places.end());
+  if (std::adjacent_find(places.begin(), places.end()) == places.end()) return false;
+  return border_length(welded(mesh)) < border_length(mesh);
 }
 
 }  // namespace scarp

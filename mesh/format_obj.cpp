@@ -110,8 +110,7 @@ class ObjReader {
       } else if (keyword == "vt") {
         mesh_.data_left_out.push_back(counted(count, "texture coordinate"));
       } else {
-        mesh_.left_out.push_back(counted(count, "line") + " of the file that begin with " +
-                                 in_quotes(keyword));
+        mesh_.left_out.push_back(counted(count, "row") + " of " + in_quotes(keyword));
       }
     }
   }

@@ -545,10 +545,9 @@ TEST_F(MeshFile, WhatIsLeftOutOfObjIsCounted) {
       file_with("a.obj", "mtllib a.mtl\no a\ng b\ns off\nvn 0 0 1\n" + triangle +
                              "usemtl b\nl 1 2\nl 1 \\\n 2 3\np 1\nhello\nv 1 1 1 0.5 0.5 0.5\n"));
   EXPECT_EQ(read.mesh.vertices.size(), 4U);
-  EXPECT_THAT(read.left_out, ElementsAre("1 line of the file that begin with \"hello\"", "2 lines",
-                                         "1 element of points"));
+  EXPECT_THAT(read.left_out, ElementsAre("1 row of \"hello\"", "2 lines", "1 element of points"));
   EXPECT_THAT(read.data_left_out, ElementsAre("colours or weights of vertices", "1 normal"));
-  EXPECT_EQ(left_out_text(read.left_out).substr(0, 18), "leaves out 1 line ");
+  EXPECT_EQ(left_out_text(read.left_out).substr(0, 17), "leaves out 1 row ");
   EXPECT_THAT(message_of(file_with("c.obj", triangle + "cstype bspline\n")),
               AllOf(HasSubstr("c.obj:5"), HasSubstr("\"cstype\" belongs to curves")));
   EXPECT_THAT(message_of(file_with("d.obj", triangle + "call other.obj\n")), HasSubstr("\"call\""));
