@@ -146,9 +146,9 @@ std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape
 std::vector<ShapeProblem> narrow_features(const Frame& frame, std::span<const Shape> shapes,
                                           double width);
 
-/// Bodies of meshes that lie wholly in solid and add nothing, or wholly in the open and cut nothing:
-/// looked for at places of the surface and inside, a spacing apart or what makes some 50 000 of
-/// them.
+/// Bodies of meshes that lie wholly in solid and add nothing, or wholly in the open and cut
+/// nothing: looked for at places of the surface and inside, a spacing apart or what makes some 50
+/// 000 of them.
 ///
 /// Shape: for shapes without a problem.
 std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape> shapes);

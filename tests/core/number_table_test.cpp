@@ -53,9 +53,8 @@ TEST(NumberTable, OfAFileNamesTheLineThatIsWrong) {
   EXPECT_THAT(message("angle [deg],density,more\n"), EndsWith(head));
   EXPECT_THAT(message("angle [deg,density\n"), EndsWith(head));
   EXPECT_THAT(message("density,angle [deg]\n"), EndsWith(head));
-  EXPECT_THAT(
-      message("angle [eV],density\n"),
-      EndsWith("t.csv:1: \"1 eV\" is an energy; an angle is wanted, in deg or rad"));
+  EXPECT_THAT(message("angle [eV],density\n"),
+              EndsWith("t.csv:1: \"1 eV\" is an energy; an angle is wanted, in deg or rad"));
   EXPECT_THAT(message("angle [deg],density\n1,2\n1;2\n"),
               EndsWith("t.csv:3: has 1 columns; 2 are wanted"));
   EXPECT_THAT(message("angle [deg],density\n1 rad,2\n"), testing::HasSubstr("t.csv:2: "));
