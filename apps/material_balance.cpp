@@ -14,7 +14,7 @@ namespace {
 
 // What edges cost that are those of the grid. Part of a material's volume; spacings, by the area
 // of its surface.
-constexpr double of_volume = 0.02;
+constexpr double of_volume = 0.05;
 constexpr double of_surface = 0.05;
 constexpr double of_etched = 0.1;  // part of what goes
 
