@@ -96,7 +96,7 @@ TEST_F(ReportCommand, NamesOfTheRecipeAreText) {
   run_trench("out",
              "--set 'title=\"<script>alert(1)</script>\"' --set 'step[0].name=\"<img src=x>\"'");
   const std::string page = read_file(path("out/report.html"));
-  EXPECT_THAT(page, HasSubstr("<h1>&lt;script>alert(1)"));
+  EXPECT_THAT(page, HasSubstr("<h1>&lt;script&gt;alert(1)"));
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(page, Not(HasSubstr("<img src=x>")));
 }
