@@ -394,15 +394,15 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
   }
 }
 
-// What the grid leaves open at the feet of walls, where that is much: of the depth, or of a
-// micro-trench that the grid holds.
+// What the grid leaves open at the feet of walls, where that is more than a spacing and much of the
+// depth, or of a micro-trench that the grid holds.
 void ResultFolder::tell_rounded_feet(const Recipe& recipe) const {
   constexpr double of_depth = 0.05;
   constexpr double of_micro_trench = 0.5;
   const double spacing = recipe.frame.spacing;
   std::set<int> told;
   for (const OpeningMetrology& each : newest_->openings) {
-    if (!each.depth_error) continue;
+    if (!each.depth_error || *each.depth_error <= spacing) continue;
     const double micro_trench = each.micro_trenching.value_or(0);
     const bool has_micro_trench = micro_trench >= spacing;
     const double allowed = has_micro_trench

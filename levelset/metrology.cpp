@@ -57,16 +57,17 @@ Value ratio(Value a, Value b, double least) {
   return a && b && *b > least ? Value(*a / *b) : std::nullopt;
 }
 
-/// What rounded feet of walls may do to the lowest point and to the micro-trench: of first order in
-/// the spacing by the width of the floor, with the depth of the micro-trench, which is the part of
-/// it that the grid still holds, and a part that it may have lost. It is no more than the depth.
+/// What rounded feet of walls may do to the lowest point and to the micro-trench: half a spacing,
+/// and by the width of the floor the more the deeper the micro-trench is that the grid holds, and
+/// for one that it has lost. It is no more than the depth.
 ///
 /// Calibrated by ./dev bench feet errors, see docs/levelset.md.
 double foot_error(double micro_trench, double depth, double floor_width, double h) {
+  constexpr double of_foot = 0.5;
   constexpr double of_micro_trench = 5;
   constexpr double of_spacing = 6;
   const double error =
-      (of_micro_trench * micro_trench + of_spacing * h) * h / std::max(floor_width, h);
+      h * (of_foot + (of_micro_trench * micro_trench + of_spacing * h) / std::max(floor_width, h));
   return std::min(error, depth);
 }
 
