@@ -31,17 +31,14 @@ std::vector<double> MaterialBalance::volumes_of(const State& state) const {
 std::vector<std::string> MaterialBalance::look_at(const State& state, const Survey& now) {
   std::vector<std::string> lines;
   const bool is_done = finished(state, recipe_);
-  if (is_open_ && (is_done || state.step != step_)) lines = close(state);
+  const bool ends = is_open_ && (is_done || state.step != step_);
   // One material goes as all solid goes.
-  const bool begins =
-      !is_open_ && !is_done && current_step(state, recipe_).model && state.layers.stack.size() > 1;
-  if (begins) {
-    is_open_ = true;
-    step_ = state.step;
-    volumes_then_ = volumes_of(state);
-    etched_.assign(volumes_then_.size(), 0);
-    of_edges_.assign(volumes_then_.size(), 0);
-    islands_ = 0;
+  const bool begins = (ends || !is_open_) && !is_done && current_step(state, recipe_).model &&
+                      state.layers.stack.size() > 1;
+  if (ends || begins) {
+    std::vector<double> volumes = volumes_of(state);
+    if (ends) lines = close(state, volumes);
+    if (begins) open(state, std::move(volumes));
   }
   for (std::size_t m = 0; is_open_ && m < now.growth.area_of.size(); ++m) {
     const double of_edges = of_surface * recipe_.frame.spacing * now.growth.area_of[m];
@@ -57,11 +54,20 @@ void MaterialBalance::note(const Survey& before, const Move& move) {
     etched_[m] += move.dt * before.growth.etched[m];
 }
 
-std::vector<std::string> MaterialBalance::close(const State& state) {
+void MaterialBalance::open(const State& state, std::vector<double> volumes) {
+  is_open_ = true;
+  step_ = state.step;
+  etched_.assign(volumes.size(), 0);
+  of_edges_.assign(volumes.size(), 0);
+  volumes_then_ = std::move(volumes);
+  islands_ = 0;
+}
+
+std::vector<std::string> MaterialBalance::close(const State& state,
+                                                std::span<const double> volumes) {
   is_open_ = false;
   std::vector<std::string> lines;
   const ProcessStep& step = recipe_.steps[step_];
-  const std::vector<double> volumes = volumes_of(state);
   // The lowest one has no lower side: how much of it there is hangs on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
   for (MaterialId m = 0; m < volumes.size(); ++m) {

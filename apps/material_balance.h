@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,8 @@ class MaterialBalance {
 
  private:
   std::vector<double> volumes_of(const State& state) const;
-  std::vector<std::string> close(const State& state);
+  void open(const State& state, std::vector<double> volumes);
+  std::vector<std::string> close(const State& state, std::span<const double> volumes);
 
   const Recipe& recipe_;
   bool is_open_ = false;

@@ -123,6 +123,20 @@ TEST(OpeningMap, FieldsLieHalfWayToTheNextOpening) {
   EXPECT_EQ(map.openings()[0].through, (std::array<bool, 2>{false, true}));
 }
 
+// A slot along the diagonal in which nodes touch at corners alone, as in an acute corner.
+TEST(OpeningMap, NodesThatTouchAtCornersAreOneOpening) {
+  const Frame frame{.spacing = 1, .cells = {30, 30}};
+  const LevelSet slot(
+      frame,
+      [](Vec3d r) {
+        const double inside =
+            std::min(0.6 - std::abs(r.x - r.y) / std::sqrt(2.0), 8 - std::hypot(r.x, r.y));
+        return std::max(r.z - 0.3, std::min(inside, r.z + 12));
+      },
+      -18, 6);
+  EXPECT_EQ(map_of(frame, slot).openings().size(), 1U);
+}
+
 TEST(OpeningMap, AHoleOverPeriodicSidesIsOne) {
   Frame frame{.spacing = 1, .cells = {30, 24}};
   frame.boundary = {Boundary::periodic, Boundary::periodic};
