@@ -10,12 +10,12 @@
 
 #include "apps/estimate.h"
 #include "apps/recipe_geometry.h"
+#include "apps/recipe_names.h"
 #include "apps/recipe_symmetry.h"
 #include "apps/recipe_warnings.h"
 #include "apps/restart.h"
 #include "core/memory_amount.h"
 #include "core/peak_memory.h"
-#include "core/printable.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -32,7 +32,6 @@ constexpr double most_time_steps = 1e7;     // of a step: weeks on the smallest 
 constexpr double most_cells = 1e6;          // along an axis
 constexpr double most_spacings_high = 1e5;  // of a film
 constexpr std::size_t most_steps = 100'000;
-constexpr Limits positive{.minimum = 0, .exclusive = true};
 constexpr Limits lengths{.minimum = 0, .maximum = longest_length, .exclusive = true};
 // A grid finer than an atom is a mistake, and its cells could not be counted.
 constexpr Limits spacings{.minimum = 1e-3, .maximum = longest_length};
@@ -115,33 +114,6 @@ Frame read_domain(const RecipeTable& table) {
   require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
                  static_cast<double>(frame.cells[0]) * frame.cells[1]);
   return frame;
-}
-
-// What heads lines of tables and pictures; in tables a spreadsheet would take some for formulas.
-void check_name(const RecipeTable& table, std::string_view key, std::string_view name) {
-  if (printable(name) != name || name.find_first_of("\n\t") != std::string_view::npos)
-    table.error(key, in_quotes(name) + ": a name is one line without control characters");
-  if (!name.empty() && std::string_view("=+-@").find(name[0]) != std::string_view::npos)
-    table.error(key, in_quotes(name) +
-                         ": a name does not begin with =, +, - or @: spreadsheets "
-                         "take it for a formula");
-}
-
-std::string read_name(const RecipeTable& table, std::string_view key, std::string_view fallback) {
-  std::string name = table.text(key, fallback);
-  check_name(table, key, name);
-  return name;
-}
-
-void read_materials(const RecipeTable& table, Materials& materials) {
-  for (const std::string& name : table.keys()) {
-    // Files of volumes and meshes are called by it.
-    if (name.find('/') != std::string::npos)
-      table.error(name, "a material's name becomes part of names of files: leave out the /");
-    const RecipeTable material = table.table(name);
-    check_name(material, "density", name);
-    materials.add({name, material.quantity("density", Dimension::density, positive)});
-  }
 }
 
 // What becomes of meshes: nothing without options.
