@@ -12,7 +12,8 @@ namespace scarp {
 /// 10, 50 and 90 % of that. The contour is the reference.
 ///
 /// The file has a head "x [um],z [um]" (any unit of length) and a point per line, along the
-/// surface from field to field, in the coordinates of the recipe.
+/// surface from field to field, in the coordinates of the recipe. If the last point is the first
+/// one, it is compared with the nearest void.
 ///
 /// Shape:  line as for parse_section.
 /// Throws: InputError if it cannot be read, has fewer than three points, or lies beside the wafer.

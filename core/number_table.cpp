@@ -1,10 +1,13 @@
 #include "core/number_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
 #include "core/csv.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "core/trimmed.h"
 
@@ -28,10 +31,20 @@ std::vector<std::string> units_in_head(const CsvLine& head, std::span<const Colu
     const auto unit = unit_in_head(head.cells[c], columns[c]);
     if (unit) units.push_back(*unit);
   }
-  if (units.size() < columns.size() || head.cells.size() > columns.size())
-    throw InputError("has to name the columns: \"" + csv_head(columns) + '"');
-  for (std::size_t c = 0; c < columns.size(); ++c)
+  if (units.size() < columns.size() || head.cells.size() > columns.size()) {
+    std::string found;
+    for (const std::string& cell : head.cells) found.append(found.empty() ? "" : ",").append(cell);
+    if (!found.empty()) found = fmt::format("; it is \"{}\"", repeated(found));
+    throw InputError(fmt::format("has to name the columns: \"{}\"{}", csv_head(columns), found));
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (units[c].empty() && columns[c].dimension != Dimension::number) {
+      throw InputError(fmt::format(
+          "gives no unit for {}; write \"{}\", with the units that the numbers below have",
+          columns[c].name, csv_head(columns)));
+    }
     parse_quantity("1 " + units[c], columns[c].dimension);
+  }
   return units;
 }
 

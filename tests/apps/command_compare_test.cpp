@@ -415,6 +415,99 @@ TEST_F(CompareCommand, AMeasuredContourIsComparedWithTheProfile) {
   EXPECT_EQ(value(json_of(deeper), "bottom_cd_nm")["verdict"], "none");
 }
 
+TEST_F(CompareCommand, AContourMayBeWiderBelowThanItsFields) {
+  const auto run_trench = [&](const std::string& folder, const std::string& film) {
+    write("wide.toml", R"([domain]
+mode = "2d"
+extent = ["800 nm"]
+spacing = "10 nm"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "trench"
+width = "300 nm"
+depth = "400 nm"
+taper = "-20 deg"
+[[step]]
+model = "conformal"
+material = "SiO2"
+thickness = ")" + film + "\"\n");
+    ASSERT_EQ(scarp("run " + path("wide.toml") + " -o " + path(folder) + " --quiet").exit_code, 0);
+  };
+  run_trench("a", "40 nm");
+  const auto compare_with = [&](const std::string& state, const std::string& contour) {
+    write("contour.csv", "x [nm],z [nm]\n" + contour);
+    return scarp("compare " + path(state) + " " + path("contour.csv") + " --json -o " +
+                 path("out"));
+  };
+  // 400 tan 20 deg = 145.59 on either side.
+  const Outcome same =
+      compare_with("a/state_0000.vdb", "-160,0\n-150,0\n-295.59,-400\n295.59,-400\n150,0\n160,0\n");
+  EXPECT_EQ(same.exit_code, 0) << same.messages << same.out;
+  EXPECT_EQ(same.messages, "");
+  EXPECT_LT(json_of(same)["distance"][0]["reverse"]["max"], 0.3);
+  EXPECT_NEAR(value(json_of(same), "depth_nm")["second"]["mean"], 400, 0.5);
+  EXPECT_NEAR(value(json_of(same), "top_cd_nm")["second"]["mean"], 329.12, 0.5);
+  EXPECT_NEAR(value(json_of(same), "middle_cd_nm")["second"]["mean"], 445.59, 0.5);
+  EXPECT_NEAR(value(json_of(same), "bottom_cd_nm")["second"]["mean"], 562.06, 0.5);
+
+  // A film of 160 nm shuts the trench and leaves a triangle with a base of 2 (295.59 - w) at a
+  // height of 160 from the floor, where w = 160 (1 + sin 20) / cos 20 = 228.52, and sides at
+  // 70 degrees, that meet 184.27 nm above it: (295.59 - 228.52) / tan 20.
+  run_trench("b", "160 nm");
+  const Outcome open = compare_with("b/state_0001.vdb", "-300,160\n0,160\n300,160\n");
+  EXPECT_THAT(open.messages, HasSubstr("a void below the contour"));
+  EXPECT_THAT(open.messages, HasSubstr("neither depth nor widths are compared"));
+  const std::string loop = "0,-55.73\n67.07,-240\n-67.07,-240\n0,-55.73\n";
+  const Outcome closed = compare_with("b/state_0001.vdb", loop);
+  EXPECT_EQ(closed.messages, "");
+  EXPECT_NEAR(value(json_of(closed), "depth_nm")["first"]["mean"], 184.27, 1e-6);
+  EXPECT_NEAR(value(json_of(closed), "depth_nm")["second"]["mean"], 184.27, 5);
+  EXPECT_NEAR(value(json_of(closed), "bottom_cd_nm")["second"]["mean"], 0.9 * 134.14, 1);
+  EXPECT_NEAR(value(json_of(closed), "middle_cd_nm")["second"]["mean"], 67.07, 1);
+  const Outcome missing = compare_with("a/state_0000.vdb", loop);
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.messages, HasSubstr("the wafer has none there"));
+  EXPECT_NEAR(value(json_of(missing), "depth_nm")["difference"], -184.27, 1e-6);
+}
+
+TEST_F(CompareCommand, AContourMayLeanPastItsOwnWidth) {
+  write("lean.toml", R"([domain]
+mode = "2d"
+boundary = ["periodic"]
+extent = ["1 um"]
+spacing = "10 nm"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[geometry]]
+shape = "mask"
+material = "resist"
+thickness = "20 nm"
+opening = { shape = "trench", width = "140 nm", center = "-200 nm" }
+[[step]]
+model = "directional"
+duration = "40 s"
+directional_etch_rate = { Si = "10 nm/s", resist = "0 nm/s" }
+beam = [{ tilt = "40 deg" }]
+)");
+  ASSERT_EQ(scarp("run " + path("lean.toml") + " -o " + path("a") + " --quiet").exit_code, 0);
+  // The beam comes past the top of the left edge, 20 tan 40 deg = 16.78 to the right of it at the
+  // surface, and etches 400 cos 40 deg = 306.42 down, so walls lean by 257.12.
+  write("contour.csv",
+        "x [nm],z [nm]\n-400,20\n-270,20\n-270,0\n-253.22,0\n3.9,-306.42\n127.12,-306.42\n-130,0\n"
+        "-130,20\n100,20\n");
+  const Outcome outcome = scarp("compare " + path("a/state_0001.vdb") + " " + path("contour.csv") +
+                                " --json -o " + path("out"));
+  const nlohmann::json found = json_of(outcome);
+  EXPECT_NEAR(value(found, "depth_nm")["second"]["mean"], 326.42, 0.5);
+  EXPECT_NEAR(value(found, "middle_cd_nm")["first"]["mean"], 123.22, 1e-6);
+  EXPECT_NEAR(value(found, "middle_cd_nm")["second"]["mean"], 123.22, 2);
+  // But for the acute corners, which the grid rounds.
+  EXPECT_EQ(found["distance"][0]["mean_verdict"], "within");
+}
+
 TEST_F(CompareCommand, AnOpeningThatTheWaferLacksIsNotDeep) {
   write("flat.toml",
         "[domain]\nspacing = \"20 nm\"\nextent = [\"600 nm\"]\nmode = \"2d\"\n"

@@ -47,12 +47,14 @@ TEST(NumberTable, OfAFileNamesTheLineThatIsWrong) {
     return std::string("no error");
   };
   using testing::EndsWith;
-  const std::string head = "t.csv:1: has to name the columns: \"angle [deg],density\"";
-  EXPECT_THAT(message(""), EndsWith(head));
-  EXPECT_THAT(message("angle [deg]\n"), EndsWith(head));
-  EXPECT_THAT(message("angle [deg],density,more\n"), EndsWith(head));
-  EXPECT_THAT(message("angle [deg,density\n"), EndsWith(head));
-  EXPECT_THAT(message("density,angle [deg]\n"), EndsWith(head));
+  const std::string names = "t.csv:1: has to name the columns: \"angle [deg],density\"";
+  EXPECT_THAT(message(""), EndsWith(names));
+  for (const std::string head : {"angle [deg]", "angle [deg],density,more", "angle [deg,density",
+                                 "density,angle [deg]", "0,1", "angle (deg),density"})
+    EXPECT_THAT(message(head + '\n'), EndsWith(names + "; it is \"" + head + '"'));
+  EXPECT_THAT(message("angle,density\n"),
+              EndsWith("t.csv:1: gives no unit for angle; write \"angle [deg],density\", with the "
+                       "units that the numbers below have"));
   EXPECT_THAT(message("angle [eV],density\n"),
               EndsWith("t.csv:1: \"1 eV\" is an energy; an angle is wanted, in deg or rad"));
   EXPECT_THAT(message("angle [deg],density\n1,2\n1;2\n"),

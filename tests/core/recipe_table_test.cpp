@@ -499,9 +499,13 @@ TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
   const std::string head = "energy [eV],angle [deg],yield\n";
   const std::string names = "1: has to name the columns: \"energy [eV],angle [deg],yield\"";
   expect("", names);
-  expect("20,0,1\n30,0,1\n", names);
-  expect("angle [deg],energy [eV],yield\n20,0,1\n", names);
-  expect("energy,angle [deg],yield\n", "1: \"1 \" has no unit; write for example \"1 eV\"");
+  expect("20,0,1\n30,0,1\n", names + "; it is \"20,0,1\"");
+  expect("angle [deg],energy [eV],yield\n20,0,1\n",
+         names + "; it is \"angle [deg],energy [eV],yield\"");
+  expect(
+      "energy,angle [deg],yield\n",
+      "1: gives no unit for energy; write \"energy [eV],angle [deg],yield\", with the units that "
+      "the numbers below have");
   expect("energy [V],angle [deg],yield\n",
          "1: \"1 V\": \"V\" is not a unit; write it in eV or keV");
   expect(head, " has 0 rows of numbers; 2 to 100000 are wanted");
