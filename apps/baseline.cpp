@@ -177,7 +177,7 @@ void write_baseline(const std::filesystem::path& file, const Baseline& baseline)
 
 Baseline read_baseline(const std::filesystem::path& file) {
   try {
-    const auto json = ordered_json::parse(read_kept_file(file));
+    const auto json = ordered_json::parse(read_file(file));
     Baseline baseline{.seeds = json.at("seeds"), .spacing = json.at("spacing_nm"), .outputs = {}};
     for (const auto& output : json.at("outputs")) baseline.outputs.push_back(output_of(output));
     return baseline;

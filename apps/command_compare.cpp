@@ -116,7 +116,7 @@ class Runner {
   /// What another recipe left there is replaced.
   static bool holds(const fs::path& where, const Recipe& recipe) {
     const fs::path before = where / "recipe.toml";
-    return fs::exists(before) && read_kept_file(before) == recipe.resolved;
+    return fs::exists(before) && read_file(before) == recipe.resolved;
   }
 
   const CompareArguments& arguments_;
@@ -127,8 +127,7 @@ class Runner {
 bool holds_comparison(const fs::path& folder) {
   const fs::path file = folder / "compare.json";
   if (!fs::exists(file)) return false;
-  const auto json =
-      nlohmann::json::parse(read_kept_file(file), nullptr, /*allow_exceptions=*/false);
+  const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
   return json.is_object() && json.contains("passed");
 }
 

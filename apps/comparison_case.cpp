@@ -118,7 +118,7 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
 /// That of a run; empty of a state.
 std::string recipe_of(const fs::path& run) {
   const fs::path file = run / "recipe.toml";
-  return fs::is_directory(run) && fs::exists(file) ? read_kept_file(file) : "";
+  return fs::is_directory(run) && fs::exists(file) ? read_file(file) : "";
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 namespace scarp {
 
-CsvTable::CsvTable(const std::filesystem::path& file) : rows_(parse_csv(read_kept_file(file))) {
+CsvTable::CsvTable(const std::filesystem::path& file) : rows_(parse_csv(read_file(file))) {
   if (rows_.empty()) return;
   columns_ = rows_.front().cells;
   rows_.erase(rows_.begin());

@@ -18,7 +18,7 @@ std::span<const std::string> MetricsRows::before(std::uint32_t time_step) const 
 MetricsRows read_metrics_rows(const std::filesystem::path& file, const std::string& head,
                               std::uint32_t first) {
   MetricsRows rows{.begin = first};
-  std::vector<std::string> lines = whole_lines(read_kept_file(file));
+  std::vector<std::string> lines = whole_lines(read_file(file));
   if (lines.empty() || lines.front() + '\n' != head) {
     throw InputError(
         fmt::format("{}: does not begin as that of this run: it is damaged, or of another version "

@@ -21,7 +21,7 @@ std::vector<fs::path> find_files(const fs::path& folder, bool (*chosen)(const st
 }
 
 bool begins_with(const fs::path& file, const std::string& text) {
-  return fs::exists(file) && read_kept_file(file).starts_with(text);
+  return fs::exists(file) && read_file(file).starts_with(text);
 }
 
 void require_files(const fs::path& folder, bool (*chosen)(const std::string& name)) {

@@ -43,7 +43,7 @@ struct RunFiles {
 
 ordered_json read_summary(const fs::path& file) {
   if (!fs::exists(file)) return ordered_json::object();
-  const auto json = ordered_json::parse(read_kept_file(file), nullptr, /*allow_exceptions=*/false);
+  const auto json = ordered_json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
   return json.is_object() ? json : ordered_json::object();
 }
 
@@ -55,7 +55,7 @@ RunFiles read_files(const fs::path& folder) {
           .metrics = CsvTable(folder / "metrics.csv"),
           .metrology = CsvTable(folder / "metrology.csv"),
           .summary = read_summary(folder / "summary.json"),
-          .recipe = read_kept_file(folder / "recipe.toml"),
+          .recipe = read_file(folder / "recipe.toml"),
           .wafer = std::move(wafer)};
 }
 
@@ -159,7 +159,7 @@ std::string sections_section(const RunFiles& run) {
   std::string html;
   const auto add = [&](const fs::path& file, const std::string& meaning) {
     if (!fs::exists(file)) return false;
-    html += embedded_picture("image/svg+xml", read_kept_file(file), meaning);
+    html += embedded_picture("image/svg+xml", read_file(file), meaning);
     return true;
   };
   add(run.folder / "profiles.svg", "Cross-section in the middle of the domain");
@@ -385,7 +385,7 @@ std::string comparison_page(const fs::path& folder) {
   std::vector<ComparisonCase> cases;
   std::string title;
   try {
-    const auto json = ordered_json::parse(read_kept_file(file));
+    const auto json = ordered_json::parse(read_file(file));
     title = json.at("title");
     for (const auto& each : json.at("cases")) cases.push_back(read_case(each, folder));
   } catch (const ordered_json::exception&) {

@@ -36,7 +36,7 @@ std::string numbered(const char* stem, int number, const char* ending) {
 }
 
 // Empty where there is no such file.
-std::string read_text(const fs::path& file) { return fs::exists(file) ? read_kept_file(file) : ""; }
+std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
 
 // section_K.svg, section_K_NNNN.csv and .svg.
 bool is_section(const std::string& name) {
@@ -102,7 +102,7 @@ std::string hash_of(std::string_view text) {
   return hash.hex();
 }
 
-std::string hash_of_file(const fs::path& file) { return hash_of(read_kept_file(file)); }
+std::string hash_of_file(const fs::path& file) { return hash_of(read_file(file)); }
 
 nlohmann::json read_summary(const fs::path& folder) {
   return nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
@@ -457,8 +457,8 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
   while_held([&] {
-    // One that was refused must not take the place of a good one.
-    if (last_checkpoint_ == file(interrupted_state))
+    // One that was refused must not take the place of a good one, which may have been removed.
+    if (last_checkpoint_ == file(interrupted_state) && fs::exists(last_checkpoint_))
       fs::rename(file(interrupted_state), file(earlier_interrupted_state));
     write_state(interrupted_state, state, recipe);
   });

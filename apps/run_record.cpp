@@ -52,8 +52,7 @@ std::vector<OpeningPlace> places_of(const Metrology& metrology) {
 /// Empty of a run that is not complete.
 nlohmann::json read_summary(const fs::path& file) {
   if (!fs::exists(file)) return nlohmann::json::object();
-  const auto json =
-      nlohmann::json::parse(read_kept_file(file), nullptr, /*allow_exceptions=*/false);
+  const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
   return json.is_object() ? json : nlohmann::json::object();
 }
 

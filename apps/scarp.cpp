@@ -97,11 +97,15 @@ ExitCode fail(ExitCode code, const std::string& text) {
   std::abort();
 }
 
-void expect_failures_elsewhere() { std::set_terminate(fail_elsewhere); }
+void expect_failures_and_signals() {
+  std::set_terminate(fail_elsewhere);
+  // Asks a run for a checkpoint; until it listens there is nothing to save.
+  std::signal(SIGUSR1, SIG_IGN);
+}
 
 // What OpenVDB needs makes threads as it is loaded: only what stands here is called before.
 [[gnu::used,
-  gnu::section(".preinit_array")]] void (*const before_libraries)() = expect_failures_elsewhere;
+  gnu::section(".preinit_array")]] void (*const before_libraries)() = expect_failures_and_signals;
 
 /// Of those that this program is compiled for, a set that the processor does not have; or nothing.
 const char* missing_instructions() {
@@ -130,8 +134,6 @@ int main(int argc, char** argv) {
                                      "(at least SSE4.2 is needed)");
   }
   keep_freed_memory();
-  // Asks a run for a checkpoint; until it listens there is nothing to save.
-  std::signal(SIGUSR1, SIG_IGN);
   try {
     return run_command_line(argc, argv);
   } catch (const InputError& error) {

@@ -1,5 +1,7 @@
 #include "core/read_file.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -13,15 +15,27 @@ namespace scarp {
 // Not by streams: theirs throw an exception of their own where reading fails, and keep the reason.
 std::string read_file(const std::filesystem::path& file) {
   const auto fail = [&file](int reason) {
-    throw InputError(
-        file.string() + ": cannot be read: " +
-        (reason == EISDIR ? "it is a folder; give the name of a file" : std::strerror(reason)));
+    throw InputError(file.string() + ": cannot be read: " + std::strerror(reason));
   };
-  // Some of them never end.
-  std::error_code ignored;
-  if (std::filesystem::is_character_file(file, ignored) ||
-      std::filesystem::is_block_file(file, ignored)) {
-    throw InputError(file.string() + ": cannot be read: it is a device; give the name of a file");
+  const auto refuse_as = [&file](const char* what) {
+    throw InputError(
+        fmt::format("{}: cannot be read: it is {}; give the name of a file", file.string(), what));
+  };
+  // One that nobody writes would be waited for, others never end.
+  switch (std::error_code ignored; std::filesystem::status(file, ignored).type()) {
+    case std::filesystem::file_type::directory:
+      refuse_as("a folder");
+      break;
+    case std::filesystem::file_type::fifo:
+    case std::filesystem::file_type::socket:
+      refuse_as("a pipe");
+      break;
+    case std::filesystem::file_type::character:
+    case std::filesystem::file_type::block:
+      refuse_as("a device");
+      break;
+    default:
+      break;
   }
   errno = 0;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rb"),
@@ -35,13 +49,6 @@ std::string read_file(const std::filesystem::path& file) {
   }
   if (std::ferror(in.get()) != 0) fail(errno);
   return content;
-}
-
-std::string read_kept_file(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_fifo(file, ignored))
-    throw InputError(file.string() + ": cannot be read: it is a pipe; give the name of a file");
-  return read_file(file);
 }
 
 }  // namespace scarp

@@ -133,16 +133,6 @@ TEST_F(Faults, NobodyThatReadsMessagesEndsNoRun) {
   EXPECT_EQ(read_file(folder_ / "code"), "0\n");
 }
 
-// It waits for its recipe.
-TEST_F(Faults, ARequestForACheckpointBeforeARunListensDoesNotEndIt) {
-  write("script", "mkfifo " + path("pipe") + '\n' + SCARP_BINARY + " run " + path("pipe") +
-                      " --quiet -o " + path("r") + " & sleep 0.3; kill -USR1 $!; sleep 0.1; cat " +
-                      path("r.toml") + " >" + path("pipe") + "; wait $!; echo $? >" + path("code"));
-  // Where it died nobody reads the pipe.
-  std::system(("timeout 30 bash " + path("script")).c_str());
-  EXPECT_EQ(read_file(folder_ / "code"), "0\n");
-}
-
 // While a run is prepared, which a fine grid makes long.
 TEST_F(Faults, AnInterruptBeforeTheFirstFileEndsARunAtOnce) {
   // Without job control a shell has what runs beside it ignore SIGINT.

@@ -2,13 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
+#include <sys/inotify.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <thread>
 
 #include "apps/recipe.h"
 #include "apps/recipe_difference.h"
@@ -146,20 +146,18 @@ material = "SiO2"
   EXPECT_THAT(message(mesh), HasSubstr("roof.obj"));
 }
 
-// Not once for its hash and once for its triangles: in between it may change. A pipe gives what it
-// holds once; where it is opened again the test ends by the signal.
+// Not once for its hash and once for its triangles: in between it may change.
 TEST_F(RecipeGeometry, AMeshIsReadOnce) {
-  ASSERT_EQ(mkfifo((folder_ / "roof.obj").c_str(), 0600), 0);
-  std::thread writer([&] {
-    std::ofstream(folder_ / "roof.obj")
-        << "v -300 -300 5\nv 300 -300 5\nv 300 300 9\nv -300 300 9\nf 1 2 3\nf 1 3 4\n";
-  });
-  alarm(20);
+  std::ofstream(folder_ / "roof.obj")
+      << "v -300 -300 5\nv 300 -300 5\nv 300 300 9\nv -300 300 9\nf 1 2 3\nf 1 3 4\n";
+  const int watch = inotify_init1(IN_NONBLOCK);
+  ASSERT_GE(inotify_add_watch(watch, (folder_ / "roof.obj").c_str(), IN_OPEN), 0);
   const Recipe recipe = read(
       "[[geometry]]\nshape = \"mesh\"\nfile = \"roof.obj\"\nunit = \"1 nm\"\n"
       "offset = [\"0 nm\", \"0 nm\", \"50 nm\"]\nmaterial = \"SiO2\"\n");
-  alarm(0);
-  writer.join();
+  std::array<inotify_event, 8> opened{};
+  EXPECT_EQ(::read(watch, opened.data(), sizeof opened), sizeof(inotify_event));  // once
+  close(watch);
   EXPECT_EQ(second<MeshShape>(recipe).mesh->triangles.size(), 2U);
   EXPECT_THAT(recipe.resolved, HasSubstr("# holds "));
 }
