@@ -41,12 +41,6 @@ struct RunFiles {
   }
 };
 
-ordered_json read_summary(const fs::path& file) {
-  if (!fs::exists(file)) return ordered_json::object();
-  const auto json = ordered_json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
-  return json.is_object() ? json : ordered_json::object();
-}
-
 RunFiles read_files(const fs::path& folder) {
   RunRecord record = read_run(folder);
   SavedWafer wafer = read_wafer(record.outputs.back().state);
@@ -54,7 +48,7 @@ RunFiles read_files(const fs::path& folder) {
           .record = std::move(record),
           .metrics = CsvTable(folder / "metrics.csv"),
           .metrology = CsvTable(folder / "metrology.csv"),
-          .summary = read_summary(folder / "summary.json"),
+          .summary = read_summary(folder),
           .recipe = read_file(folder / "recipe.toml"),
           .wafer = std::move(wafer)};
 }

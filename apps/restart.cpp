@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -474,6 +475,14 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
                       .openings = read_openings(checkpoint.notes, file)}};
 }
 
+// A copy of an earlier one under a later name would be taken for the newest.
+void require_number(const Restart& restart, std::optional<int> number) {
+  const std::size_t written = restart.written.output_times.size();
+  if (!number || static_cast<std::size_t>(*number) + 1 == written) return;
+  throw InputError(fmt::format("{}: holds output {}, so it was renamed", restart.file.string(),
+                               static_cast<int>(written) - 1));
+}
+
 // Rows that were lost with their file are not missed: it has begun anew.
 void require_rows(const Restart& restart, const MetricsRows& rows) {
   if (rows.lines.empty()) return;
@@ -498,14 +507,17 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
 
 }  // namespace
 
-bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending) {
-  if (name.size() < stem.size() + 5 + ending.size() || name.rfind(stem + '_', 0) != 0 ||
-      !name.ends_with(ending)) {
-    return false;
-  }
-  return std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()) + 1,
-                     name.end() - static_cast<std::ptrdiff_t>(ending.size()),
-                     [](char c) { return c >= '0' && c <= '9'; });
+std::string numbered(const std::string& stem, int number, const std::string& ending) {
+  return fmt::format("{}_{:04}{}", stem, number, ending);
+}
+
+std::optional<int> output_number(const std::string& name, const std::string& stem,
+                                 const std::string& ending) {
+  if (!name.starts_with(stem + '_') || !name.ends_with(ending)) return std::nullopt;
+  int number = 0;
+  std::from_chars(name.data() + stem.size() + 1, name.data() + name.size(), number);
+  if (name != numbered(stem, number, ending)) return std::nullopt;
+  return number;
 }
 
 void write_restart(const fs::path& file, const State& state, const WrittenSoFar& written,
@@ -524,11 +536,13 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
   for (const fs::path& file : newest_first) {
     try {
       Restart restart = read_restart(file, recipe);
+      const auto number = output_number(file.filename().string(), "state", ".vdb");
+      require_number(restart, number);
       if (rows) require_rows(restart, *rows);
       if (!newest || restart.state.time_step > newest->state.time_step) {
         newest = std::move(restart);
       }
-      if (is_numbered(file.filename().string(), "state", ".vdb")) break;
+      if (number) break;
     } catch (const InputError& error) {
       log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
     }
@@ -580,7 +594,7 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
 std::vector<fs::path> states_of(const fs::path& folder) {
   std::vector<fs::path> states;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (is_numbered(entry.path().filename().string(), "state", ".vdb")) states.push_back(entry);
+    if (output_number(entry.path().filename().string(), "state", ".vdb")) states.push_back(entry);
   std::sort(states.begin(), states.end(), is_older);
   // One between outputs is later than they are, or it would be gone.
   if (fs::exists(folder / interrupted_state)) states.push_back(folder / interrupted_state);

@@ -18,8 +18,12 @@ namespace scarp {
 inline constexpr const char* interrupted_state = "state_interrupted.vdb";
 inline constexpr const char* earlier_interrupted_state = "state_interrupted_before.vdb";
 
-/// Of STEM_NNNN.ENDING, as outputs are called: a user's own surface_scan.vtp is none.
-bool is_numbered(const std::string& name, const std::string& stem, const std::string& ending);
+/// The name of a file of an output: STEM_NNNN.ENDING, with more digits only from 10000 on.
+std::string numbered(const std::string& stem, int number, const std::string& ending);
+
+/// The number in such a name; nothing of any other, as a user's own surface_scan.vtp.
+std::optional<int> output_number(const std::string& name, const std::string& stem,
+                                 const std::string& ending);
 
 /// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes
 /// and openings.

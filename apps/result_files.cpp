@@ -18,6 +18,7 @@
 #include "core/csv.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
+#include "core/hash.h"
 #include "core/parallel.h"
 #include "core/peak_memory.h"
 #include "core/quantity.h"
@@ -321,6 +322,7 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["title"] = recipe.title;
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
+  summary["recipe_hash"] = hash_of(recipe.resolved);
   summary["start_state_hash"] = recipe.start ? recipe.start->hash : "";
   summary["time_steps"] = state.time_step - state.origin.time_step;
   summary["outputs"] = totals.output_times.size();

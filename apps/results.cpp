@@ -16,6 +16,7 @@
 #include "apps/recipe_warnings.h"
 #include "apps/report.h"
 #include "apps/result_files.h"
+#include "apps/run_record.h"
 #include "apps/symmetry.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -30,10 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* metrology_file = "metrology.csv";
-
-std::string numbered(const char* stem, int number, const char* ending) {
-  return fmt::format("{}_{:04}{}", stem, number, ending);
-}
 
 // Empty where there is no such file.
 std::string read_text(const fs::path& file) { return fs::exists(file) ? read_file(file) : ""; }
@@ -52,8 +49,8 @@ bool is_section(const std::string& name) {
 bool is_output(const std::string& name) {
   return name == "recipe.toml" || name == "summary.json" || name == "surface.pvd" ||
          name == metrology_file || name == interrupted_state || name == earlier_interrupted_state ||
-         is_numbered(name, "surface", ".vtp") || is_numbered(name, "state", ".vdb") ||
-         is_numbered(name, "profile", ".csv") || is_numbered(name, "profile", ".svg") ||
+         output_number(name, "surface", ".vtp") || output_number(name, "state", ".vdb") ||
+         output_number(name, "profile", ".csv") || output_number(name, "profile", ".svg") ||
          name == "profiles.svg" || name == report_file || is_section(name);
 }
 
@@ -96,18 +93,7 @@ std::vector<std::string> missing_of(const fs::path& folder, const std::vector<st
   return missing;
 }
 
-std::string hash_of(std::string_view text) {
-  Hash hash;
-  hash.add(text);
-  return hash.hex();
-}
-
 std::string hash_of_file(const fs::path& file) { return hash_of(read_file(file)); }
-
-nlohmann::json read_summary(const fs::path& folder) {
-  return nlohmann::json::parse(read_text(folder / "summary.json"), nullptr,
-                               /*allow_exceptions=*/false);
-}
 
 std::uint32_t first_time_step(const Recipe& recipe) {
   return recipe.start ? recipe.start->state->time_step : 0;
@@ -139,17 +125,17 @@ bool is_result(const std::string& name) { return name == "metrics.csv" || is_out
 bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
   if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
   const auto summary = read_summary(folder);
-  const auto is = [&](const char* key, const nlohmann::json& wanted) {
+  const auto is = [&](const char* key, const nlohmann::ordered_json& wanted) {
     const auto found = summary.find(key);
     return found != summary.end() && *found == wanted;
   };
-  return summary.is_object() && is("complete", true) && fs::exists(folder / "metrics.csv") &&
+  return is("complete", true) && fs::exists(folder / "metrics.csv") &&
          is("start_state_hash", recipe.start ? recipe.start->hash : "");
 }
 
 std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Recipe& recipe) {
   const auto summary = read_summary(folder);
-  const auto entry = [&](const char* key) { return summary.value(key, nlohmann::json()); };
+  const auto entry = [&](const char* key) { return summary.value(key, nlohmann::ordered_json()); };
   const auto output_count = static_cast<int>(entry("output_times_s").size());
   std::vector<std::string> losses;
   const std::vector<std::string> missing = missing_of(folder, output_files(recipe, output_count));
@@ -457,9 +443,12 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
   while_held([&] {
-    // One that was refused must not take the place of a good one, which may have been removed.
-    if (last_checkpoint_ == file(interrupted_state) && fs::exists(last_checkpoint_))
-      fs::rename(file(interrupted_state), file(earlier_interrupted_state));
+    // One that was refused must not take the place of a good one.
+    std::error_code error;
+    if (last_checkpoint_ == file(interrupted_state))
+      fs::rename(file(interrupted_state), file(earlier_interrupted_state), error);
+    if (error && error != std::errc::no_such_file_or_directory)
+      throw fs::filesystem_error("rename", file(interrupted_state), error);
     write_state(interrupted_state, state, recipe);
   });
 }

@@ -8,6 +8,7 @@
 #include "apps/csv_table.h"
 #include "apps/section.h"
 #include "core/error.h"
+#include "core/hash.h"
 #include "core/read_file.h"
 #include "levelset/extract_surface.h"
 
@@ -49,32 +50,25 @@ std::vector<OpeningPlace> places_of(const Metrology& metrology) {
   return places;
 }
 
-/// Empty of a run that is not complete.
-nlohmann::json read_summary(const fs::path& file) {
-  if (!fs::exists(file)) return nlohmann::json::object();
-  const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
-  return json.is_object() ? json : nlohmann::json::object();
-}
-
-bool has_condition(const nlohmann::json& summary) {
+bool has_condition(const nlohmann::ordered_json& summary) {
   const auto any = [&](const char* list, const auto& is_met) {
-    const nlohmann::json entries = summary.value(list, nlohmann::json::array());
+    const nlohmann::ordered_json entries = summary.value(list, nlohmann::ordered_json::array());
     return std::ranges::any_of(entries, is_met);
   };
   return any("steps",
              [](const auto& step) {
-               return step.value("reached_s", nlohmann::json()).is_number();
+               return step.value("reached_s", nlohmann::ordered_json()).is_number();
              }) ||
          any("repeats",
              [](const auto& repeat) { return repeat.value("ended_by", "repeat") != "repeat"; });
 }
 
 RunOutput output_of(const fs::path& state, std::span<const double> times) {
-  const std::string digits = state.stem().string().substr(std::string("state_").size());
-  const bool is_numbered = digits.find_first_not_of("0123456789") == std::string::npos;
-  const fs::path surface = state.parent_path() / ("surface_" + digits + ".vtp");
-  const auto number = is_numbered ? std::stoul(digits) : times.size();
-  return {.time = number < times.size() ? times[number] : read_wafer(state).time,
+  const auto number = output_number(state.filename().string(), "state", ".vdb");
+  const fs::path surface =
+      number ? state.parent_path() / numbered("surface", *number, ".vtp") : fs::path();
+  const auto n = static_cast<std::size_t>(number.value_or(-1));
+  return {.time = n < times.size() ? times[n] : read_wafer(state).time,
           .state = state,
           .surface = fs::exists(surface) ? surface : fs::path()};
 }
@@ -99,6 +93,20 @@ void refuse_summary(const fs::path& file) {
                   file.string()));
 }
 
+nlohmann::ordered_json read_summary(const fs::path& folder) {
+  const fs::path file = folder / "summary.json";
+  const auto none = nlohmann::ordered_json::object();
+  if (!fs::exists(file)) return none;
+  const auto json =
+      nlohmann::ordered_json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return none;
+  // One that was copied here from another run tells nothing of this one.
+  const fs::path recipe = folder / "recipe.toml";
+  const bool is_of_run =
+      !fs::exists(recipe) || json.value("recipe_hash", none) == hash_of(read_file(recipe));
+  return is_of_run ? json : none;
+}
+
 RunRecord read_run(const fs::path& where) {
   RunRecord run{.where = where, .outputs = {}};
   if (!fs::is_directory(where)) {
@@ -106,15 +114,14 @@ RunRecord read_run(const fs::path& where) {
     run.outputs.push_back({.time = read_wafer(where).time, .state = where, .surface = {}});
     return run;
   }
-  const fs::path file = where / "summary.json";
-  const nlohmann::json summary = read_summary(file);
+  const nlohmann::ordered_json summary = read_summary(where);
   std::vector<double> times;  // by the number of the output
   try {
     times = summary.value("output_times_s", times);
     run.is_complete = summary.value("complete", false);
     run.has_condition = has_condition(summary);
-  } catch (const nlohmann::json::exception&) {
-    refuse_summary(file);
+  } catch (const nlohmann::ordered_json::exception&) {
+    refuse_summary(where / "summary.json");
   }
   for (const fs::path& state : states_of(where)) run.outputs.push_back(output_of(state, times));
   if (run.outputs.empty()) newest_state(where);  // says what is missing

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -48,6 +49,10 @@ struct RunRecord {
 
 /// What to say of a run that has not come to its end; empty of others.
 std::string incomplete_warning(const RunRecord& run);
+
+/// The summary.json of a run; empty while it is not complete, and if the file is of another recipe
+/// than the recipe.toml beside it.
+nlohmann::ordered_json read_summary(const std::filesystem::path& folder);
 
 /// Refuses a summary.json with entries that are not as scarp run writes them.
 [[noreturn]] void refuse_summary(const std::filesystem::path& file);

@@ -1,6 +1,7 @@
 #include "core/atomic_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -177,7 +178,15 @@ void AtomicFile::commit() {
     throw_cannot_write(target_, buffer_->error());
   }
   if (temporary_.empty()) return;
-  if (rename(temporary_.c_str(), target_.c_str()) != 0) throw_cannot_create(target_, errno);
+  if (rename(temporary_.c_str(), target_.c_str()) != 0) {
+    if (errno == ENOENT && std::filesystem::is_directory(target_.parent_path())) {
+      throw NumericalError(
+          fmt::format("{}: cannot be written: {}, which holds it until it is whole, "
+                      "was removed",
+                      target_.string(), temporary_.filename().string()));
+    }
+    throw_cannot_create(target_, errno);
+  }
   temporary_.clear();
   sync_folder(target_.parent_path());
 }

@@ -38,4 +38,10 @@ std::string Hash::hex() const {
   return text;
 }
 
+std::string hash_of(std::string_view text) {
+  Hash hash;
+  hash.add(text);
+  return hash.hex();
+}
+
 }  // namespace scarp

@@ -41,4 +41,6 @@ class Hash {
   std::unique_ptr<State> state_;
 };
 
+std::string hash_of(std::string_view text);
+
 }  // namespace scarp

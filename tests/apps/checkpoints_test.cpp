@@ -83,6 +83,18 @@ TEST_F(Checkpoints, AreWrittenByWallTimeAndTheOneBeforeIsKept) {
   EXPECT_FALSE(has(earlier_interrupted_state));
 }
 
+// Somebody may clear the folder up.
+TEST_F(Checkpoints, OneThatWasRemovedIsWrittenAnew) {
+  int looks = 0;
+  const RunEnd end = run_with("checkpoint_wall_time = \"0 s\"\n", [&](const State& state) {
+    if (state.time < 30 && state.time_step > 1)
+      looks += fs::remove(folder_ / "r" / interrupted_state);
+    return true;
+  });
+  EXPECT_EQ(end, RunEnd::complete);
+  EXPECT_GE(looks, 5);
+}
+
 // 4 s at a time, every 10 s: after the time steps to 12 s and 20 s.
 TEST_F(Checkpoints, AreWrittenByProcessTimeWithoutCuttingTimeSteps) {
   std::vector<double> saved;

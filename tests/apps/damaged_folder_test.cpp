@@ -130,6 +130,45 @@ TEST_F(DamagedFolder, IsNotCompleteByASummaryOfOtherKinds) {
   }
 }
 
+TEST_F(DamagedFolder, IsNotCompleteByTheSummaryOfAnotherRun) {
+  ASSERT_EQ(scarp("run " + small_trench("--set flux.seed=7 -o " + path("other"))).exit_code, 0);
+  fs::copy(folder_ / "other" / "summary.json", folder_ / "cut");
+  const Outcome compared =
+      scarp("compare " + path("cut") + " " + path("whole") + " -o " + path("o"));
+  EXPECT_THAT(compared.messages, HasSubstr("cut: is not complete"));
+  EXPECT_EQ(scarp("report " + path("cut")).exit_code, 0);
+  EXPECT_THAT(read_file(folder_ / "cut" / "report.html"), HasSubstr("is not complete"));
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  EXPECT_EQ(resume().exit_code, 0);
+  expect_same_run();
+}
+
+// As those that somebody has set aside.
+TEST_F(DamagedFolder, PassesOverStatesUnderNamesOfTheirOwn) {
+  fs::remove(folder_ / "cut" / "state_0003.vdb");
+  for (const char* name : {"state_00000000000000000000009.vdb", "state_00009.vdb",
+                           "state_99999999999999999999999.vdb", "state_3.vdb"})
+    fs::copy(folder_ / "cut" / "state_0001.vdb", folder_ / "cut" / name);
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, Not(HasSubstr("state_")));
+  expect_same_bits("whole", "cut");
+  for (const char* command : {"report ", "render ", "section ", "measure "})
+    EXPECT_EQ(scarp(command + path("cut")).exit_code, 0) << command;
+  const Outcome compared =
+      scarp("compare " + path("cut") + " " + path("whole") + " -o " + path("o"));
+  EXPECT_EQ(compared.exit_code, 0) << compared.out << compared.messages;
+}
+
+TEST_F(DamagedFolder, GoesOnFromNoStateThatWasRenamed) {
+  fs::copy(folder_ / "cut" / "state_0001.vdb", folder_ / "cut" / "state_0009.vdb");
+  const Outcome run = resume();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.messages, HasSubstr("state_0009.vdb: holds output 1, so it was renamed; going on "
+                                      "from an earlier checkpoint"));
+  expect_same_bits("whole", "cut");
+}
+
 // Only the pictures ask for earlier outputs.
 TEST_F(DamagedFolder, GoesOnWhereAnEarlierStateIsDamaged) {
   fs::remove(folder_ / "cut" / "state_0003.vdb");

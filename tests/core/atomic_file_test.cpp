@@ -100,6 +100,13 @@ TEST_F(AtomicFileTest, SaysThatTheFolderIsMissing) {
   }
 }
 
+TEST_F(AtomicFileTest, SaysThatItWasRemovedBeforeItWasWhole) {
+  AtomicFile file(folder_ / "file");
+  for (const fs::path& part : fs::directory_iterator(folder_)) fs::remove(part);
+  EXPECT_THAT([&] { file.commit(); },
+              testing::ThrowsMessage<NumericalError>(testing::EndsWith("was removed")));
+}
+
 TEST_F(AtomicFileTest, RefusesAFolderAsAFile) {
   EXPECT_THROW(AtomicFile{folder_}, InputError);
   EXPECT_TRUE(fs::is_directory(folder_));
