@@ -9,6 +9,7 @@
 #include "apps/region_text.h"
 #include "apps/symmetry.h"
 #include "apps/tell.h"
+#include "core/log.h"
 #include "core/parallel.h"
 
 namespace scarp {
@@ -70,7 +71,9 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const double memory_limit = arguments.memory_limit_mb();
   require_least_memory(recipe, memory_limit);  // before it is taken here
   const FoundPlanes found = mirror_planes(recipe);
-  const CostEstimate cost = estimate_cost(on_part(recipe, found));
+  const Log log =
+      common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
+  const CostEstimate cost = estimate_cost(on_part(recipe, found), log);
   std::vector<std::string> warnings = recipe.warnings;
   if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);

@@ -173,12 +173,16 @@ double ray_factor(std::span<const TrialStep> trials) {
 }
 
 // The first time steps of a step after the given survey, half of them with more rays: how far a
-// time step goes depends on noise, too. What acts at once is not tried.
+// time step goes depends on noise, too. Where they take long, fewer have to do. What acts at once
+// is not tried.
 std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
                                 Survey now) {
   constexpr std::size_t most_trials = 8;
   const Recipe more_rays = with_few_rays(recipe, most_trial_rays);
+  constexpr std::size_t least_trials = 3;
+  constexpr std::chrono::seconds long_enough{3};
   const std::size_t step = state.step;
+  const auto start = std::chrono::steady_clock::now();
   std::vector<TrialStep> trials;
   while (true) {
     trials.push_back(trial_step(state, now, recipe));
@@ -188,7 +192,9 @@ std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe&
     if (state.step != step) return trials;
     trials.back().moves *= move.dt / trials.back().dt;
     trials.back().dt = move.dt;
-    if (trials.size() == most_trials) return trials;
+    const auto taken = std::chrono::steady_clock::now() - start;
+    if (trials.size() == most_trials || (trials.size() >= least_trials && taken > long_enough))
+      return trials;
     now = survey(state, 2 * trials.size() >= most_trials ? more_rays : few_rays);
   }
 }
@@ -312,8 +318,9 @@ struct Trials {
 // Tries steps on the geometry that they meet, and goes by the area of the surface between them.
 class Estimator {
  public:
-  explicit Estimator(const Recipe& recipe)
+  Estimator(const Recipe& recipe, const Log& log)
       : recipe_(recipe),
+        log_(log),
         few_rays_(with_few_rays(recipe, trial_rays)),
         trials_(recipe),
         state_(start_state(recipe)) {}
@@ -341,6 +348,11 @@ class Estimator {
     state_.step = n;
     begin_step(state_, recipe_);
     Survey first = survey(state_, few_rays_);
+    constexpr std::chrono::milliseconds unnoticed{500};
+    if (std::chrono::steady_clock::now() - began_ > unnoticed) {
+      log_.info(fmt::format("tries the first time steps of step \"{}\" ({} of {})", step.name,
+                            n + 1, recipe_.steps.size()));
+    }
     if (n == 0 && trials_.last > 0)
       ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
     cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
@@ -410,6 +422,8 @@ class Estimator {
   }
 
   const Recipe& recipe_;
+  Log log_;
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   Recipe few_rays_;
   Trials trials_;
   State state_;
@@ -466,6 +480,8 @@ std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Rec
       wanted.in_position ? " nm" : "");
 }
 
-CostEstimate estimate_cost(const Recipe& recipe) { return Estimator(recipe).estimate(); }
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log) {
+  return Estimator(recipe, log).estimate();
+}
 
 }  // namespace scarp

@@ -9,6 +9,7 @@
 #include "apps/memory_estimate.h"
 #include "apps/recipe.h"
 #include "apps/simplify_choice.h"
+#include "core/log.h"
 
 namespace scarp {
 
@@ -63,7 +64,8 @@ std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Rec
 /// Says that the caps on rays will come before the recipe's target, and which target they reach.
 std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe);
 
-/// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()).
-CostEstimate estimate_cost(const Recipe& recipe);
+/// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()). Where
+/// that takes a while the log says what is tried.
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log = {});
 
 }  // namespace scarp

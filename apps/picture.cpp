@@ -79,31 +79,43 @@ Window window_of(const ProfileView& view) {
 
 using Pixel = std::array<double, 2>;
 
-double distance_to_segment(const Pixel& p, const Pixel& a, const Pixel& b) {
+double squared_distance(const Pixel& a, const Pixel& b) {
   const double x = b[0] - a[0];
   const double y = b[1] - a[1];
-  const double square = x * x + y * y;
+  return x * x + y * y;
+}
+
+double squared_to_segment(const Pixel& p, const Pixel& a, const Pixel& b) {
+  const double x = b[0] - a[0];
+  const double y = b[1] - a[1];
+  const double square = squared_distance(a, b);
   const double along =
       square > 0 ? std::clamp(((p[0] - a[0]) * x + (p[1] - a[1]) * y) / square, 0.0, 1.0) : 0;
-  return std::hypot(p[0] - a[0] - along * x, p[1] - a[1] - along * y);
+  return squared_distance(p, {a[0] + along * x, a[1] + along * y});
 }
 
 // Without points that nobody sees: a straight wall needs its ends alone.
 std::vector<Pixel> seen_points(const Polyline& line, const Window& window) {
-  constexpr double unseen = 0.1;  // pixels
+  constexpr double unseen = 0.1 * 0.1;  // square pixels
+  // However fine the grid is, a line has no more points than the picture can show.
   std::vector<Pixel> points;
-  for (const auto& [x, z] : line.points) points.push_back({window.px(x), window.py(z)});
+  for (const auto& [x, z] : line.points) {
+    const Pixel pixel{window.px(x), window.py(z)};
+    if (points.empty() || squared_distance(points.back(), pixel) >= unseen) points.push_back(pixel);
+  }
+  const auto& [x, z] = line.points.back();
+  points.push_back({window.px(x), window.py(z)});
   std::vector<Pixel> kept{points.front()};
   std::size_t last = 0;
   for (std::size_t n = 2; n < points.size(); ++n) {
     bool is_straight = true;
     for (std::size_t between = last + 1; between < n && is_straight; ++between)
-      is_straight = distance_to_segment(points[between], points[last], points[n]) < unseen;
+      is_straight = squared_to_segment(points[between], points[last], points[n]) < unseen;
     if (is_straight) continue;
     last = n - 1;
     kept.push_back(points[last]);
   }
-  if (points.size() > 1) kept.push_back(points.back());
+  kept.push_back(points.back());
   return kept;
 }
 
