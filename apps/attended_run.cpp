@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <limits>
 #include <string_view>
 
 #include "apps/command_line.h"
+#include "apps/expected_end.h"
 #include "apps/restart.h"
 #include "apps/tell.h"
 #include "core/atomic_file.h"
@@ -66,7 +69,6 @@ class Progress {
  public:
   Progress(const Recipe& recipe, bool quiet)
       : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
-    // What is left when each of them begins.
     left_.resize(recipe.steps.size() + 1);
     for (std::size_t n = recipe.steps.size(); n-- > 0;)
       left_[n] = left_[n + 1] + recipe.steps[n].duration;
@@ -91,29 +93,52 @@ class Progress {
     }
     printed_ = now;
     shown_ = true;
+    const double end = expected_end(state, survey, now);
     const std::string line = fmt::format(
-        "{}  step \"{}\"  t = {:.4g} of {:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
-        current_step(state, recipe_).name, state.time, whole(state), survey.facets.triangles.size(),
-        survey.facets_full, time_left(state, now));
+        "{}  step \"{}\"  t = {:.4g} of {}{:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
+        current_step(state, recipe_).name, state.time, is_guess(state) ? "about " : "", end,
+        survey.facets.triangles.size(), survey.facets_full, time_left(state, end, now));
     tell(line + (terminal_ ? '\r' : '\n'));
   }
 
  private:
-  // Steps that ended early are over.
-  double whole(const State& state) const { return state.step_start + left_[state.step]; }
+  // Of the recipe. Steps that ended early are over; of those to come none is known to.
+  double expected_end(const State& state, const Survey& survey, Clock::time_point now) {
+    if (state.step == recipe_.steps.size()) return state.time;
+    // Looking for it takes longer than writing a line.
+    if (step_ != state.step || now - looked_ > std::chrono::seconds(2)) {
+      step_ = state.step;
+      looked_ = now;
+      // The speeds of the survey are those of the step before, where one has just begun.
+      const ProcessStep& step = recipe_.steps[state.step];
+      const bool is_of_step = state.time > state.step_start;
+      duration_ = is_of_step ? expected_duration(step, state, survey) : step.duration;
+      if (!is_of_step) looked_ = {};
+    }
+    return std::max(state.time, state.step_start + duration_) + left_[state.step + 1];
+  }
+
+  bool is_guess(const State& state) const {
+    return std::any_of(recipe_.steps.begin() + static_cast<std::ptrdiff_t>(state.step),
+                       recipe_.steps.end(),
+                       [](const ProcessStep& step) { return step.until || step.round_end; });
+  }
 
   // From the pace since the first time step of this process.
-  std::string time_left(const State& state, Clock::time_point now) const {
+  std::string time_left(const State& state, double end, Clock::time_point now) const {
     const double done = state.time - start_time_;
     if (done <= 0) return "";
     const double wall = std::chrono::duration<double>(now - start_).count();
-    return "  " + duration_text(wall * (whole(state) - state.time) / done) + " left";
+    return "  " + duration_text(wall * (end - state.time) / done) + " left";
   }
 
   const Recipe& recipe_;
   bool quiet_;
   bool terminal_;
-  std::vector<double> left_;
+  std::vector<double> left_;  ///< of the durations of the steps, when each begins
+  std::size_t step_ = std::numeric_limits<std::size_t>::max();  ///< that duration_ is of
+  double duration_ = 0;                                         ///< as it is expected
+  Clock::time_point looked_;
   bool first_ = true;
   bool shown_ = false;
   double start_time_ = 0;

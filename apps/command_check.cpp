@@ -75,6 +75,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
   const CostEstimate cost = estimate_cost(on_part(recipe, found), log);
   std::vector<std::string> warnings = recipe.warnings;
+  warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
   if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
   if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
   if (cost.memory.total() > memory_limit) {

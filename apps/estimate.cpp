@@ -14,6 +14,7 @@
 #include "apps/expected_end.h"
 #include "apps/flux_target.h"
 #include "apps/results.h"
+#include "apps/surface_speeds.h"
 #include "core/quantity.h"
 #include "core/temporary_folder.h"
 #include "levelset/extend.h"
@@ -359,6 +360,13 @@ class Estimator {
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
     if (first.simplify_choice != SimplifyChoice::simplify)
       cost_.left_out.emplace_back(n, first.simplify_choice);
+    const std::vector<float> speeds = facet_speeds(state_, first);
+    const bool is_first = n == trials_.of_model.at(step.model.get())[0];
+    if (step.model && is_first && std::ranges::count(speeds, 0.0F) == std::ssize(speeds)) {
+      const auto& seen = first.facets.materials;
+      cost_.standstills.push_back(
+          standstill_text(step, {seen.begin(), seen.end()}, recipe_.materials));
+    }
     output_seconds_ = seconds_of_output(state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
     const std::size_t first_facets_full = first.facets_full;

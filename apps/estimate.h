@@ -44,7 +44,8 @@ struct CostEstimate {
   bool at_most = false;
   /// Of steps whose mesh is not simplified at their beginning, repeated ones once.
   std::vector<std::pair<std::size_t, SimplifyChoice>> left_out{};
-  std::vector<ExpectedEnd> ends{};  ///< of steps with an end condition, repeated ones once
+  std::vector<ExpectedEnd> ends{};         ///< of steps with an end condition, repeated ones once
+  std::vector<std::string> standstills{};  ///< what to say of steps that move nothing, likewise
 };
 
 /// How fast an open flat wafer of each material moves, > 0 grows; what comes from the surface

@@ -154,18 +154,21 @@ double gone_time(MaterialId wanted, std::span<const LineDown> lines) {
 
 double expected_duration(const ProcessStep& step, const State& state, const Survey& survey) {
   if (!step.until) return step.duration;
+  const double elapsed = state.time - state.step_start;
+  if (state.progress.reached)
+    return std::min(step.duration, end_of_over_etch(state, step) - state.step_start);
   const EndCondition& condition = *step.until;
   const std::vector<LineDown> lines = lines_of(condition, state, survey);
   const double time = [&] {
     switch (condition.kind) {
       case Kind::depth:
-        return depth_time(condition, lines, state);
+        return elapsed + depth_time(condition, lines, state);
       case Kind::thickness:
-        return film_time(condition, lines, state.layers.stack.size() - 1);
+        return std::max(elapsed, film_time(condition, lines, state.layers.stack.size() - 1));
       case Kind::exposed:
-        return exposed_time(*condition.material, lines);
+        return elapsed + exposed_time(*condition.material, lines);
       default:
-        return gone_time(*condition.material, lines);
+        return elapsed + gone_time(*condition.material, lines);
     }
   }();
   return time > 0 ? std::min(step.duration, (1 + condition.over_etch) * time) : step.duration;

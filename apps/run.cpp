@@ -251,12 +251,7 @@ class Observer {
   void tell_standstill(const ProcessStep& step) {
     if (!step.model || movement_.any || movement_.seen.empty()) return;
     if (!still_models_.insert(step.model.get()).second) return;
-    std::string names;
-    for (const MaterialId material : movement_.seen)
-      names += (names.empty() ? "" : ", ") + recipe_.materials[material].name;
-    log_.warn(
-        fmt::format("step \"{}\" moved nothing: the rates of {} are 0 on all that was seen ({})",
-                    step.name, step.model_name, names));
+    log_.warn(standstill_text(step, movement_.seen, recipe_.materials));
   }
 
   // Of a step that repeats, once.

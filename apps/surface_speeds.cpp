@@ -164,6 +164,15 @@ Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe)
 
 }  // namespace
 
+std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>& seen,
+                            const Materials& materials) {
+  std::string names;
+  for (const MaterialId material : seen)
+    names += (names.empty() ? "" : ", ") + materials[material].name;
+  return fmt::format("step \"{}\" moved nothing: the rates of {} are 0 on all that was seen ({})",
+                     step.name, step.model_name, names);
+}
+
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {
   std::vector<std::span<const float>> tallies;
   for (const FluxField& field : flux)

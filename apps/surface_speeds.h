@@ -1,6 +1,8 @@
 #pragma once
 
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "apps/survey.h"
@@ -18,6 +20,10 @@ void find_change(const State& state, const Recipe& recipe, Survey& result);
 
 /// The speed of every facet, of the layer that is seen there. Units: nm/s.
 std::vector<float> facet_speeds(const State& state, const Survey& survey);
+
+/// What to say of a step that moved none of the materials that it met.
+std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>& seen,
+                            const Materials& materials);
 
 /// All tallies in a row, as models take them.
 std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux);

@@ -246,6 +246,24 @@ TEST_F(RunCommand, AStepThatMovesNothingIsAWarning) {
                               "on all that was seen (Si)"),
                     ::testing::Not(HasSubstr("round 2: clean\" moved nothing")),
                     ::testing::Not(HasSubstr("etch\" moved nothing"))));
+  EXPECT_THAT(scarp("check " + path("r.toml")).messages,
+              AllOf(HasSubstr("warning: step \"round 1: clean\" moved nothing: "),
+                    ::testing::Not(HasSubstr("round 2: clean\" moved nothing")),
+                    ::testing::Not(HasSubstr("etch\" moved nothing"))));
+}
+
+// 500 nm at 1 nm/s in place of the longest time, and 10 s that are to come; a time step more, as
+// speeds are those before it.
+TEST_F(RunCommand, ProgressCountsToTheExpectedEnd) {
+  write("r.toml",
+        "[domain]\nmode = \"2d\"\nspacing = \"10 nm\"\nextent = [\"100 nm\"]\n"
+        "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = \"9000 s\"\netch_rate = \"1 nm/s\"\n"
+        "until = { depth = \"500 nm\" }\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = \"10 s\"\netch_rate = \"1 nm/s\"\n");
+  const Outcome run = scarp("run " + path("r.toml") + " -o " + path("out"));
+  EXPECT_THAT(run.messages, ::testing::ContainsRegex("t = 4 of about 51[0-9] s "));
+  EXPECT_THAT(run.messages, HasSubstr("t = 510 of 510 s "));
 }
 
 // A groove that narrows to 60 nm: an etch goes on there, a film does not make it deeper.
