@@ -4,15 +4,18 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/triangle_tree.h"
 #include "levelset/band.h"
 #include "levelset/connectivity.h"
 #include "levelset/exposure.h"
 #include "levelset/extract_surface.h"
 #include "levelset/images.h"
+#include "levelset/necks.h"
 #include "levelset/redistance.h"
 
 namespace scarp {
@@ -50,13 +53,13 @@ bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node) {
   return true;
 }
 
-/// Signed distance from the film on the surface that open gas sees; closed voids count as solid.
-class FilmDistance {
+/// Distance from the surface that open gas sees, > 0 in that gas; closed voids count as solid.
+class OpenDistance {
  public:
-  FilmDistance(const Layers& layers, const OpenGas& gas, double thickness)
+  /// Asked for at most for a film of the given thickness.
+  OpenDistance(const Layers& layers, const OpenGas& gas, double thickness)
       : layers_(layers),
         gas_(gas),
-        thickness_(thickness),
         limit_(thickness + reach * layers.frame.spacing),
         tree_(extract_surface(layers, gas)) {}
 
@@ -65,12 +68,7 @@ class FilmDistance {
     // Triangles are no mirror images: what lies beyond the diagonal asks where its image lies.
     if (frame.diagonal && r.y > r.x) std::swap(r.x, r.y);
     const bool open = is_open_gas(layers_.top().band(), gas_, nearest_node(frame, r));
-    // In two dimensions both rows of nodes ask at the same point.
-    r.y = frame.two_dimensional ? 0.0 : r.y;
-    double nearest = tree_.closest(r, limit_).distance;
-    for (const Image& image : images_of(frame, r, limit_))
-      nearest = std::min(nearest, tree_.closest(image.r, limit_).distance);
-    return open ? nearest - thickness_ : -nearest - thickness_;
+    return (open ? 1 : -1) * nearest(r);
   }
 
  private:
@@ -78,9 +76,18 @@ class FilmDistance {
   /// the diagonal of a leaf, and the way from a point to the node nearest to it.
   static constexpr double reach = LevelSet::half_width + 8;
 
+  /// At most the limit.
+  double nearest(Vec3d r) const {
+    // In two dimensions both rows of nodes ask at the same point.
+    r.y = layers_.frame.two_dimensional ? 0.0 : r.y;
+    double distance = tree_.closest(r, limit_).distance;
+    for (const Image& image : images_of(layers_.frame, r, limit_))
+      distance = std::min(distance, tree_.closest(image.r, limit_).distance);
+    return distance;
+  }
+
   const Layers& layers_;
   const OpenGas& gas_;
-  double thickness_;
   double limit_;
   TriangleTree tree_;
 };
@@ -159,6 +166,62 @@ void take_over_voids(const Band& from, const OpenGas& gas, Band& to) {
   redistance_fully(to);
 }
 
+void coat_freely(Layers& layers, const OpenGas& gas, const OpenDistance& distance,
+                 double thickness) {
+  const double margin = LevelSet::half_width * layers.frame.spacing;
+  LevelSet film(
+      layers.frame, [&](Vec3d r) { return distance(r) - thickness; }, layers.top().lower() - margin,
+      layers.top().upper() + thickness + margin);
+  if (!gas.voids.empty()) take_over_voids(layers.top().band(), gas, film.band());
+  layers.top() = std::move(film);
+  cut_lower_layers(layers);
+}
+
+/// The lowest node of open gas, and the highest with solid above it; nothing where gas has no
+/// solid above it. Then it is nowhere wider than above, and no film shuts it.
+std::optional<std::array<int, 2>> overhung_heights(const Band& band, const OpenGas& gas) {
+  std::array<int, 2> heights{std::numeric_limits<int>::max(), std::numeric_limits<int>::min()};
+  for (std::size_t n = 0; n < band.leaves().size(); ++n) {
+    const Leaf& leaf = band.leaves()[n];
+    for (int offset = 0; offset < leaf_size; ++offset) {
+      if (!gas.is_open(n, offset)) continue;
+      const Node node = node_at(leaf, offset);
+      heights[0] = std::min(heights[0], node[2]);
+      if (band.node(node[0], node[1], node[2] + 1) < 0) heights[1] = std::max(heights[1], node[2]);
+    }
+  }
+  if (heights[0] > heights[1]) return std::nullopt;
+  return heights;
+}
+
+/// See shutting_thicknesses().
+std::vector<double> shutting_thicknesses(const Layers& layers, const OpenGas& gas,
+                                         const OpenDistance& distance, double thickness) {
+  constexpr std::size_t most_nodes = std::size_t{1} << 26;  // a gigabyte
+  const Band& band = layers.top().band();
+  const auto heights = overhung_heights(band, gas);
+  if (!heights) return {};
+  const NodeBox box{.count = {band.node_count(0), band.node_count(1)},
+                    .lowest = (*heights)[0],
+                    .highest = (*heights)[1] + 1};
+  if (box.size() > most_nodes) return {};
+  std::vector<float> clearance(box.size());
+  const auto columns =
+      static_cast<std::size_t>(box.count[0]) * static_cast<std::size_t>(box.count[1]);
+  parallel_for(columns, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t column = begin; column < end; ++column) {
+      const int i = static_cast<int>(column) / box.count[1];
+      const int j = static_cast<int>(column) % box.count[1];
+      for (int k = box.lowest; k <= box.highest; ++k)
+        clearance[box.index(i, j, k)] =
+            static_cast<float>(std::max(0.0, distance(layers.frame.node_position({i, j, k}))));
+    }
+  });
+  return shutting_thicknesses(
+      box, std::move(clearance), [&](int axis, int index) { return band.fold(axis, index); },
+      thickness, layers.frame.spacing);
+}
+
 }  // namespace
 
 double highest_point(const Layers& layers) {
@@ -182,19 +245,24 @@ void planarise(Layers& layers, double height) {
 void coat(Layers& layers, double thickness) {
   SCARP_ASSERT(thickness, >, 0.0);
   const OpenGas gas = open_gas(layers);
-  const double spacings = thickness / layers.frame.spacing;
-  if (spacings <= 1) {
-    coat_thinly(layers.top().band(), gas, static_cast<float>(spacings));
+  const double spacing = layers.frame.spacing;
+  if (thickness <= spacing) {
+    coat_thinly(layers.top().band(), gas, static_cast<float>(thickness / spacing));
     return;
   }
-  const double margin = LevelSet::half_width * layers.frame.spacing;
-  LevelSet film(layers.frame, FilmDistance(layers, gas, thickness), layers.top().lower() - margin,
-                layers.top().upper() + thickness + margin);
-  if (!gas.voids.empty()) {
-    take_over_voids(layers.top().band(), gas, film.band());
+  const OpenDistance distance(layers, gas, thickness);
+  const std::vector<double> shut = shutting_thicknesses(layers, gas, distance, thickness);
+  if (shut.empty()) {
+    coat_freely(layers, gas, distance, thickness);
+    return;
   }
-  layers.top() = std::move(film);
-  cut_lower_layers(layers);
+  // What is cut off is a void from then on. Thicknesses next to each other are those of one neck.
+  constexpr double one_neck = 0.5;     // spacings
+  constexpr double beyond = 1.0 / 1024;  // so that no node of the neck is left on the surface
+  const double last = *std::prev(std::ranges::upper_bound(shut, shut.front() + one_neck * spacing));
+  const double first = std::min(last + beyond * spacing, 0.5 * (last + thickness));
+  coat_freely(layers, gas, distance, first);
+  coat(layers, thickness - first);
 }
 
 double highest_point(const Layers& layers, MaterialId material) {

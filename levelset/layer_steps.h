@@ -23,9 +23,9 @@ void planarise(Layers& layers, double height);
 ///
 /// The distance is that to the extracted surface, or, up to a spacing, phi itself: the film is as
 /// exact as those are. Convex edges are rounded by the thickness, gaps narrower than twice the
-/// thickness are filled. Gas behind a
-/// neck is coated as all gas that is joined to the source beforehand. Closed voids stay as they are
-/// to the last bit.
+/// thickness are filled. Gas behind a neck is coated until the neck is shut, which
+/// shutting_thicknesses() finds among up to 2^26 nodes below overhangs, and films thicker than a
+/// spacing. Closed voids stay as they are to the last bit.
 ///
 /// Units: nm, > 0.
 /// Cost:  a few closest-point queries per node of the new band.

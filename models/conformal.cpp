@@ -36,8 +36,10 @@ ModelDescription conformal_description() {
           "gaps narrower than twice the thickness are filled.",
       .limits =
           "Geometry, for films whose growth is not of interest: exact to the grid in one step, "
-          "whatever the thickness. A cavity behind a neck is coated throughout, though in a real "
-          "process the neck may close first; the model isotropic with a growth_rate shows that.",
+          "whatever the thickness. A cavity behind a neck is coated until the film shuts the neck, "
+          "up "
+          "to half a grid spacing less where the middle of the neck lies between nodes, and "
+          "throughout by films thinner than a spacing.",
       .source = "geometry: the Minkowski sum with a ball",
       .parameters = parameters(),
       .read = read,

@@ -452,24 +452,25 @@ thickness = ")" + film + "\"\n");
   EXPECT_NEAR(value(json_of(same), "middle_cd_nm")["second"]["mean"], 445.59, 0.5);
   EXPECT_NEAR(value(json_of(same), "bottom_cd_nm")["second"]["mean"], 562.06, 0.5);
 
-  // A film of 160 nm shuts the trench and leaves a triangle with a base of 2 (295.59 - w) at a
-  // height of 160 from the floor, where w = 160 (1 + sin 20) / cos 20 = 228.52, and sides at
-  // 70 degrees, that meet 184.27 nm above it: (295.59 - 228.52) / tan 20.
+  // A film shuts the trench when it is 150 nm thick, and leaves what is further away than that: up
+  // from a floor 150 nm higher to the arcs about the edges, which touch at the surface, and walls
+  // that go on from them at 70 degrees, 9.05 nm from the middle at 150 sin 20 deg = 51.30 nm.
   run_trench("b", "160 nm");
   const Outcome open = compare_with("b/state_0001.vdb", "-300,160\n0,160\n300,160\n");
   EXPECT_THAT(open.messages, HasSubstr("a void below the contour"));
   EXPECT_THAT(open.messages, HasSubstr("neither depth nor widths are compared"));
-  const std::string loop = "0,-55.73\n67.07,-240\n-67.07,-240\n0,-55.73\n";
+  const std::string loop =
+      "0,0\n2.21,-25.65\n9.05,-51.3\n81.37,-250\n-81.37,-250\n-9.05,-51.3\n-2.21,-25.65\n0,0\n";
   const Outcome closed = compare_with("b/state_0001.vdb", loop);
   EXPECT_EQ(closed.messages, "");
-  EXPECT_NEAR(value(json_of(closed), "depth_nm")["first"]["mean"], 184.27, 1e-6);
-  EXPECT_NEAR(value(json_of(closed), "depth_nm")["second"]["mean"], 184.27, 5);
-  EXPECT_NEAR(value(json_of(closed), "bottom_cd_nm")["second"]["mean"], 0.9 * 134.14, 1);
-  EXPECT_NEAR(value(json_of(closed), "middle_cd_nm")["second"]["mean"], 67.07, 1);
+  EXPECT_NEAR(value(json_of(closed), "depth_nm")["first"]["mean"], 250, 1e-6);
+  EXPECT_NEAR(value(json_of(closed), "depth_nm")["second"]["mean"], 250, 5);
+  EXPECT_NEAR(value(json_of(closed), "bottom_cd_nm")["second"]["mean"], 144.5, 1);
+  EXPECT_NEAR(value(json_of(closed), "middle_cd_nm")["second"]["mean"], 71.75, 1);
   const Outcome missing = compare_with("a/state_0000.vdb", loop);
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.messages, HasSubstr("the wafer has none there"));
-  EXPECT_NEAR(value(json_of(missing), "depth_nm")["difference"], -184.27, 1e-6);
+  EXPECT_NEAR(value(json_of(missing), "depth_nm")["difference"], -250, 1e-6);
 }
 
 TEST_F(CompareCommand, AContourMayLeanPastItsOwnWidth) {

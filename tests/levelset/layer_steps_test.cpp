@@ -223,6 +223,57 @@ TEST(Coat, ReachesAcrossPeriodicSides) {
   }
 }
 
+// A round cavity of radius 12.3 below a slot of half-width 3.4, for films that are thicker than the
+// cavity's radius, too. With the middle of the slot between nodes it is shut half a spacing early.
+TEST(Coat, StopsBehindANeckThatItHasShut) {
+  for (const double middle : {0.0, 0.3, 0.5}) {
+    for (const double thickness : {2.6, 6.0, 15.0}) {
+      const auto surface = [&](Vec3d r) {
+        const double cavity = std::hypot(r.x - middle, r.z + 20) - 12.3;
+        const double slot = std::max(std::abs(r.x - middle) - 3.4, -r.z - 20);
+        return std::max(r.z - 0.01, -std::min(cavity, slot));
+      };
+      Layers layers = single_layer(flat_frame(60), surface, -40, 6);
+      add_layer(layers, 1);
+      coat(layers, thickness);
+      const double behind = thickness > 3.4 ? 3.4 : thickness;
+      const std::size_t void_count = thickness > 3.4 ? 1 : 0;
+      EXPECT_EQ(open_gas(layers).voids.size(), void_count) << middle << ' ' << thickness;
+      for (const double angle : {-2.4, -pi / 2, -0.7}) {
+        const double on_film = 12.3 - behind;
+        const double apart = layers.top().distance(
+            {middle + on_film * std::cos(angle), 0, -20 + on_film * std::sin(angle)});
+        EXPECT_GT(apart, -0.03) << middle << ' ' << thickness << ' ' << angle;
+        EXPECT_LT(apart, void_count > 0 ? 0.03 + middle : 0.03)
+            << middle << ' ' << thickness << ' ' << angle;
+      }
+      EXPECT_NEAR(layers.top().distance({-25, 0, thickness}), -0.01, 0.02);
+    }
+  }
+}
+
+// In two films, the second on the arcs of the first, and mirrored as the wafer is.
+TEST(Coat, AboveAShutNeckIsWhatIsAboveASlot) {
+  const auto slot_only = [](Vec3d r) {
+    return std::max(r.z - 0.01, -std::max(std::abs(r.x) - 3.4, -r.z - 4));
+  };
+  const auto with_cavity = [&](Vec3d r) {
+    return std::max(r.z - 0.01, -std::min(std::hypot(r.x, r.z + 20) - 12.3,
+                                          std::max(std::abs(r.x) - 3.4, -r.z - 20)));
+  };
+  Layers plain = single_layer(flat_frame(60), slot_only, -40, 6);
+  Layers neck = single_layer(flat_frame(60), with_cavity, -40, 6);
+  coat(plain, 6);
+  coat(neck, 6);
+  for (int i = 0; i <= 60; ++i) {
+    for (int k = 1; k < 10; ++k) {
+      if (std::abs(plain.top().node(i, 0, k)) > 1) continue;
+      EXPECT_NEAR(neck.top().node(i, 0, k), plain.top().node(i, 0, k), 0.1) << i << ' ' << k;
+      EXPECT_EQ(neck.top().node(i, 0, k), neck.top().node(60 - i, 0, k)) << i << ' ' << k;
+    }
+  }
+}
+
 TEST(Coat, LeavesClosedVoidsAloneAndFillsGaps) {
   // A large void, larger than the band on both sides, below a thin cover; and a narrow slot.
   const auto surface = [](Vec3d r) {
