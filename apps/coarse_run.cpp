@@ -18,11 +18,6 @@ constexpr double work_per_facet = 10;
 constexpr std::uint64_t ray_count = 1 << 12;
 constexpr int coarsest = 8;
 
-bool divides(int factor, const Frame& frame) {
-  return frame.cells[0] % factor == 0 && frame.cells[0] / factor >= 2 &&
-         (frame.two_dimensional || (frame.cells[1] % factor == 0 && frame.cells[1] / factor >= 2));
-}
-
 // A surface has fewer facets, and moves by more in a time step.
 int coarsening(const Frame& frame, double work) {
   const double wanted = std::pow(work / most_work, frame.two_dimensional ? 1 / 2.0 : 1 / 3.0);
@@ -39,8 +34,23 @@ Frame coarser(Frame frame, int factor) {
   return frame;
 }
 
+// Voids are found anew.
+State on_grid(const State& state, const Frame& frame) {
+  State moved = copy_of(state);
+  if (frame != state.layers.frame) moved.layers = resampled(state.layers, frame);
+  moved.voids.clear();
+  return moved;
+}
+
+}  // namespace
+
+bool divides(int factor, const Frame& frame) {
+  return frame.cells[0] % factor == 0 && frame.cells[0] / factor >= 2 &&
+         (frame.two_dimensional || (frame.cells[1] % factor == 0 && frame.cells[1] / factor >= 2));
+}
+
 Recipe coarser(const Recipe& recipe, int factor) {
-  Recipe coarse = with_few_rays(recipe, ray_count);
+  Recipe coarse = recipe;
   coarse.frame = coarser(recipe.frame, factor);
   coarse.flux.sides = coarse.frame.sides();
   coarse.flux.spacing = coarse.frame.spacing;
@@ -57,16 +67,6 @@ Recipe coarser(const Recipe& recipe, int factor) {
   simplify.curvature_threshold /= factor;
   return coarse;
 }
-
-// Voids are found anew.
-State on_grid(const State& state, const Frame& frame) {
-  State moved = copy_of(state);
-  if (frame != state.layers.frame) moved.layers = resampled(state.layers, frame);
-  moved.voids.clear();
-  return moved;
-}
-
-}  // namespace
 
 Recipe with_few_rays(const Recipe& recipe, std::uint64_t count) {
   Recipe few = recipe;
@@ -88,7 +88,7 @@ double CoarseRun::work(const Survey& survey) {
 
 CoarseRun::CoarseRun(const Recipe& recipe, const State& start, double work)
     : recipe_(recipe),
-      coarse_(coarser(recipe, coarsening(recipe.frame, work))),
+      coarse_(coarser(with_few_rays(recipe, ray_count), coarsening(recipe.frame, work))),
       state_(on_grid(start, coarse_.frame)),
       work_left_(most_growth * most_work) {}
 

@@ -11,6 +11,12 @@ namespace scarp {
 /// The same recipe with at most so many rays for a flux.
 Recipe with_few_rays(const Recipe& recipe, std::uint64_t count);
 
+/// Whether a grid of a spacing so many times larger fits into the domain.
+bool divides(int factor, const Frame& frame);
+
+/// The same recipe on such a grid.
+Recipe coarser(const Recipe& recipe, int factor);
+
 /// The area of the facets of a survey over that of the domain.
 double area_of(const Survey& survey, const Frame& frame);
 

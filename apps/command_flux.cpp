@@ -112,6 +112,18 @@ void require_balance(const std::filesystem::path& file, const FluxField& flux) {
       100 * audit.balance_std_error));
 }
 
+// Rays along the longer sides cross the shorter ones too often to come to an end.
+void require_sides_alike(const std::filesystem::path& file, const Box& box) {
+  constexpr double most = 1e6;
+  const double x = box.upper.x - box.lower.x;
+  const double y = box.upper.y - box.lower.y;
+  if (std::max(x, y) <= most * std::min(x, y)) return;
+  throw InputError(fmt::format(
+      "{}: is {:g} by {:g} wide, and sides that differ by more than a factor of {:g} are not "
+      "traced; correct vertices that lie far away, or cut the mesh",
+      file.string(), x, y, most));
+}
+
 // A source one spacing above would be seen past more mirror images of the mesh than can be crossed.
 void require_spacing_of_mesh(const std::filesystem::path& file, double spacing, const Box& box) {
   const double width = std::min(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
@@ -173,6 +185,7 @@ ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   refuse_far_vertices(arguments.mesh, mesh);
   const Box box = bounding_box(mesh);
   require_spacing_of_mesh(arguments.mesh, arguments.options.spacing, box);
+  require_sides_alike(arguments.mesh, box);
   FluxOptions options = arguments.options;
   options.sides = {.lower = {box.lower.x, box.lower.y},
                    .upper = {box.upper.x, box.upper.y},

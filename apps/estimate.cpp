@@ -15,6 +15,7 @@
 #include "apps/flux_target.h"
 #include "apps/results.h"
 #include "apps/surface_speeds.h"
+#include "core/error.h"
 #include "core/quantity.h"
 #include "core/temporary_folder.h"
 #include "levelset/extend.h"
@@ -488,7 +489,46 @@ std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Rec
       wanted.in_position ? " nm" : "");
 }
 
+namespace {
+
+// What is tried on a grid of more columns of nodes than can be tried in seconds, on one that is
+// coarser by this factor.
+int coarsening(const Recipe& recipe) {
+  constexpr double most_columns = 3e5;
+  const Frame& frame = recipe.frame;
+  if (recipe.start || frame.two_dimensional) return 1;
+  const double columns = static_cast<double>(frame.cells[0]) * frame.cells[1];
+  int factor = 1;
+  for (int k = 2; columns > most_columns * factor * factor && k < 64; ++k)
+    if (divides(k, frame)) factor = k;
+  return factor;
+}
+
+// As the number of facets goes with the square of the factor, and that of time steps with it.
+CostEstimate refined(CostEstimate cost, int factor) {
+  const double square = static_cast<double>(factor) * factor;
+  for (std::size_t* count : {&cost.active_nodes, &cost.facets_full, &cost.facets})
+    *count = static_cast<std::size_t>(square * static_cast<double>(*count));
+  for (double* value : {&cost.rays_per_time_step, &cost.memory.grid, &cost.memory.mesh,
+                        &cost.memory.flux, &cost.memory.output})
+    *value *= square;
+  cost.time_steps *= factor;
+  cost.seconds *= square * factor;
+  cost.flux_seconds *= square * factor;
+  return cost;
+}
+
+}  // namespace
+
 CostEstimate estimate_cost(const Recipe& recipe, const Log& log) {
+  const int factor = coarsening(recipe);
+  if (factor > 1) {
+    try {
+      return refined(Estimator(coarser(recipe, factor), log).estimate(), factor);
+    } catch (const InputError&) {
+      // Shapes may be too narrow for a coarser grid.
+    }
+  }
   return Estimator(recipe, log).estimate();
 }
 

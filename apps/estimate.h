@@ -23,7 +23,8 @@ struct ExpectedEnd {
 /// they may be, what they take, and how the surface grows in them. Each is tried on the geometry
 /// that it meets, as far as a CoarseRun gets.
 ///
-/// Good to about a factor of two, where steps go on as they begin.
+/// Good to about a factor of two, where steps go on as they begin. What would take long to try is
+/// tried on a coarser grid.
 /// Units: heights in nm; seconds of wall time on this machine, with as many threads
 ///        as now: what the trials took for each time step, ray and output, times their
 ///        numbers.

@@ -16,4 +16,8 @@ struct Limits {
   bool exclusive = false;  ///< minimum and maximum themselves are not allowed
 };
 
+/// No number of a recipe is beyond it, in the units of the inside: sums and products overflow
+/// there.
+inline constexpr double largest_number = 1e30;
+
 }  // namespace scarp

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/toml.h"
 
 namespace scarp {
@@ -10,8 +11,8 @@ namespace scarp {
 namespace {
 
 [[noreturn]] void throw_not_a_path(std::string_view text) {
-  throw InputError('"' + std::string(text) +
-                   "\" is not a path; write for example domain.spacing or step[0].duration");
+  throw InputError(in_quotes(text) +
+                   " is not a path; write for example domain.spacing or step[0].duration");
 }
 
 }  // namespace
@@ -21,7 +22,7 @@ RecipePath parse_recipe_path(std::string_view text) {
   std::string_view rest = text;
   while (true) {
     const std::string_view name = rest.substr(0, rest.find_first_of(".["));
-    if (name.empty() || name.find_first_of("] \t\"'=") != std::string_view::npos) {
+    if (name.empty() || name.find_first_of("] \t\n\r\"'=") != std::string_view::npos) {
       throw_not_a_path(text);
     }
     path.emplace_back(std::string(name));
@@ -36,7 +37,7 @@ RecipePath parse_recipe_path(std::string_view text) {
       path.emplace_back(index);
       rest.remove_prefix(static_cast<std::size_t>(result.ptr + 1 - rest.data()));
     }
-    if (path.size() > max_toml_depth) throw_not_a_path(std::string(text.substr(0, 60)) + "...");
+    if (path.size() > max_toml_depth) throw_not_a_path(text);
     if (rest.empty()) return path;
     if (!rest.starts_with('.')) throw_not_a_path(text);
     rest.remove_prefix(1);
@@ -48,7 +49,7 @@ std::string format_recipe_path(const RecipePath& path) {
   for (const auto& part : path) {
     if (const auto* const name = std::get_if<std::string>(&part)) {
       if (!text.empty()) text += '.';
-      text += *name;
+      text += repeated(*name);
     } else {
       text.append("[").append(std::to_string(std::get<std::size_t>(part))).append("]");
     }

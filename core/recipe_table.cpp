@@ -213,7 +213,7 @@ double RecipeTable::length_or_multiple(std::string_view key, double unit_length,
   if (!is_allowed(*length / unit_length, limits)) {
     note(*item, described(item->value) + ", " + format_number(*length / unit_length) + " times " +
                     format_quantity(unit_length, Dimension::length) + "," +
-                    outside(limits, Dimension::number));
+                    outside(*length / unit_length, limits, Dimension::number));
   }
   node_->record->set(key, format_toml(item->value));
   return *length;
@@ -309,7 +309,7 @@ std::optional<NumberTable> RecipeTable::number_table(std::string_view key,
       if (is_allowed(value, columns[c].limits)) continue;
       const Dimension dimension = columns[c].dimension;
       row_error(key, *table, r,
-                format_quantity(value, dimension) + outside(columns[c].limits, dimension));
+                format_quantity(value, dimension) + outside(value, columns[c].limits, dimension));
       return std::nullopt;
     }
   }

@@ -20,14 +20,19 @@ std::string indexed(const std::string& path, std::size_t index) {
 }
 
 bool is_allowed(double value, const Limits& limits) {
+  if (std::abs(value) > largest_number) return false;
   if (limits.exclusive) return value > limits.minimum && value < limits.maximum;
   return value >= limits.minimum && value <= limits.maximum;
 }
 
-std::string outside(const Limits& limits, Dimension dimension) {
+std::string outside(double value, const Limits& limits, Dimension dimension) {
   const auto shown = [&](double limit) {
     return limit == 0 ? "0" : format_quantity(limit, dimension);
   };
+  const bool is_one_sided = std::isinf(limits.minimum) || std::isinf(limits.maximum);
+  if (is_one_sided && std::abs(value) > largest_number)
+    return " is beyond what may be, " +
+           format_quantity(std::copysign(largest_number, value), dimension);
   if (std::isinf(limits.maximum)) {
     return (limits.exclusive ? " is not above " : " is below ") + shown(limits.minimum);
   }
@@ -73,7 +78,7 @@ std::optional<std::int64_t> read_integer(const Item& item) {
 std::optional<double> checked(const Item& item, std::optional<double> value, Dimension dimension,
                               const Limits& limits) {
   if (!value || is_allowed(*value, limits)) return value;
-  note(item, described(item.value) + outside(limits, dimension));
+  note(item, described(item.value) + outside(*value, limits, dimension));
   return std::nullopt;
 }
 

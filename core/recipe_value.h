@@ -37,7 +37,7 @@ std::string indexed(const std::string& path, std::size_t index);
 bool is_allowed(double value, const Limits& limits);
 
 /// " is below 5 nm": how a value that is not allowed misses its limits.
-std::string outside(const Limits& limits, Dimension dimension);
+std::string outside(double value, const Limits& limits, Dimension dimension);
 
 /// A fallback that is a TOML table or list; nothing if it is one value.
 std::optional<TomlValue> compound(std::string_view fallback);

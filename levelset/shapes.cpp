@@ -498,6 +498,26 @@ class BodyPlaces {
  private:
   static constexpr double most_places = 50000;
 
+  /// How many places along each size, a step apart, or fewer along the longest where they would be
+  /// too many together.
+  template <std::size_t n>
+  static std::array<int, n> counts(const std::array<double, n>& sizes, double step) {
+    std::array<double, n> count{};
+    std::ranges::transform(sizes, count.begin(),
+                           [&](double size) { return std::max(1.0, std::ceil(size / step)); });
+    const auto product = [&] {
+      return std::accumulate(count.begin(), count.end(), 1.0, std::multiplies<>());
+    };
+    while (product() > 2 * most_places) {
+      double& longest = *std::ranges::max_element(count);
+      longest = std::max(1.0, std::floor(0.5 * longest));
+    }
+    std::array<int, n> whole{};
+    std::ranges::transform(count, whole.begin(),
+                           [](double each) { return static_cast<int>(each); });
+    return whole;
+  }
+
   /// Where a place comes to lie within the domain; false if it is left out.
   bool moves_inside(Vec3d& r) const {
     const Sides sides = frame_.sides();
@@ -517,11 +537,13 @@ class BodyPlaces {
     const std::size_t stride = 1 + body_.triangles.size() / static_cast<std::size_t>(most_places);
     for (std::size_t f = 0; f < body_.triangles.size(); f += stride) {
       const auto [a, b, c] = corners(body_, f);
-      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-      const int parts = std::max(1, static_cast<int>(std::ceil(longest / step_)));
-      for (int i = 0; i < parts; ++i) {
-        for (int j = 0; i + j < parts; ++j) {
-          Vec3d r = a + ((i + 1.0 / 3) / parts) * (b - a) + ((j + 1.0 / 3) / parts) * (c - a);
+      const auto [across, along] = counts(std::array{length(b - a), length(c - a)}, step_);
+      for (int i = 0; i < across; ++i) {
+        for (int j = 0; j < along; ++j) {
+          const double u = (i + 1.0 / 3) / across;
+          const double v = (j + 1.0 / 3) / along;
+          if (u + v >= 1) break;
+          Vec3d r = a + u * (b - a) + v * (c - a);
           if (moves_inside(r) && visit(r)) return true;
         }
       }
@@ -532,14 +554,23 @@ class BodyPlaces {
   /// What surrounds a void, or solid, may touch nothing else.
   template <class Visit>
   bool any_inside(const Visit& visit) const {
-    const Box box = bounding_box(body_);
+    Box box = bounding_box(body_);
+    const Sides sides = frame_.sides();
+    for (int axis = 0; axis < 2; ++axis) {
+      if (frame_.boundary[axis] == Boundary::periodic) continue;
+      box.lower[axis] = std::max(box.lower[axis], sides.lower[axis]);
+      box.upper[axis] = std::min(box.upper[axis], sides.upper[axis]);
+      if (box.lower[axis] > box.upper[axis]) return false;
+    }
     const Vec3d size = box.upper - box.lower;
     const double step = std::max(frame_.spacing, std::cbrt(size.x * size.y * size.z / most_places));
+    const auto count = counts(std::array{size.x, size.y, size.z}, step);
     const MeshSolid solid(body_);
-    for (double x = box.lower.x + 0.5 * step; x < box.upper.x; x += step) {
-      for (double y = box.lower.y + 0.5 * step; y < box.upper.y; y += step) {
-        for (double z = box.lower.z + 0.5 * step; z < box.upper.z; z += step) {
-          Vec3d r{x, y, z};
+    for (int i = 0; i < count[0]; ++i) {
+      for (int j = 0; j < count[1]; ++j) {
+        for (int k = 0; k < count[2]; ++k) {
+          Vec3d r = box.lower + Vec3d{(i + 0.5) / count[0] * size.x, (j + 0.5) / count[1] * size.y,
+                                      (k + 0.5) / count[2] * size.z};
           if (solid(r).value < 0 && moves_inside(r) && visit(r)) return true;
         }
       }

@@ -172,6 +172,8 @@ class FormulaParser {
     if (!is_digit(*begin) && *begin != '.') return std::nullopt;
     const auto [rest, problem] = std::from_chars(begin, end, value);
     if (problem != std::errc{}) return std::nullopt;
+    if (value > largest_number)
+      fail(place_, "the number is beyond what may be, " + format_number(largest_number));
     place_ += static_cast<std::size_t>(rest - begin);
     return value;
   }

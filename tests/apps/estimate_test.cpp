@@ -1,5 +1,6 @@
 #include "apps/estimate.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <initializer_list>
 
 #include "core/temporary_folder.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -23,6 +25,29 @@ CostEstimate estimate(std::initializer_list<const char*> steps) {
     for (const char* step : steps) out << step;
   }
   return estimate_cost(read_recipe(file, {}));
+}
+
+CostEstimate estimate_of_width(int spacings) {
+  return estimate_cost(read_text(fmt::format(
+      "[domain]\nspacing = \"10 nm\"\nextent = [\"{0} nm\", \"{0} nm\"]\n"
+      "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n[simplify]\nenabled = false\n"
+      "[[step]]\nmodel = \"isotropic\"\nduration = \"400 s\"\netch_rate = \"1 nm/s\"\n",
+      10 * spacings)));
+}
+
+// 640 x 640 columns are more than can be tried in seconds: half as many each way are.
+TEST(Estimate, OfALargeGridIsThatOfACoarserOne) {
+  const CostEstimate small = estimate_of_width(64);
+  const CostEstimate large = estimate_of_width(640);
+  const double area = 100;
+  EXPECT_EQ(small.facets_full, 2U * 64 * 64);
+  EXPECT_EQ(large.facets_full, 2U * 640 * 640);
+  const auto nodes = [](const CostEstimate& cost) {
+    return static_cast<double>(cost.active_nodes);
+  };
+  EXPECT_NEAR(nodes(large), area * nodes(small), 0.05 * nodes(large));
+  EXPECT_NEAR(large.time_steps, small.time_steps, 0.05 * small.time_steps);
+  EXPECT_NEAR(large.memory.mesh, area * small.memory.mesh, 0.05 * large.memory.mesh);
 }
 
 // 40 nm at 0.4 spacings of 10 nm.

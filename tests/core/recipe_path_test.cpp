@@ -28,6 +28,12 @@ TEST(RecipePath, RefusesWhatIsNone) {
   EXPECT_THROW(parse_recipe_path(deep), InputError);
 }
 
+// On one line, whatever a recipe calls its keys.
+TEST(RecipePath, OfAnyKeyIsOneLine) {
+  EXPECT_EQ(format_recipe_path({std::string("step"), std::size_t{0}, std::string("a\nb")}),
+            "step[0].a\\nb");
+}
+
 TEST(RecipePath, KnowsWhatLiesWithin) {
   EXPECT_TRUE(is_within("step[0].name", "step"));
   EXPECT_TRUE(is_within("step[0].name", "step[0]"));

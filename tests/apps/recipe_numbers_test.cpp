@@ -1,0 +1,52 @@
+// Every number of a recipe, one after the other, as what is no number or overflows.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+#include <string>
+
+#include "apps/recipe.h"
+#include "core/error.h"
+#include "tests/apps/recipe_text.h"
+
+namespace scarp {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RecipeNumbers : public testing::TestWithParam<const char*> {};
+
+/// Whether reading it fails as a wrong recipe does.
+bool is_refused(const std::string& text) {
+  try {
+    read_text(text);
+    return false;
+  } catch (const InputError&) {
+    return true;
+  }
+}
+
+TEST_P(RecipeNumbers, AreRefusedWhereTheyAreNone) {
+  for (const fs::path& file : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {
+    // With what it leaves to defaults.
+    const std::string text = read_recipe(file, {}).resolved;
+    const std::regex number(R"re((= |\[|, |")(-?[0-9][0-9.e+-]*)(?=[ ",\]%}\n]|$))re");
+    for (auto found = std::sregex_iterator(text.begin(), text.end(), number);
+         found != std::sregex_iterator(); ++found) {
+      const auto place = static_cast<std::size_t>(found->position(2));
+      std::string changed = text;
+      changed.replace(place, static_cast<std::size_t>(found->length(2)), GetParam());
+      const std::size_t begin = text.rfind('\n', place) + 1;
+      EXPECT_TRUE(is_refused(changed))
+          << file.filename() << ": " << changed.substr(begin, changed.find('\n', begin) - begin);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, RecipeNumbers,
+                         testing::Values("nan", "inf", "-inf", "1e308", "-1e308"));
+
+}  // namespace
+}  // namespace scarp
