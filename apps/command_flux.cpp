@@ -117,7 +117,8 @@ void require_sides_alike(const std::filesystem::path& file, const Box& box) {
   constexpr double most = 1e6;
   const double x = box.upper.x - box.lower.x;
   const double y = box.upper.y - box.lower.y;
-  if (std::max(x, y) <= most * std::min(x, y)) return;
+  // Without a width it is refused by the flux.
+  if (std::min(x, y) <= 0 || std::max(x, y) <= most * std::min(x, y)) return;
   throw InputError(fmt::format(
       "{}: is {:g} by {:g} wide, and sides that differ by more than a factor of {:g} are not "
       "traced; correct vertices that lie far away, or cut the mesh",

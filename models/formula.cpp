@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/limits.h"
 #include "core/quantity.h"
 #include "core/suggestion.h"
 #include "flux/portable_math.h"
