@@ -195,6 +195,7 @@ struct Ratio {
   double deviation = 0;
   double error = 0;     ///< of it
   double of_roots = 0;  ///< root mean square of the deviations over that of the errors
+  double mean = 0;      ///< of value over stated error, where the right value is zero
   double stated = 0;    ///< error, root mean square
   std::size_t places = 0;
 };
@@ -208,6 +209,7 @@ Ratio ratio_of(const std::vector<Stated>& runs, const std::vector<std::size_t>& 
       for (const std::size_t k : places) mean[k] += run.value[k] / n;
   const double shrunk = mean_is_zero ? 1 : 1 - 1 / n;
   RunningStatistics squares;
+  RunningStatistics ratios;
   double deviations = 0;
   double errors = 0;
   for (const Stated& run : runs) {
@@ -217,14 +219,19 @@ Ratio ratio_of(const std::vector<Stated>& runs, const std::vector<std::size_t>& 
       const double apart = run.value[k] - mean[k];
       deviations += apart * apart / shrunk;
       errors += run.error[k] * run.error[k];
+      ratios.add(apart / run.error[k]);
       square.add(apart * apart / (run.error[k] * run.error[k] * shrunk));
     }
     if (square.count() > 0) squares.add(square.mean());
   }
   if (squares.count() == 0) return {.places = places.size()};
   const double deviation = std::sqrt(squares.mean());
-  return {deviation, squares.std_error() / (2 * deviation), std::sqrt(deviations / errors),
-          std::sqrt(errors / (n * static_cast<double>(places.size()))), places.size()};
+  return {deviation,
+          squares.std_error() / (2 * deviation),
+          std::sqrt(deviations / errors),
+          ratios.mean(),
+          std::sqrt(errors / (n * static_cast<double>(places.size()))),
+          places.size()};
 }
 
 /// By the name of a place the numbers of facets or patches there.
@@ -294,11 +301,8 @@ Places places_of_patches(const Sample& sample) {
 }
 
 Json json_of(const Ratio& ratio) {
-  return {{"places", ratio.places},
-          {"ratio", ratio.deviation},
-          {"std_error", ratio.error},
-          {"of_roots", ratio.of_roots},
-          {"stated", ratio.stated}};
+  return {{"places", ratio.places},     {"ratio", ratio.deviation}, {"std_error", ratio.error},
+          {"of_roots", ratio.of_roots}, {"mean", ratio.mean},       {"stated", ratio.stated}};
 }
 
 Json measure(const Case& of, const Settings& settings) {
