@@ -29,7 +29,6 @@ double gain(double rays) { return rays * std::sqrt(rays); }
 struct Mean {
   double value = 0;
   double freedom = 0;   // squares that are as good
-  double weights = 0;   // squares that went into it
   double of_guess = 0;  // its part in the mean
 
   Variance as_guess(double freedom_of_guess) const { return {value, freedom_of_guess}; }
@@ -51,7 +50,7 @@ Mean mean_around(std::span<const Variance> all, std::size_t place, int reach,
     squares += part * part * freedom;
   }
   if (weights == 0) return {};
-  return {sum / weights, weights * weights / squares, weights, guess.freedom / weights};
+  return {sum / weights, weights * weights / squares, guess.freedom / weights};
 }
 
 Mean mean_of(std::span<const Variance> all, const Variance& guess) {
@@ -62,7 +61,7 @@ Mean mean_of(std::span<const Variance> all, const Variance& guess) {
     weights += freedom;
   }
   if (weights == 0) return {};
-  return {sum / weights, weights, weights, guess.freedom / weights};
+  return {sum / weights, weights, guess.freedom / weights};
 }
 
 // By block, the mean over those of about as many elements: the fewer share a sequence, the less
@@ -98,23 +97,6 @@ Variance times_usual(double error, double usual_square) {
 double student_factor(double freedom) {
   constexpr double least = 4;
   return freedom > 0 ? 1 / (1 - 2 / std::max(freedom, least)) : 1;
-}
-
-// How many times as much as variances of normal numbers do, 2 over their freedom, those of a window
-// scatter about the means around them: where few rays find anything bright, more. Each is a part of
-// its own mean.
-double scatter_about(std::span<const Mean> means, std::span<const Variance> all) {
-  constexpr double most_of_mean = 0.5;
-  double scatter = 0;
-  double count = 0;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const auto& [value, freedom] = all[k];
-    if (freedom == 0 || means[k].value == 0) continue;
-    const double of_mean = std::min(freedom / means[k].weights, most_of_mean);
-    scatter += freedom / 2 * square(value / means[k].value - 1) / (1 - of_mean);
-    count += 1;
-  }
-  return count > 0 ? std::max(scatter / count, 1.0) : 1;
 }
 
 }  // namespace
@@ -227,13 +209,9 @@ void UsualErrors::find_by_parts() {
         of_ray.push_back({.value = variance_of_parts(rank) * gain(plan_.rays(rank) / count),
                           .freedom = of_elements_[rank] * set_count * (count - 1)});
     }
-    std::vector<Mean> around;
-    for (std::size_t k = 0; k < of_ray.size(); ++k)
-      around.push_back(mean_around(of_ray, k, reach, {}));
-    const double scatter = scatter_about(around, of_ray);
-    for (std::size_t k = 0; k < around.size(); ++k) {
+    for (std::size_t k = 0; k < of_ray.size(); ++k) {
       const std::size_t rank = window.front().begin + k;
-      const double variance = around[k].value * student_factor(around[k].freedom / scatter);
+      const double variance = mean_around(of_ray, k, reach, {}).value;
       of_elements_[rank] *= std::sqrt(variance / gain(plan_.rays(rank)));
     }
   }
