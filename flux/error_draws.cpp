@@ -241,7 +241,7 @@ void UsualErrors::find_elements() {
 // Before the half differences of the elements are looked at.
 void UsualErrors::find_blocks() {
   constexpr int reach_of_parts = 3;  // blocks
-  constexpr double freedom_of_share = 4;
+  constexpr double freedom_of_share = 1;
   std::vector<Variance> shares;
   for (const RayPlan::Block& block : all_blocks()) {
     const double share = share_of_whole(block);
