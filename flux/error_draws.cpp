@@ -101,8 +101,9 @@ double student_factor(double freedom) {
 
 }  // namespace
 
-// Of the squares of many wholes those that are too large by chance make up for others: their mean
-// is known better than each of them, so what was allowed for each is not needed.
+// What is usual is the mean of squares over what parts let expect, which is larger where that is
+// known little, and allows for more than is known of each. Of many blocks neither is needed: their
+// squares over what is usual, each counted by what it adds, make up for it.
 Variance variance_over_blocks(std::span<const double> usual, std::span<const double> times_usual) {
   constexpr double freedom_of_usual = 8;
   double sum = 0;
@@ -263,8 +264,10 @@ void UsualErrors::find_blocks() {
   find_blocks_by_halves(more);
 }
 
-// The mean of what may be stays what it is when a little more is found out, so no more than the
-// guess itself may be off is allowed for.
+// The guess counts as many squares as places were seen to differ by (2 over 8 is a factor of 1.5),
+// so the mean is what may be expected here of the variance, and of the square of an error: unlike
+// that of squares alone it needs no factor of Student's. But the guess is known by so many squares:
+// where it makes a part p of the mean, 1 over the mean is larger by p^2 times 2 over their number.
 //
 // Shape: by block, squares of wholes as multiples of what parts let expect.
 void UsualErrors::find_blocks_by_halves(std::span<const Variance> more) {
