@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "core/random.h"
+#include "flux/sobol.h"
 
 namespace scarp {
 
@@ -23,44 +25,64 @@ double usual_error(double rays, double share) { return std::sqrt(std::sqrt(share
 // By how much the variance of a scrambled set is less than that of a ray.
 double gain(double rays) { return rays * std::sqrt(rays); }
 
-// A variance, and how many independent squares it is known by.
-struct Variance {
+// The mean of some variances and a guess.
+struct Mean {
   double value = 0;
-  double freedom = 0;
+  double freedom = 0;   // squares that are as good
+  double of_guess = 0;  // its part in the mean
+
+  Variance as_guess(double freedom_of_guess) const { return {value, freedom_of_guess}; }
 };
 
-// The mean of variances around each of some, of a guess as well; one that is further away counts
-// less.
-std::vector<Variance> means_around(std::span<const Variance> all, int reach,
-                                   const Variance& guess) {
-  std::vector<Variance> means;
-  const int count = static_cast<int>(all.size());
-  for (int k = 0; k < count; ++k) {
-    double sum = guess.freedom * guess.value;
-    double weights = guess.freedom;
-    double squares = guess.freedom;
-    for (int j = std::max(0, k - reach + 1); j < std::min(count, k + reach); ++j) {
-      const auto& [value, freedom] = all[static_cast<std::size_t>(j)];
-      const double part = 1 - 1.0 * std::abs(j - k) / reach;
-      sum += part * freedom * value;
-      weights += part * freedom;
-      squares += part * part * freedom;
-    }
-    means.push_back(weights > 0 ? Variance{sum / weights, weights * weights / squares}
-                                : Variance{});
+// Of the variances around one of them; one that is further away counts less.
+Mean mean_around(std::span<const Variance> all, std::size_t place, int reach,
+                 const Variance& guess) {
+  const int k = static_cast<int>(place);
+  double sum = guess.freedom * guess.value;
+  double weights = guess.freedom;
+  double squares = guess.freedom;
+  for (int j = std::max(0, k - reach + 1); j < std::min(static_cast<int>(all.size()), k + reach);
+       ++j) {
+    const auto& [value, freedom] = all[static_cast<std::size_t>(j)];
+    const double part = 1 - 1.0 * std::abs(j - k) / reach;
+    sum += part * freedom * value;
+    weights += part * freedom;
+    squares += part * part * freedom;
   }
-  return means;
+  if (weights == 0) return {};
+  return {sum / weights, weights * weights / squares, guess.freedom / weights};
 }
 
-double mean_of(std::span<const Variance> all, const Variance& guess = {}) {
+Mean mean_of(std::span<const Variance> all, const Variance& guess) {
   double sum = guess.freedom * guess.value;
   double weights = guess.freedom;
   for (const auto& [value, freedom] : all) {
     sum += freedom * value;
     weights += freedom;
   }
-  return weights > 0 ? sum / weights : 0;
+  if (weights == 0) return {};
+  return {sum / weights, weights, guess.freedom / weights};
 }
+
+// By block, the mean over those of about as many elements: the fewer share a sequence, the less
+// they fill each other's gaps.
+std::vector<Mean> means_of_alike(std::span<const RayPlan::Block> blocks,
+                                 std::span<const Variance> of_blocks, const Variance& guess) {
+  const auto size_of = [&](std::size_t b) {
+    return static_cast<std::size_t>(std::bit_width(blocks[b].size()));
+  };
+  std::array<std::vector<Variance>, std::bit_width(share_count) + 1> by_size;
+  for (std::size_t b = 0; b < blocks.size(); ++b) by_size[size_of(b)].push_back(of_blocks[b]);
+  std::vector<Mean> means;
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    means.push_back(mean_of(by_size[size_of(b)], guess));
+  return means;
+}
+
+// Of trenches, holes and slabs, of which seeds told the errors, sets of four parts had half of the
+// variance that parts let expect, within a factor of two here and there: elements by themselves,
+// and those of a block together.
+constexpr Variance known_before{.value = 0.5, .freedom = 8};
 
 // How many times as large as usual the square of an error is. Where by chance next to nothing is
 // usual it says nothing.
@@ -72,12 +94,32 @@ Variance times_usual(double error, double usual_square) {
 
 // What is off by a variance that is itself known by a few squares only is off like Student's t: by
 // so much more in its own variance.
-double student_factor(const Variance& variance) {
+double student_factor(double freedom) {
   constexpr double least = 4;
-  return variance.freedom > 0 ? 1 / (1 - 2 / std::max(variance.freedom, least)) : 1;
+  return freedom > 0 ? 1 / (1 - 2 / std::max(freedom, least)) : 1;
 }
 
 }  // namespace
+
+// What is usual is the mean of squares over what parts let expect, which is larger where that is
+// known little, and allows for more than is known of each. Of many blocks neither is needed: their
+// squares over what is usual, each counted by what it adds, make up for it.
+Variance variance_over_blocks(std::span<const double> usual, std::span<const double> times_usual) {
+  constexpr double freedom_of_usual = 8;
+  double sum = 0;
+  double squares = 0;
+  double found = 0;
+  for (std::size_t b = 0; b < usual.size(); ++b) {
+    sum += usual[b];
+    squares += square(usual[b]);
+    found += usual[b] * times_usual[b];
+  }
+  if (sum == 0) return {};
+  const double freedom = sum * sum / squares;
+  const double weights = freedom + freedom_of_usual;
+  return {.value = (freedom * found + freedom_of_usual * sum) / weights,
+          .freedom = weights * weights / freedom};
+}
 
 UsualErrors::UsualErrors(const RayPlan& plan, const Differences& of,
                          const std::function<bool(std::size_t rank)>& is_left_out)
@@ -87,8 +129,9 @@ UsualErrors::UsualErrors(const RayPlan& plan, const Differences& of,
   if (of.parts.empty()) {
     find_without_parts();
   } else {
-    find_elements();
+    find_by_parts();
     find_blocks();
+    find_elements();
   }
 }
 
@@ -156,14 +199,9 @@ double UsualErrors::share_of_whole(const RayPlan::Block& block) const {
   return of_elements > 0 ? (squares / (set_count * (count - 1)) + of_rays) / of_elements : 0;
 }
 
-// Of trenches, holes and slabs, of which seeds told the errors, sets of four parts had half of the
-// variance that parts let expect, within a factor of two here and there.
-void UsualErrors::find_elements() {
-  constexpr int reach_of_parts = 10;  // ranks
-  constexpr int reach_of_halves = 24;
-  constexpr Variance known_before{.value = 0.5, .freedom = 8};
-  constexpr double freedom_of_guess = 3;
-  std::vector<Variance> more(plan_.size());
+// What parts let expect of the sets of elements.
+void UsualErrors::find_by_parts() {
+  constexpr int reach = 10;  // ranks
   for (const RayPlan::Window& window : plan_.windows()) {
     std::vector<Variance> of_ray;
     for (const RayPlan::Block& block : window) {
@@ -172,65 +210,99 @@ void UsualErrors::find_elements() {
         of_ray.push_back({.value = variance_of_parts(rank) * gain(plan_.rays(rank) / count),
                           .freedom = of_elements_[rank] * set_count * (count - 1)});
     }
-    const std::vector<Variance> around = means_around(of_ray, reach_of_parts, {});
-    for (std::size_t k = 0; k < around.size(); ++k) {
+    for (std::size_t k = 0; k < of_ray.size(); ++k) {
       const std::size_t rank = window.front().begin + k;
-      of_elements_[rank] *= std::sqrt(around[k].value / gain(plan_.rays(rank)));
-      more[rank] = times_usual(of_.halves[rank], square(of_elements_[rank]));
-    }
-  }
-  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
-  for (const RayPlan::Window& window : plan_.windows()) {
-    const std::size_t begin = window.front().begin;
-    const std::vector<Variance> around = means_around(
-        std::span(more).subspan(begin, window.back().end - begin), reach_of_halves, guess);
-    for (std::size_t k = 0; k < around.size(); ++k) {
-      of_elements_[begin + k] *= std::sqrt(around[k].value * student_factor(around[k]));
+      const double variance = mean_around(of_ray, k, reach, {}).value;
+      of_elements_[rank] *= std::sqrt(variance / gain(plan_.rays(rank)));
     }
   }
 }
 
-// A sum of many is off by no more for what is unknown of each of them.
-void UsualErrors::find_blocks() {
-  constexpr int reach_of_parts = 3;  // blocks
-  constexpr int reach_of_halves = 4;
-  constexpr Variance known_before{.value = 1, .freedom = 8};
-  constexpr double freedom_of_guess = 8;
-  constexpr double freedom_of_share = 4;
-  std::vector<Variance> shares;
+void UsualErrors::find_elements() {
+  constexpr int reach = 24;  // ranks
+  constexpr double freedom_of_guess = 3;
+  std::vector<Variance> more;
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+    more.push_back(times_usual(of_.halves[rank], square(of_elements_[rank])));
+  const Variance guess = mean_of(more, known_before).as_guess(freedom_of_guess);
   for (const RayPlan::Window& window : plan_.windows()) {
-    for (const RayPlan::Block& block : window) {
-      const double share = share_of_whole(block);
-      const double squares = static_cast<double>(set_count * (part_count(plan_, block) - 1));
-      shares.push_back({.value = share, .freedom = share > 0 ? squares : 0});
+    const std::size_t begin = window.front().begin;
+    const auto of_window = std::span(more).subspan(begin, window.back().end - begin);
+    for (std::size_t k = 0; k < of_window.size(); ++k) {
+      const Mean around = mean_around(of_window, k, reach, guess);
+      of_elements_[begin + k] *= std::sqrt(around.value * student_factor(around.freedom));
     }
   }
-  const Variance usual_share{.value = mean_of(shares), .freedom = freedom_of_share};
+}
+
+// By what parts of the whole let expect, not by the errors of the elements: how far whole sets are
+// better than parts differs less from place to place for sums than how far errors of elements
+// cancel in them.
+//
+// Before the half differences of the elements are looked at.
+void UsualErrors::find_blocks() {
+  constexpr int reach_of_parts = 3;  // blocks
+  constexpr double freedom_of_share = 1;
+  std::vector<Variance> shares;
+  for (const RayPlan::Block& block : all_blocks()) {
+    const double share = share_of_whole(block);
+    const double squares = static_cast<double>(set_count * (part_count(plan_, block) - 1));
+    shares.push_back({.value = share, .freedom = share > 0 ? squares : 0});
+  }
+  const std::vector<Mean> usual_shares = means_of_alike(all_blocks(), shares, {});
   std::vector<Variance> more;
   for (const RayPlan::Window& window : plan_.windows()) {
-    const std::vector<Variance> around = means_around(
-        std::span(shares).subspan(more.size(), window.size()), reach_of_parts, usual_share);
+    const auto of_window = std::span(shares).subspan(more.size(), window.size());
     for (std::size_t b = 0; b < window.size(); ++b) {
-      const double variance = around[b].value * sum_of_squares(window[b]);
+      const Variance usual = usual_shares[more.size()].as_guess(freedom_of_share);
+      const double share = mean_around(of_window, b, reach_of_parts, usual).value;
+      const double variance = share * sum_of_squares(window[b]);
       of_blocks_[window[b].begin] = std::sqrt(variance);
       more.push_back(times_usual(whole(window[b]), variance));
     }
   }
-  const Variance guess{.value = mean_of(more, known_before), .freedom = freedom_of_guess};
+  find_blocks_by_halves(more);
+}
+
+// The guess counts as many squares as places were seen to differ by (2 over 8 is a factor of 1.5),
+// so the mean is what may be expected here of the variance, and of the square of an error: unlike
+// that of squares alone it needs no factor of Student's. But the guess is known by so many squares:
+// where it makes a part p of the mean, 1 over the mean is larger by p^2 times 2 over their number.
+//
+// Shape: by block, squares of wholes as multiples of what parts let expect.
+void UsualErrors::find_blocks_by_halves(std::span<const Variance> more) {
+  constexpr int reach = 4;  // blocks
+  constexpr double freedom_of_guess = 8;
+  const std::vector<Mean> guesses = means_of_alike(all_blocks(), more, known_before);
   std::size_t first = 0;
   for (const RayPlan::Window& window : plan_.windows()) {
-    const std::vector<Variance> around =
-        means_around(std::span(more).subspan(first, window.size()), reach_of_halves, guess);
-    for (std::size_t b = 0; b < window.size(); ++b)
-      of_blocks_[window[b].begin] *= std::sqrt(around[b].value);
+    for (std::size_t b = 0; b < window.size(); ++b) {
+      const Mean& guess = guesses[first + b];
+      const Mean around = mean_around(more.subspan(first, window.size()), b, reach,
+                                      guess.as_guess(freedom_of_guess));
+      const double off = square(around.of_guess) * 2 / guess.freedom;
+      of_blocks_[window[b].begin] *= std::sqrt(around.value * (1 + off));
+    }
     first += window.size();
   }
 }
 
+std::vector<RayPlan::Block> UsualErrors::all_blocks() const {
+  std::vector<RayPlan::Block> blocks;
+  for (const RayPlan::Window& window : plan_.windows())
+    blocks.insert(blocks.end(), window.begin(), window.end());
+  return blocks;
+}
+
 double UsualErrors::of_all() const {
-  double squares = 0;
-  for (const double each : of_blocks_) squares += square(each);
-  return std::sqrt(squares);
+  std::vector<double> usual;
+  std::vector<double> more;
+  for (const RayPlan::Block& block : all_blocks()) {
+    usual.push_back(square(of_block(block)));
+    more.push_back(usual.back() > 0 ? square(whole(block)) / usual.back() : 0);
+  }
+  const auto [variance, freedom] = variance_over_blocks(usual, more);
+  return std::sqrt(variance * student_factor(freedom));
 }
 
 ErrorDraws::ErrorDraws(const FluxOptions& options, const RayPlan& plan, const Differences& of,
@@ -321,21 +393,31 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
   }
 }
 
-std::vector<double> ErrorDraws::variances_of_sum(std::span<const float> errors,
-                                                 std::span<const double> factors) const {
+void ErrorDraws::add_variances_in_sum(std::span<const float> errors,
+                                      std::span<const double> factors,
+                                      std::vector<double>& of_blocks) const {
   const std::size_t count = errors.size() / factors.size();
-  std::vector<double> variances(count);
   std::vector<double> of_block(count);
+  std::size_t number = 0;
   for (const RayPlan::Window& window : plan_.windows()) {
     for (const RayPlan::Block& block : window) {
       std::ranges::fill(of_block, 0.0);
       for (std::size_t rank = block.begin; rank < block.end; ++rank)
         for (std::size_t k = 0; k < count; ++k)
           of_block[k] += factors[rank] * static_cast<double>(errors[rank * count + k]);
-      for (std::size_t k = 0; k < count; ++k) variances[k] += of_block[k] * of_block[k];
+      if (number == of_blocks.size()) of_blocks.push_back(0);
+      for (const double each : of_block) of_blocks[number] += each * each;
+      ++number;
     }
   }
-  return variances;
+}
+
+double ErrorDraws::variance_of_sum(std::span<const double> of_blocks) const {
+  std::vector<double> times_usual;
+  for (const RayPlan::Window& window : plan_.windows())
+    for (const RayPlan::Block& block : window)
+      times_usual.push_back(square(wholes_[block.begin].times_usual));
+  return variance_over_blocks(of_blocks, times_usual).value;
 }
 
 KnownSum::KnownSum(std::span<const double> draws, double variance)

@@ -15,13 +15,25 @@ namespace scarp {
 /// Draws of the error of all elements together.
 inline constexpr std::size_t draw_count = 32;
 
+/// A variance, and how many independent squares it is known by.
+struct Variance {
+  double value = 0;
+  double freedom = 0;
+};
+
+/// The variance of a sum over blocks, from what every block adds to it if its whole is as large as
+/// usual, and the squares of the wholes as multiples of what is usual.
+Variance variance_over_blocks(std::span<const double> usual, std::span<const double> times_usual);
+
 /// How large errors of what the rays of elements found are: that of each element, and that of what
 /// the elements of a block found together.
 ///
 /// A half difference is one sample of an error: those of the few elements of a floor hardly tell
 /// its size. Parts of sets tell more. By how they differ the variance of a whole set is known up to
 /// a factor that is alike nearby, and not very different elsewhere: there half differences tell it.
-/// It is likewise with what the elements of a block have in common.
+/// It is likewise with the sum over the elements of a block.
+///
+/// What is stated for one place allows for how little its own error is known.
 ///
 /// Without parts the half differences of a window tell all.
 class UsualErrors {
@@ -43,8 +55,11 @@ class UsualErrors {
   double variance_of_parts(std::size_t rank) const;
   double share_of_whole(const RayPlan::Block& block) const;
   void find_without_parts();
-  void find_elements();
+  void find_by_parts();
   void find_blocks();
+  void find_blocks_by_halves(std::span<const Variance> more);
+  void find_elements();
+  std::vector<RayPlan::Block> all_blocks() const;
 
   const RayPlan& plan_;
   const Differences& of_;
@@ -73,11 +88,13 @@ class ErrorDraws {
   /// Some of the draws.
   /// Shape: at rank * count + draw - first.
   std::vector<float> draws(std::size_t first, std::size_t count) const;
-  /// The variance of each draw's sum over all elements of their errors times something, over all
-  /// signs that the draws may have.
-  /// Shape: errors as draws() gives them; one factor per rank.
-  std::vector<double> variances_of_sum(std::span<const float> errors,
-                                       std::span<const double> factors) const;
+  /// Adds, of each draw's sum over all elements of their errors times something, what every block
+  /// contributes to the variance over all signs that the draws may have.
+  /// Shape: errors as draws() gives them; one factor per rank; one variance per block.
+  void add_variances_in_sum(std::span<const float> errors, std::span<const double> factors,
+                            std::vector<double>& of_blocks) const;
+  /// The variance of such a sum from these, taken together.
+  double variance_of_sum(std::span<const double> of_blocks) const;
 
  private:
   // The elements of a block together.

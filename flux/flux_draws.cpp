@@ -116,8 +116,7 @@ void FluxDraws::draw(std::size_t count) {
   for (std::size_t first = sums_.size(); first < count; first += at_once) {
     std::vector<float> errors = of_equations_.draws(first, at_once);
     limit(errors);
-    for (const double variance : of_equations_.variances_of_sum(errors, effects_))
-      variances_ += variance;
+    of_equations_.add_variances_in_sum(errors, effects_, variances_);
     const std::vector<float> solved = exchange_.solve<float>(errors, at_once, tolerance);
     sums_.resize(first + at_once);
     for (std::size_t k = 0; k < solved.size(); ++k) {
@@ -127,7 +126,8 @@ void FluxDraws::draw(std::size_t count) {
       sums_[draw] += counts_[rank] * static_cast<double>(solved[k]);
     }
   }
-  known_sum_ = KnownSum(sums_, variances_ / static_cast<double>(sums_.size()));
+  known_sum_ = KnownSum(
+      sums_, of_equations_.variance_of_sum(variances_) / static_cast<double>(sums_.size()));
   corrected_ = drawn_;
   parallel_for(plan_.size(), 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t rank = begin; rank < end; ++rank)

@@ -63,8 +63,8 @@ class FluxDraws {
   std::vector<double> effects_;  // per rank: of an error of its equation on the sum
   std::vector<float> drawn_;     // at rank * draw_count + draw
   std::vector<float> corrected_;
-  std::vector<double> sums_;  // per draw
-  double variances_ = 0;      // of the sums of all draws, together
+  std::vector<double> sums_;       // per draw
+  std::vector<double> variances_;  // of the sums of all draws, together, by block
   KnownSum known_sum_;
 };
 

@@ -1,7 +1,7 @@
 // Whether stated errors of gathered fluxes are true: how far fluxes of other seeds are from their
 // mean, in stated errors.
 //
-//   ./dev bench errors [CASE...] [--seeds 200] [--json]
+//   ./dev bench errors [CASE...] [--seeds 200] [--target 0.02] [--rays N] [--json]
 //
 // Of every place of a case (its floor, thirds of its walls, the top) the standard deviation of
 // (value - mean) / stated error is taken over all facets, and all patches, and all seeds; of the
@@ -45,6 +45,8 @@ using Json = nlohmann::ordered_json;
 struct Settings {
   std::vector<std::string> cases{};
   std::uint64_t seeds = 200;
+  double target = 0.02;
+  std::uint64_t rays = 0;  ///< in place of the target, if > 0
   bool json = false;
 };
 
@@ -60,7 +62,7 @@ using Sampler = std::function<Sample(std::uint64_t seed)>;
 
 struct Case {
   std::string name;
-  std::function<Sampler()> begin;
+  std::function<Sampler(const Settings&)> begin;
 };
 
 FluxOptions options_of(const TriMesh& mesh) {
@@ -68,14 +70,16 @@ FluxOptions options_of(const TriMesh& mesh) {
   FluxOptions options{
       .engine = FluxOptions::Engine::gather,
       .sides = {.lower = {box.lower.x, box.lower.y}, .upper = {box.upper.x, box.upper.y}}};
-  options.target_error = 0.02;
   return options;
 }
 
-Sampler samples_of(const TriMesh& mesh, const FluxOptions& options, float sticking) {
+Sampler samples_of(const TriMesh& mesh, const FluxOptions& options, float sticking,
+                   const Settings& settings) {
   return [=](std::uint64_t seed) {
     FluxOptions of_seed = options;
     of_seed.seed = seed;
+    of_seed.target_error = settings.target;
+    of_seed.rays = settings.rays;
     const Species gas{.name = "gas", .sticking = {sticking}};
     return Sample{mesh, of_seed, {"gas"}, solve_flux(mesh, {&gas, 1}, of_seed)};
   };
@@ -83,32 +87,35 @@ Sampler samples_of(const TriMesh& mesh, const FluxOptions& options, float sticki
 
 // As `scarp flux` solves it.
 Case of_file(const std::string& file, float sticking) {
-  return {file, [=] {
+  return {file, [=](const Settings& settings) {
             TriMesh mesh =
                 read_mesh(fs::path(SCARP_SOURCE_DIR) / "tests/reference/errors" / (file + ".obj"));
             mesh.materials.clear();
-            return samples_of(mesh, options_of(mesh), sticking);
+            return samples_of(mesh, options_of(mesh), sticking, settings);
           }};
 }
 
 Case of_shape(const std::string& name, const exact::Shape& shape, float sticking,
               const std::function<void(FluxOptions&)>& change = {}) {
-  return {name, [=] {
+  return {name, [=](const Settings& settings) {
             FluxOptions options = options_of(shape.mesh);
             options.sides = shape.sides;
             options.spacing = 1;
             if (change) change(options);
-            return samples_of(shape.mesh, options, sticking);
+            return samples_of(shape.mesh, options, sticking, settings);
           }};
 }
 
 // A surface of a recipe: that at its start, or after some time with a seed of its own.
 Case of_recipe(const std::string& name, const std::string& file, double time,
                std::vector<std::string> overrides = {}) {
-  return {name, [=] {
+  return {name, [=](const Settings& settings) {
             const auto read = [=](std::uint64_t seed) {
               std::vector<std::string> of_seed = overrides;
               of_seed.push_back(fmt::format("flux.seed={}", seed));
+              of_seed.push_back(settings.rays > 0
+                                    ? fmt::format("flux.rays={}", settings.rays)
+                                    : fmt::format("flux.target_error={}", settings.target));
               return read_recipe(fs::path(SCARP_SOURCE_DIR) / file, of_seed);
             };
             const Recipe first = read(1'000'000);
@@ -188,6 +195,8 @@ struct Ratio {
   double deviation = 0;
   double error = 0;     ///< of it
   double of_roots = 0;  ///< root mean square of the deviations over that of the errors
+  double mean = 0;      ///< of value over stated error, where the right value is zero
+  double stated = 0;    ///< error, root mean square
   std::size_t places = 0;
 };
 
@@ -200,6 +209,7 @@ Ratio ratio_of(const std::vector<Stated>& runs, const std::vector<std::size_t>& 
       for (const std::size_t k : places) mean[k] += run.value[k] / n;
   const double shrunk = mean_is_zero ? 1 : 1 - 1 / n;
   RunningStatistics squares;
+  RunningStatistics ratios;
   double deviations = 0;
   double errors = 0;
   for (const Stated& run : runs) {
@@ -209,13 +219,18 @@ Ratio ratio_of(const std::vector<Stated>& runs, const std::vector<std::size_t>& 
       const double apart = run.value[k] - mean[k];
       deviations += apart * apart / shrunk;
       errors += run.error[k] * run.error[k];
+      ratios.add(apart / run.error[k]);
       square.add(apart * apart / (run.error[k] * run.error[k] * shrunk));
     }
     if (square.count() > 0) squares.add(square.mean());
   }
   if (squares.count() == 0) return {.places = places.size()};
   const double deviation = std::sqrt(squares.mean());
-  return {deviation, squares.std_error() / (2 * deviation), std::sqrt(deviations / errors),
+  return {deviation,
+          squares.std_error() / (2 * deviation),
+          std::sqrt(deviations / errors),
+          ratios.mean(),
+          std::sqrt(errors / (n * static_cast<double>(places.size()))),
           places.size()};
 }
 
@@ -286,24 +301,24 @@ Places places_of_patches(const Sample& sample) {
 }
 
 Json json_of(const Ratio& ratio) {
-  return {{"places", ratio.places},
-          {"ratio", ratio.deviation},
-          {"std_error", ratio.error},
-          {"of_roots", ratio.of_roots}};
+  return {{"places", ratio.places},     {"ratio", ratio.deviation}, {"std_error", ratio.error},
+          {"of_roots", ratio.of_roots}, {"mean", ratio.mean},       {"stated", ratio.stated}};
 }
 
-Json measure(const Case& of, std::uint64_t seeds) {
-  const Sampler sampler = of.begin();
+Json measure(const Case& of, const Settings& settings) {
+  const Sampler sampler = of.begin(settings);
   Json result;
   std::map<std::string, std::array<std::vector<Stated>, 2>> runs;  // facets and patches
   std::map<std::string, std::vector<Stated>> balances;
+  RunningStatistics rays;
   std::array<Places, 2> places;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= settings.seeds; ++seed) {
     const Sample sample = sampler(seed);
     if (seed == 1) places = {places_of_facets(sample.mesh), places_of_patches(sample)};
     for (std::size_t k = 0; k < sample.fields.size(); ++k) {
       const Tally& tally = sample.fields[k].arrivals();
       const auto& name = sample.names[k];
+      rays.add(static_cast<double>(sample.fields[k].rays));
       runs[name][0].push_back({{tally.mean.begin(), tally.mean.end()},
                                {tally.std_error.begin(), tally.std_error.end()}});
       runs[name][1].push_back({{tally.patch_mean.begin(), tally.patch_mean.end()},
@@ -318,6 +333,7 @@ Json measure(const Case& of, std::uint64_t seeds) {
         result[species][kind == 0 ? "facets" : "patches"][place.substr(2)] =
             json_of(ratio_of(of_species[kind], numbers, false));
     result[species]["balance"]["all"] = json_of(ratio_of(balances[species], {0}, true));
+    result[species]["rays"] = {{"mean", rays.mean()}, {"deviation", std::sqrt(rays.variance())}};
   }
   return result;
 }
@@ -355,7 +371,7 @@ void run_cases(const Settings& settings) {
     const bool is_wanted = settings.cases.empty() ||
                            std::ranges::find(settings.cases, each.name) != settings.cases.end();
     if (!is_wanted) continue;
-    results[each.name] = measure(each, settings.seeds);
+    results[each.name] = measure(each, settings);
     if (!settings.json) print(each.name, results[each.name]);
   }
   if (settings.json) std::cout << results.dump(2) << '\n';
@@ -369,6 +385,8 @@ int main(int argc, char** argv) {
   const auto declare = [&](CLI::App& app) {
     scarp::bench::add_cases(app, scarp::bench::cases(), settings.cases);
     app.add_option("--seeds", settings.seeds, "Of each case");
+    app.add_option("--target", settings.target, "Error to which rays are added");
+    app.add_option("--rays", settings.rays, "As many in place of the target");
     app.add_flag("--json", settings.json, "One object on standard output");
   };
   return scarp::bench::bench_main(argc, argv, "whether stated errors of fluxes are true", declare,

@@ -11,6 +11,7 @@
 
 #include "core/running_statistics.h"
 #include "flux/patches.h"
+#include "flux/revolution.h"
 #include "flux/solve.h"
 #include "tests/flux/calibration.h"
 #include "tests/flux/shapes.h"
@@ -144,19 +145,59 @@ Shape thin_slab() {
 }
 
 // A mesh is refused whose particles miss their balance by five of its stated errors.
-TEST(ErrorBarsOfTheBalance, AreTrue) {
-  const Shape shape = thin_slab();
+void expect_true_balance(const Shape& shape, const FluxOptions& options, std::uint64_t seeds) {
   RunningStatistics squares;
   double largest = 0;
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const FluxAudit audit =
-        flux_on(shape, 0.3F, {.engine = Engine::gather, .target_error = 0.02, .seed = seed}).audit;
+  FluxOptions of_seed = options;
+  of_seed.engine = Engine::gather;
+  of_seed.target_error = 0.02;
+  for (of_seed.seed = 1; of_seed.seed <= seeds; ++of_seed.seed) {
+    const FluxAudit audit = flux_on(shape, 0.3F, of_seed).audit;
     const double z = audit.balance_error() / audit.balance_std_error;
     squares.add(z * z);
     largest = std::max(largest, std::abs(z));
   }
   EXPECT_NEAR(std::sqrt(squares.mean()), 1, 0.15);
   EXPECT_LT(largest, 5);
+}
+
+TEST(ErrorBarsOfTheBalance, AreTrue) { expect_true_balance(thin_slab(), {}, 200); }
+
+// The section of a hole of revolution three times as deep as wide: 36 rings make its wall.
+Shape half_section() {
+  const Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  builder.grid({0, 0, -36}, {6, 0, 0}, 6, y, 1);
+  builder.grid({6, 0, -36}, {0, 0, 36}, 36, y, 1);
+  builder.grid({6, 0, 0}, {6, 0, 0}, 6, y, 1);
+  return {builder.mesh, {.lower = {0, 0}, .upper = {12, 1}}};
+}
+
+TEST(ErrorBarsOfTheBalance, AreTrueOfAFewRings) {
+  FluxOptions options;
+  options.axisymmetric = true;
+  expect_true_balance(half_section(), options, 400);
+}
+
+TEST(ErrorBarsOfRings, AreTrueAtTheTopOfTheWall) {
+  const Shape shape = half_section();
+  FluxOptions options{.engine = Engine::gather, .target_error = 0.02};
+  options.axisymmetric = true;
+  const Revolution revolution(shape.mesh, shape.sides);
+  const RayScene scene(revolution.mesh(), revolution.sides(), 1);
+  const Patches patches(revolution.mesh(), scene, revolution.rings());
+  std::vector<std::size_t> upper_third;
+  for (std::size_t p = 0; p < patches.list().size(); ++p) {
+    const std::uint32_t f = patches.list()[p].facets.front();
+    const double height = Vec3d(scene.corners(f)[0]).z - scene.lowest();
+    if (std::abs(scene.normal(f).z) < 0.5 && height > 24) upper_third.push_back(p);
+  }
+  ASSERT_GE(upper_third.size(), 3U);
+  std::vector<Stated> runs;
+  for (options.seed = 1; options.seed <= 500; ++options.seed)
+    runs.push_back(
+        exact::at_places(exact::on_patches(flux_on(shape, 0.3F, options).arrivals()), upper_third));
+  exact::expect_true(exact::calibration_of(runs), "upper third");
 }
 
 // Where an error spreads over all of the trench.

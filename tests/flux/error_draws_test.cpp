@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "core/random.h"
 #include "core/running_statistics.h"
@@ -143,68 +144,84 @@ TEST_F(ErrorDrawsTest, TellTheVarianceOfASum) {
     options_.seed = seed;
     const ErrorDraws errors(options_, plan_, {.halves = halves_}, nothing_left_out);
     const std::vector<float> drawn = errors.draws(0, draw_count);
-    const std::vector<double> variances = errors.variances_of_sum(drawn, factors);
-    ASSERT_EQ(variances.size(), draw_count);
+    std::vector<double> of_blocks;
+    errors.add_variances_in_sum(drawn, factors, of_blocks);
+    ASSERT_EQ(of_blocks.size(), blocks().size());
+    const double variances = std::accumulate(of_blocks.begin(), of_blocks.end(), 0.0);
+    double squares = 0;
     for (std::size_t draw = 0; draw < draw_count; ++draw) {
       double sum = 0;
       for (std::size_t rank = 0; rank < plan_.size(); ++rank)
         sum += factors[rank] * static_cast<double>(drawn[rank * draw_count + draw]);
-      ratio.add(sum * sum / variances[draw]);
+      squares += sum * sum;
     }
+    ratio.add(squares / variances);
   }
   EXPECT_NEAR(ratio.mean(), 1, 4 * ratio.std_error());
 }
 
+double normal(RandomStream& random) {
+  double sum = -6;
+  for (int k = 0; k < 12; ++k) sum += random.uniform();
+  return sum;
+}
+
+std::vector<RayPlan::Block> blocks_of(const RayPlan& plan) {
+  std::vector<RayPlan::Block> blocks;
+  for (const RayPlan::Window& window : plan.windows())
+    blocks.insert(blocks.end(), window.begin(), window.end());
+  return blocks;
+}
+
+constexpr double of_sets = 0.6;  // of the variance that parts let expect
+
 /// What rays tell whose parts and sets are normally distributed, by the variance of an element.
+/// common: what the elements of a block have in common, as part of the variance.
+Differences normal_differences(const RayPlan& plan, std::uint64_t seed,
+                               const std::function<double(std::size_t)>& variance,
+                               double common = 0) {
+  RandomStream random({.seed = seed});
+  Differences of{.halves = std::vector<double>(plan.size()),
+                 .parts = decltype(Differences::parts)(plan.size()),
+                 .of_rays = std::vector<float>(plan.size())};
+  for (const RayPlan::Block& block : blocks_of(plan)) {
+    const double rays = plan.rays(block.begin);
+    const auto count = part_count(plan, block);
+    const double of_part = std::pow(count, 1.5) / of_sets;
+    const auto draw = [&](std::size_t rank, double shared) {
+      return std::sqrt(variance(rank)) *
+             (std::sqrt(common) * shared + std::sqrt(1 - common) * normal(random)) /
+             std::pow(rays, 0.75);
+    };
+    const double shared_by_sets = normal(random);
+    for (std::size_t rank = block.begin; rank < block.end; ++rank)
+      of.halves[rank] = draw(rank, shared_by_sets);
+    for (std::size_t set = 0; set < set_count; ++set) {
+      std::vector<double> means(block.size());
+      for (std::size_t part = 0; part < count; ++part) {
+        const double shared = normal(random);
+        for (std::size_t k = 0; k < block.size(); ++k) {
+          const double x = std::sqrt(of_part) * draw(block.begin + k, shared);
+          of.parts[block.begin + k][set * most_parts + part] = static_cast<float>(x);
+          means[k] += x / static_cast<double>(count);
+        }
+      }
+      for (std::size_t part = 0; part < count; ++part)
+        for (std::size_t k = 0; k < block.size(); ++k)
+          of.parts[block.begin + k][set * most_parts + part] -= static_cast<float>(means[k]);
+    }
+  }
+  return of;
+}
+
 class UsualErrorsTest : public ErrorDrawsTest {
  protected:
-  static constexpr double of_sets = 0.6;  // of the variance that parts let expect
-
-  // common: what the elements of a block have in common, as part of the variance.
   Differences differences(std::uint64_t seed, const std::function<double(std::size_t)>& variance,
                           double common = 0) const {
-    RandomStream random({.seed = seed});
-    Differences of{.halves = std::vector<double>(plan_.size()),
-                   .parts = decltype(Differences::parts)(plan_.size()),
-                   .of_rays = std::vector<float>(plan_.size())};
-    for (const RayPlan::Block& block : blocks()) {
-      const double rays = plan_.rays(block.begin);
-      const auto count = part_count(plan_, block);
-      const double of_part = std::pow(count, 1.5) / of_sets;
-      const auto draw = [&](std::size_t rank, double shared) {
-        return std::sqrt(variance(rank)) *
-               (std::sqrt(common) * shared + std::sqrt(1 - common) * normal(random)) /
-               std::pow(rays, 0.75);
-      };
-      const double shared_by_sets = normal(random);
-      for (std::size_t rank = block.begin; rank < block.end; ++rank)
-        of.halves[rank] = draw(rank, shared_by_sets);
-      for (std::size_t set = 0; set < set_count; ++set) {
-        std::vector<double> means(block.size());
-        for (std::size_t part = 0; part < count; ++part) {
-          const double shared = normal(random);
-          for (std::size_t k = 0; k < block.size(); ++k) {
-            const double x = std::sqrt(of_part) * draw(block.begin + k, shared);
-            of.parts[block.begin + k][set * most_parts + part] = static_cast<float>(x);
-            means[k] += x / static_cast<double>(count);
-          }
-        }
-        for (std::size_t part = 0; part < count; ++part)
-          for (std::size_t k = 0; k < block.size(); ++k)
-            of.parts[block.begin + k][set * most_parts + part] -= static_cast<float>(means[k]);
-      }
-    }
-    return of;
+    return normal_differences(plan_, seed, variance, common);
   }
   double expected(double variance) const {
     return std::sqrt(variance) / std::pow(plan_.rays(0), 0.75);
-  }
-
- private:
-  static double normal(RandomStream& random) {
-    double sum = -6;
-    for (int k = 0; k < 12; ++k) sum += random.uniform();
-    return sum;
   }
 };
 
@@ -213,25 +230,97 @@ TEST_F(UsualErrorsTest, AreThoseOfSets) {
   for (const double common : {0.0, 0.5}) {
     RunningStatistics of_elements;
     RunningStatistics of_blocks;
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    RunningStatistics of_all;
+    for (std::uint64_t seed = 1; seed <= 16; ++seed) {
       const Differences of = differences(seed, one, common);
       const UsualErrors usual(plan_, of, nothing_left_out);
-      double squares = 0;
+      double expected_square = 0;
       for (const RayPlan::Block& block : blocks()) {
         for (std::size_t rank = block.begin; rank < block.end; ++rank)
           of_elements.add(usual.of_element(rank) / expected(1));
         const double size = block.size();
         const double together = std::sqrt(size * (1 - common + common * size));
-        of_blocks.add(usual.of_block(block) / (elements_.area(0) * together * expected(1)));
-        squares += usual.of_block(block) * usual.of_block(block);
+        const double of_block = elements_.area(0) * together * expected(1);
+        of_blocks.add(usual.of_block(block) / of_block);
+        expected_square += of_block * of_block;
       }
-      EXPECT_NEAR(usual.of_all(), std::sqrt(squares), 1e-9 * usual.of_all());
+      of_all.add(usual.of_all() / std::sqrt(expected_square));
     }
+    EXPECT_NEAR(of_all.mean(), 1, 0.1);
+    EXPECT_LT(std::sqrt(of_all.variance()), 0.2);
     EXPECT_NEAR(of_elements.mean(), 1, 0.1);
     EXPECT_LT(std::sqrt(of_elements.variance()), 0.3);
     EXPECT_NEAR(of_blocks.mean(), 1, 0.1);
     EXPECT_LT(std::sqrt(of_blocks.variance()), 0.3);
   }
+}
+
+// Sets of elements may be a lot better than parts let expect where those of a block are no better:
+// what they have too much of is the same.
+TEST_F(UsualErrorsTest, OfBlocksAreNotThoseOfTheirElements) {
+  const std::uint32_t end = plan_.windows().front().back().end;
+  RunningStatistics ratio;
+  for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+    Differences of = differences(seed, [](std::size_t) { return 1.0; });
+    for (const RayPlan::Block& block : plan_.windows().front()) {
+      const auto first = of.halves.begin() + block.begin;
+      const double mean = std::accumulate(first, first + block.size(), 0.0) / block.size();
+      std::fill_n(first, block.size(), mean);
+    }
+    const UsualErrors usual(plan_, of, nothing_left_out);
+    for (const RayPlan::Block& block : plan_.windows().front())
+      ratio.add(usual.of_block(block) / (4 * elements_.area(0) * expected(1)));
+    EXPECT_LT(usual.of_element(end / 2), 0.6 * expected(1));
+  }
+  EXPECT_NEAR(ratio.mean(), 1, 0.15);
+}
+
+// A wafer in blocks of 16 elements with a floor below it in blocks of 4, where sets are no better
+// than two parts: what the many blocks tell of the few is wrong.
+TEST(UsualErrorsOfFewElements, AreThoseOfBlocksOfTheirSize) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {16, 0, 0}, 16, {0, 16, 0}, 16);
+  builder.grid({4, 4, -10}, {7, 0, 0}, 7, {0, 2, 0}, 2);
+  const RayScene scene(builder.mesh, {.lower = {0, 0}, .upper = {16, 16}}, 1);
+  const Elements elements(scene, longest_piece_edge);
+  RayPlan plan(scene, elements);
+  plan.grow(64, 1'000'000);
+  constexpr double times = 3;
+  double stated = 0;
+  double right = 0;
+  for (std::uint64_t seed = 1; seed <= 32; ++seed) {
+    Differences of = normal_differences(plan, seed, [](std::size_t) { return 1.0; });
+    for (const RayPlan::Block& block : blocks_of(plan)) {
+      if (block.size() > 4) continue;
+      for (std::size_t rank = block.begin; rank < block.end; ++rank)
+        of.halves[rank] *= std::sqrt(times);
+    }
+    const UsualErrors usual(plan, of, nothing_left_out);
+    for (const RayPlan::Block& block : blocks_of(plan)) {
+      if (block.size() > 4) continue;
+      stated += std::pow(usual.of_block(block), 2);
+      right += times * block.size() * std::pow(elements.area(0), 2) /
+               std::pow(plan.rays(block.begin), 1.5);
+    }
+  }
+  EXPECT_GT(right, 0);
+  EXPECT_GT(stated / right, 0.75);
+  EXPECT_LT(stated / right, 1.3);
+}
+
+// Of many blocks their own squares tell the variance of a sum, whatever is usual; of one hardly.
+TEST(VarianceOverBlocks, IsKnownTheBetterTheMoreTheyAre) {
+  const auto of = [](std::size_t count) {
+    return variance_over_blocks(std::vector<double>(count, 2), std::vector<double>(count, 0.5));
+  };
+  EXPECT_NEAR(of(1).value, 2 * (1 * 0.5 + 8) / 9, 1e-12);
+  EXPECT_NEAR(of(8).value, 8 * 2 * 0.75, 1e-12);
+  EXPECT_NEAR(of(10'000).value, 10'000, 20);
+  EXPECT_NEAR(of(10'000).freedom, 10'000, 20);
+  EXPECT_EQ(of(0).value, 0);
+  // One of them makes nearly all of the sum.
+  EXPECT_NEAR(variance_over_blocks(std::vector<double>{1, 1e-9}, std::vector<double>{0, 25}).value,
+              8.0 / 9, 1e-6);
 }
 
 // No window takes the errors of another, however little its own half differences tell.
