@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <set>
 
@@ -364,13 +365,30 @@ class SectionMeasurement {
     found.undercut = undercut(*surfaces_.top_mask());
   }
 
-  /// The walls next to an interface at a height: where the line through the places some distance
-  /// and twice as far away meets it, as the mesh may cut the edge itself off.
-  std::optional<Gap> gap_beside(const Contour& contour, double height, double away) const {
-    const std::optional<Gap> near = contour.gap(height + away);
-    const std::optional<Gap> far = contour.gap(height + 2 * away);
-    if (!near || !far) return near;
-    return Gap{.left = 2 * near->left - far->left, .right = 2 * near->right - far->right};
+  /// The walls next to an interface, which the mesh may cut off: by the polynomial through those at
+  /// some places, in spacings from it. Nothing where one of them has no walls.
+  std::optional<Gap> gap_beside(const Contour& contour, double interface,
+                                std::initializer_list<double> places) const {
+    Gap beside;
+    for (const double place : places) {
+      const std::optional<Gap> gap = contour.gap(interface + place * h_);
+      if (!gap) return std::nullopt;
+      double weight = 1;
+      for (const double other : places)
+        if (other != place) weight *= other / (other - place);
+      beside.left += weight * gap->left;
+      beside.right += weight * gap->right;
+    }
+    return beside;
+  }
+
+  /// By the first of several choices of places that there are.
+  std::optional<Gap> gap_beside(
+      const Contour& contour, double interface,
+      std::initializer_list<std::initializer_list<double>> choices) const {
+    for (const auto& places : choices)
+      if (const std::optional<Gap> gap = gap_beside(contour, interface, places)) return gap;
+    return std::nullopt;
   }
 
   Value undercut(std::size_t top_mask) const {
@@ -380,9 +398,13 @@ class SectionMeasurement {
         find_contour(cuts_[top_mask].lines, row_.centre, structure.field + 0.5 * h_,
                      {row_.left_field, row_.right_field});
     if (!mask) return std::nullopt;
-    // The foot of a mask that is undercut loses up to a spacing; the walls below bend.
-    const std::optional<Gap> above = gap_beside(*mask, structure.field, 1.25 * h_);
-    const std::optional<Gap> below = gap_beside(*structure.contour, structure.field, -0.75 * h_);
+    // The mesh cuts up to a spacing off the wall below a mask that is undercut. Up to a spacing
+    // above the floor that there was phi is the distance to that still, and up to two the mesh
+    // knows of it.
+    const std::optional<Gap> above =
+        gap_beside(*mask, structure.field, {{2, 3}, {1.25, 2.5}, {1.25}});
+    const std::optional<Gap> below =
+        gap_beside(*structure.contour, structure.field, {{-1, -2, -3}, {-1, -2}, {-0.75}});
     if (!above || !below) return std::nullopt;
     return 0.5 * (below->width() - above->width());
   }
