@@ -215,7 +215,7 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
       });
   for (const HeldNode& node : held) {
     float& phi = band.leaves()[node.at / leaf_size].phi[node.at % leaf_size];
-    phi = off_surface(std::max(phi, node.least));
+    phi = off_surface(std::max(std::min(phi, node.most), node.least));
   }
   if (has_layers) book_rise(layers, field, before);
   return residues;

@@ -6,7 +6,7 @@
 
 #include "levelset/band.h"
 #include "levelset/exposure.h"
-#include "levelset/slowest_plane.h"
+#include "levelset/slow_planes.h"
 #include "levelset/stencil.h"
 
 namespace scarp {
@@ -14,11 +14,11 @@ namespace scarp {
 namespace {
 
 /// Nodes within this of an edge along each axis are looked at, in spacings.
-constexpr int reach = 5;
+constexpr int reach = 6;
 
 /// The facet has a shape of its own once the crystal is that much higher than the mask, in
 /// spacings.
-constexpr double most_height = 3;
+constexpr double most_height = 5;
 
 /// The crystal's top is looked for between these distances from the edge, in spacings.
 constexpr double nearest_top = 1;
@@ -32,8 +32,27 @@ constexpr double own = 1;
 /// other side of a line.
 constexpr double room = 0.5;
 
-/// A crystal that is further out than that, in spacings, has come another way.
+/// A crystal that is further out than that, or further behind, in spacings, has come another way.
 constexpr double most_ahead = 0.3;
+constexpr float most_behind = 0.3F;
+
+constexpr Vec3d up{0, 0, 1};
+
+/// Planes that are in front of another one by less than that have a part of its facet, in spacings.
+constexpr double in_front = 1e-3;
+
+/// The planes that begin at edges with one direction aside.
+struct Fan {
+  Vec3d aside{};
+  std::vector<CrystalPlane> planes{};
+};
+
+/// How far a place is in front of the plane that is nearest to it of those behind which the crystal
+/// is.
+struct Front {
+  double distance = 0;
+  const CrystalPlane* plane = nullptr;
+};
 
 /// A place of the line at which the upper surface of a mask ends.
 struct Edge {
@@ -42,9 +61,9 @@ struct Edge {
   Vec3d aside{};   ///< level unit vector away from the mask
   std::size_t mask = 0;
   int below = 0;         ///< index of the highest nodes in the mask
-  Vec3d normal{};        ///< of the plane
-  double rate = 0;       ///< of it
-  double shift = 0;      ///< how far it has moved
+  std::size_t fan = 0;   ///< number of the planes that begin there
+  double rate_up = 0;    ///< of the crystal's top
+  double time = 0;       ///< since it began, for an amplitude of one
   double amplitude = 0;  ///< of the crystal's speed
 };
 
@@ -163,9 +182,9 @@ class Edges {
     Edge edge{.node = gas, .mask = mask, .below = node[2]};
     edge.aside = Vec3d{slope.x / level, slope.y / level, 0};
     // From the wall beside the gas up along it.
-    const double up = 1.0 - above;
-    edge.offset = -((there + slope.z * up) / level) * edge.aside;
-    edge.offset.z = up;
+    const double height = 1.0 - above;
+    edge.offset = -((there + slope.z * height) / level) * edge.aside;
+    edge.offset.z = height;
     edges_.push_back(edge);
   }
 
@@ -173,7 +192,7 @@ class Edges {
   /// near an edge, less than most from it along its line.
   template <class Visit>
   void for_each_node_near(const Edge& edge, double most, const Visit& visit) const {
-    const Vec3d along = cross(edge.aside, Vec3d{0, 0, 1});
+    const Vec3d along = cross(edge.aside, up);
     for (int i = edge.node[0] - reach; i <= edge.node[0] + reach; ++i) {
       for (int j = edge.node[1] - reach; j <= edge.node[1] + reach; ++j) {
         if (layers_.frame.two_dimensional && j != edge.node[1]) continue;
@@ -189,33 +208,50 @@ class Edges {
   }
 
   /// Whether the crystal's top is as high as the edge, and a facet begins there.
-  bool find_plane(Edge& edge) const {
+  bool find_plane(Edge& edge) {
     double top = -std::numeric_limits<double>::max();
     for_each_node_near(edge, own, [&](const Node&, std::size_t at, const Vec3d& way) {
       const double aside = dot(way, edge.aside);
       if (aside < nearest_top || aside > furthest_top) return;
+      if (phi(at) < 0) top = std::max(top, way.z);
       if (mobility_[at] == 0 || phi(at) < 0 || phi(at) > 1) return;
       top = std::max(top, way.z - phi(at));
       edge.amplitude = std::max(edge.amplitude, static_cast<double>(mobility_[at]));
     });
     if (top < -1 || top > most_height) return false;
-    const Vec3d up{0, 0, 1};
-    const double rate_up = crystal_.rate(Vec3f(up)).value;
-    if (!(rate_up > 0)) return false;
-    edge.normal = slowest_plane(crystal_, -edge.aside, up);
-    edge.rate = crystal_.rate(Vec3f(edge.normal)).value;
-    edge.shift = std::max(top, 0.0) * edge.rate / rate_up;
+    edge.rate_up = crystal_.rate(Vec3f(up)).value;
+    if (!(edge.rate_up > 0)) return false;
+    edge.fan = fan_from(edge.aside);
+    if (fans_[edge.fan].planes.empty()) return false;
+    edge.time = std::max(top, 0.0) / edge.rate_up;
     double furthest = 0;
-    for_each_node_near(edge, own, [&](const Node&, std::size_t at, const Vec3d& way) {
+    for_each_node_near(edge, own, [&](const Node& node, std::size_t at, const Vec3d& way) {
       if (mobility_[at] == 0 || phi(at) < 0 || phi(at) > 1) return;
-      furthest = std::max(furthest, dot(way, edge.normal) - phi(at));
+      if (phi(at) > mask_phi(edge.mask, node) - same_phi) return;  // the distance to the mask
+      furthest = std::max(furthest, front(edge, way, edge.time).distance - phi(at));
     });
-    return furthest < edge.shift + most_ahead;
+    return furthest < most_ahead;
+  }
+
+  /// Along a straight edge all ask the same.
+  std::size_t fan_from(const Vec3d& aside) {
+    if (!fans_.empty() && fans_.back().aside == aside) return fans_.size() - 1;
+    fans_.push_back({aside, slow_planes(crystal_, -aside, up)});
+    return fans_.size() - 1;
+  }
+
+  Front front(const Edge& edge, const Vec3d& way, double time) const {
+    Front furthest{.distance = -std::numeric_limits<double>::max()};
+    for (const CrystalPlane& plane : fans_[edge.fan].planes) {
+      const double distance = dot(way, plane.normal) - plane.rate * time;
+      if (distance > furthest.distance) furthest = {distance, &plane};
+    }
+    return furthest;
   }
 
   bool holds(const Edge& edge, const Node& node, const Vec3d& way) const {
     if (dot(way, edge.aside) > 0) {
-      const Vec3d along = cross(edge.aside, Vec3d{0, 0, 1});
+      const Vec3d along = cross(edge.aside, up);
       return std::abs(dot(along, way)) < own;
     }
     return mask_phi(edge.mask, {node[0], node[1], edge.below}) < 0;
@@ -233,16 +269,45 @@ class Edges {
   std::vector<HeldNode> held(float dt) const {
     std::vector<HeldNode> found;
     for (const Edge& edge : edges_) {
-      const double shift = edge.shift + edge.rate * edge.amplitude * dt;
-      for_each_node_near(edge, held_over_mask,
-                         [&](const Node& node, std::size_t at, const Vec3d& way) {
-                           if (phi(at) < 0 || length(way) > distance_[at] + room) return;
-                           const double least = dot(way, edge.normal) - shift;
-                           if (least > -1 && holds(edge, node, way))
-                             found.push_back({at, std::min(phi(at), static_cast<float>(least))});
-                         });
+      const double time = edge.time + edge.amplitude * dt;
+      for_each_node_near(
+          edge, held_over_mask, [&](const Node& node, std::size_t at, const Vec3d& way) {
+            if (phi(at) < 0 && mobility_[at] == 0) return;
+            if (length(way) > distance_[at] + room) return;
+            const Front ahead = front(edge, way, time);
+            const auto least = static_cast<float>(ahead.distance);
+            if (least < -1 || !holds(edge, node, way)) return;
+            const bool is_left_behind =
+                mobility_[at] > 0 && phi(at) > least && phi(at) < least + most_behind &&
+                is_facet(edge, way - ahead.distance * ahead.plane->normal, time);
+            found.push_back({at, std::min(phi(at), least),
+                             is_left_behind ? least : std::numeric_limits<float>::max()});
+          });
     }
-    return found;
+    return merged(std::move(found));
+  }
+
+  /// What several edges say of a node, in whatever order they come.
+  static std::vector<HeldNode> merged(std::vector<HeldNode> found) {
+    std::ranges::sort(found, {}, &HeldNode::at);
+    std::vector<HeldNode> each;
+    for (const HeldNode& node : found) {
+      if (each.empty() || each.back().at != node.at) {
+        each.push_back(node);
+        continue;
+      }
+      each.back().least = std::max(each.back().least, node.least);
+      each.back().most = std::min(each.back().most, node.most);
+    }
+    return each;
+  }
+
+  /// Whether a place on a plane is one of its facet: no other plane from that edge on is behind it.
+  bool is_facet(const Edge& edge, const Vec3d& place, double time) const {
+    return place.z > 0 && place.z < edge.rate_up * time &&
+           std::ranges::all_of(fans_[edge.fan].planes, [&](const CrystalPlane& plane) {
+             return dot(place, plane.normal) < plane.rate * time + in_front;
+           });
   }
 
   const Layers& layers_;
@@ -251,6 +316,7 @@ class Edges {
   const std::vector<float>& mobility_;
   const Band& band_;
   std::vector<Edge> edges_{};
+  std::vector<Fan> fans_{};
   std::vector<float> distance_{};  ///< to the nearest edge
 };
 

@@ -8,10 +8,11 @@
 
 namespace scarp {
 
-/// A node whose phi stays at a value at least during a time step.
+/// A node whose phi is between two values after a time step.
 struct HeldNode {
   std::size_t at = 0;  ///< in the top's band: 512 values per leaf
   float least = 0;
+  float most = 0;
 };
 
 /// Holds a crystal that has grown out of an opening behind the planes that begin at the edge of the
@@ -21,8 +22,9 @@ struct HeldNode {
 /// edge bounds it. A grid sees this facet only when it is longer than a spacing; until then the
 /// whole top goes up, beyond the edge as well, and the facet starts up to two spacings too far out.
 /// How long ago that moment was is known from the height of the top, so nodes next to the edge do
-/// not pass the plane before the top is three spacings higher. Nothing is taken away from a crystal
-/// that is already further.
+/// not pass the plane before the top is five spacings higher, and those that are nearest to the
+/// facet itself do not stay behind it. Nothing is taken away from a crystal that is already
+/// further.
 ///
 /// Only for speeds that grow a crystal beside what stands still; edges are those of upright or
 /// leaning walls at least a spacing high.
