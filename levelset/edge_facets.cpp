@@ -24,6 +24,10 @@ constexpr double most_height = 5;
 constexpr double nearest_top = 1;
 constexpr double furthest_top = 4.5;
 
+/// In narrower openings, in spacings, facets meet before they are let go: the crystal's height
+/// tells nothing of the time then.
+constexpr double least_width = 8;
+
 /// An edge holds nodes less than this from it along its line, over the mask and over the opening.
 constexpr double held_over_mask = 3;
 constexpr double own = 1;
@@ -207,6 +211,22 @@ class Edges {
     }
   }
 
+  bool is_wide(const Edge& edge) const {
+    const Vec3d along = cross(edge.aside, up);
+    constexpr auto most = static_cast<int>(least_width);
+    for (int i = edge.node[0] - most; i <= edge.node[0] + most; ++i) {
+      for (int j = edge.node[1] - most; j <= edge.node[1] + most; ++j) {
+        const Node node{i, j, edge.below};
+        const Vec3d way = from(edge, node);
+        const double aside = dot(way, edge.aside);
+        if (aside > 0 && aside < least_width && std::abs(dot(along, way)) < own &&
+            mask_phi(edge.mask, node) < 0)
+          return false;
+      }
+    }
+    return true;
+  }
+
   /// Whether the crystal's top is as high as the edge, and a facet begins there.
   bool find_plane(Edge& edge) {
     double top = -std::numeric_limits<double>::max();
@@ -218,7 +238,7 @@ class Edges {
       top = std::max(top, way.z - phi(at));
       edge.amplitude = std::max(edge.amplitude, static_cast<double>(mobility_[at]));
     });
-    if (top < -1 || top > most_height) return false;
+    if (top < -1 || top > most_height || !is_wide(edge)) return false;
     edge.rate_up = crystal_.rate(Vec3f(up)).value;
     if (!(edge.rate_up > 0)) return false;
     edge.fan = fan_from(edge.aside);
