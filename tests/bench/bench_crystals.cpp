@@ -2,8 +2,7 @@
 //
 //   ./dev bench crystals [CASE...] [--places 0 0.2 0.4 0.6 0.8] [--json]
 //
-// walls:   a slot 800 nm wide in KOH, 200 nm deep, with {111} a twentieth as fast as {100}:
-// undercut
+// walls:   a slot 800 nm wide in KOH, 200 nm deep, {111} a twentieth as fast as {100}: undercut
 //          below the mask, and width half-way down.
 // tips:    a square opening 160 nm wide in KOH, until the pyramid is complete: its tip.
 // epitaxy: a crystal that grows out of a slot 800 nm wide, 240 nm high above the mask: the {111}
