@@ -16,6 +16,7 @@
 #include "levelset/band.h"
 #include "levelset/cell_words.h"
 #include "levelset/differences.h"
+#include "levelset/edge_facets.h"
 #include "levelset/free_foot.h"
 #include "levelset/lax_friedrichs.h"
 #include "levelset/leaf_stage.h"
@@ -195,6 +196,7 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
   const std::vector<float> mobility = mobilities(band, field);
   const auto source = [&](std::size_t n) { return &mobility[n * leaf_size]; };
   const FreeFoot foot = free_foot(layers, field, mobility, dt);
+  const std::vector<HeldNode> held = edge_facets(layers, field, mobility, dt);
   std::vector<float> shifted(is_etched_by_beam(field) ? mobility.size() : 0);
   const double residues =
       move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
@@ -211,6 +213,10 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
         move_lax_friedrichs(leaf, around, scheme, field, n, {&free, &foot.most[n * leaf_size]},
                             of_leaf);
       });
+  for (const HeldNode& node : held) {
+    float& phi = band.leaves()[node.at / leaf_size].phi[node.at % leaf_size];
+    phi = off_surface(std::max(std::min(phi, node.most), node.least));
+  }
   if (has_layers) book_rise(layers, field, before);
   return residues;
 }

@@ -45,16 +45,20 @@ constexpr double held = 3;
 constexpr double most_behind = 2;
 
 /// Fast planes that come along the wall are seen so far from the foot, and have come if they are
-/// so far ahead of its plane. In spacings.
+/// so far ahead of the wall there, or along a bent edge of where it began. In spacings.
 constexpr double watched = held + 1;
 constexpr double ahead = 0.5;
 
 /// A wall further from the foot does without, in spacings: fewer nodes of it are within reach.
 constexpr double most_shift = 1.5;
+constexpr double most_straight_shift = 3.5;
 
 /// Feet further apart, or whose directions differ by more than 25 degrees, are not of one edge.
 constexpr double apart = 2;
 constexpr double least_cosine = 0.9;
+
+/// Directions whose cosine is less than that below one are the same.
+constexpr double straight = 1e-6;
 
 /// A wall is taken over from a foot beside if it leaves more than this, in spacings.
 constexpr double least_gain = 1e-6;
@@ -68,7 +72,9 @@ struct Foot {
   Vec3d normal{};         ///< of the wall
   double rate = 0;        ///< of the wall
   double shift = 0;       ///< how far the wall has moved since
+  double own_shift = 0;   ///< by the wall that is nearest to the foot
   double most_ahead = 0;  ///< of the plane, of walls beside the foot
+  bool is_straight = false;
   bool holds = false;
   std::size_t original = 0;  ///< of an image beyond a side, the foot that it is made from
   int side = 0;              ///< axis of that side
@@ -264,11 +270,18 @@ class Feet {
       if (foot.is_image) continue;
       const std::array<Vec3d, 2> ends = asides(foot);
       const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
+      foot.is_straight = is_straight(foot);
       if (asks != asked) normal = slowest_between(ends[0], ends[1], foot.up);
       asked = asks;
       foot.normal = normal;
       foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
     }
+  }
+
+  bool is_straight(const Foot& foot) const {
+    return std::ranges::all_of(beside(foot), [&](std::size_t f) {
+      return dot(foot.aside, feet_[f].aside) > 1 - straight;
+    });
   }
 
   /// The directions between which those of the edge of an opening lie that are nearer to this foot
@@ -298,7 +311,6 @@ class Feet {
     const Vec3d half = last - first;
     const auto aside = [&](double part) { return normalized(middle + part * half); };
     const int here = lean(aside(0), up);
-    constexpr double straight = 1e-6;
     if (dot(first, last) > 1 - straight) return slowest_wall(aside(0), up, here, here);
     // Most walls lean alike all along the way, and are soon found.
     const int there = lean(aside(1), up);
@@ -428,14 +440,17 @@ class Feet {
     for (Foot& foot : feet_) {
       if (foot.is_image) continue;
       double shift = 0;
+      double own_shift = 0;
       double most_ahead = 0;
       for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
         if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
         const double past = phi(at) - height(foot, node);
         double& most = way < held ? shift : most_ahead;
         most = std::max(most, past);
+        if (way < own) own_shift = std::max(own_shift, past);
       });
       foot.shift = shift;
+      foot.own_shift = own_shift;
       foot.most_ahead = most_ahead;
     }
   }
@@ -472,7 +487,11 @@ class Feet {
         changes = true;
       }
     }
-    for (Foot& foot : feet_) foot.holds = foot.shift <= most_shift && foot.most_ahead <= ahead;
+    for (Foot& foot : feet_) {
+      const double start = foot.is_straight ? foot.own_shift : 0;
+      const double most = foot.is_straight ? most_straight_shift : most_shift;
+      foot.holds = foot.shift <= most && foot.most_ahead - start <= ahead;
+    }
   }
 
   FreeFoot values(float dt) const {

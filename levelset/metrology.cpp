@@ -10,6 +10,7 @@
 #include "levelset/connectivity.h"
 #include "levelset/contour.h"
 #include "levelset/cross_section.h"
+#include "levelset/differences.h"
 #include "levelset/extract_surface.h"
 #include "levelset/openings.h"
 #include "levelset/view_from_above.h"
@@ -364,13 +365,39 @@ class SectionMeasurement {
     found.undercut = undercut(*surfaces_.top_mask());
   }
 
-  /// The walls next to an interface at a height: where the line through the places some distance
-  /// and twice as far away meets it, as the mesh may cut the edge itself off.
-  std::optional<Gap> gap_beside(const Contour& contour, double height, double away) const {
-    const std::optional<Gap> near = contour.gap(height + away);
-    const std::optional<Gap> far = contour.gap(height + 2 * away);
-    if (!near || !far) return near;
-    return Gap{.left = 2 * near->left - far->left, .right = 2 * near->right - far->right};
+  // The mesh cuts up to a spacing off the foot of a mask that is undercut, and off the wall below.
+  // So both are asked further away, and go on from there towards the interface.
+
+  /// How wide an opening is some spacings above an interface.
+  Value width(const Contour& contour, double interface, double above) const {
+    const std::optional<Gap> gap = contour.gap(interface + above * h_);
+    return gap ? Value(gap->width()) : std::nullopt;
+  }
+
+  /// By the line through the widths at two places.
+  static Value along_line(Value near, Value far, double away, double further) {
+    return near && far ? Value(*near + away / (further - away) * (*near - *far)) : near;
+  }
+
+  /// Up to a spacing above what was the floor once phi still is the distance to that, and up to two
+  /// the mesh knows of it. Thin masks have no other places.
+  Value width_of_mask(const Contour& mask, double interface) const {
+    const Value far = width(mask, interface, 3);
+    if (far) return along_line(width(mask, interface, 2), far, 2, 3);
+    return along_line(width(mask, interface, 1.25), width(mask, interface, 2.5), 1.25, 2.5);
+  }
+
+  /// By a line, bent as the wall is further down: at the first place its own bend is that of the
+  /// grid as well.
+  Value width_below_mask(const Contour& walls, double interface) const {
+    std::array<Value, 5> at;
+    for (int n = 1; n < 5; ++n) at[n] = width(walls, interface, -n);
+    if (!at[1]) return width(walls, interface, -0.75);
+    const Value straight = along_line(at[1], at[2], 1, 2);
+    if (!at[2] || !at[3] || !at[4]) return straight;
+    const double upper = *at[1] - 2 * *at[2] + *at[3];
+    const double lower = *at[2] - 2 * *at[3] + *at[4];
+    return *straight + minmod(upper, lower);
   }
 
   Value undercut(std::size_t top_mask) const {
@@ -380,11 +407,10 @@ class SectionMeasurement {
         find_contour(cuts_[top_mask].lines, row_.centre, structure.field + 0.5 * h_,
                      {row_.left_field, row_.right_field});
     if (!mask) return std::nullopt;
-    // The foot of a mask that is undercut loses up to a spacing; the walls below bend.
-    const std::optional<Gap> above = gap_beside(*mask, structure.field, 1.25 * h_);
-    const std::optional<Gap> below = gap_beside(*structure.contour, structure.field, -0.75 * h_);
+    const Value above = width_of_mask(*mask, structure.field);
+    const Value below = width_below_mask(*structure.contour, structure.field);
     if (!above || !below) return std::nullopt;
-    return 0.5 * (below->width() - above->width());
+    return 0.5 * (*below - *above);
   }
 
   const WaferSurfaces& surfaces_;

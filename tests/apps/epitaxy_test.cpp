@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -91,6 +92,75 @@ ratio_311 = 0.7
     }
   }
   EXPECT_NEAR(20 / (lower - upper), std::sqrt(2.0), 0.1);
+}
+
+/// Where the surface is along a line, which begins in the crystal, by bisection.
+double surface_on(const LevelSet& phi, const Vec3d& start, const Vec3d& way) {
+  double inner = 0;
+  double outer = 1;
+  for (int n = 0; n < 40; ++n) {
+    const double middle = 0.5 * (inner + outer);
+    (phi.distance(start + middle * way) < 0 ? inner : outer) = middle;
+  }
+  return inner;
+}
+
+/// A slot 40 spacings wide whose mask is 6 spacings thick, grown by 18 spacings. lift is how far
+/// the wafer lies above nodes, centre the middle of the slot. In spacings.
+void expect_facets_from_edges(double lift, double centre) {
+  constexpr double thickness = 6;
+  constexpr double time = 12;  // since the crystal has grown out of the opening
+  const auto nm = [](double length) { return " = \"" + std::to_string(length) + " nm\"\n"; };
+  const std::string wafer =
+      lift > 0 ? "[[geometry]]\nshape = \"layer\"\nmaterial = \"Si\"\nthickness" + nm(lift) : "";
+  const State state = final_state(read_text(R"(
+[domain]
+mode = "2d"
+spacing = "1 nm"
+extent = ["80 nm"]
+[[geometry]]
+shape = "wafer"
+material = "Si"
+)" + wafer + R"([[geometry]]
+shape = "mask"
+material = "SiO2"
+opening.shape = "trench"
+opening.width = "40 nm"
+opening.center)" + nm(centre) + "thickness" +
+                                            nm(thickness) + R"([[step]]
+model = "epitaxy"
+duration = "18 s"
+material = "SiGe"
+growth_rate = "1 nm/s"
+ratio_111 = 0.2
+ratio_110 = 0.5
+ratio_311 = 0.7
+)"));
+  const LevelSet& phi = state.layers.top();
+  const double mask = lift + thickness;
+  EXPECT_NEAR(mask - 6 + 30 * surface_on(phi, {centre, 0, mask - 6}, {0, 0, 30}), mask + time,
+              0.05);
+  const double sine = std::sqrt(2.0 / 3);
+  // From the second spacing above the mask to two below the crystal's top.
+  for (double height = 1.5; height < time - 2; ++height) {
+    std::array<double, 2> reaches{};
+    for (const int side : {-1, 1}) {
+      const double x = 38 * surface_on(phi, {0, 0, mask + height}, {side * 38.0, 0, 0});
+      reaches[side < 0 ? 0 : 1] = x;
+      const double edge = 20 + side * centre;
+      EXPECT_NEAR(x, edge + (0.2 * time) / sine - height * std::sqrt(0.5), 0.15)
+          << lift << ' ' << centre << ' ' << side << ' ' << height;
+    }
+    const double width = 40 + 2 * ((0.2 * time) / sine - height * std::sqrt(0.5));
+    EXPECT_NEAR(reaches[0] + reaches[1], width, 0.01 * 40) << lift << ' ' << centre;
+  }
+}
+
+// The {111} facets begin at the edges of the mask, wherever these lie between nodes, when the
+// crystal passes the mask's upper surface. Before, they began 0.6 to 1.8 spacings too far out.
+TEST(Epitaxy, FacetsBeginAtTheEdgesOfTheMask) {
+  for (const double lift : {0.0, 0.3, 0.5, 0.8})
+    for (const double centre : {0.0, 0.2, 0.4}) expect_facets_from_edges(lift, centre);
 }
 
 // A cross-section has no sides along y that could mirror the crystal: it is the slice of a periodic

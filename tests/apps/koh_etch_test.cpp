@@ -8,6 +8,7 @@
 #include "apps/simulator.h"
 #include "levelset/cross_section.h"
 #include "tests/apps/final_state.h"
+#include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {
@@ -46,6 +47,42 @@ etch_rate_111 = "0 um/min"
     }
   }
   EXPECT_NEAR(lowest, -2400 * std::sqrt(0.5), 150);
+}
+
+/// Masks that KOH undercuts: tests/reference/koh.
+class UndercutInKoh : public Program {
+ protected:
+  nlohmann::json openings(const std::string& name) const {
+    const Outcome outcome = scarp("run " + std::string(SCARP_SOURCE_DIR) + "/tests/reference/koh/" +
+                                  name + ".toml --quiet --threads 1 -o " + path("run"));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+    return json_of(scarp("measure " + path("run") + " --json"))["openings"];
+  }
+
+  /// The rate of {111} by the sine of their angle. Units: nm.
+  static double undercut(double minutes) { return 7.3 * minutes / std::sqrt(2.0 / 3); }
+};
+
+constexpr double tenth_of_spacing = 10;  // nm
+
+TEST_F(UndercutInKoh, OfASlotIsThatOfItsWalls) {
+  const nlohmann::json slot = openings("slot2d")[0];
+  EXPECT_NEAR(slot["undercut_nm"].get<double>(), undercut(2.3), tenth_of_spacing);
+  const double middle = slot["depth_nm"].get<double>() / 2;
+  EXPECT_NEAR(slot["middle_cd_nm"].get<double>(),
+              4000 + 2 * (undercut(2.3) - middle * std::sqrt(0.5)), 2 * tenth_of_spacing);
+}
+
+// Below a round opening as well: an inverted pyramid, whose tip is up to a spacing blunt.
+class SlowUndercutInKoh : public UndercutInKoh {};
+
+TEST_F(SlowUndercutInKoh, OfARoundOpeningIsThatOfThePyramidAboutIt) {
+  for (const nlohmann::json& section : openings("round")) {
+    const double half = 2000 + undercut(5);
+    EXPECT_NEAR(section["undercut_nm"].get<double>(), undercut(5), tenth_of_spacing);
+    EXPECT_LT(section["depth_nm"].get<double>(), half * std::sqrt(2.0) + tenth_of_spacing);
+    EXPECT_GT(section["depth_nm"].get<double>(), half * std::sqrt(2.0) - 100);
+  }
 }
 
 }  // namespace
