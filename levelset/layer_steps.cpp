@@ -257,7 +257,7 @@ void coat(Layers& layers, double thickness) {
     return;
   }
   // What is cut off is a void from then on. Thicknesses next to each other are those of one neck.
-  constexpr double one_neck = 0.5;     // spacings
+  constexpr double one_neck = 0.5;       // spacings
   constexpr double beyond = 1.0 / 1024;  // so that no node of the neck is left on the surface
   const double last = *std::prev(std::ranges::upper_bound(shut, shut.front() + one_neck * spacing));
   const double first = std::min(last + beyond * spacing, 0.5 * (last + thickness));
