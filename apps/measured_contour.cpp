@@ -42,7 +42,8 @@ double signed_area(const Polyline& loop) {
 /// The outline of a void from its highest point on, so that it has walls as an opening has.
 Polyline from_highest(Polyline loop) {
   loop.points.pop_back();
-  std::ranges::rotate(loop.points, std::ranges::max_element(loop.points, {}, &height_of));
+  std::rotate(loop.points.begin(), std::ranges::max_element(loop.points, {}, &height_of),
+              loop.points.end());
   loop.points.push_back(loop.points.front());
   return loop;
 }
