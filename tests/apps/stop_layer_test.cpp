@@ -61,5 +61,14 @@ TEST_F(StopLayer, HoldsUnderIonsAndNeutrals) {
   }
 }
 
+// Four films of 30 s with 7 nm at 2.2 nm/s after each, and 17.3 s of the fifth.
+TEST_F(StopLayer, SlowFilmsHoldUpAnEtchByTheirRatesAtAnySpacing) {
+  const double depth = 4 * 10 + 0.1 * (150 - 4 * (30 + 7 / 2.2));
+  for (const std::string spacing : {"20 nm", "5 nm"}) {
+    const Found found = run("six_films", "--set domain.spacing='\"" + spacing + "\"'");
+    EXPECT_NEAR(60 - found.after["lowest_nm"].get<double>(), depth, 0.05) << spacing;
+  }
+}
+
 }  // namespace
 }  // namespace scarp
