@@ -135,8 +135,9 @@ class SlowHostileInputs : public Program, public testing::WithParamInterface<int
   /// What is called of an input, and how long it may take: a run is asked to stop after 15 s.
   void expect_sound(const std::string& arguments, bool is_run, const std::string& what) {
     const std::string line = "cd " + folder_.string() + " && ulimit -v 2097152; timeout " +
-                             (is_run ? "--foreground --preserve-status -k 5 15 " : "-k 1 20 ") + SCARP_BINARY +
-                             ' ' + arguments + " --threads 2 > said 2>&1 < /dev/null";
+                             (is_run ? "--foreground --preserve-status -k 5 15 " : "-k 1 20 ") +
+                             SCARP_BINARY + ' ' + arguments +
+                             " --threads 2 > said 2>&1 < /dev/null";
     const auto start = std::chrono::steady_clock::now();
     const int status = std::system(line.c_str());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
