@@ -52,6 +52,18 @@ inline Node node_at(const Leaf& leaf, int offset) {
           leaf.origin[2] + (offset & 7)};
 }
 
+/// Where a node is stored.
+struct NodePlace {
+  int leaf = 0;  ///< as Band::find gives it
+  int offset = 0;
+
+  bool is_there() const { return leaf >= 0; }
+  /// In arrays of leaf_size values per leaf, where it is there.
+  std::size_t index() const {
+    return static_cast<std::size_t>(leaf) * leaf_size + static_cast<std::size_t>(offset);
+  }
+};
+
 /// A leaf that is to be made, filled with +-half_width.
 struct NewLeaf {
   std::array<int, 3> origin{};
@@ -155,15 +167,20 @@ class Band {
   /// wrap: beyond the stored nodes missing_gas.
   const std::array<int, 6>& neighbours(std::size_t leaf) const { return neighbours_[leaf]; }
 
+  /// Where a node is stored; lateral indices are folded.
+  NodePlace place(const Node& node) const {
+    const int i = fold(0, node[0]);
+    const int j = fold(1, node[1]);
+    return {find(i >> 3, j >> 3, node[2] >> 3), leaf_offset(i, j, node[2])};
+  }
+
   /// phi at a node; lateral indices are folded.
   float node(int i, int j, int k) const {
-    i = fold(0, i);
-    j = fold(1, j);
-    const int leaf = find(i >> 3, j >> 3, k >> 3);
-    if (leaf < 0) {
-      return leaf == missing_solid ? -LevelSet::half_width : LevelSet::half_width;
+    const NodePlace at = place({i, j, k});
+    if (at.leaf < 0) {
+      return at.leaf == missing_solid ? -LevelSet::half_width : LevelSet::half_width;
     }
-    return leaves_[static_cast<std::size_t>(leaf)].phi[leaf_offset(i, j, k)];
+    return leaves_[static_cast<std::size_t>(at.leaf)].phi[at.offset];
   }
 
   /// Makes leaves that are missing and drops leaves that exist. Pointers into leaves() change.
@@ -216,5 +233,13 @@ class Band {
   std::vector<std::array<int, 6>> neighbours_;
   mutable std::array<LeafValues, 2> scratch_;
 };
+
+/// One of the values of all leaves, as Band::node gives phi.
+inline float value_at(const Band& band, const LeafValues& values, const Node& node) {
+  const NodePlace at = band.place(node);
+  const float* of_leaf =
+      at.is_there() ? values[static_cast<std::size_t>(at.leaf)] : missing_values(at.leaf);
+  return of_leaf[at.offset];
+}
 
 }  // namespace scarp

@@ -218,11 +218,8 @@ class RegionList {
   }
 
   std::size_t region_at(const Node& node) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
+    const auto [leaf, offset] = band_.place(node);
     if (leaf < 0) return none;
-    const int offset = leaf_offset(x, y, node[2]);
     for (const LeafPiece& piece : graph_.pieces(static_cast<std::size_t>(leaf))) {
       if ((piece.nodes[offset >> 6] >> (offset & 63) & 1) != 0) {
         return new_region(piece);

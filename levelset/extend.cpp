@@ -198,10 +198,8 @@ bool Extension::is_void(const NearNode& at) const {
       continue;
     }
     any_gas = true;
-    const int x = band_.fold(0, other[0]);
-    const int y = band_.fold(1, other[1]);
-    const int other_leaf = band_.find(x >> 3, y >> 3, other[2] >> 3);
-    if (gas_.is_open(static_cast<std::size_t>(other_leaf), leaf_offset(x, y, other[2]))) {
+    const auto [leaf, offset] = band_.place(other);
+    if (gas_.is_open(static_cast<std::size_t>(leaf), offset)) {
       return false;
     }
   }

@@ -130,13 +130,8 @@ class Feet {
 
   /// Where arrays have a node, if the band has it.
   std::size_t place(const Node& node) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
-    if (leaf < 0) return missing;
-    const std::size_t at = static_cast<std::size_t>(leaf) * leaf_size +
-                           static_cast<std::size_t>(leaf_offset(x, y, node[2]));
-    return std::abs(phi(at)) < LevelSet::half_width ? at : missing;
+    const NodePlace at = band_.place(node);
+    return at.is_there() && std::abs(phi(at.index())) < LevelSet::half_width ? at.index() : missing;
   }
 
   void find() {

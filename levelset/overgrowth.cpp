@@ -159,12 +159,8 @@ class Overgrowth {
 
   /// Where the values of a node are; beyond them if its leaf is missing.
   std::size_t place(const Node& node) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
-    if (leaf < 0) return speed_.size();
-    return static_cast<std::size_t>(leaf) * leaf_size +
-           static_cast<std::size_t>(leaf_offset(x, y, node[2]));
+    const NodePlace at = band_.place(node);
+    return at.is_there() ? at.index() : speed_.size();
   }
 
   static Node neighbour(Node node, int face) {

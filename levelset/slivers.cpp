@@ -66,14 +66,7 @@ class Slivers {
     return layers_.stack[layer].phi.node(node[0], node[1], node[2]);
   }
   float old_phi(const Node& node) const { return band_.node(node[0], node[1], node[2]); }
-  float new_phi(const Node& node) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
-    const float* const phi =
-        leaf >= 0 ? moved_[static_cast<std::size_t>(leaf)] : missing_values(leaf);
-    return phi[leaf_offset(x, y, node[2])];
-  }
+  float new_phi(const Node& node) const { return value_at(band_, moved_, node); }
 
   static Node next(const Node& node, int axis, int step) {
     Node other = node;

@@ -155,12 +155,7 @@ class Keeper {
     return false;
   }
 
-  float speed(std::array<int, 3> node) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const auto leaf = static_cast<std::size_t>(band_.find(x >> 3, y >> 3, node[2] >> 3));
-    return field_.speed[leaf * leaf_size + static_cast<std::size_t>(leaf_offset(x, y, node[2]))];
-  }
+  float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }
 
   /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
   /// buried interface gets at most its distance to that.
@@ -238,11 +233,7 @@ class Keeper {
   }
 
   float new_phi(std::array<int, 3> node, const LeafValues& moved) const {
-    const int x = band_.fold(0, node[0]);
-    const int y = band_.fold(1, node[1]);
-    const int leaf = band_.find(x >> 3, y >> 3, node[2] >> 3);
-    const float* values = leaf >= 0 ? moved[static_cast<std::size_t>(leaf)] : missing_values(leaf);
-    return values[leaf_offset(x, y, node[2])];
+    return value_at(band_, moved, node);
   }
 
   /// What a node keeps because a standing layer's surface is seen on one of its edges: phi as it
