@@ -178,11 +178,13 @@ class Edges {
     const double level = std::sqrt(slope.x * slope.x + slope.y * slope.y);
     constexpr double least_level = 0.7;  // else it is not the wall that the node knows
     if (level < least_level || slope[axis] * step <= 0) return;
+    // A distance has a slope of one, which differences hold to a tenth only.
+    const double steep = length(slope);
     Edge edge{.node = gas, .mask = mask, .below = node[2]};
     edge.aside = Vec3d{slope.x / level, slope.y / level, 0};
     // From the wall beside the gas up along it.
     const double height = 1.0 - above;
-    edge.offset = -((there + slope.z * height) / level) * edge.aside;
+    edge.offset = -((there * steep + slope.z * height) / level) * edge.aside;
     edge.offset.z = height;
     edges_.push_back(edge);
   }

@@ -387,17 +387,20 @@ class SectionMeasurement {
     return along_line(width(mask, interface, 1.25), width(mask, interface, 2.5), 1.25, 2.5);
   }
 
-  /// By a line, bent as the wall is further down: at the first place its own bend is that of the
-  /// grid as well.
+  /// By a line, bent as the wall is further down as well. Shallow walls have no place that is
+  /// further away both from the mask and from the floor.
   Value width_below_mask(const Contour& walls, double interface) const {
-    std::array<Value, 5> at;
-    for (int n = 1; n < 5; ++n) at[n] = width(walls, interface, -n);
-    if (!at[1]) return width(walls, interface, -0.75);
-    const Value straight = along_line(at[1], at[2], 1, 2);
-    if (!at[2] || !at[3] || !at[4]) return straight;
-    const double upper = *at[1] - 2 * *at[2] + *at[3];
-    const double lower = *at[2] - 2 * *at[3] + *at[4];
-    return *straight + minmod(upper, lower);
+    for (const int first : {2, 1}) {
+      std::array<Value, 4> at;
+      for (int n = 0; n < 4; ++n) at[n] = width(walls, interface, -first - n);
+      if (!at[static_cast<std::size_t>(first)]) continue;
+      const Value straight = along_line(at[0], at[1], first, first + 1);
+      if (!at[2] || !at[3]) return straight;
+      const double upper = *at[0] - 2 * *at[1] + *at[2];
+      const double lower = *at[1] - 2 * *at[2] + *at[3];
+      return *straight + 0.5 * first * (first + 1) * minmod(upper, lower);
+    }
+    return width(walls, interface, -0.75);
   }
 
   Value undercut(std::size_t top_mask) const {

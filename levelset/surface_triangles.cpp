@@ -159,8 +159,7 @@ void TriangleMaker::add_creased(const CellLeaves& leaves, const CellWords& words
       const CellCase& how = cell_cases()[static_cast<std::size_t>(words.corners(i, bit))];
       for (int n = 0; n < how.loop_count; ++n) {
         const CellLoop& loop = how.loops[n];
-        if (!add_creased_loop(cell, loop, how.loop_count == 1, part))
-          add_plain_loop(cell, loop, part);
+        if (!add_creased_loop(cell, loop, part)) add_plain_loop(cell, loop, part);
       }
     });
   }
@@ -179,7 +178,7 @@ void TriangleMaker::add_plain_loop(const Cell& cell, const CellLoop& loop,
 /// becomes a chain of edges; from a corner inside if three or more creases meet.
 ///
 /// Source: Ho et al. 2005 (cubical marching squares): sharp points are found on faces first.
-bool TriangleMaker::add_creased_loop(const Cell& cell, const CellLoop& loop, bool is_alone,
+bool TriangleMaker::add_creased_loop(const Cell& cell, const CellLoop& loop,
                                      PartTriangles& part) const {
   std::array<std::uint32_t, 24> polygon;
   std::size_t count = 0;
@@ -197,7 +196,7 @@ bool TriangleMaker::add_creased_loop(const Cell& cell, const CellLoop& loop, boo
     return false;
   }
   if (crease_count >= 3) {
-    const std::uint32_t corner = corner_in_cell(cell, loop, is_alone, part);
+    const std::uint32_t corner = corner_in_cell(cell, loop, part);
     for (std::size_t c = 0; c < count; ++c) {
       part.triangles.push_back({corner, polygon[c], polygon[(c + 1) % count]});
     }
@@ -210,9 +209,8 @@ bool TriangleMaker::add_creased_loop(const Cell& cell, const CellLoop& loop, boo
   return true;
 }
 
-/// Where three faces or more meet inside a cell. Beside another sheet it is the middle of the loop:
-/// triangles that stay within the hull of their loop do not cross those of the other one.
-std::uint32_t TriangleMaker::corner_in_cell(const Cell& cell, const CellLoop& loop, bool is_alone,
+/// Where three faces or more meet inside a cell.
+std::uint32_t TriangleMaker::corner_in_cell(const Cell& cell, const CellLoop& loop,
                                             PartTriangles& part) const {
   std::vector<Tangent> planes;
   Vec3d middle;
@@ -228,7 +226,7 @@ std::uint32_t TriangleMaker::corner_in_cell(const Cell& cell, const CellLoop& lo
     middle += point;
   }
   middle = middle / static_cast<double>(loop.edge_count);
-  const Vec3d meeting = is_alone ? meeting_point(planes, middle) : middle;
+  const Vec3d meeting = meeting_point(planes, middle);
   Vec3f r;
   for (int axis = 0; axis < 3; ++axis) {
     const double index = cell.node[axis] + std::clamp(meeting[axis], 0.01, 0.99);

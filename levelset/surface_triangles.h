@@ -57,10 +57,8 @@ class TriangleMaker {
   void add_smooth(const CellLeaves& leaves, const CellWords& words, PartTriangles& part);
   void add_creased(const CellLeaves& leaves, const CellWords& words, PartTriangles& part);
   void add_plain_loop(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
-  bool add_creased_loop(const Cell& cell, const CellLoop& loop, bool is_alone,
-                        PartTriangles& part) const;
-  std::uint32_t corner_in_cell(const Cell& cell, const CellLoop& loop, bool is_alone,
-                               PartTriangles& part) const;
+  bool add_creased_loop(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
+  std::uint32_t corner_in_cell(const Cell& cell, const CellLoop& loop, PartTriangles& part) const;
 
   /// The nodes of a leaf's cells, nine along each axis, and what starts there.
   static constexpr int node_stride = LeafVertices::kind_count;

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "levelset/cell_cases.h"
 #include "levelset/exposure.h"
 
 namespace scarp {
@@ -183,7 +184,8 @@ void SurfaceVertices::find_creases(const Leaf& leaf, LeafVertices& vertices,
     for (int i = 0; i < leaf_edge; ++i) {
       for_each_bit(faces[i], [&](int bit) {
         const Node node = node_at(leaf, 64 * i + bit);
-        const auto corner = face_corner(band_, node, normal);
+        const auto corner =
+            is_beside_sheets(node, normal) ? std::nullopt : face_corner(band_, node, normal);
         if (!corner) {
           faces[i] &= ~(std::uint64_t{1} << bit);
           return;
@@ -199,6 +201,21 @@ void SurfaceVertices::find_creases(const Leaf& leaf, LeafVertices& vertices,
     }
   }
   vertices.has_faces = !scratch.faces.empty();
+}
+
+/// Whether several sheets pass through a cell at a face. Those between its edges alone do not
+/// cross; one that reaches out to a crease may cross the next.
+bool SurfaceVertices::is_beside_sheets(Node node, int normal) const {
+  for (int cell = 0; cell < 2; ++cell) {
+    int solid = 0;
+    for (int c = 0; c < 8; ++c) {
+      Node at{node[0] + (c & 1), node[1] + (c >> 1 & 1), node[2] + (c >> 2)};
+      at[normal] -= cell;
+      solid |= (band_.node(at[0], at[1], at[2]) < 0 ? 1 : 0) << c;
+    }
+    if (cell_cases()[static_cast<std::size_t>(solid)].loop_count > 1) return true;
+  }
+  return false;
 }
 
 /// Numbers the vertices of a leaf from `first` and tells how many there are.

@@ -82,6 +82,7 @@ class SurfaceVertices {
   void find_solid(const OpenGas* gas);
   void place(std::size_t n, Part& part, Scratch& scratch);
   void find_creases(const Leaf& leaf, LeafVertices& vertices, Scratch& scratch) const;
+  bool is_beside_sheets(Node node, int normal) const;
   static std::uint32_t number(LeafVertices& vertices, std::uint32_t first);
   void place_on_edges(const Leaf& leaf, const LeafVertices& vertices, Scratch& scratch,
                       Vec3f* positions) const;
