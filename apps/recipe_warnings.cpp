@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "apps/estimate.h"
 
@@ -58,8 +60,10 @@ void warn_of_idle_bodies(std::span<const RecipeTable> shapes, const Recipe& reci
 void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
                          OpenSpeeds& speeds) {
   const double least = least_thickness * recipe.frame.spacing;
+  std::optional<MaterialId> below;  // what is flat; a layer of it is no layer of its own
   const auto look_at = [&](const LayerShape& layer, std::size_t shape, const std::string& key) {
-    if (layer.thickness >= rounding * least || !speeds.is_etched(layer.material)) return;
+    const bool goes_on = std::exchange(below, layer.material) == layer.material;
+    if (goes_on || layer.thickness >= rounding * least || !speeds.is_etched(layer.material)) return;
     shapes[shape].warning(
         key, fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how "
                          "far it is etched from its sides is rough; use a domain.spacing of {} or "
@@ -68,11 +72,17 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& reci
                          length_text(layer.thickness / least_thickness)));
   };
   for (std::size_t n = 0; n < recipe.geometry.size(); ++n) {
-    if (const auto* const layer = std::get_if<LayerShape>(&recipe.geometry[n]))
+    const Shape& shape = recipe.geometry[n];
+    if (const auto* const wafer = std::get_if<WaferShape>(&shape)) {
+      below = wafer->material;
+    } else if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
       look_at(*layer, n, "thickness");
-    const auto* const stack = std::get_if<StackShape>(&recipe.geometry[n]);
-    for (std::size_t k = 0; stack != nullptr && k < stack->layers.size(); ++k)
-      look_at(stack->layers[k], n, fmt::format("thicknesses[{}]", k));
+    } else if (const auto* const stack = std::get_if<StackShape>(&shape)) {
+      for (std::size_t k = 0; k < stack->layers.size(); ++k)
+        look_at(stack->layers[k], n, fmt::format("thicknesses[{}]", k));
+    } else {
+      below.reset();
+    }
   }
 }
 

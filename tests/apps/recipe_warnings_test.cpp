@@ -118,6 +118,10 @@ INSTANTIATE_TEST_SUITE_P(
               {"geometry[1].thickness: ", "than two grid spacings (20 nm)", "9.5 nm or less"}},
         Doubt{
             "ThinLayerThatIsNot", oxide("19 nm") + etch("Si = \"1 nm/s\", SiO2 = \"0 nm/s\""), {}},
+        Doubt{"ThinLayerOfWhatItLiesOn",
+              shape("shape = \"layer\"\nmaterial = \"Si\"\nthickness = \"4 nm\"") +
+                  etch("Si = \"1 nm/s\""),
+              {}},
         Doubt{"LayerOfTwoThatIsEtched",
               oxide("20 nm") + etch("Si = \"0 nm/s\", SiO2 = \"1 nm/s\""),
               {}},
