@@ -41,6 +41,61 @@ TEST(CellCases, EveryCutEdgeLiesOnOneLoopAndEveryLoopIsTriangulated) {
   }
 }
 
+using Corners = std::array<Vec3d, 3>;
+
+/// Six times the volume of a tetrahedron, positive for d where the others run clockwise.
+double orientation(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+  return dot(cross(b - a, c - a), d - a);
+}
+
+bool side_crosses(const Corners& sides, const Corners& facet) {
+  const auto& [a, b, c] = facet;
+  for (int n = 0; n < 3; ++n) {
+    const Vec3d& from = sides[n];
+    const Vec3d& to = sides[(n + 1) % 3];
+    if (orientation(a, b, c, from) * orientation(a, b, c, to) >= 0) continue;
+    const double ab = orientation(from, to, a, b);
+    const double bc = orientation(from, to, b, c);
+    const double ca = orientation(from, to, c, a);
+    if ((ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0)) return true;
+  }
+  return false;
+}
+
+// Wherever the surface cuts the edges.
+TEST(CellCases, LoopsOfACellDoNotCross) {
+  RandomStream random({.seed = 1});
+  for (int mask = 0; mask < 256; ++mask) {
+    const CellCase& how = cell_cases()[mask];
+    if (how.loop_count < 2) continue;
+    for (int trial = 0; trial < 100; ++trial) {
+      std::array<Vec3d, 12> cuts;
+      for (int edge = 0; edge < 12; ++edge) {
+        const int corner = edge_corner(edge);
+        cuts[edge] = Vec3d{static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1),
+                           static_cast<double>(corner >> 2)};
+        const double part = random.uniform_double();
+        const bool is_near_node = random.uniform_double() < 0.5;
+        cuts[edge][edge / 4] += is_near_node ? (part < 0.5 ? 1e-3 : 1 - 1e-3) : part;
+      }
+      std::vector<std::vector<Corners>> loops(static_cast<std::size_t>(how.loop_count));
+      for (int n = 0; n < how.loop_count; ++n) {
+        const CellLoop& loop = how.loops[n];
+        for (int t = 0; t < loop.triangle_count(); ++t) {
+          Corners facet;
+          for (int c = 0; c < 3; ++c) facet[c] = cuts[loop.edges[loop.triangles[t][c]]];
+          loops[n].push_back(facet);
+        }
+      }
+      for (int n = 0; n < how.loop_count; ++n)
+        for (int other = 0; other < how.loop_count; ++other)
+          for (const Corners& sides : loops[n])
+            for (const Corners& facet : loops[other])
+              EXPECT_FALSE(n != other && side_crosses(sides, facet)) << "case " << mask;
+    }
+  }
+}
+
 TEST(MarchingCubes, SphereIsWatertight) {
   const Frame frame{.spacing = 0.5, .cells = {40, 44}};
   const Layers layers = single_layer(
