@@ -16,6 +16,7 @@
 #include "apps/restart.h"
 #include "core/memory_amount.h"
 #include "core/peak_memory.h"
+#include "core/printable.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -618,7 +619,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   const RecipeFile file(path, overrides);
   const RecipeTable root = file.root();
   Recipe recipe;
-  recipe.title = read_name(root, "title", path.stem().string());
+  recipe.title = read_name(root, "title", shown(path.stem()));
   recipe.frame = read_domain(root.table("domain"));
   recipe.uses_symmetry =
       root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||

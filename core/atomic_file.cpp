@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -20,7 +21,7 @@ namespace {
 bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 
 [[noreturn]] void throw_cannot_write(const std::filesystem::path& target, int error) {
-  const std::string place = target.string() + ": cannot be written: ";
+  const std::string place = shown(target) + ": cannot be written: ";
   if (is_full_disk(error)) {
     throw DiskFullError(place + "the disk is full; free some space");
   }
@@ -31,15 +32,15 @@ bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 }
 
 [[noreturn]] void throw_cannot_create(const std::filesystem::path& target, int error) {
-  const std::string place = target.string() + ": cannot be written: ";
+  const std::string place = shown(target) + ": cannot be written: ";
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      throw InputError(place + "there is no folder " + target.parent_path().string());
+      throw InputError(place + "there is no folder " + shown(target.parent_path()));
     case EACCES:
     case EPERM:
     case EROFS:
-      throw InputError(place + "no permission to write in " + target.parent_path().string() +
+      throw InputError(place + "no permission to write in " + shown(target.parent_path()) +
                        "; choose another folder");
     case EISDIR:
       throw InputError(place + "it is a folder; give the name of a file");
@@ -183,7 +184,7 @@ void AtomicFile::commit() {
       throw NumericalError(
           fmt::format("{}: cannot be written: {}, which holds it until it is whole, "
                       "was removed",
-                      target_.string(), temporary_.filename().string()));
+                      shown(target_), shown(temporary_.filename())));
     }
     throw_cannot_create(target_, errno);
   }

@@ -2,6 +2,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
@@ -137,7 +138,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors,
 }  // namespace
 
 RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
-    : RecipeFile(read_file(path), path.string(), overrides) {}
+    : RecipeFile(read_file(path), shown(path), overrides) {}
 
 RecipeFile::RecipeFile(std::string_view text, const std::string& name,
                        std::span<const std::string> overrides)

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/read_file.h"
 #include "core/suggestion.h"
@@ -440,7 +441,7 @@ class Flattener {
 
   void add_doubts(const std::string& cell) {
     const auto add = [&](const std::string& text) {
-      layout_.doubts.push_back(file_.string() + ": " + text);
+      layout_.doubts.push_back(shown(file_) + ": " + text);
     };
     if (!(library_.unit >= least_unit && library_.unit <= most_unit))
       add(fmt::format(

@@ -5,6 +5,7 @@
 
 #include "core/deflate.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -196,7 +197,7 @@ std::vector<GdsElement> read_cell(Reader& reader) {
 }  // namespace
 
 void refuse_layout(const std::filesystem::path& file, const std::string& text) {
-  throw InputError(file.string() + ": " + text);
+  throw InputError(shown(file) + ": " + text);
 }
 
 GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view content) {
