@@ -147,7 +147,6 @@ class Progress {
   Clock::time_point printed_;
 };
 
-
 // A word that a shell takes as it is, in quotes where it would not: $'a\nb' is one line.
 std::string for_shell(const std::string& word) {
   constexpr const char* plain =

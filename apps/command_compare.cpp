@@ -102,8 +102,7 @@ class Runner {
       const std::uint64_t seed = first_seed + 2 * static_cast<std::uint64_t>(n);
       const Recipe recipe = recipe_of(variant, seed);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
-      if (!common_.quiet)
-        tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, shown(where)));
+      if (!common_.quiet) tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, shown(where)));
       if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
           RunEnd::interrupted) {
         return std::nullopt;
@@ -252,10 +251,9 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
 ExitCode execute(const CompareArguments& arguments, const CommonOptions& common) {
   if (!arguments.with.empty()) {
     if (!arguments.modes.empty() || !arguments.methods.empty()) {
-      throw InputError(fmt::format("{}: --{} compares the runs of a recipe; leave out {}",
-                                   shown(arguments.recipe),
-                                   arguments.modes.empty() ? "methods" : "modes",
-                                   shown(arguments.with)));
+      throw InputError(fmt::format(
+          "{}: --{} compares the runs of a recipe; leave out {}", shown(arguments.recipe),
+          arguments.modes.empty() ? "methods" : "modes", shown(arguments.with)));
     }
     return compare_given(arguments, common);
   }

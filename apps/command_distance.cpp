@@ -30,7 +30,8 @@ void write_distances(const std::string& file, const TriMesh& a, const TriMesh& b
 /// Warns if the file holds more than a surface.
 TriMesh read_whole(const std::string& name) {
   MeshFile file = read_mesh_file(name);
-  if (!file.left_out.empty()) Log(std::cerr).warn(shown(name) + ": " + left_out_text(file.left_out));
+  if (!file.left_out.empty())
+    Log(std::cerr).warn(shown(name) + ": " + left_out_text(file.left_out));
   return std::move(file.mesh);
 }
 

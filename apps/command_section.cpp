@@ -44,8 +44,8 @@ SectionLine line_of(const std::string& text, const Frame& frame) {
 void refuse_files_of_runs(const fs::path& file) {
   const bool is_in_run = fs::exists(file.parent_path() / "metrics.csv");
   if (!is_in_run || !is_result(file.filename().string())) return;
-  throw InputError(fmt::format("-o: {} is a file that the run writes there; choose another name",
-                               shown(file)));
+  throw InputError(
+      fmt::format("-o: {} is a file that the run writes there; choose another name", shown(file)));
 }
 
 }  // namespace

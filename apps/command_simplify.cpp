@@ -61,8 +61,8 @@ TriMesh read_and_weld(const std::string& name) {
   if (!file.data_left_out.empty()) log.info(shown(name) + ": " + left_out_text(file.data_left_out));
   if (!is_unwelded(file.mesh)) return std::move(file.mesh);
   TriMesh mesh = welded(file.mesh);
-  log.info(fmt::format("{}: {} vertices at {} places are welded", shown(name), file.mesh.vertices.size(),
-                       mesh.vertices.size()));
+  log.info(fmt::format("{}: {} vertices at {} places are welded", shown(name),
+                       file.mesh.vertices.size(), mesh.vertices.size()));
   return mesh;
 }
 

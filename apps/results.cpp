@@ -370,9 +370,10 @@ void ResultFolder::keep_metrics() const {
   const bool is_there = fs::exists(metrics);
   if (is_there && !fs::is_character_file(metrics)) set_aside(metrics, "was changed");
   if (!is_there)
-    log_.warn(fmt::format("{}: was removed while the run writes it; it is written anew with all "
-                          "its rows",
-                          shown(metrics)));
+    log_.warn(
+        fmt::format("{}: was removed while the run writes it; it is written anew with all "
+                    "its rows",
+                    shown(metrics)));
   write_file(metrics, metrics_);
 }
 

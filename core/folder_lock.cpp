@@ -32,8 +32,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / ".l
   handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (handle_ < 0) {
     if (errno == ENOSPC || errno == EDQUOT)
-      throw DiskFullError(shown(folder) +
-                          ": cannot be written: the disk is full; free some space");
+      throw DiskFullError(shown(folder) + ": cannot be written: the disk is full; free some space");
     throw InputError(shown(folder) + ": the result folder cannot be written: " +
                      std::strerror(errno) + "; choose another with -o");
   }

@@ -33,8 +33,8 @@ struct NecksLeftOut {
 /// The distance is that to the extracted surface, or, up to a spacing, phi itself: the film is as
 /// exact as those are. Convex edges are rounded by the thickness, gaps narrower than twice the
 /// thickness are filled. Gas behind a neck is coated until the neck is shut (see
-/// shutting_thicknesses()), but throughout where the nodes below overhangs are more than most_nodes.
-/// Closed voids stay as they are to the last bit.
+/// shutting_thicknesses()), but throughout where the nodes below overhangs are more than
+/// most_nodes. Closed voids stay as they are to the last bit.
 ///
 /// Units: nm, > 0.
 /// Cost:  a few closest-point queries per node of the new band.

@@ -133,7 +133,8 @@ TEST_F(Checkpoints, FilesThatAreRemovedOrReplacedAreWrittenAnew) {
       if (dies) {
         EXPECT_THROW(run_with("", look, options), ProcessDied);
         options.resume = true;
-        run_with("", [](const State&) { return true; }, options);
+        run_with(
+            "", [](const State&) { return true; }, options);
       } else {
         EXPECT_EQ(run_with("", look, options), RunEnd::complete);
       }

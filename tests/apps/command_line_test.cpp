@@ -323,7 +323,8 @@ TEST_F(CommandLine, NamesOfFilesWithLineEndsAreShownOnOneLine) {
   const std::string name = "a\nwarning: forged\t\x1b[31m";
   const auto quoted = [&](const std::string& end) { return '\'' + path(name + end) + "' "; };
   write(name + ".obj", pyramid);
-  write(name + ".toml", read_file(std::string(SCARP_SOURCE_DIR) + "/configs/trench_deposition.toml"));
+  write(name + ".toml",
+        read_file(std::string(SCARP_SOURCE_DIR) + "/configs/trench_deposition.toml"));
   const std::string small =
       "--set domain.spacing='\"0.4 um\"' --set domain.extent='[\"10 um\", \"2 um\"]' "
       "--set flux.rays=1000 --set step[0].duration='\"1 s\"' --set output.every='\"1 s\"' ";
@@ -353,14 +354,13 @@ TEST_F(CommandLine, NamesOfFilesWithLineEndsAreShownOnOneLine) {
     EXPECT_THAT(outcome.messages + outcome.out, Not(HasSubstr("\nwarning: forged"))) << line;
     EXPECT_THAT(outcome.messages + outcome.out, Not(HasSubstr("\t\\x1b"))) << line;
   }
-  for (const char* command :
-       {"run", "check", "preview", "measure", "section", "render", "volume", "report", "simplify",
-        "distance", "flux"}) {
-    const Outcome missing = scarp(std::string(command) + ' ' + quoted("none.toml") +
-                                  (std::string(command) == "distance" ||
-                                           std::string(command) == "simplify"
-                                       ? quoted("none.obj")
-                                       : ""));
+  for (const char* command : {"run", "check", "preview", "measure", "section", "render", "volume",
+                              "report", "simplify", "distance", "flux"}) {
+    const Outcome missing =
+        scarp(std::string(command) + ' ' + quoted("none.toml") +
+              (std::string(command) == "distance" || std::string(command) == "simplify"
+                   ? quoted("none.obj")
+                   : ""));
     EXPECT_EQ(missing.exit_code, 2) << command;
     EXPECT_THAT(missing.messages, HasSubstr("/a\\nwarning: forged\\t\\x1b[31mnone"));
   }

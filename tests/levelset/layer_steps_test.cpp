@@ -283,7 +283,8 @@ TEST(Coat, TellsWhereItHasNotLookedForNecks) {
   EXPECT_GT(left_out.highest, -12);
   EXPECT_LT(left_out.highest, 0);
   EXPECT_EQ(coat(layers, 1.5).node_count, 0U);
-  Layers plain = single_layer(flat_frame(60), [](Vec3d r) { return r.z - 0.01; }, -40, 6);
+  Layers plain = single_layer(
+      flat_frame(60), [](Vec3d r) { return r.z - 0.01; }, -40, 6);
   EXPECT_EQ(coat(plain, 6, 0).node_count, 0U);
 }
 
