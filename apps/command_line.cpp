@@ -490,7 +490,7 @@ std::string failure_text(std::string said, std::span<char* const> words) {
          at += short_word.size())
       said.replace(at, word.size(), short_word);
   }
-  return shown(said) + "\nRun with --help for more information.\n";
+  return one_line(said) + "\nRun with --help for more information.\n";
 }
 
 /// Throws: CLI::ParseError, also where help is asked for.

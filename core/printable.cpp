@@ -20,7 +20,7 @@ void append_escaped(std::string_view control, std::string& out) {
 }
 
 /// On one line, up to a number of characters.
-std::string on_one_line(std::string_view text, std::size_t most) {
+std::string first_characters(std::string_view text, std::size_t most) {
   std::string result;
   std::size_t count = 0;
   while (!text.empty()) {
@@ -62,10 +62,10 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-std::string repeated(std::string_view text) { return on_one_line(text, 100); }
+std::string repeated(std::string_view text) { return first_characters(text, 100); }
 
-std::string shown(const std::filesystem::path& path) {
-  return on_one_line(path.native(), std::string::npos);
-}
+std::string one_line(std::string_view text) { return first_characters(text, std::string::npos); }
+
+std::string shown(const std::filesystem::path& path) { return one_line(path.native()); }
 
 }  // namespace scarp

@@ -16,6 +16,9 @@ std::string printable(std::string_view text);
 /// 100 characters "...".
 std::string repeated(std::string_view text);
 
+/// A text on one line, like that, but whole.
+std::string one_line(std::string_view text);
+
 /// A path as messages show it: whole, on one line.
 std::string shown(const std::filesystem::path& path);
 
