@@ -18,6 +18,12 @@ namespace scarp {
 
 namespace {
 
+/// What was being written is gone.
+class VanishedError : public NumericalError {
+ public:
+  using NumericalError::NumericalError;
+};
+
 bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 
 [[noreturn]] void throw_cannot_write(const std::filesystem::path& target, int error) {
@@ -181,7 +187,7 @@ void AtomicFile::commit() {
   if (temporary_.empty()) return;
   if (rename(temporary_.c_str(), target_.c_str()) != 0) {
     if (errno == ENOENT && std::filesystem::is_directory(target_.parent_path())) {
-      throw NumericalError(
+      throw VanishedError(
           fmt::format("{}: cannot be written: {}, which holds it until it is whole, "
                       "was removed",
                       shown(target_), shown(temporary_.filename())));
@@ -192,10 +198,18 @@ void AtomicFile::commit() {
   sync_folder(target_.parent_path());
 }
 
-void write_file(const std::filesystem::path& target, std::string_view bytes) {
-  AtomicFile file(target);
-  file.write(bytes);
-  file.commit();
+void write_file(const std::filesystem::path& target,
+                std::initializer_list<std::string_view> parts) {
+  constexpr int most_attempts = 10;
+  for (int attempt = 1;; ++attempt) {
+    try {
+      AtomicFile file(target);
+      for (const std::string_view bytes : parts) file.write(bytes);
+      return file.commit();
+    } catch (const VanishedError&) {
+      if (attempt == most_attempts) throw;
+    }
+  }
 }
 
 void append_to_file(const std::filesystem::path& target, std::string_view bytes) {

@@ -159,10 +159,7 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
   }
   std::ostringstream content(std::ios::binary);
   vdb.write(content);
-  AtomicFile file(path);
-  file.write(content.view());
-  file.write(Trailer(content.view()).bytes());
-  file.commit();
+  write_file(path, {content.view(), Trailer(content.view()).bytes()});
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
