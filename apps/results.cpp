@@ -419,7 +419,7 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
       continue;
     log_.warn(fmt::format(
         "t = {:.4g} s: {} {} is etched on where it is {:.3g} nm wide, {:.1f} grid spacings: its "
-        "depth hangs on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
+        "depth depends on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
         time, each.is_trench ? "trench" : "hole", each.opening + 1, *each.bottom_cd,
         *each.bottom_cd / spacing, *each.bottom_cd / least_feature_width));
   }

@@ -241,12 +241,13 @@ class Census {
   const Count& count(const std::string& cell, int level) {
     const auto found = library_.cells.find(cell);
     if (found == library_.cells.end())
-      refuse_layout(file_,
-                    "refers to a cell that it lacks: " + repeated(cell) + "; write it with all its cells");
+      refuse_layout(file_, "refers to a cell that it lacks: " + repeated(cell) +
+                               "; write it with all its cells");
     const auto [place, is_new] = counts_.try_emplace(cell);
     Count& sum = place->second;
     if (!is_new && sum.is_open)
-      refuse_layout(file_, "cell " + repeated(cell) + " contains itself; break the circle in the layout");
+      refuse_layout(file_,
+                    "cell " + repeated(cell) + " contains itself; break the circle in the layout");
     if (level + sum.levels > most_levels) {
       refuse_layout(file_, "cell " + repeated(cell) + " is " + std::to_string(most_levels) +
                                " or more references below the one that is read; flatten it");
@@ -295,7 +296,8 @@ class Census {
   void check_reference(const std::string& cell, const GdsElement& element) const {
     const bool is_array = element.kind == GdsElement::Kind::array_reference;
     if (element.points.size() < (is_array ? 3U : 1U) || element.columns < 1 || element.rows < 1) {
-      refuse_layout(file_, "cell " + repeated(cell) + " has a damaged reference to " + repeated(element.cell));
+      refuse_layout(file_, "cell " + repeated(cell) + " has a damaged reference to " +
+                               repeated(element.cell));
     }
   }
 

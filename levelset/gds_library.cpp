@@ -217,7 +217,8 @@ GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view 
     const std::string name = reader.text();
     reader.next();
     if (!library.cells.emplace(name, read_cell(reader)).second)
-      refuse_layout(file, "has two cells that are named " + repeated(name) + "; rename one of them");
+      refuse_layout(file,
+                    "has two cells that are named " + repeated(name) + "; rename one of them");
   }
   if (!(library.unit > 0)) refuse_layout(file, "has a database unit that is not above 0");
   return library;

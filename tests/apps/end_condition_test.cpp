@@ -521,8 +521,8 @@ TEST(EndCondition, OfRoundsThatCannotBeIsTold) {
                   "until = { exposed = \"Si\" }\n[[step.step.step]]\nmodel = \"isotropic\"\n"
                   "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
       },
-      ThrowsMessage<InputError>(HasSubstr(
-          "step[0].step[0].until: a repeat around this one has one, too; only one of them can")));
+      ThrowsMessage<InputError>(HasSubstr("step[0].step[0].until: of nested repeats one may have "
+                                          "until; leave it out here or outside")));
 }
 
 }  // namespace

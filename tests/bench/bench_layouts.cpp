@@ -3,8 +3,8 @@
 //   ./dev bench layouts [--repeats N] [--json]
 //
 // 10 000 triangles that touch and 10 000 squares that do not, on 400 x 400 cells, and 400 discs of
-// 64 points on 200 x 200 cells; the mask is two cells thick. CPU seconds of the program, the least of the repeats; more than
-// two for any of them is exit code 2.
+// 64 points on 200 x 200 cells; the mask is two cells thick. CPU seconds of the program, the least
+// of the repeats; more than two for any of them is exit code 2.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
