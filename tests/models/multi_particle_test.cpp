@@ -283,7 +283,7 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
   expect("energy_width = \"201 eV\"\n",
          "energy_width: the lower peak lies at a negative energy; at most twice the mean, 200 eV");
   expect("energy_width = \"20 eV\"\nenergy_deviation = \"1 eV\"\n",
-         "energy_deviation: there is energy_width, too, which takes its place; leave one out");
+         "energy_deviation: energy_width and energy_deviation exclude each other; leave one out");
   const std::string energies = "energy_table = [[\"0 eV\", 0], [\"90 eV\", 3]]\n";
   expect(energies + "energy = \"9 eV\"\n", "energy: energy_table and energy exclude each other");
   expect(energies + "energy_deviation = \"9 eV\"\n",
