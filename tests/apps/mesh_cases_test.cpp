@@ -140,8 +140,7 @@ TEST_F(MeshCases, LongSliversAreReducedAsFarAsTheBoundAllows) {
     std::array<double, 2> radii;
     double height;
   };
-  for (const auto& [sides, radii, height] :
-       {Case{200, {1, 1}, 1000}, Case{200, {3, 1}, 500}, Case{64, {1, 1}, 3000}}) {
+  for (const auto& [sides, radii, height] : {Case{200, {1, 1}, 1000}, Case{64, {3, 1}, 3000}}) {
     write("a.obj", drawn_prism(sides, radii, height));
     const Outcome outcome =
         scarp("simplify " + path("a.obj") + " " + path("b.obj") + " --max-error 0.1 --json");
