@@ -16,6 +16,7 @@
 #include "apps/restart.h"
 #include "apps/tell.h"
 #include "core/atomic_file.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -146,14 +147,18 @@ class Progress {
   Clock::time_point printed_;
 };
 
-// A word that a shell takes as it is, in quotes where it would not.
+// A word that a shell takes as it is, in quotes where it would not: $'a\nb' is one line.
 std::string for_shell(const std::string& word) {
   constexpr const char* plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+,:=@%-";
   if (word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + '\'';
+  const bool has_lines = shown(word) != word;
+  std::string quoted = has_lines ? "$'" : "'";
+  for (const char c : word) {
+    if (has_lines && (c == '\'' || c == '\\')) quoted += '\\';
+    quoted += !has_lines && c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return shown(quoted) + '\'';
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "core/student.h"
 #include "levelset/contour.h"
@@ -183,13 +184,13 @@ Baseline read_baseline(const std::filesystem::path& file) {
     return baseline;
   } catch (const nlohmann::json::exception&) {
     throw InputError(fmt::format(
-        "{}: is no baseline, or is damaged; make it with scarp baseline create", file.string()));
+        "{}: is no baseline, or is damaged; make it with scarp baseline create", shown(file)));
   }
 }
 
 Comparison check(const Baseline& baseline, const RunRecord& run) {
   Comparison result{
-      .first = "baseline", .second = run.where.filename().string(), .spacing = baseline.spacing};
+      .first = "baseline", .second = shown(run.where.filename()), .spacing = baseline.spacing};
   SnapshotReader reader(run);
   Materials materials;
   const std::size_t count = std::min(baseline.outputs.size(), run.outputs.size());

@@ -14,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -28,7 +29,7 @@ std::vector<fs::path> recipes_in(const fs::path& suite) {
       if (entry.path().extension() == ".toml") recipes.push_back(entry.path());
   }
   if (recipes.empty())
-    throw InputError(fmt::format("{}: is no folder with recipes (.toml)", suite.string()));
+    throw InputError(fmt::format("{}: is no folder with recipes (.toml)", shown(suite)));
   std::ranges::sort(recipes);
   return recipes;
 }
@@ -66,7 +67,7 @@ class Suite {
         seeds.push_back(*done_run);
       }
       write_baseline(baseline_file(recipe), make_baseline(seeds));
-      if (!common_.quiet) fmt::print("{}\n", baseline_file(recipe).string());
+      if (!common_.quiet) fmt::print("{}\n", shown(baseline_file(recipe)));
     }
     return done;
   }
@@ -78,13 +79,13 @@ class Suite {
     for (const fs::path& recipe : recipes_) {
       if (!fs::exists(baseline_file(recipe))) {
         throw InputError(fmt::format("{}: is missing; make it with scarp baseline create",
-                                     baseline_file(recipe).string()));
+                                     shown(baseline_file(recipe))));
       }
       const Baseline baseline = read_baseline(baseline_file(recipe));
       const auto now = run(recipe, 0);
       if (!now) return interrupted;
       comparisons.push_back(check(baseline, *now));
-      comparisons.back().second = recipe.stem().string();
+      comparisons.back().second = shown(recipe.stem());
     }
     return report(comparisons);
   }
@@ -120,7 +121,7 @@ class Suite {
     write_file(page, comparison_page(entries,
                                      {.title = "Baselines of " + arguments_.suite, .recipe = ""}));
     if (common_.json) std::cout << json.dump(2) << '\n';
-    if (!common_.json && (!all_passed || !common_.quiet)) fmt::print("{}\n", page.string());
+    if (!common_.json && (!all_passed || !common_.quiet)) fmt::print("{}\n", shown(page));
     return all_passed ? done : check_failed;
   }
 

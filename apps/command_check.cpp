@@ -11,6 +11,7 @@
 #include "apps/tell.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -130,7 +131,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
       memory_text(cost.memory), cost.at_most ? "at most about" : "about", seconds,
       counted(static_cast<std::size_t>(thread_count()), "thread"),
-      arguments.result_folder().string());
+      shown(arguments.result_folder()));
   return done;
 }
 

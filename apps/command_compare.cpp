@@ -16,6 +16,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/folder_lock.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/read_file.h"
 
@@ -101,8 +102,7 @@ class Runner {
       const std::uint64_t seed = first_seed + 2 * static_cast<std::uint64_t>(n);
       const Recipe recipe = recipe_of(variant, seed);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
-      if (!common_.quiet)
-        tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, where.string()));
+      if (!common_.quiet) tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, shown(where)));
       if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
           RunEnd::interrupted) {
         return std::nullopt;
@@ -171,7 +171,7 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
     std::cout << text;
   } else {
     for (const Comparison& each : comparisons) fmt::print("{}\n", comparison_text(each));
-    fmt::print("{}\n", (folder / report_file).string());
+    fmt::print("{}\n", shown(folder / report_file));
   }
   return passed ? done : check_failed;
 }
@@ -182,7 +182,7 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
     throw InputError(fmt::format(
         "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
         "--modes 3d,{} compares it with the same in three dimensions",
-        arguments.recipe, mode_name(recipe.frame)));
+        shown(arguments.recipe), mode_name(recipe.frame)));
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);
@@ -223,14 +223,14 @@ std::vector<fs::path> runs_of(const std::string& text) {
 }
 
 ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& common) {
-  ComparisonCase wanted{.first = arguments.recipe,
-                        .second = arguments.with,
+  ComparisonCase wanted{.first = shown(arguments.recipe),
+                        .second = shown(arguments.with),
                         .first_runs = runs_of(arguments.recipe),
                         .tolerances = arguments.tolerances};
   if (fs::path(arguments.with).extension() == ".csv") {
     if (wanted.first_runs.size() > 1) {
       throw InputError(
-          fmt::format("{}: a contour is compared with one run; name one", arguments.recipe));
+          fmt::format("{}: a contour is compared with one run; name one", shown(arguments.recipe)));
     }
     wanted.contour = arguments.with;
     wanted.line = arguments.line;
@@ -243,7 +243,7 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
   const FolderLock lock(folder);
   require_own(folder, "a comparison", holds_comparison(folder), is_comparison);
   return write_results(folder, std::span(&wanted, 1), comparisons,
-                       fmt::format("{} and {}", arguments.recipe, arguments.with), common);
+                       fmt::format("{} and {}", wanted.first, wanted.second), common);
 }
 
 }  // namespace
@@ -251,9 +251,9 @@ ExitCode compare_given(const CompareArguments& arguments, const CommonOptions& c
 ExitCode execute(const CompareArguments& arguments, const CommonOptions& common) {
   if (!arguments.with.empty()) {
     if (!arguments.modes.empty() || !arguments.methods.empty()) {
-      throw InputError(fmt::format("{}: --{} compares the runs of a recipe; leave out {}",
-                                   arguments.recipe, arguments.modes.empty() ? "methods" : "modes",
-                                   arguments.with));
+      throw InputError(fmt::format(
+          "{}: --{} compares the runs of a recipe; leave out {}", shown(arguments.recipe),
+          arguments.modes.empty() ? "methods" : "modes", shown(arguments.with)));
     }
     return compare_given(arguments, common);
   }
@@ -261,7 +261,7 @@ ExitCode execute(const CompareArguments& arguments, const CommonOptions& common)
     throw InputError(
         fmt::format("{}: name what it is compared with: another run or state, or a "
                     "contour (.csv)",
-                    arguments.recipe));
+                    shown(arguments.recipe)));
   }
   return compare_variants(arguments, common);
 }

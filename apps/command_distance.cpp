@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "core/log.h"
+#include "core/printable.h"
 #include "mesh/distance.h"
 #include "mesh/mesh_file.h"
 
@@ -29,7 +30,8 @@ void write_distances(const std::string& file, const TriMesh& a, const TriMesh& b
 /// Warns if the file holds more than a surface.
 TriMesh read_whole(const std::string& name) {
   MeshFile file = read_mesh_file(name);
-  if (!file.left_out.empty()) Log(std::cerr).warn(name + ": " + left_out_text(file.left_out));
+  if (!file.left_out.empty())
+    Log(std::cerr).warn(shown(name) + ": " + left_out_text(file.left_out));
   return std::move(file.mesh);
 }
 

@@ -14,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/log.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "flux/solve.h"
 #include "mesh/mesh_file.h"
@@ -47,7 +48,7 @@ void write_output(const std::filesystem::path& file, const TriMesh& mesh, const 
                .vertices = {}});
   } else {
     throw InputError(
-        fmt::format("{}: results are written as .vtp or .csv, by the ending", file.string()));
+        fmt::format("{}: results are written as .vtp or .csv, by the ending", shown(file)));
   }
 }
 
@@ -59,7 +60,7 @@ void refuse_far_vertices(const std::filesystem::path& file, const TriMesh& mesh)
     throw InputError(fmt::format(
         "{}: vertex {} at ({:g}, {:g}, {:g}) is too far away to be traced; no coordinate may be "
         "above {:g}: correct the vertex or scale the mesh",
-        file.string(), v, r.x, r.y, r.z, longest_length));
+        shown(file), v, r.x, r.y, r.z, longest_length));
   }
 }
 
@@ -100,7 +101,7 @@ void require_balance(const std::filesystem::path& file, const FluxField& flux) {
         "{}: is inside out as seen from the source: {:.3g} % of the particles arrive at back "
         "faces; turn its triangles over, their outside is where the vertices go round "
         "counter-clockwise",
-        file.string(), 100 * share(audit.lost_back_face, audit)));
+        shown(file), 100 * share(audit.lost_back_face, audit)));
   }
   if (is_balanced(flux)) return;
   const double off = audit.balance_error();
@@ -108,7 +109,7 @@ void require_balance(const std::filesystem::path& file, const FluxField& flux) {
       "{}: the particles do not balance: {:.3g} % {} of what the source sends, with a standard "
       "error of {:.2g} %; the flux is not trusted: look for very thin or overlapping triangles, "
       "use more rays or --engine forward",
-      file.string(), 100 * std::abs(off), off < 0 ? "are missing" : "are too many",
+      shown(file), 100 * std::abs(off), off < 0 ? "are missing" : "are too many",
       100 * audit.balance_std_error));
 }
 
@@ -122,7 +123,7 @@ void require_sides_alike(const std::filesystem::path& file, const Box& box) {
   throw InputError(fmt::format(
       "{}: is {:g} by {:g} wide, and sides that differ by more than a factor of {:g} are not "
       "traced; correct vertices that lie far away, or cut the mesh",
-      file.string(), x, y, most));
+      shown(file), x, y, most));
 }
 
 // A source one spacing above would be seen past more mirror images of the mesh than can be crossed.
@@ -133,7 +134,7 @@ void require_spacing_of_mesh(const std::filesystem::path& file, double spacing, 
   throw InputError(fmt::format(
       "--spacing {:g} is larger than {}, which is {:.3g} wide; give the spacing of the grid in the "
       "unit of the mesh",
-      spacing, file.string(), width));
+      spacing, shown(file), width));
 }
 
 void warn_of_leaks(const FluxAudit& audit) {
@@ -181,7 +182,7 @@ void tell_more_rays(const FluxOptions& options, const FluxField& flux) {
 ExitCode execute(const FluxArguments& arguments, const CommonOptions& common) {
   const MeshFile file = read_mesh_file(arguments.mesh);
   if (!file.left_out.empty())
-    Log(std::cerr).warn(arguments.mesh + ": " + left_out_text(file.left_out));
+    Log(std::cerr).warn(shown(arguments.mesh) + ": " + left_out_text(file.left_out));
   const TriMesh& mesh = file.mesh;
   refuse_far_vertices(arguments.mesh, mesh);
   const Box box = bounding_box(mesh);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/memory_amount.h"
+#include "core/printable.h"
 #include "core/suggestion.h"
 
 namespace scarp {
@@ -480,6 +481,18 @@ void check_option_before_command(const CLI::App& app, const std::string& word) {
       CLI::ExitCodes::ExtrasError);
 }
 
+/// What the parser says, on one line, with what it repeats of the command line cut short.
+std::string failure_text(std::string said, std::span<char* const> words) {
+  for (const std::string word : words) {
+    const std::string short_word = repeated(word);
+    if (short_word == word) continue;
+    for (std::size_t at = 0; (at = said.find(word, at)) != std::string::npos;
+         at += short_word.size())
+      said.replace(at, word.size(), short_word);
+  }
+  return one_line(said) + "\nRun with --help for more information.\n";
+}
+
 /// Throws: CLI::ParseError, also where help is asked for.
 void parse(CLI::App& app, int argc, char** argv) {
   if (argc > 1) {
@@ -502,6 +515,9 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   CLI::App app("scarp simulates the topography of wafers that are etched and coated.", "scarp");
   app.set_version_flag("--version", "scarp " SCARP_VERSION);
   app.require_subcommand(1);
+  app.failure_message(
+      [words = std::span<char* const>(argv, static_cast<std::size_t>(argc))](
+          const CLI::App*, const CLI::Error& error) { return failure_text(error.what(), words); });
 
   CommandLine line;
   add_command<RunArguments>(app, "run", "Run a recipe", line);

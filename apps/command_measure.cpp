@@ -11,6 +11,7 @@
 #include "apps/metrology_files.h"
 #include "apps/restart.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/suggestion.h"
 
@@ -63,7 +64,7 @@ std::optional<SavedWafer> read_start(const MeasureArguments& arguments, const fs
   throw InputError(
       fmt::format("--start: {} has another mode, spacing, extent or sides than {}; give a state of "
                   "the same run",
-                  earlier->string(), file.string()));
+                  shown(*earlier), shown(file)));
 }
 
 }  // namespace
@@ -92,7 +93,7 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
     json.update(metrology_json(found, names));
     std::cout << json.dump(2) << '\n';
   } else {
-    fmt::print("{}, t = {:.6g} s\n\n{}", file.string(), wafer.time, metrology_table(found, names));
+    fmt::print("{}, t = {:.6g} s\n\n{}", shown(file), wafer.time, metrology_table(found, names));
   }
   return done;
 }

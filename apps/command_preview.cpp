@@ -9,6 +9,7 @@
 #include "apps/region_text.h"
 #include "apps/result_files.h"
 #include "core/log.h"
+#include "core/printable.h"
 #include "levelset/cross_section.h"
 
 namespace scarp {
@@ -77,7 +78,7 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
   fmt::print(
       "surface from z = {:.6g} nm to {:.6g} nm, {} facets; the lowest layer's volume counts "
       "from z = 0\n{}: preview.vtp, preview.csv and preview.svg\n",
-      box.lower.z, box.upper.z, preview.surface.triangles.size(), folder.string());
+      box.lower.z, box.upper.z, preview.surface.triangles.size(), shown(folder));
   return done;
 }
 

@@ -10,6 +10,7 @@
 #include "apps/restart.h"
 #include "apps/section.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "levelset/resample.h"
 
 namespace scarp {
@@ -33,7 +34,7 @@ std::optional<RenderCut> cut_of(const std::string& text, const Frame& frame) {
 
 ExitCode execute(const RenderArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::path(arguments.output).extension() != ".png")
-    throw InputError(fmt::format("-o: {}: pictures are .png", arguments.output));
+    throw InputError(fmt::format("-o: {}: pictures are .png", shown(arguments.output)));
   const SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const Frame& own = wafer.layers.frame;
   const Frame frame = own.axisymmetric ? revolved(own, own.cells[0]) : own;
@@ -49,7 +50,7 @@ ExitCode execute(const RenderArguments& arguments, const CommonOptions& common) 
                                       {"height", image.height}};
     std::cout << json.dump(2) << '\n';
   } else if (!common.quiet) {
-    fmt::print("{}\n", arguments.output);
+    fmt::print("{}\n", shown(arguments.output));
   }
   return done;
 }

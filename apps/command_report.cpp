@@ -8,6 +8,7 @@
 #include "apps/report.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -21,7 +22,7 @@ std::string page_of(const fs::path& folder) {
   throw InputError(fmt::format(
       "{}: is the folder neither of a run (metrics.csv) nor of a comparison (compare.json); make "
       "one with scarp run or scarp compare",
-      folder.string()));
+      shown(folder)));
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ ExitCode execute(const ReportArguments& arguments, const CommonOptions& common) 
     const nlohmann::ordered_json json{{"report", file.string()}, {"bytes", fs::file_size(file)}};
     std::cout << json.dump(2) << '\n';
   } else if (!common.quiet) {
-    fmt::print("{}\n", file.string());
+    fmt::print("{}\n", shown(file));
   }
   return done;
 }

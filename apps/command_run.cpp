@@ -10,6 +10,7 @@
 #include "apps/tell.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -21,7 +22,7 @@ void write_page_of(const std::filesystem::path& folder, const std::filesystem::p
   try {
     text = run_page(folder);
   } catch (const InputError& error) {
-    tell(fmt::format("warning: there is no {}: {}\n", page.filename().string(), error.what()));
+    tell(fmt::format("warning: there is no {}: {}\n", shown(page.filename()), error.what()));
     return;
   }
   write_file(page, text);
@@ -36,7 +37,7 @@ void write_page_of_complete_run(const std::filesystem::path& folder,
     throw NumericalError(
         fmt::format("{}: the run is complete, but its report is not: {}; make it with: scarp "
                     "report {}",
-                    folder.string(), error.what(), folder.string()));
+                    shown(folder), error.what(), shown(folder)));
   }
 }
 
@@ -64,7 +65,7 @@ ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
     fmt::print(
         "{} in {}; look at profiles.svg, surface.pvd (ParaView) and metrology.csv, or at all of it "
         "in\n{}\n",
-        end == RunEnd::was_complete ? "was complete" : "complete", folder.string(), page.string());
+        end == RunEnd::was_complete ? "was complete" : "complete", shown(folder), shown(page));
   }
   return done;
 }

@@ -10,6 +10,7 @@
 #include "apps/results.h"
 #include "apps/section.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -43,8 +44,8 @@ SectionLine line_of(const std::string& text, const Frame& frame) {
 void refuse_files_of_runs(const fs::path& file) {
   const bool is_in_run = fs::exists(file.parent_path() / "metrics.csv");
   if (!is_in_run || !is_result(file.filename().string())) return;
-  throw InputError(fmt::format("-o: {} is a file that the run writes there; choose another name",
-                               file.string()));
+  throw InputError(
+      fmt::format("-o: {} is a file that the run writes there; choose another name", shown(file)));
 }
 
 }  // namespace
@@ -73,7 +74,7 @@ ExitCode execute(const SectionArguments& arguments, const CommonOptions& common)
                                       {"svg", picture}};
     std::cout << json.dump(2) << '\n';
   } else if (!common.quiet) {
-    fmt::print("{} and {}\n", picture, points);
+    fmt::print("{} and {}\n", shown(picture), shown(points));
   }
   return done;
 }

@@ -9,6 +9,7 @@
 
 #include "apps/commands.h"
 #include "core/log.h"
+#include "core/printable.h"
 #include "levelset/mesh_solid.h"
 #include "levelset/welded.h"
 #include "mesh/mesh_file.h"
@@ -56,12 +57,12 @@ void warn_of_missed_number(const SimplifyResult& simplified, std::optional<std::
 TriMesh read_and_weld(const std::string& name) {
   MeshFile file = read_mesh_file(name);
   const Log log(std::cerr);
-  if (!file.left_out.empty()) log.warn(name + ": " + left_out_text(file.left_out));
-  if (!file.data_left_out.empty()) log.info(name + ": " + left_out_text(file.data_left_out));
+  if (!file.left_out.empty()) log.warn(shown(name) + ": " + left_out_text(file.left_out));
+  if (!file.data_left_out.empty()) log.info(shown(name) + ": " + left_out_text(file.data_left_out));
   if (!is_unwelded(file.mesh)) return std::move(file.mesh);
   TriMesh mesh = welded(file.mesh);
-  log.info(fmt::format("{}: {} vertices at {} places are welded", name, file.mesh.vertices.size(),
-                       mesh.vertices.size()));
+  log.info(fmt::format("{}: {} vertices at {} places are welded", shown(name),
+                       file.mesh.vertices.size(), mesh.vertices.size()));
   return mesh;
 }
 

@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "apps/restart.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "levelset/material_bodies.h"
 #include "levelset/resample.h"
@@ -59,7 +60,7 @@ ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) 
                               {"volume_nm3", enclosed_volume(body.surface)},
                               {"facets", body.surface.triangles.size()}});
     if (!common.json && !common.quiet)
-      fmt::print("{}: {:.6g} nm^3, {} facets\n", file.string(), enclosed_volume(body.surface),
+      fmt::print("{}: {:.6g} nm^3, {} facets\n", shown(file), enclosed_volume(body.surface),
                  body.surface.triangles.size());
   }
   if (common.json) std::cout << json.dump(2) << '\n';

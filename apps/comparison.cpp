@@ -11,6 +11,7 @@
 #include "apps/section.h"
 #include "core/error.h"
 #include "core/many_tests.h"
+#include "core/printable.h"
 #include "core/running_statistics.h"
 #include "core/student.h"
 #include "flux/revolution.h"
@@ -466,7 +467,7 @@ bool may_end_apart(std::span<const RunRecord* const> runs) {
 std::string ends_text(std::span<const RunRecord* const> runs) {
   std::string text;
   for (const RunRecord* run : runs)
-    text += fmt::format("{}{}{} at {:.6g} s", text.empty() ? "" : ", ", run->where.string(),
+    text += fmt::format("{}{}{} at {:.6g} s", text.empty() ? "" : ", ", shown(run->where),
                         !text.empty()   ? ""
                         : run->is_state ? " is"
                                         : " ends",
@@ -528,7 +529,7 @@ class Comparer {
     std::array<std::vector<fs::path>, 2> surfaces;
     for (std::size_t n = 0; n < runs_.size(); ++n) {
       all.push_back(readers_[n].read(outputs[n], materials_));
-      require_same_domain(all.front().frame, all.back().frame, runs_[n]->where.string());
+      require_same_domain(all.front().frame, all.back().frame, shown(runs_[n]->where));
       surfaces[n < first_count_ ? 0 : 1].push_back(runs_[n]->outputs[outputs[n]].surface);
     }
     make_comparable(all);

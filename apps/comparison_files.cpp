@@ -281,7 +281,7 @@ std::string costs_table(const Comparison& comparison) {
   add("facets of the extracted surface", first.facets_full, second.facets_full);
   add("facets that the flux is solved on", first.facets, second.facets);
   add("rays", first.rays, second.rays);
-  add("flights", first.segments, second.segments);
+  add("ray segments", first.segments, second.segments);
   for (const auto& [stage, seconds] : first.stages.stages())
     add(stage + " [s]", seconds, second.stages.seconds(stage));
   add("all stages [s]", first.seconds(), second.seconds());

@@ -81,8 +81,8 @@ std::optional<Kind> read_kind(const RecipeTable& until) {
     return std::nullopt;
   }
   for (std::size_t n = 1; n < found.size(); ++n) {
-    until.error(name_of(found[n]),
-                fmt::format("there is {}, too; one of the two ends the step", name_of(found[0])));
+    until.error(name_of(found[n]), fmt::format("{} and {} exclude each other; leave one out",
+                                               name_of(found[0]), name_of(found[n])));
   }
   return found.front();
 }

@@ -11,6 +11,7 @@
 #include "apps/section.h"
 #include "core/error.h"
 #include "core/number_table.h"
+#include "core/printable.h"
 #include "levelset/contour.h"
 
 namespace scarp {
@@ -57,7 +58,7 @@ Polyline read_contour(const fs::path& file) {
   for (const std::vector<double>& row : read_csv(file, columns).values)
     contour.points.push_back({row[0], row[1]});
   if (contour.points.size() < 3)
-    throw InputError(fmt::format("{}: a contour has three points or more", file.string()));
+    throw InputError(fmt::format("{}: a contour has three points or more", shown(file)));
   if (!is_closed(contour)) {
     if (contour.points.front()[0] > contour.points.back()[0]) std::ranges::reverse(contour.points);
     return contour;
@@ -269,10 +270,10 @@ Comparison compare_with_contour(const fs::path& where, const fs::path& file,
   if (left[0] < line.left - spacing || right[0] > line.right + spacing) {
     throw InputError(fmt::format(
         "{}: goes from {:.6g} to {:.6g} nm, the wafer from {:.6g} to {:.6g} nm; move it there",
-        file.string(), left[0], right[0], line.left, line.right));
+        shown(file), left[0], right[0], line.left, line.right));
   }
-  Comparison result{.first = file.filename().string(),
-                    .second = where.string(),
+  Comparison result{.first = shown(file.filename()),
+                    .second = shown(where),
                     .spacing = spacing,
                     .tolerances = tolerances};
   if (!run.is_complete) result.warnings.push_back(incomplete_warning(run));

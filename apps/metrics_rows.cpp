@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 
 namespace scarp {
@@ -23,7 +24,7 @@ MetricsRows read_metrics_rows(const std::filesystem::path& file, const std::stri
     throw InputError(
         fmt::format("{}: does not begin as that of this run: it is damaged, or of another version "
                     "of scarp; move it away, and the run goes on without its rows",
-                    file.string()));
+                    shown(file)));
   }
   lines.erase(lines.begin());
   if (!lines.empty()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 
 namespace scarp {
@@ -31,7 +32,7 @@ void require_files(const fs::path& folder, bool (*chosen)(const std::string& nam
     throw InputError(fmt::format(
         "{}: is {}, in the place of a file that will be written; move it away, or choose another "
         "folder with -o",
-        each.string(), fs::is_directory(each) ? "a folder" : "a pipe"));
+        shown(each), fs::is_directory(each) ? "a folder" : "a pipe"));
   }
 }
 
@@ -44,7 +45,7 @@ void require_own(const fs::path& folder, const std::string& writer, bool has_mar
   throw InputError(fmt::format(
       "{}: was not written by {}, and it would be replaced; choose another folder with -o, or move "
       "it away",
-      foreign.front().string(), writer));
+      shown(foreign.front()), writer));
 }
 
 }  // namespace scarp

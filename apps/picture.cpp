@@ -294,27 +294,24 @@ void write_svg(const std::filesystem::path& file, const ProfileView& view,
   }
   const double height = title_height + window.height() + names.height;
 
-  AtomicFile out(file);
-  out.write(
-      fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1:.0f}\" "
-                  "viewBox=\"0 0 {0} {1:.0f}\" font-family=\"sans-serif\" font-size=\"14\" "
-                  "fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-                  "<text x=\"{2}\" y=\"22\">{3}</text>\n<g transform=\"translate(0 {4})\">\n",
-                  picture_width, height, margin, escaped(view.title), title_height));
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1:.0f}\" "
+      "viewBox=\"0 0 {0} {1:.0f}\" font-family=\"sans-serif\" font-size=\"14\" "
+      "fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+      "<text x=\"{2}\" y=\"22\">{3}</text>\n<g transform=\"translate(0 {4})\">\n",
+      picture_width, height, margin, escaped(view.title), title_height);
   // From the top of the stack down: each layer is the union of itself and those below, so the
   // lower ones are painted over the upper.
   for (auto layer = view.layers.rbegin(); layer != view.layers.rend(); ++layer) {
     if (layer->lines.empty()) continue;
-    out.write(fmt::format(
+    svg += fmt::format(
         "<path d=\"{}\" fill=\"{}\" fill-rule=\"evenodd\" stroke=\"#222\" stroke-width=\"0.6\"/>\n",
-        path_of(*layer, window), fill_of(layer->material)));
+        path_of(*layer, window), fill_of(layer->material));
   }
   for (const EarlierSurface& surface : view.earlier)
-    out.write(stroke_of(surface.lines, colour_at(surface.time, view), window));
-  out.write("</g>\n");
-  out.write(names.svg);
-  out.write("</svg>\n");
-  out.commit();
+    svg += stroke_of(surface.lines, colour_at(surface.time, view), window);
+  svg += "</g>\n" + names.svg + "</svg>\n";
+  write_file(file, svg);
 }
 
 }  // namespace scarp

@@ -16,6 +16,7 @@
 #include "apps/restart.h"
 #include "core/memory_amount.h"
 #include "core/peak_memory.h"
+#include "core/printable.h"
 #include "core/recipe_table.h"
 #include "levelset/advect.h"
 #include "models/registry.h"
@@ -198,7 +199,7 @@ double read_position_error(const RecipeTable& table, const Frame& frame) {
   if (!table.has(key)) return 0;
   for (const std::string other : {"target_error", "rays"}) {
     if (table.has(other))
-      table.error(other, "there is position_error, too, which takes its place; leave one out");
+      table.error(other, "position_error and " + other + " exclude each other; leave one out");
   }
   return table.length_or_multiple(key, frame.spacing, {.minimum = 1e-6, .maximum = 1});
 }
@@ -331,7 +332,7 @@ class StepReader {
     const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
     if (!until.ok()) return condition;
     if (in_until_)
-      table.error("until", "a repeat around this one has one, too; only one of them can");
+      table.error("until", "of nested repeats one may have until; leave it out here or outside");
     if (condition.over_etch > 0)
       until.error("over_etch", "rounds are whole, so there is no over-etch; leave it out");
     ask_material(until, condition);
@@ -489,7 +490,7 @@ std::optional<StartState> read_start(const RecipeTable& root, const std::filesys
                                      const Recipe& recipe) {
   StartState start{.file = root.file("start", folder), .state = {}, .hash = {}};
   if (root.has("geometry"))
-    root.error("geometry", "there is start, too, which says what the recipe begins with");
+    root.error("geometry", "start and [[geometry]] exclude each other; leave one out");
   if (!root.ok("start")) return std::nullopt;
   try {
     start.state = std::make_shared<const State>(read_start_state(start.file, recipe.materials));
@@ -618,7 +619,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   const RecipeFile file(path, overrides);
   const RecipeTable root = file.root();
   Recipe recipe;
-  recipe.title = read_name(root, "title", path.stem().string());
+  recipe.title = read_name(root, "title", shown(path.stem()));
   recipe.frame = read_domain(root.table("domain"));
   recipe.uses_symmetry =
       root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||

@@ -16,6 +16,7 @@
 #include "apps/run_record.h"
 #include "apps/scene.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 
 namespace scarp {
@@ -37,7 +38,7 @@ struct RunFiles {
 
   bool is_complete() const { return !summary.empty(); }
   std::string title() const {
-    return is_complete() ? summary.value("title", "") : folder.filename().string();
+    return is_complete() ? summary.value("title", "") : shown(folder.filename());
   }
 };
 
@@ -386,9 +387,9 @@ std::string comparison_page(const fs::path& folder) {
     throw InputError(
         fmt::format("{}: is damaged: it does not say what is compared; remove it, and make it with "
                     "scarp compare",
-                    file.string()));
+                    shown(file)));
   }
-  if (cases.empty()) throw InputError(file.string() + ": has no case; make it with scarp compare");
+  if (cases.empty()) throw InputError(shown(file) + ": has no case; make it with scarp compare");
   std::vector<Comparison> comparisons;
   for (const ComparisonCase& each : cases) comparisons.push_back(compare(each));
   return comparison_page(cases, comparisons, title);

@@ -12,6 +12,7 @@
 #include "apps/symmetry.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "levelset/checkpoint.h"
 
@@ -56,7 +57,7 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, std::span<con
   const std::size_t count = numbers.size() / numbers_per_void;
   if (numbers.size() % numbers_per_void != 0 || (!images.empty() && images.size() != count)) {
     throw InputError(
-        fmt::format("{}: the entry voids is not whole; it is not of this version", file.string()));
+        fmt::format("{}: the entry voids is not whole; it is not of this version", shown(file)));
   }
   std::vector<VoidClosure> voids;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_void)) {
@@ -100,7 +101,7 @@ std::vector<double> numbers_of(std::span<const StepEnd> ends) {
 std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& file) {
   if (numbers.size() % numbers_per_step != 0) {
     throw InputError(fmt::format("{}: the entry step_ends is not whole; it is not of this version",
-                                 file.string()));
+                                 shown(file)));
   }
   std::vector<StepEnd> ends;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
@@ -171,7 +172,7 @@ class OpeningReader {
 
   [[noreturn]] void refuse() const {
     throw InputError(fmt::format("{}: the entry openings is not whole; it is not of this version",
-                                 file_.string()));
+                                 shown(file_)));
   }
 
   std::span<const double> numbers_;
@@ -229,7 +230,7 @@ const std::string& note_of(const CheckpointNotes& notes, const std::string& key,
   const auto entry = notes.find(key);
   if (entry != notes.end()) return entry->second;
   throw InputError(fmt::format("{}: the entry {} is missing; this is not a checkpoint of a run",
-                               file.string(), key));
+                               shown(file), key));
 }
 
 // Reads an entry of what bytes_of wrote, front to back.
@@ -272,7 +273,7 @@ class EntryReader {
  private:
   [[noreturn]] void refuse() const {
     throw InputError(fmt::format("{}: the entry {} is not whole; it is not of this version",
-                                 file_.string(), name_));
+                                 shown(file_), name_));
   }
 
   std::string_view line() {
@@ -335,7 +336,7 @@ void name_materials(Layers& layers, const std::string& names, const Materials& m
       throw InputError(
           fmt::format("{} holds the material {}, which this recipe does not know; add a table "
                       "[materials.{}] with its density",
-                      file.string(), name, name));
+                      shown(file), name, name));
     }
     layer.material = *material;
   }
@@ -428,7 +429,7 @@ double number_of(const CheckpointNotes& notes, const std::string& key, const fs:
   const std::vector<double> numbers = numbers_of(notes, key, file);
   if (numbers.size() == 1) return numbers.front();
   throw InputError(fmt::format(
-      "{}: the entry {} is not a number; this is not a checkpoint of a run", file.string(), key));
+      "{}: the entry {} is not a number; this is not a checkpoint of a run", shown(file), key));
 }
 
 // By their numbers: longer names are later.
@@ -444,7 +445,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
   const auto numbers = [&](const char* key) { return numbers_of(checkpoint.notes, key, file); };
   if (const auto hash = checkpoint.notes.find("recipe_hash");
       hash == checkpoint.notes.end() || hash->second != recipe_hash(recipe)) {
-    throw InputError(fmt::format("{}: belongs to another recipe", file.string()));
+    throw InputError(fmt::format("{}: belongs to another recipe", shown(file)));
   }
   auto [mesh, coverages] = read_surface(checkpoint.notes, file);
   EarlierFlux earlier = EntryReader(checkpoint.notes, "earlier_flux", file)
@@ -479,7 +480,7 @@ Restart read_restart(const fs::path& file, const Recipe& recipe) {
 void require_number(const Restart& restart, std::optional<int> number) {
   const std::size_t written = restart.written.output_times.size();
   if (!number || static_cast<std::size_t>(*number) + 1 == written) return;
-  throw InputError(fmt::format("{}: holds output {}, so it was renamed", restart.file.string(),
+  throw InputError(fmt::format("{}: holds output {}, so it was renamed", shown(restart.file),
                                static_cast<int>(written) - 1));
 }
 
@@ -490,7 +491,7 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
   if (time_step > rows.end()) {
     throw InputError(fmt::format(
         "{}: line {} of metrics.csv is not the row of time step {}, before this checkpoint",
-        restart.file.string(), rows.lines.size() + 2, rows.end()));
+        shown(restart.file), rows.lines.size() + 2, rows.end()));
   }
   const std::span<const std::string> kept = rows.before(time_step);
   if (kept.empty() || restart.written.rows_hash.empty()) return;
@@ -501,8 +502,8 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
       fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
                   "will be written "
                   "again (to go on from {2} instead, without them, move the file away)",
-                  (restart.file.parent_path() / "metrics.csv").string(), kept.size() + 1,
-                  restart.file.filename().string()));
+                  shown(restart.file.parent_path() / "metrics.csv"), kept.size() + 1,
+                  shown(restart.file.filename())));
 }
 
 }  // namespace
@@ -606,7 +607,7 @@ fs::path newest_state(const fs::path& where) {
   const std::vector<fs::path> states = states_of(where);
   if (!states.empty()) return states.back();
   throw InputError(fmt::format("{}: holds no state_NNNN.vdb; give the folder of a run, or a state",
-                               where.string()));
+                               shown(where)));
 }
 
 std::string state_hash(const State& state, const Materials& materials) {

@@ -20,6 +20,7 @@
 #include "apps/symmetry.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "levelset/symmetry.h"
 #include "mesh/mesh_file.h"
@@ -143,7 +144,7 @@ std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Re
     losses.push_back(
         fmt::format("{}: the run is complete, but without {}; run without --resume to "
                     "make all files again",
-                    folder.string(), first_of(missing)));
+                    shown(folder), first_of(missing)));
   }
   Hash rows;
   const std::string metrics = read_text(folder / "metrics.csv");
@@ -152,7 +153,7 @@ std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Re
     losses.push_back(
         fmt::format("{}: was changed since the run wrote it; run without --resume to "
                     "make it again",
-                    (folder / "metrics.csv").string()));
+                    shown(folder / "metrics.csv")));
   }
   return losses;
 }
@@ -169,7 +170,7 @@ void ResultFolder::require_not_start(const Recipe& recipe) const {
   throw InputError(
       fmt::format("{}: the run would replace the state that it starts from; choose another folder "
                   "with -o",
-                  recipe.start->file.string()));
+                  shown(recipe.start->file)));
 }
 
 void ResultFolder::start(const Recipe& recipe, const Log& log) {
@@ -177,7 +178,7 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   require_own(path_, "a run", holds_run(), is_result);
   require_not_start(recipe);
   if (holds_run()) {
-    log.info(fmt::format("{}: replaces the run that was here", path_.string()));
+    log.info(fmt::format("{}: replaces the run that was here", shown(path_)));
   }
   // The mark of a complete run goes first, whatever happens on the way; metrics.csv, the mark of a
   // run, is there all the time.
@@ -187,7 +188,8 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   written_ = {};
   rows_hash_ = Hash();
   metrology_rows_ = metrology_head(recipe);
-  write_file(file("metrics.csv"), metrics_head(recipe));
+  metrics_ = metrics_head(recipe);
+  write_file(file("metrics.csv"), metrics_);
   write_file(file("recipe.toml"), recipe.resolved);
 }
 
@@ -199,7 +201,7 @@ void ResultFolder::require_same(const Recipe& recipe) const {
   try {
     difference = first_difference(recipe.resolved, there);
   } catch (const InputError& error) {
-    log_.warn(fmt::format("{}: is damaged, and is written anew ({})", file("recipe.toml").string(),
+    log_.warn(fmt::format("{}: is damaged, and is written anew ({})", shown(file("recipe.toml")),
                           error.what()));
     return;
   }
@@ -207,10 +209,10 @@ void ResultFolder::require_same(const Recipe& recipe) const {
   throw InputError(fmt::format(
       "{}: holds a run of another recipe (or of other settings): {}; run without --resume to "
       "start anew, choose another folder with -o{}",
-      file("recipe.toml").string(), difference,
+      shown(file("recipe.toml")), difference,
       states.empty() ? ""
                      : fmt::format(", or begin a recipe with start = \"{}\"",
-                                   fs::absolute(states.back()).lexically_normal().string())));
+                                   shown(fs::absolute(states.back()).lexically_normal()))));
 }
 
 std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
@@ -219,7 +221,7 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
   require_same(recipe);
   if (checkpoints.empty()) {
-    log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", path_.string()));
+    log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", shown(path_)));
     return std::nullopt;
   }
   std::optional<MetricsRows> rows;
@@ -230,12 +232,12 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
-        path_.string()));
+        shown(path_)));
   }
   written_ = std::move(restart->written);
   last_checkpoint_ = std::move(restart->file);
   log.info(
-      fmt::format("goes on from {}, t = {:.4g} s", last_checkpoint_.string(), restart->state.time));
+      fmt::format("goes on from {}, t = {:.4g} s", shown(last_checkpoint_), restart->state.time));
   tell_lost_files(recipe);
   restore_metrology(recipe);
   remove_files(path_, is_temporary);
@@ -258,7 +260,7 @@ void ResultFolder::tell_lost_files(const Recipe& recipe) const {
     log_.warn(
         fmt::format("{}: the run goes on, but {} {}; run without --resume to make all files "
                     "again",
-                    path_.string(), what, first_of(names)));
+                    shown(path_), what, first_of(names)));
   };
   tell("without", missing);
   std::vector<std::string> changed;
@@ -285,13 +287,14 @@ void ResultFolder::restore_rows(std::span<const std::string> kept, const State& 
                                 const Recipe& recipe) {
   if (kept.empty() && state.time_step > first_time_step(recipe)) {
     log_.warn(fmt::format("{}: its rows are lost; it begins anew with time step {}",
-                          file("metrics.csv").string(), state.time_step));
+                          shown(file("metrics.csv")), state.time_step));
   }
   std::string rows;
   for (const std::string& line : kept) rows += line + '\n';
   rows_hash_ = Hash();
   rows_hash_.add(rows);
-  write_file(file("metrics.csv"), metrics_head(recipe) + rows);
+  metrics_ = metrics_head(recipe) + rows;
+  write_file(file("metrics.csv"), metrics_);
 }
 
 // Rows that are lost, double or changed are measured again, if the state of their output is there.
@@ -315,7 +318,7 @@ void ResultFolder::restore_metrology(const Recipe& recipe) {
           static_cast<std::size_t>(n), wafer.time,
           measure(wafer.layers, recipe, wafer.openings, wafer.metrology.feet_are_rounded), recipe);
     } catch (const InputError& error) {
-      log_.warn(fmt::format("{}: the rows of output {} are lost: {}", file(metrology_file).string(),
+      log_.warn(fmt::format("{}: the rows of output {} are lost: {}", shown(file(metrology_file)),
                             n, error.what()));
     }
   }
@@ -333,8 +336,50 @@ void ResultFolder::while_held(const Write& write) const {
   }
 }
 
+// Nobody loses what is in the way of a file.
+void ResultFolder::set_aside(const fs::path& strange, const char* how) const {
+  fs::path aside;
+  for (int n = 1; n == 1 || fs::exists(fs::symlink_status(aside)); ++n)
+    aside = fmt::format("{}.aside-{}", strange.string(), n);
+  fs::rename(strange, aside);
+  log_.warn(fmt::format("{}: {} while the run writes it; what is there now is set aside as {}",
+                        shown(strange), how, shown(aside.filename())));
+}
+
+void ResultFolder::set_strange_files_aside(const Recipe& recipe) const {
+  for (const fs::path& each : find_files(path_, is_result)) {
+    const fs::file_status status = fs::status(each);
+    if (fs::is_directory(status)) set_aside(each, "became a folder");
+    if (fs::is_fifo(status) || fs::is_socket(status)) set_aside(each, "became a pipe");
+  }
+  keep_metrics();
+  const fs::path kept_recipe = file("recipe.toml");
+  if (fs::is_regular_file(kept_recipe)) {
+    if (read_file(kept_recipe) == recipe.resolved) return;
+    set_aside(kept_recipe, "was changed");
+  } else {
+    log_.warn(fmt::format("{}: was removed; it is written anew", shown(kept_recipe)));
+  }
+  write_file(kept_recipe, recipe.resolved);
+}
+
+void ResultFolder::keep_metrics() const {
+  const fs::path metrics = file("metrics.csv");
+  std::error_code error;
+  if (fs::file_size(metrics, error) == metrics_.size() && !error) return;
+  const bool is_there = fs::exists(metrics);
+  if (is_there && !fs::is_character_file(metrics)) set_aside(metrics, "was changed");
+  if (!is_there)
+    log_.warn(
+        fmt::format("{}: was removed while the run writes it; it is written anew with all "
+                    "its rows",
+                    shown(metrics)));
+  write_file(metrics, metrics_);
+}
+
 void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
   while_held([&] {
+    set_strange_files_aside(recipe);
     const int number = output_count();
     write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
     const WholeLayers whole(state.layers);
@@ -374,7 +419,7 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
       continue;
     log_.warn(fmt::format(
         "t = {:.4g} s: {} {} is etched on where it is {:.3g} nm wide, {:.1f} grid spacings: its "
-        "depth hangs on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
+        "depth depends on the grid and on noise; use a domain.spacing of {:.3g} nm or less",
         time, each.is_trench ? "trench" : "hole", each.opening + 1, *each.bottom_cd,
         *each.bottom_cd / spacing, *each.bottom_cd / least_feature_width));
   }
@@ -443,6 +488,7 @@ void ResultFolder::write_state(const std::string& name, const State& state, cons
 
 void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
   while_held([&] {
+    set_strange_files_aside(recipe);
     // One that was refused must not take the place of a good one.
     std::error_code error;
     if (last_checkpoint_ == file(interrupted_state))
@@ -456,14 +502,10 @@ void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
 void ResultFolder::append_metrics(const State& after, std::size_t step, const Survey& survey,
                                   const Move& move, const Recipe& recipe) {
   while_held([&] {
-    if (!fs::exists(file("metrics.csv"))) {
-      throw NumericalError(fmt::format(
-          "{}: cannot be written: it was removed while the run writes it; --resume goes "
-          "on from {} without its rows",
-          file("metrics.csv").string(), last_checkpoint_.string()));
-    }
+    keep_metrics();
     const std::string row = metrics_row(after, step, survey, move, recipe);
     append_to_file(file("metrics.csv"), row);
+    metrics_ += row;
     rows_hash_.add(row);
   });
 }
@@ -471,6 +513,7 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
                                       const Recipe& recipe, const StageTimer& total,
                                       double wall_seconds) {
+  while_held([&] { set_strange_files_aside(recipe); });
   const RunTotals totals{.output_times = written_.output_times,
                          .rows_hash = rows_hash_.hex(),
                          .flux = flux_target(file("metrics.csv"), recipe),

@@ -31,7 +31,8 @@ std::vector<std::string> losses_of_complete_run(const std::filesystem::path& fol
 
 /// The folder that a run writes, see the README's table of files. Held by one process at a time.
 ///
-/// Files appear whole or not at all; metrics.csv grows by whole lines.
+/// Files appear whole or not at all; metrics.csv grows by whole lines. What somebody puts in their
+/// place meanwhile is set aside, and metrics.csv and recipe.toml are written anew.
 /// Throws: InputError when the folder cannot be made or written, or another process holds it;
 ///         NumericalError when the disk is full, or the folder was removed in the meantime.
 class ResultFolder {
@@ -86,6 +87,9 @@ class ResultFolder {
 
   template <class Write>
   void while_held(const Write& write) const;
+  void set_aside(const std::filesystem::path& strange, const char* how) const;
+  void set_strange_files_aside(const Recipe& recipe) const;
+  void keep_metrics() const;
   Sections& sections(const Recipe& recipe);
   /// Of a whole wafer, compared with the start of the recipe, by the openings known before.
   Metrology measure(const Layers& layers, const Recipe& recipe, const OpeningNames& known,
@@ -101,6 +105,7 @@ class ResultFolder {
   FolderLock lock_;
   WrittenSoFar written_;        ///< but the hash of rows, which runs on
   Hash rows_hash_;              ///< of the rows of metrics.csv so far
+  std::string metrics_;         ///< metrics.csv so far
   std::string metrology_rows_;  ///< metrology.csv so far
   std::optional<Metrology> start_;
   std::optional<Metrology> newest_;  ///< of the last output that was written

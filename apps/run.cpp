@@ -20,6 +20,7 @@
 #include "apps/watchdog.h"
 #include "core/error.h"
 #include "core/peak_memory.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 
 namespace scarp {
@@ -40,16 +41,16 @@ Survey survey_or_save(const State& state, const Recipe& recipe, ResultFolder& fo
   } catch (const NumericalError& error) {
     folder.write_checkpoint(state, recipe);
     throw NumericalError(
-        fmt::format("{}; last good state: {}", error.what(), folder.last_checkpoint().string()));
+        fmt::format("{}; last good state: {}", error.what(), shown(folder.last_checkpoint())));
   } catch (const InputError& error) {
     // What the recipe asks for was possible before, on a smaller surface.
     folder.write_checkpoint(state, recipe);
-    const std::string file = folder.last_checkpoint().string();
+    const std::filesystem::path& file = folder.last_checkpoint();
     throw NumericalError(fmt::format(
         "time step {} of step \"{}\", t = {:g} s: {}; last good state: {}, for a recipe with "
         "start = \"{}\"",
-        state.time_step, current_step(state, recipe).name, state.time, error.what(), file,
-        std::filesystem::absolute(file).lexically_normal().string()));
+        state.time_step, current_step(state, recipe).name, state.time, error.what(), shown(file),
+        shown(std::filesystem::absolute(file).lexically_normal())));
   }
 }
 
@@ -90,7 +91,7 @@ void require_memory_or_save(const State& state, const Recipe& recipe, double lim
       fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.0f} MB of memory, {}; "
                   "raise it and go on with --resume; last good state: {}",
                   state.time_step, current_step(state, recipe).name, state.time, held,
-                  memory_limit_text(limit), folder.last_checkpoint().string()));
+                  memory_limit_text(limit), shown(folder.last_checkpoint())));
 }
 
 // Advection may stop half-way; the state before it is then the last checkpoint.
@@ -102,7 +103,7 @@ Move advance_or_tell(State& state, const Recipe& recipe, const Survey& now, doub
     throw NumericalError(
         fmt::format("time step {} of step \"{}\", t = {:g} s: {}; last good state: {}",
                     state.time_step, current_step(state, recipe).name, state.time, error.what(),
-                    folder.last_checkpoint().string()));
+                    shown(folder.last_checkpoint())));
   }
 }
 
@@ -176,6 +177,15 @@ void warn_of_loose_shapes(const State& start, const Recipe& recipe, const Log& l
   if (!text.empty()) log.warn(text);
 }
 
+std::string necks_left_out_text(const ProcessStep& step, const NecksLeftOut& left_out) {
+  return fmt::format(
+      "step \"{}\": necks are not looked for among {:.2g} nodes below overhangs, from z = {:.4g} "
+      "to "
+      "{:.4g} nm: behind a neck narrower than twice the thickness the film goes on after it is "
+      "shut; choose a larger domain.spacing or a smaller domain",
+      step.name, static_cast<double>(left_out.node_count), left_out.lowest, left_out.highest);
+}
+
 // Tells what a user would want to know at once, and each of it once per step of the recipe.
 class Observer {
  public:
@@ -190,6 +200,8 @@ class Observer {
   }
 
   void look_at(const State& state, const Move& move, std::size_t step) {
+    if (move.necks_left_out.node_count > 0)
+      log_.warn(necks_left_out_text(recipe_.steps[step], move.necks_left_out));
     if (state.step != step) {
       tell_end(recipe_.steps[step], state, step);
       tell_standstill(recipe_.steps[step]);
@@ -410,6 +422,7 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (!finished(state, recipe)) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   const RunTotals totals = folder.write_summary(state, now, recipe, total, wall.count());
+  for (const std::string& loss : losses_of_complete_run(path, given)) options.log.warn(loss);
   tell_left_out(totals.left_out, options.log);
   tell_flux_error(totals.flux, options.log);
   return RunEnd::complete;

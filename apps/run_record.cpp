@@ -9,6 +9,7 @@
 #include "apps/section.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "levelset/extract_surface.h"
 
@@ -83,14 +84,14 @@ double RunCost::seconds() const {
 
 std::string incomplete_warning(const RunRecord& run) {
   if (run.is_complete) return "";
-  return fmt::format("{}: is not complete; scarp run --resume goes on with it", run.where.string());
+  return fmt::format("{}: is not complete; scarp run --resume goes on with it", shown(run.where));
 }
 
 void refuse_summary(const fs::path& file) {
   throw InputError(
       fmt::format("{}: is damaged: an entry is not of the kind that scarp run writes; remove it, "
                   "and scarp run --resume writes it anew",
-                  file.string()));
+                  shown(file)));
 }
 
 nlohmann::ordered_json read_summary(const fs::path& folder) {

@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
   } catch (const NumericalError& error) {
     return fail(could_not_go_on, error.what());
   } catch (const std::filesystem::filesystem_error& error) {
-    return fail(could_not_go_on, error.path1().string() + ": " + error.code().message());
+    return fail(could_not_go_on, shown(error.path1()) + ": " + error.code().message());
   } catch (const std::bad_alloc&) {
     return fail(could_not_go_on, "out of memory; use a coarser spacing or a smaller extent");
   } catch (const std::system_error&) {

@@ -111,17 +111,16 @@ std::vector<Polyline> exposed_lines(std::span<const LayerProfile> profile) {
 
 void write_section_csv(const std::filesystem::path& file, std::span<const LayerProfile> layers,
                        const SectionLine& line, const Materials& materials) {
-  AtomicFile out(file);
-  out.write(fmt::format("material,layer,line,{}_nm,z_nm\n", line.lateral));
+  std::string text = fmt::format("material,layer,line,{}_nm,z_nm\n", line.lateral);
   for (std::size_t k = 0; k < layers.size(); ++k) {
     for (std::size_t n = 0; n < layers[k].lines.size(); ++n) {
       for (const auto& [lateral, z] : layers[k].lines[n].points) {
-        out.write(fmt::format("{},{},{},{:.6g},{:.6g}\n",
-                              csv_field(materials[layers[k].material].name), k, n, lateral, z));
+        text += fmt::format("{},{},{},{:.6g},{:.6g}\n",
+                            csv_field(materials[layers[k].material].name), k, n, lateral, z);
       }
     }
   }
-  out.commit();
+  write_file(file, text);
 }
 
 }  // namespace scarp

@@ -91,7 +91,7 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
   {
     const auto measurement = move.timer.measure("advect");
     if (const auto* film = std::get_if<ConformalFilm>(&*step.operation)) {
-      coat(state.layers, film->thickness);
+      move.necks_left_out = coat(state.layers, film->thickness);
     } else {
       const auto& plane = std::get<Planarise>(*step.operation);
       planarise(state.layers, plane_height(plane, state, recipe));

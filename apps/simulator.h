@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "apps/survey.h"
+#include "levelset/layer_steps.h"
 
 namespace scarp {
 
@@ -11,6 +12,7 @@ struct Move {
   double dt = 0;
   std::vector<Region> islands;  ///< solid that was cut off from the wafer and removed
   double residue_volume = 0;    ///< see advect
+  NecksLeftOut necks_left_out{};
   StageTimer timer;
 };
 

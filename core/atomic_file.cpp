@@ -12,15 +12,22 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
 namespace {
 
+/// What was being written is gone.
+class VanishedError : public NumericalError {
+ public:
+  using NumericalError::NumericalError;
+};
+
 bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 
 [[noreturn]] void throw_cannot_write(const std::filesystem::path& target, int error) {
-  const std::string place = target.string() + ": cannot be written: ";
+  const std::string place = shown(target) + ": cannot be written: ";
   if (is_full_disk(error)) {
     throw DiskFullError(place + "the disk is full; free some space");
   }
@@ -31,15 +38,15 @@ bool is_full_disk(int error) { return error == ENOSPC || error == EDQUOT; }
 }
 
 [[noreturn]] void throw_cannot_create(const std::filesystem::path& target, int error) {
-  const std::string place = target.string() + ": cannot be written: ";
+  const std::string place = shown(target) + ": cannot be written: ";
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      throw InputError(place + "there is no folder " + target.parent_path().string());
+      throw InputError(place + "there is no folder " + shown(target.parent_path()));
     case EACCES:
     case EPERM:
     case EROFS:
-      throw InputError(place + "no permission to write in " + target.parent_path().string() +
+      throw InputError(place + "no permission to write in " + shown(target.parent_path()) +
                        "; choose another folder");
     case EISDIR:
       throw InputError(place + "it is a folder; give the name of a file");
@@ -180,10 +187,10 @@ void AtomicFile::commit() {
   if (temporary_.empty()) return;
   if (rename(temporary_.c_str(), target_.c_str()) != 0) {
     if (errno == ENOENT && std::filesystem::is_directory(target_.parent_path())) {
-      throw NumericalError(
+      throw VanishedError(
           fmt::format("{}: cannot be written: {}, which holds it until it is whole, "
                       "was removed",
-                      target_.string(), temporary_.filename().string()));
+                      shown(target_), shown(temporary_.filename())));
     }
     throw_cannot_create(target_, errno);
   }
@@ -191,10 +198,18 @@ void AtomicFile::commit() {
   sync_folder(target_.parent_path());
 }
 
-void write_file(const std::filesystem::path& target, std::string_view bytes) {
-  AtomicFile file(target);
-  file.write(bytes);
-  file.commit();
+void write_file(const std::filesystem::path& target,
+                std::initializer_list<std::string_view> parts) {
+  constexpr int most_attempts = 10;
+  for (int attempt = 1;; ++attempt) {
+    try {
+      AtomicFile file(target);
+      for (const std::string_view bytes : parts) file.write(bytes);
+      return file.commit();
+    } catch (const VanishedError&) {
+      if (attempt == most_attempts) throw;
+    }
+  }
 }
 
 void append_to_file(const std::filesystem::path& target, std::string_view bytes) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <ostream>
 #include <string_view>
@@ -49,8 +50,12 @@ class AtomicFile {
   std::unique_ptr<std::ostream> stream_;
 };
 
-/// Writes a whole file by way of AtomicFile.
-void write_file(const std::filesystem::path& target, std::string_view bytes);
+/// Writes a whole file by way of AtomicFile, in parts that follow each other; again where somebody
+/// clears the folder up before it is whole.
+void write_file(const std::filesystem::path& target, std::initializer_list<std::string_view> parts);
+inline void write_file(const std::filesystem::path& target, std::string_view bytes) {
+  write_file(target, {bytes});
+}
 
 /// Appends bytes to a file that is there and brings them to the disk; what a full disk has taken of
 /// them is taken back.

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/atomic_file.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -25,20 +26,19 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : file_(folder / ".l
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    throw InputError(folder.string() + ": the result folder cannot be made: " + error.message() +
+    throw InputError(shown(folder) + ": the result folder cannot be made: " + error.message() +
                      "; choose another with -o");
   }
   handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (handle_ < 0) {
     if (errno == ENOSPC || errno == EDQUOT)
-      throw DiskFullError(folder.string() +
-                          ": cannot be written: the disk is full; free some space");
-    throw InputError(folder.string() + ": the result folder cannot be written: " +
+      throw DiskFullError(shown(folder) + ": cannot be written: the disk is full; free some space");
+    throw InputError(shown(folder) + ": the result folder cannot be written: " +
                      std::strerror(errno) + "; choose another with -o");
   }
   if (flock(handle_, LOCK_EX | LOCK_NB) != 0) {
     close(handle_);
-    throw InputError(folder.string() +
+    throw InputError(shown(folder) +
                      ": another scarp is writing here; wait for it or choose another folder with "
                      "-o");
   }
@@ -51,7 +51,7 @@ void FolderLock::require_held() const {
   struct stat there {};
   if (fstat(handle_, &held) == 0 && stat(file_.c_str(), &there) == 0 && is_one_file(held, there))
     return;
-  throw NumericalError(file_.string() +
+  throw NumericalError(shown(file_) +
                        ": was removed while a run writes into its folder; nothing more is written "
                        "there, as another run may be using it");
 }

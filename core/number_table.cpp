@@ -83,7 +83,7 @@ std::vector<double> NumberTable::column(std::size_t index) const {
 }
 
 NumberTable read_csv(const std::filesystem::path& file, std::span<const Column> columns) {
-  NumberTable table{.values = {}, .file = file.string()};
+  NumberTable table{.values = {}, .file = shown(file)};
   std::vector<CsvLine> lines = parse_csv(read_file(file));
   if (lines.empty()) lines.push_back({.number = 1, .cells = {}});
   std::vector<std::string> units;

@@ -19,6 +19,26 @@ void append_escaped(std::string_view control, std::string& out) {
   out += fmt::format("\\x{:02x}", static_cast<unsigned char>(control.back()));
 }
 
+/// On one line, up to a number of characters.
+std::string first_characters(std::string_view text, std::size_t most) {
+  std::string result;
+  std::size_t count = 0;
+  while (!text.empty()) {
+    const bool begins = (static_cast<unsigned char>(text[0]) & 0xc0) != 0x80;
+    if (begins && count++ == most) return result + "...";
+    const std::size_t length = control_length(text);
+    if (is_layout(text[0])) {
+      result += text[0] == '\n' ? "\\n" : "\\t";
+    } else if (length > 0) {
+      append_escaped(text.substr(0, length), result);
+    } else {
+      result += text[0];
+    }
+    text.remove_prefix(length > 0 ? length : 1);
+  }
+  return result;
+}
+
 }  // namespace
 
 bool has_control_characters(std::string_view text) {
@@ -42,24 +62,10 @@ std::string printable(std::string_view text) {
   return result;
 }
 
-std::string repeated(std::string_view text) {
-  constexpr std::size_t most = 100;
-  std::string result;
-  std::size_t count = 0;
-  while (!text.empty()) {
-    const bool begins = (static_cast<unsigned char>(text[0]) & 0xc0) != 0x80;
-    if (begins && count++ == most) return result + "...";
-    const std::size_t length = control_length(text);
-    if (text[0] == '\n' || text[0] == '\t') {
-      result += text[0] == '\n' ? "\\n" : "\\t";
-    } else if (length > 0) {
-      append_escaped(text.substr(0, length), result);
-    } else {
-      result += text[0];
-    }
-    text.remove_prefix(length > 0 ? length : 1);
-  }
-  return result;
-}
+std::string repeated(std::string_view text) { return first_characters(text, 100); }
+
+std::string one_line(std::string_view text) { return first_characters(text, std::string::npos); }
+
+std::string shown(const std::filesystem::path& path) { return one_line(path.native()); }
 
 }  // namespace scarp

@@ -290,23 +290,53 @@ std::string units_text(Dimension dimension) {
   return text;
 }
 
+/// The part of a text that is digits in groups, with what sets them apart.
+std::string_view grouped_digits(std::string_view text) {
+  std::size_t end = 0;
+  while (end < text.size()) {
+    const bool sets_apart = std::string_view(",.'_ ").find(text[end]) != std::string_view::npos;
+    const bool goes_on = end + 1 < text.size() && is_digit(text[end + 1]);
+    if (!is_digit(text[end]) && !(sets_apart && goes_on)) break;
+    ++end;
+  }
+  return text.substr(0, end);
+}
+
+/// Without what sets digits apart; with a point in place of one of them.
+std::string joined_digits(std::string_view grouped, std::size_t point) {
+  std::string joined;
+  for (std::size_t n = 0; n < grouped.size(); ++n) {
+    if (n == point) joined += '.';
+    if (std::string_view(",.'_ ").find(grouped[n]) == std::string_view::npos) joined += grouped[n];
+  }
+  return joined;
+}
+
 /// A number that goes on behind a comma, or in groups of three digits.
 void refuse_separators(std::string_view text, std::string_view number, std::string_view behind) {
-  const std::size_t mark =
-      behind.starts_with(',') || behind.starts_with('\'') || behind.starts_with('_') ? 1 : 0;
-  std::size_t end = mark;
-  while (end < behind.size() && is_digit(behind[end])) ++end;
+  const std::string_view more = grouped_digits(behind);
+  if (more.empty()) return;
+  const std::string_view rest = behind.substr(more.size());
   // "1e15 1/cm2/s" is a unit.
-  if (end == mark || (mark == 0 && (end % 3 != 0 || behind.substr(end).starts_with('/')))) return;
-  const std::string digits(behind.substr(mark, end - mark));
-  const std::string rest(behind.substr(end));
-  const std::string whole(number);
-  const std::string joined = in_quotes(whole + digits + rest);
-  if (!behind.starts_with(','))
-    throw InputError(in_quotes(text) + ": digits are not set apart; write " + joined);
-  const std::string with_point = in_quotes(whole + '.' + digits + rest);
-  throw InputError(in_quotes(text) + ": a comma is no decimal point; write " + with_point +
-                   (digits.size() == 3 ? " or " + joined : ""));
+  const std::size_t first = std::min(more.find_first_of(",.'_ "), more.size());
+  if (first > 0 && (first % 3 != 0 || rest.starts_with('/'))) return;
+  const std::string grouped = std::string(number).append(first > 0 ? " " : "").append(more);
+  const auto written = [&](std::size_t point) {
+    return in_quotes(joined_digits(grouped, point).append(rest));
+  };
+  const auto commas = std::ranges::count(grouped, ',');
+  const auto points = std::ranges::count(grouped, '.');
+  const std::size_t comma = grouped.rfind(',');
+  const std::size_t point = grouped.rfind('.');
+  const bool comma_is_point = commas == 1 && (points == 0 || comma > point);
+  if (comma_is_point) {
+    const bool may_be_group = points == 0 && grouped.size() - comma == 4;
+    throw InputError(in_quotes(text) + ": a comma is no decimal point; write " + written(comma) +
+                     (may_be_group ? " or " + written(std::string::npos) : ""));
+  }
+  const bool has_point = points == 1 && (commas == 0 || point > comma);
+  throw InputError(in_quotes(text) + ": digits are not set apart; write " +
+                   written(has_point ? point : std::string::npos));
 }
 
 // A hint is of the same size, or none.

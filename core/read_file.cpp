@@ -9,17 +9,18 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
 // Not by streams: theirs throw an exception of their own where reading fails, and keep the reason.
 std::string read_file(const std::filesystem::path& file) {
   const auto fail = [&file](int reason) {
-    throw InputError(file.string() + ": cannot be read: " + std::strerror(reason));
+    throw InputError(shown(file) + ": cannot be read: " + std::strerror(reason));
   };
   const auto refuse_as = [&file](const char* what) {
     throw InputError(
-        fmt::format("{}: cannot be read: it is {}; give the name of a file", file.string(), what));
+        fmt::format("{}: cannot be read: it is {}; give the name of a file", shown(file), what));
   };
   // One that nobody writes would be waited for, others never end.
   switch (std::error_code ignored; std::filesystem::status(file, ignored).type()) {

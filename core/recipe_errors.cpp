@@ -4,6 +4,7 @@
 #include <span>
 #include <tuple>
 
+#include "core/printable.h"
 #include "core/recipe_path.h"
 
 namespace scarp {
@@ -53,7 +54,7 @@ std::vector<std::string> RecipeErrors::lines() const {
                    [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
   std::vector<std::string> lines;
   for (const Entry& entry : std::span(sorted).first(std::min(sorted.size(), most_lines))) {
-    const std::string path = entry.path.empty() ? "" : entry.path + ": ";
+    const std::string path = entry.path.empty() ? "" : repeated(entry.path) + ": ";
     lines.push_back(formatted(entry.place, file_) + path + entry.text);
   }
   if (sorted.size() > most_lines)

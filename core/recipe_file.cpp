@@ -2,6 +2,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "core/recipe_node.h"
 #include "core/recipe_path.h"
@@ -56,12 +57,13 @@ TomlValue parse_override_value(std::string_view text, const TomlPlace& place,
   }
   std::string unquoted(text);
   std::erase(unquoted, '"');
-  const std::string shown = text.empty() ? "nothing" : std::string(text);
-  const std::string remedy = lacks_quotes(text) ? "; a text keeps its quotes: --set " +
-                                                      std::string(path) + "='\"" + unquoted + "\"'"
-                             : text.starts_with('.') ? "; write 0" + shown
+  const std::string value = text.empty() ? "nothing" : repeated(text);
+  const std::string remedy = lacks_quotes(text)
+                                 ? "; a text keeps its quotes: --set " + repeated(path) + "='\"" +
+                                       repeated(unquoted) + "\"'"
+                             : text.starts_with('.') ? "; write 0" + value
                                                      : ": " + fault;
-  throw InputError(place.source + ": " + shown + " is not a value of TOML" + remedy);
+  throw InputError(place.source + ": " + value + " is not a value of TOML" + remedy);
 }
 
 /// The value at a path, made if it is a key that is not there yet.
@@ -97,7 +99,7 @@ TomlValue& value_to_set(TomlValue& root, const RecipePath& path, const TomlPlace
 }
 
 void apply_override(TomlValue& recipe, const std::string& text) {
-  const TomlPlace place{.source = "--set " + text};
+  const TomlPlace place{.source = "--set " + repeated(text)};
   const auto equals = text.find('=');
   if (equals == std::string::npos) {
     throw InputError(place.source + ": write PATH=VALUE, for example step[0].sticking=0.5");
@@ -137,7 +139,7 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors,
 }  // namespace
 
 RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
-    : RecipeFile(read_file(path), path.string(), overrides) {}
+    : RecipeFile(read_file(path), shown(path), overrides) {}
 
 RecipeFile::RecipeFile(std::string_view text, const std::string& name,
                        std::span<const std::string> overrides)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/trimmed.h"
 
@@ -128,8 +129,14 @@ std::string remedy(std::string_view description, std::string_view line) {
     return description.find(words) != std::string_view::npos;
   };
   if (says("utf-8") || says("unicode")) return "; save the file as UTF-8";
-  if (says("parsing string")) return "; is a quote missing at the end of a text?";
+  for (const char* const quote : {"\u201c", "\u201d", "\u201e", "\u2018", "\u2019"})
+    if (line.find(quote) != std::string_view::npos && !says("header"))
+      return "; texts stand in straight quotes: \"";
+  if (says("string")) return "; is a quote missing at the end of a text?";
   if (says("table header")) return "; a line with the name of a table is [name] or [[name]]";
+  const std::string_view content = trimmed(line);
+  if (content.starts_with("//") || content.starts_with(';') || content.starts_with('%'))
+    return "; comments begin with #";
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos)
     return says("key-value pair") ? "; a line is key = value" : "";
@@ -137,10 +144,13 @@ std::string remedy(std::string_view description, std::string_view line) {
   std::string_view value = line.substr(equals + 1);
   value = trimmed(value.substr(0, value.find('#')));
   if (value.empty()) return "; a value is missing behind the =";
+  if (value.starts_with('=')) return "; a line is key = value";
+  if (value.ends_with(';')) return "; a line ends without ;";
   if (value.find_first_of("\"'[]{}=") != std::string_view::npos) return "";
+  if (value.starts_with('.')) return "; write 0" + repeated(value);
   if (value.find_first_not_of("+-.0123456789eE_") == std::string_view::npos) return "";
-  return "; texts, and numbers with a unit, stand in quotes: " + std::string(key) + " = \"" +
-         std::string(value) + '"';
+  return "; texts, and numbers with a unit, stand in quotes: " + repeated(key) + " = \"" +
+         repeated(value) + '"';
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "levelset/vdb.h"
 
@@ -158,10 +159,7 @@ void write_checkpoint(const std::filesystem::path& path, const Layers& layers,
   }
   std::ostringstream content(std::ios::binary);
   vdb.write(content);
-  AtomicFile file(path);
-  file.write(content.view());
-  file.write(Trailer(content.view()).bytes());
-  file.commit();
+  write_file(path, {content.view(), Trailer(content.view()).bytes()});
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {
@@ -171,10 +169,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     std::istringstream content(checked_content(file), std::ios::binary);
     return read_vdb(content);
   } catch (const InputError& error) {
-    throw InputError(path.string() + ": not a checkpoint that can be read: " + error.what());
+    throw InputError(shown(path) + ": not a checkpoint that can be read: " + error.what());
   } catch (const std::exception&) {
     // The library's own text may quote the damaged bytes.
-    throw InputError(path.string() + ": damaged or not a checkpoint of scarp");
+    throw InputError(shown(path) + ": damaged or not a checkpoint of scarp");
   }
 }
 

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/read_file.h"
 #include "core/suggestion.h"
@@ -240,14 +241,15 @@ class Census {
   const Count& count(const std::string& cell, int level) {
     const auto found = library_.cells.find(cell);
     if (found == library_.cells.end())
-      refuse_layout(file_,
-                    "refers to a cell that it lacks: " + cell + "; write it with all its cells");
+      refuse_layout(file_, "refers to a cell that it lacks: " + repeated(cell) +
+                               "; write it with all its cells");
     const auto [place, is_new] = counts_.try_emplace(cell);
     Count& sum = place->second;
     if (!is_new && sum.is_open)
-      refuse_layout(file_, "cell " + cell + " contains itself; break the circle in the layout");
+      refuse_layout(file_,
+                    "cell " + repeated(cell) + " contains itself; break the circle in the layout");
     if (level + sum.levels > most_levels) {
-      refuse_layout(file_, "cell " + cell + " is " + std::to_string(most_levels) +
+      refuse_layout(file_, "cell " + repeated(cell) + " is " + std::to_string(most_levels) +
                                " or more references below the one that is read; flatten it");
     }
     if (!is_new) return sum;
@@ -294,7 +296,8 @@ class Census {
   void check_reference(const std::string& cell, const GdsElement& element) const {
     const bool is_array = element.kind == GdsElement::Kind::array_reference;
     if (element.points.size() < (is_array ? 3U : 1U) || element.columns < 1 || element.rows < 1) {
-      refuse_layout(file_, "cell " + cell + " has a damaged reference to " + element.cell);
+      refuse_layout(file_, "cell " + repeated(cell) + " has a damaged reference to " +
+                               repeated(element.cell));
     }
   }
 
@@ -440,7 +443,7 @@ class Flattener {
 
   void add_doubts(const std::string& cell) {
     const auto add = [&](const std::string& text) {
-      layout_.doubts.push_back(file_.string() + ": " + text);
+      layout_.doubts.push_back(shown(file_) + ": " + one_line(text));
     };
     if (!(library_.unit >= least_unit && library_.unit <= most_unit))
       add(fmt::format(
@@ -455,10 +458,9 @@ class Flattener {
                       selection_.layer, fmt::join(census_.datatypes(), ", ")));
     if (census_.flat_count() > 0)
       add(fmt::format(
-          "has {} without area on layer {}, paths without width among them, perhaps: "
-          "they draw nothing",
+          "has {} without area on layer {}, which {} nothing; a path needs a width",
           census_.flat_count() == 1 ? "a shape" : fmt::format("{} shapes", census_.flat_count()),
-          selection_.layer));
+          selection_.layer, census_.flat_count() == 1 ? "draws" : "draw"));
   }
 
   [[noreturn]] void refuse_layer(const std::string& cell) const {
@@ -481,7 +483,7 @@ class Flattener {
           (known.empty() ? "" : ", ") + std::to_string(number) + '/' + std::to_string(datatype);
     }
     refuse_layout(file_,
-                  "cell " + cell + " has nothing on layer " + layer +
+                  "cell " + repeated(cell) + " has nothing on layer " + layer +
                       (known.empty() ? "; it is empty" : "; it has layer/datatype " + known));
   }
 
@@ -494,6 +496,15 @@ class Flattener {
   std::size_t placements_ = 0;
 };
 
+/// "A, B, ..."
+std::string first_of(std::span<const std::string> names) {
+  constexpr std::size_t most_told = 10;
+  std::string told;
+  for (const std::string& name : names.first(std::min(names.size(), most_told)))
+    told += (told.empty() ? "" : ", ") + repeated(name);
+  return told + (names.size() > most_told ? ", ..." : "");
+}
+
 std::string chosen_cell(const std::filesystem::path& file, const GdsLibrary& library,
                         const std::string& wanted) {
   std::vector<std::string> names;
@@ -504,31 +515,21 @@ std::string chosen_cell(const std::filesystem::path& file, const GdsLibrary& lib
   }
   if (!wanted.empty()) {
     if (library.cells.contains(wanted)) return wanted;
-    constexpr std::size_t most_told = 10;
-    std::string told;
-    for (std::size_t n = 0; n < std::min(names.size(), most_told); ++n) {
-      told += (n > 0 ? ", " : "") + names[n];
-    }
-    refuse_layout(file, "has no cell " + wanted + suggestion(wanted, names) + "; it has " + told +
-                            (names.size() > most_told ? ", ..." : ""));
+    refuse_layout(file, "has no cell " + repeated(wanted) + suggestion(wanted, names) +
+                            "; it has " + first_of(names));
   }
-  std::string known;
-  std::size_t count = 0;
-  std::string top;
+  std::vector<std::string> tops;
   for (const std::string& name : names) {
     // KLayout keeps notes of its own in a cell.
     if (inner.contains(name) || name == "$$$CONTEXT_INFO$$$") continue;
-    top = name;
-    known += (count++ > 0 ? ", " : "") + name;
+    tops.push_back(name);
   }
-  if (count != 1) {
-    refuse_layout(file, count == 0
-                            ? "has no cell that no other refers to; name one with cell = ..."
-                            : "has several cells that no other refers to; choose one with cell = "
-                              "...: " +
-                                  known);
-  }
-  return top;
+  if (tops.empty())
+    refuse_layout(file, "has no cell that no other refers to; name one with cell = ...");
+  if (tops.size() > 1)
+    refuse_layout(file, "has several cells that no other refers to; choose one with cell = ...: " +
+                            first_of(tops));
+  return tops.front();
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "core/deflate.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace scarp {
 
@@ -196,7 +197,7 @@ std::vector<GdsElement> read_cell(Reader& reader) {
 }  // namespace
 
 void refuse_layout(const std::filesystem::path& file, const std::string& text) {
-  throw InputError(file.string() + ": " + text);
+  throw InputError(shown(file) + ": " + one_line(text));
 }
 
 GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view content) {
@@ -216,7 +217,8 @@ GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view 
     const std::string name = reader.text();
     reader.next();
     if (!library.cells.emplace(name, read_cell(reader)).second)
-      refuse_layout(file, "has two cells that are named " + name + "; rename one of them");
+      refuse_layout(file,
+                    "has two cells that are named " + repeated(name) + "; rename one of them");
   }
   if (!(library.unit > 0)) refuse_layout(file, "has a database unit that is not above 0");
   return library;

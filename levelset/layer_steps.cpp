@@ -194,17 +194,21 @@ std::optional<std::array<int, 2>> overhung_heights(const Band& band, const OpenG
   return heights;
 }
 
-/// See shutting_thicknesses().
-std::vector<double> shutting_thicknesses(const Layers& layers, const OpenGas& gas,
-                                         const OpenDistance& distance, double thickness) {
-  constexpr std::size_t most_nodes = std::size_t{1} << 26;  // a gigabyte
-  const Band& band = layers.top().band();
+/// What lies below overhangs.
+std::optional<NodeBox> overhung_nodes(const Band& band, const OpenGas& gas) {
   const auto heights = overhung_heights(band, gas);
-  if (!heights) return {};
-  const NodeBox box{.count = {band.node_count(0), band.node_count(1)},
-                    .lowest = (*heights)[0],
-                    .highest = (*heights)[1] + 1};
-  if (box.size() > most_nodes) return {};
+  if (!heights) return std::nullopt;
+  return NodeBox{.count = {band.node_count(0), band.node_count(1)},
+                 .lowest = (*heights)[0],
+                 .highest = (*heights)[1] + 1};
+}
+
+/// See shutting_thicknesses(). distance: of a node from the surface that open gas sees, > 0 in that
+/// gas.
+template <class Distance>
+std::vector<double> shutting_thicknesses(const Layers& layers, const NodeBox& box,
+                                         const Distance& distance, double thickness) {
+  const Band& band = layers.top().band();
   std::vector<float> clearance(box.size());
   const auto columns =
       static_cast<std::size_t>(box.count[0]) * static_cast<std::size_t>(box.count[1]);
@@ -213,8 +217,7 @@ std::vector<double> shutting_thicknesses(const Layers& layers, const OpenGas& ga
       const int i = static_cast<int>(column) / box.count[1];
       const int j = static_cast<int>(column) % box.count[1];
       for (int k = box.lowest; k <= box.highest; ++k)
-        clearance[box.index(i, j, k)] =
-            static_cast<float>(std::max(0.0, distance(layers.frame.node_position({i, j, k}))));
+        clearance[box.index(i, j, k)] = static_cast<float>(std::max(0.0, distance({i, j, k})));
     }
   });
   return shutting_thicknesses(
@@ -242,27 +245,50 @@ void planarise(Layers& layers, double height) {
   cut_lower_layers(layers);
 }
 
-void coat(Layers& layers, double thickness) {
+NecksLeftOut coat(Layers& layers, double thickness, std::size_t most_nodes) {
   SCARP_ASSERT(thickness, >, 0.0);
   const OpenGas gas = open_gas(layers);
+  const Band& band = layers.top().band();
   const double spacing = layers.frame.spacing;
-  if (thickness <= spacing) {
-    coat_thinly(layers.top().band(), gas, static_cast<float>(thickness / spacing));
-    return;
+  const bool is_thin = thickness <= spacing;
+  std::optional<OpenDistance> distance;
+  if (!is_thin) distance.emplace(layers, gas, thickness);
+  const auto coat_by = [&](double part) {
+    if (is_thin) return coat_thinly(layers.top().band(), gas, static_cast<float>(part / spacing));
+    coat_freely(layers, gas, *distance, part);
+  };
+
+  NecksLeftOut left_out;
+  std::vector<double> shut;
+  const auto box = thickness > least_cut_off * spacing ? overhung_nodes(band, gas) : std::nullopt;
+  if (box && box->size() > most_nodes) {
+    left_out = {.node_count = box->size(),
+                .lowest = layers.frame.node_position({0, 0, box->lowest}).z,
+                .highest = layers.frame.node_position({0, 0, box->highest}).z};
+  } else if (box && is_thin) {
+    shut = shutting_thicknesses(
+        layers, *box,
+        [&](const Node& node) {
+          const bool is_open = is_open_gas(band, gas, node);
+          return is_open ? spacing * double{band.node(node[0], node[1], node[2])} : 0;
+        },
+        thickness);
+  } else if (box) {
+    shut = shutting_thicknesses(
+        layers, *box,
+        [&](const Node& node) { return (*distance)(layers.frame.node_position(node)); }, thickness);
   }
-  const OpenDistance distance(layers, gas, thickness);
-  const std::vector<double> shut = shutting_thicknesses(layers, gas, distance, thickness);
   if (shut.empty()) {
-    coat_freely(layers, gas, distance, thickness);
-    return;
+    coat_by(thickness);
+    return left_out;
   }
   // What is cut off is a void from then on. Thicknesses next to each other are those of one neck.
   constexpr double one_neck = 0.5;       // spacings
   constexpr double beyond = 1.0 / 1024;  // so that no node of the neck is left on the surface
   const double last = *std::prev(std::ranges::upper_bound(shut, shut.front() + one_neck * spacing));
   const double first = std::min(last + beyond * spacing, 0.5 * (last + thickness));
-  coat_freely(layers, gas, distance, first);
-  coat(layers, thickness - first);
+  coat_by(first);
+  return coat(layers, thickness - first, most_nodes);
 }
 
 double highest_point(const Layers& layers, MaterialId material) {

@@ -50,7 +50,6 @@ class Regions {
 std::vector<double> shutting_thicknesses(const NodeBox& box, std::vector<float> clearance,
                                          const std::function<int(int axis, int index)>& fold,
                                          double thickness, double spacing) {
-  constexpr double least_width = 0.5;  // spacings that a film cut off stays away from closing all
   SCARP_ASSERT(box.size(), <, std::size_t{1} << 32);
   // What a film does not reach has no order.
   for (float& each : clearance) each = std::min(each, static_cast<float>(thickness));
@@ -73,7 +72,7 @@ std::vector<double> shutting_thicknesses(const NodeBox& box, std::vector<float> 
     if (a != open && b != open) return regions.join(a, b);
     const std::size_t cut_off = a == open ? b : a;
     const double neck = std::min(clearance[node], static_cast<float>(thickness));
-    if (regions.widest(cut_off) - neck > least_width * spacing) thicknesses.push_back(neck);
+    if (regions.widest(cut_off) - neck > least_cut_off * spacing) thicknesses.push_back(neck);
     regions.join(open, cut_off);
   };
   for (const std::uint32_t node : order) {

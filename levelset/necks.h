@@ -27,6 +27,9 @@ struct NodeBox {
   }
 };
 
+/// Spacings that gas is wider than its neck, on either side, where it counts as cut off.
+inline constexpr double least_cut_off = 0.5;
+
 /// The thicknesses at which a film that grows alike everywhere shuts a neck, and so cuts gas off
 /// from the source that is wider than the neck by half a spacing at least.
 ///

@@ -52,6 +52,7 @@ PolygonWalls::PolygonWalls(const Frame& frame, const std::vector<Loop>& loops,
                            const WallHeights& heights)
     : reach_(reach * frame.spacing), cell_width_(cell_spacings * frame.spacing) {
   for (const Loop& loop : loops) add_walls(loop, heights);
+  find_boxes();
   const Sides sides = frame.sides();
   for (int axis = 0; axis < 2; ++axis) {
     // Leaves reach beyond the domain.
@@ -96,6 +97,9 @@ void PolygonWalls::add_walls(const Loop& loop, const WallHeights& heights) {
     }
     panels_.push_back(upper);
   }
+}
+
+void PolygonWalls::find_boxes() {
   for (Panel& panel : panels_) {
     panel.lower = panel.upper = panel.corners[0];
     for (const Vec3d& corner : panel.corners) {

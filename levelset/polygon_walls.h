@@ -66,6 +66,7 @@ class PolygonWalls {
   };
 
   void add_walls(const Loop& loop, const WallHeights& heights);
+  void find_boxes();
   void build_tree();
   void split(std::uint32_t node);
   void mark_insides(const std::vector<Loop>& loops);

@@ -27,6 +27,7 @@ class ProvenDistance {
       : to_(to), tree_(to), slack_(slack) {
     // The nearer this comes to the end, the fewer facets have to be cut.
     found_ = statistics(distances(surface_vertices(from), tree_)).max;
+    parts_left_ = more_parts + parts_per_facet * from.triangles.size();
   }
 
   void add(const std::array<Vec3d, 3>& triangle, int cuts = most_cuts) {
@@ -41,10 +42,12 @@ class ProvenDistance {
         farthest = std::max(farthest, closest_on_triangle(corner, facet).distance);
       proven = std::min(proven, farthest);
     }
-    if (proven <= found_ + slack_ || cuts == 0) {
+    constexpr std::size_t quarters = 4;
+    if (proven <= found_ + slack_ || cuts == 0 || parts_left_ < quarters) {
       proven_ = std::max(proven_, proven);
       return;
     }
+    parts_left_ -= quarters;
     const Vec3d ab = 0.5 * (a + b);
     const Vec3d bc = 0.5 * (b + c);
     const Vec3d ca = 0.5 * (c + a);
@@ -57,12 +60,17 @@ class ProvenDistance {
 
  private:
   static constexpr int most_cuts = 10;
+  /// Slivers that cross an edge all along would be cut to pieces as short as they are narrow: two
+  /// seconds of it are enough.
+  static constexpr std::size_t more_parts = 600000;
+  static constexpr std::size_t parts_per_facet = 64;
 
   const TriMesh& to_;
   TriangleTree tree_;
   double slack_;
   double found_ = 0;
   double proven_ = 0;
+  std::size_t parts_left_ = 0;
 };
 
 }  // namespace

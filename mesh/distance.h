@@ -46,7 +46,7 @@ std::vector<Vec3d> surface_samples(const TriMesh& mesh, double spacing);
 
 /// A number that no point of a mesh is further from the surface of another one than. It is at most
 /// `slack` above the distance of some point, unless the facets would have to be cut more than a
-/// thousandfold along their edges for that.
+/// thousandfold along their edges for that, or to more than 600 000 parts and 64 for each.
 ///
 /// Cost: four queries per facet, and as many per quarter of those that reach across an edge of the
 ///       other mesh beyond the slack.

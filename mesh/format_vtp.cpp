@@ -13,6 +13,7 @@
 #include "core/atomic_file.h"
 #include "core/deflate.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/read_file.h"
 #include "mesh/mesh_format.h"
 
@@ -533,7 +534,7 @@ RawMesh read_vtp(const MeshText& text) {
 }
 
 std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
-  const std::string name = path.string();
+  const std::string name = shown(path);
   const std::string content = read_file(path);
   VtpFile file{.name = name, .xml = {}, .appended = {}};
   parse_xml(file, content);
@@ -552,7 +553,7 @@ std::vector<FacetArray> read_facet_arrays(const std::filesystem::path& path) {
 }
 
 std::vector<std::string> read_material_names(const std::filesystem::path& path) {
-  const std::string name = path.string();
+  const std::string name = shown(path);
   const std::string content = read_file(path);
   VtpFile file{.name = name, .xml = {}, .appended = {}};
   parse_xml(file, content);

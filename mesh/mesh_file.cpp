@@ -11,6 +11,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/quantity.h"
 #include "core/read_file.h"
 #include "core/triangulate.h"
@@ -31,7 +32,7 @@ std::string ending_of(const std::filesystem::path& file) {
 }
 
 [[noreturn]] void fail_unknown_ending(const std::filesystem::path& file, const char* known) {
-  throw InputError(file.string() + ": the ending does not name a mesh format; use " + known);
+  throw InputError(shown(file) + ": the ending does not name a mesh format; use " + known);
 }
 
 using MeshReader = RawMesh (*)(const MeshText&);
@@ -330,11 +331,11 @@ TriMesh read_mesh(const std::filesystem::path& file) { return read_mesh_file(fil
 
 MeshFile read_mesh_file(const std::filesystem::path& file, std::string_view content) {
   const auto read = reader_for(file);
-  if (content.empty()) throw InputError(file.string() + ": the file is empty");
-  RawMesh mesh = read({file.string(), content});
-  check(file.string(), mesh);
-  cut_polygons_that_are_not_convex(file.string(), mesh);
-  check_stars(file.string(), mesh);
+  if (content.empty()) throw InputError(shown(file) + ": the file is empty");
+  RawMesh mesh = read({shown(file), content});
+  check(shown(file), mesh);
+  cut_polygons_that_are_not_convex(shown(file), mesh);
+  check_stars(shown(file), mesh);
   return {.mesh = {std::move(mesh.vertices), std::move(mesh.triangles), std::move(mesh.materials)},
           .left_out = std::move(mesh.left_out),
           .data_left_out = std::move(mesh.data_left_out)};
@@ -358,7 +359,7 @@ void write_mesh(const std::filesystem::path& file, const TriMesh& mesh) {
 
 void write_vtp(const std::filesystem::path& file, const TriMesh& mesh, const MeshFields& fields) {
   if (ending_of(file) != ".vtp") {
-    throw InputError(file.string() + ": only a file whose name ends in .vtp can carry arrays");
+    throw InputError(shown(file) + ": only a file whose name ends in .vtp can carry arrays");
   }
   write_file(file, vtp_bytes(mesh, fields));
 }

@@ -229,6 +229,8 @@ double run_curvature(const SimplifyOptions& options, const std::vector<bool>& is
   CollapsePasses& passes = *ready;
   passes.approach(static_cast<std::uint32_t>(vertices_to_follow * target),
                   to_number ? up_to_following : up_to_bound);
+  // Facets as long as the body lie in no block.
+  if (!to_number && options.thin_facets == ThinFacets::exact) run_to(0, passes, work, checks);
   TrackedPoints points(work, std::move(places), passes.merged_into(), checks.bound());
   if (to_number) {
     passes.follow(points);

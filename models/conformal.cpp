@@ -37,9 +37,9 @@ ModelDescription conformal_description() {
       .limits =
           "Geometry, for films whose growth is not of interest: exact to the grid in one step, "
           "whatever the thickness. A cavity behind a neck is coated until the film shuts the neck, "
-          "up "
-          "to half a grid spacing less where the middle of the neck lies between nodes, and "
-          "throughout by films thinner than a spacing.",
+          "up to half a grid spacing less where the middle of the neck lies between nodes, and "
+          "throughout by films thinner than half a spacing. Where more than 2^26 nodes lie below "
+          "overhangs, necks are not looked for, and the run warns.",
       .source = "geometry: the Minkowski sum with a ball",
       .parameters = parameters(),
       .read = read,

@@ -64,8 +64,8 @@ bool stands_in(const RecipeTable& table, const Parameter& parameter) {
   if (!table.has(parameter.name)) return false;
   for (const std::string_view other : parameter.replaces) {
     if (other.empty() || !table.has(other)) continue;
-    table.error(other, "there is " + std::string(parameter.name) +
-                           ", too, which takes its place; leave one out");
+    table.error(other, std::string(parameter.name).append(" and ").append(other) +
+                           " exclude each other; leave one out");
   }
   return true;
 }
@@ -88,8 +88,8 @@ std::optional<Action> read_action(const RecipeTable& step, const Parameter& grow
   const bool grows = step.has(growth.name);
   const bool etches = step.has(etch.name);
   if (grows && etches) {
-    step.error(etch.name, "there is " + std::string(growth.name) +
-                              ", too; a step grows or etches: leave one out");
+    step.error(etch.name, std::string(growth.name).append(" and ").append(etch.name) +
+                              " exclude each other; leave one out");
   }
   if (!grows && !etches) {
     step.missing(std::array{growth.name, etch.name},

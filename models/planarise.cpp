@@ -56,8 +56,8 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
     return {};
   }
   if (given.size() > 1) {
-    step.error(given[1], "there is " + std::string(given[0]) +
-                             ", too; the plane lies in one place: leave one out");
+    step.error(given[1], std::string(given[0]).append(" and ").append(given[1]) +
+                             " exclude each other; leave one out");
     return {};
   }
   Planarise plane;

@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <random>
 #include <sstream>
@@ -93,6 +95,61 @@ TEST_F(Checkpoints, OneThatWasRemovedIsWrittenAnew) {
   });
   EXPECT_EQ(end, RunEnd::complete);
   EXPECT_GE(looks, 5);
+}
+
+// What somebody does to files of a run while it goes on, before its second output and after it.
+TEST_F(Checkpoints, FilesThatAreRemovedOrReplacedAreWrittenAnew) {
+  run(recipe(""), folder_ / "whole", {});
+  const std::string rows = metrics_without_times(folder_ / "whole" / "metrics.csv");
+  const std::string metrology = read_file(folder_ / "whole" / "metrology.csv");
+  using Harm = void (*)(const fs::path& file);
+  const std::vector<std::pair<std::string, Harm>> harms{
+      {"was removed", [](const fs::path& file) { fs::remove(file); }},
+      {"became a folder",
+       [](const fs::path& file) {
+         fs::remove(file);
+         fs::create_directories(file / "kept");
+       }},
+      {"became a pipe",
+       [](const fs::path& file) {
+         fs::remove(file);
+         mkfifo(file.c_str(), 0666);
+       }},
+      {"was changed", [](const fs::path& file) { std::ofstream(file) << "another table\n1,2\n"; }},
+      {"was changed", [](const fs::path& file) { fs::resize_file(file, 100); }}};
+  for (const auto& [how, harm] : harms) {
+    for (const bool dies : {false, true}) {
+      fs::remove_all(folder_ / "r");
+      std::ostringstream messages;
+      RunOptions options;
+      options.log = Log(messages, Log::Level::everything);
+      const auto look = [&, &harm = harm](const State& state) {
+        if (state.time_step == 3 || (!dies && state.time_step == 10))
+          for (const char* name : {"metrics.csv", "metrology.csv", "recipe.toml", "surface.pvd",
+                                   "profiles.svg", "surface_0000.vtp"})
+            harm(folder_ / "r" / name);
+        return !dies || state.time_step < 12;
+      };
+      if (dies) {
+        EXPECT_THROW(run_with("", look, options), ProcessDied);
+        options.resume = true;
+        run_with(
+            "", [](const State&) { return true; }, options);
+      } else {
+        EXPECT_EQ(run_with("", look, options), RunEnd::complete);
+      }
+      EXPECT_THAT(messages.str(), HasSubstr(how)) << how;
+      EXPECT_EQ(metrics_without_times(folder_ / "r" / "metrics.csv"), rows) << how;
+      EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"),
+                read_file(folder_ / "whole" / "recipe.toml"));
+      EXPECT_EQ(read_file(folder_ / "r" / "metrology.csv"), metrology) << how;
+      EXPECT_TRUE(holds_complete_run(folder_ / "r", recipe("")));
+      if (how == "became a folder") {
+        EXPECT_TRUE(fs::exists(folder_ / "r" / "metrics.csv.aside-1" / "kept"));
+        EXPECT_EQ(fs::exists(folder_ / "r" / "metrics.csv.aside-2" / "kept"), !dies);
+      }
+    }
+  }
 }
 
 // 4 s at a time, every 10 s: after the time steps to 12 s and 20 s.

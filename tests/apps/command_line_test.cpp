@@ -20,6 +20,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -315,6 +316,54 @@ TEST_F(CommandLine, FoldersAreWrittenByOneCommandAtATime) {
     EXPECT_THAT(refused.messages, HasSubstr("another scarp is writing here")) << command;
   }
   EXPECT_EQ(files("out"), (std::set<std::string>{".lock"}));
+}
+
+// The name of a file may hold anything; no line of it looks like one of ours.
+TEST_F(CommandLine, NamesOfFilesWithLineEndsAreShownOnOneLine) {
+  const std::string name = "a\nwarning: forged\t\x1b[31m";
+  const auto quoted = [&](const std::string& end) { return '\'' + path(name + end) + "' "; };
+  write(name + ".obj", pyramid);
+  write(name + ".toml",
+        read_file(std::string(SCARP_SOURCE_DIR) + "/configs/trench_deposition.toml"));
+  const std::string small =
+      "--set domain.spacing='\"0.4 um\"' --set domain.extent='[\"10 um\", \"2 um\"]' "
+      "--set flux.rays=1000 --set step[0].duration='\"1 s\"' --set output.every='\"1 s\"' ";
+  const std::vector<std::string> lines{
+      "run " + quoted(".toml") + small + "-o " + quoted(""),
+      "run " + quoted(".toml") + small + "--resume -o " + quoted(""),
+      "run " + quoted(".toml") + small + "-o " + quoted("/recipe.toml"),
+      "check " + quoted(".toml") + small,
+      "check " + quoted(".toml") + "--set " + quoted("=1"),
+      "preview " + quoted(".toml") + small + "-o " + quoted("p"),
+      "measure " + quoted(""),
+      "section " + quoted("") + "-o " + quoted("s"),
+      "render " + quoted("") + "-o " + quoted(".png"),
+      "render " + quoted("") + "-o " + quoted(".jpg"),
+      "volume " + quoted("") + "-o " + quoted(".stl"),
+      "report " + quoted(""),
+      "compare " + quoted("") + quoted("") + "-o " + quoted("c"),
+      "baseline check " + quoted(""),
+      "simplify " + quoted(".obj") + quoted("b.obj") + "--vertices 4",
+      "distance " + quoted(".obj") + quoted(".obj") + "-o " + quoted("d.vtp"),
+      "flux " + quoted(".obj") + "--rays 1000 -o " + quoted("f.csv"),
+      "models " + quoted(""),
+      quoted(""),
+      "run " + quoted(".toml") + quoted("")};
+  for (const std::string& line : lines) {
+    const Outcome outcome = scarp(line);
+    EXPECT_THAT(outcome.messages + outcome.out, Not(HasSubstr("\nwarning: forged"))) << line;
+    EXPECT_THAT(outcome.messages + outcome.out, Not(HasSubstr("\t\\x1b"))) << line;
+  }
+  for (const char* command : {"run", "check", "preview", "measure", "section", "render", "volume",
+                              "report", "simplify", "distance", "flux"}) {
+    const Outcome missing =
+        scarp(std::string(command) + ' ' + quoted("none.toml") +
+              (std::string(command) == "distance" || std::string(command) == "simplify"
+                   ? quoted("none.obj")
+                   : ""));
+    EXPECT_EQ(missing.exit_code, 2) << command;
+    EXPECT_THAT(missing.messages, HasSubstr("/a\\nwarning: forged\\t\\x1b[31mnone"));
+  }
 }
 
 TEST_F(CommandLine, DistanceOfAMeshToItselfIsZero) {

@@ -216,7 +216,8 @@ const std::vector<Mistake> mistakes{
     {film, "depth = \"1 nm\"", "until.depth: the step etches nothing"},
     {film, "gone = \"SiO2\"", "until.gone: the step etches nothing"},
     {film, "exposed = \"Si3N4\"", "until.exposed: the step etches nothing"},
-    {etch, "depth = \"1 nm\", exposed = \"Si\"", "until.exposed: there is depth, too"},
+    {etch, "depth = \"1 nm\", exposed = \"Si\"",
+     "until.exposed: depth and exposed exclude each other"},
     {etch, "depth = \"1 nm\", over_etch = \"5 %\"", "until.over_etch: goes with exposed and gone"},
     {etch, "gone = \"SiO2\", material = \"Si\"", "until.material: goes with depth"},
     {etch, "exposed = \"Si\", over_etch = 20", "20 has no unit; write for example \"20 %\""},
@@ -521,8 +522,8 @@ TEST(EndCondition, OfRoundsThatCannotBeIsTold) {
                   "until = { exposed = \"Si\" }\n[[step.step.step]]\nmodel = \"isotropic\"\n"
                   "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
       },
-      ThrowsMessage<InputError>(HasSubstr(
-          "step[0].step[0].until: a repeat around this one has one, too; only one of them can")));
+      ThrowsMessage<InputError>(HasSubstr("step[0].step[0].until: of nested repeats one may have "
+                                          "until; leave it out here or outside")));
 }
 
 }  // namespace

@@ -1,9 +1,13 @@
 // Mesh files of others as a user meets them: tests/reference/meshes.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <string>
 
 #include "tests/apps/program.h"
@@ -107,6 +111,47 @@ TEST_F(MeshCases, ADrawnCylinderIsReducedAsFarAsTheBoundAllows) {
   const Outcome missed = scarp(simplify + "--remove 0.99 --max-error 0.1");
   EXPECT_THAT(missed.messages,
               HasSubstr(" vertices are left in place of 1: --max-error was reached"));
+}
+
+/// A prism over an ellipse, drawn as a CAD program draws it: sides of two facets, covers as fans.
+std::string drawn_prism(int sides, std::array<double, 2> radii, double height) {
+  std::string text;
+  for (const double z : {0.0, height}) {
+    for (int n = 0; n < sides; ++n) {
+      const double angle = 2 * std::numbers::pi * n / sides;
+      text += fmt::format("v {:.7g} {:.7g} {:.7g}\n", radii[0] * std::cos(angle),
+                          radii[1] * std::sin(angle), z);
+    }
+  }
+  text += fmt::format("v 0 0 0\nv 0 0 {:.7g}\n", height);
+  const int top = 2 * sides + 2;
+  for (int a = 1; a <= sides; ++a) {
+    const int b = a % sides + 1;
+    text += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, b + sides, a, b + sides, a + sides);
+    text += fmt::format("f {} {} {}\nf {} {} {}\n", top - 1, b, a, top, a + sides, b + sides);
+  }
+  return text;
+}
+
+// Facets as long as the body, 1:32 000 at most, which lie in no part of it alone.
+TEST_F(MeshCases, LongSliversAreReducedAsFarAsTheBoundAllows) {
+  struct Case {
+    int sides;
+    std::array<double, 2> radii;
+    double height;
+  };
+  for (const auto& [sides, radii, height] : {Case{200, {1, 1}, 1000}, Case{64, {3, 1}, 3000}}) {
+    write("a.obj", drawn_prism(sides, radii, height));
+    const Outcome outcome =
+        scarp("simplify " + path("a.obj") + " " + path("b.obj") + " --max-error 0.1 --json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+    const auto result = json_of(outcome);
+    EXPECT_EQ(result["vertices_in"], 2 * sides + 2);
+    EXPECT_LE(result["vertices_out"], 48) << height;
+    EXPECT_LE(result["max_distance"], 0.1) << height;
+    EXPECT_LE(result["reverse_max_distance"], 0.1) << height;
+    EXPECT_EQ(result["stopped_by"], "max_error");
+  }
 }
 
 }  // namespace

@@ -660,10 +660,11 @@ TEST(PositionError, IsATargetInPlaceOfTheOthers) {
     return std::string("no error");
   };
   EXPECT_EQ(message("position_error = 0.01\n"), "no error");
-  EXPECT_THAT(message("position_error = 0.01\ntarget_error = 0.1\n"),
-              testing::HasSubstr("flux.target_error: there is position_error, too"));
+  EXPECT_THAT(
+      message("position_error = 0.01\ntarget_error = 0.1\n"),
+      testing::HasSubstr("flux.target_error: position_error and target_error exclude each other"));
   EXPECT_THAT(message("position_error = 0.01\nrays = 9\n"),
-              testing::HasSubstr("flux.rays: there is position_error, too"));
+              testing::HasSubstr("flux.rays: position_error and rays exclude each other"));
   EXPECT_THAT(message("position_error = 0\n"),
               testing::HasSubstr("flux.position_error: 0 is outside [1e-6, 1]"));
   EXPECT_THAT(message("position_error = \"2 nm\"\n"), testing::HasSubstr("is outside"));

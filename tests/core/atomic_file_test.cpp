@@ -5,14 +5,17 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include "core/error.h"
+#include "core/read_file.h"
 #include "core/temporary_folder.h"
 
 namespace scarp {
@@ -105,6 +108,24 @@ TEST_F(AtomicFileTest, SaysThatItWasRemovedBeforeItWasWhole) {
   for (const fs::path& part : fs::directory_iterator(folder_)) fs::remove(part);
   EXPECT_THAT([&] { file.commit(); },
               testing::ThrowsMessage<NumericalError>(testing::EndsWith("was removed")));
+}
+
+// Somebody clears the folder up while a file is written that takes a moment.
+TEST_F(AtomicFileTest, IsWrittenAgainWhereItWasRemovedBeforeItWasWhole) {
+  std::atomic<bool> ended = false;
+  std::thread other([&] {
+    for (bool removed = false; !removed && !ended;) {
+      std::error_code ignored;
+      for (const fs::path& part : fs::directory_iterator(folder_))
+        if (part.filename().string().find(".tmp-") != std::string::npos)
+          removed = fs::remove(part, ignored);
+    }
+  });
+  const std::string bytes(std::size_t{64} << 20, 'x');
+  EXPECT_NO_THROW(write_file(folder_ / "file", {bytes, "end"}));
+  ended = true;
+  other.join();
+  EXPECT_EQ(read_file(folder_ / "file"), bytes + "end");
 }
 
 TEST_F(AtomicFileTest, RefusesAFolderAsAFile) {

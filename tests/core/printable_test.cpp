@@ -18,6 +18,11 @@ TEST(Printable, ShowsControlCharactersInsteadOfSendingThem) {
   EXPECT_FALSE(has_control_characters("two\n\tlines, \xc2\xb5m"));
 }
 
+TEST(Printable, PathsAreOneLineOfAnyLength) {
+  const std::string longest(300, 'x');
+  EXPECT_EQ(shown(longest + "/a\nb\t\x1b.toml"), longest + "/a\\nb\\t\\x1b.toml");
+}
+
 TEST(Printable, WhatAMessageRepeatsIsOneShortLine) {
   EXPECT_EQ(repeated("a\nb\tc\x1b"), "a\\nb\\tc\\x1b");
   const std::string micro = "\xc2\xb5";

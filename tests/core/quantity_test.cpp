@@ -71,6 +71,12 @@ TEST(Quantity, HintsAreOfTheSameSize) {
       {"1,000 nm", Dimension::length, "write \"1.000 nm\" or \"1000 nm\""},
       {"1'000 nm", Dimension::length, "write \"1000 nm\""},
       {"1 000 nm", Dimension::length, "write \"1000 nm\""},
+      {"1 000 000 nm", Dimension::length, "write \"1000000 nm\""},
+      {"1,000,000 nm", Dimension::length, "write \"1000000 nm\""},
+      {"1.000.000 nm", Dimension::length, "write \"1000000 nm\""},
+      {"1.000,5 nm", Dimension::length, "write \"1000.5 nm\""},
+      {"1,000.5 nm", Dimension::length, "write \"1000.5 nm\""},
+      {"1'000.5 nm", Dimension::length, "write \"1000.5 nm\""},
       {"0,5", Dimension::number, "write \"0.5\""}};
   for (const auto& [text, dimension, hint] : cases) {
     const std::string said = message(text, dimension);

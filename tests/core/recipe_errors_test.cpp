@@ -31,6 +31,14 @@ TEST(RecipeErrors, AreSortedByPlaceAndSaidOnce) {
             "--set c=1: c: is wrong");
 }
 
+TEST(RecipeErrors, KeysAreOneShortLine) {
+  RecipeErrors errors("r.toml");
+  errors.add(entry("materials.a\nb.density", {1, 1, ""}, "is wrong"));
+  errors.add(entry(std::string(1000, 'k'), {2, 1, ""}, "is wrong"));
+  EXPECT_EQ(errors.text(), "r.toml:1:1: materials.a\\nb.density: is wrong\nr.toml:2:1: " +
+                               std::string(100, 'k') + "...: is wrong");
+}
+
 TEST(RecipeErrors, ForgetsAKeyThatIsThereMisspelt) {
   RecipeErrors errors("r.toml");
   RecipeErrors::Entry missing = entry("s", {}, "x or y is missing");

@@ -133,8 +133,8 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
                              testing::Not(testing::HasSubstr("quotes"))));
   EXPECT_THAT(override_message("domain.spacing=[1, 2"), testing::Not(testing::HasSubstr("quotes")));
   EXPECT_EQ(override_message("domain.spacing=1\nx = 2"),
-            "--set domain.spacing=1\nx = 2: 1\nx = 2 is not a value of TOML; a text keeps its "
-            "quotes: --set domain.spacing='\"1\nx = 2\"'");
+            "--set domain.spacing=1\\nx = 2: 1\\nx = 2 is not a value of TOML; a text keeps its "
+            "quotes: --set domain.spacing='\"1\\nx = 2\"'");
 }
 
 TEST(RecipeFile, ErrorsOfTheCommandLineComeLast) {

@@ -65,6 +65,12 @@ TEST(Toml, SaysWhatToDoAboutAFault) {
   };
   expect("a = 1\nspacing = 10 nm\n", "stand in quotes: spacing = \"10 nm\"");
   expect("title = hello # so\n", "stand in quotes: title = \"hello\"");
+  expect("title = 'hello\n", "is a quote missing at the end of a text?");
+  expect("title = \u201chello\u201d\n", "texts stand in straight quotes");
+  expect("a = true;\n", "a line ends without ;");
+  expect("a = .5\n", "write 0.5");
+  expect("a == 1\n", "a line is key = value");
+  expect("// so\n", "comments begin with #");
   expect("title = \"h\xe9\"\n", "save the file as UTF-8");
   expect("title = \"hello\n", "is a quote missing at the end of a text?");
   expect("[domain\n", "a line with the name of a table is [name] or [[name]]");

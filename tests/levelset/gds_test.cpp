@@ -285,6 +285,20 @@ TEST_F(Gds, TwoCellsOfOneNameAreRefused) {
   EXPECT_THAT(message(gds.finish(), {.layer = 1}), HasSubstr("two cells that are named TOP"));
 }
 
+TEST_F(Gds, NamesOfCellsAreShownOnOneLine) {
+  GdsWriter gds;
+  for (const char* name : {"A", "B", "C", "D", "E", "F", "G", "H", "I", "J"})
+    gds.cell(std::string(name) + "\nx", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  gds.cell("K", [&] { gds.rectangle(1, 0, 0, 4, 4); });
+  const std::string bytes = gds.finish();
+  for (const char* cell : {"", "L\nx"}) {
+    const std::string said = message(bytes, {.cell = cell, .layer = 1});
+    EXPECT_THAT(said, HasSubstr("A\\nx, B\\nx, "));
+    EXPECT_THAT(said, HasSubstr("J\\nx, ..."));
+    EXPECT_EQ(said.find('\n'), std::string::npos);
+  }
+}
+
 TEST_F(Gds, NotesOfAnEditorAreNoCell) {
   GdsWriter gds;
   gds.cell("TOP", [&] { gds.rectangle(1, 0, 0, 4, 4); });

@@ -252,6 +252,42 @@ TEST(Coat, StopsBehindANeckThatItHasShut) {
   }
 }
 
+// A slot narrower than a spacing, with nodes in its middle, and a film thinner than one.
+TEST(Coat, StopsBehindANeckNarrowerThanASpacing) {
+  for (const double thickness : {0.45, 0.9}) {
+    const auto surface = [](Vec3d r) {
+      const double slot = std::max(std::abs(r.x) - 0.3, -r.z - 20);
+      return std::max(r.z - 0.01, -std::min(std::hypot(r.x, r.z + 20) - 12.3, slot));
+    };
+    Layers layers = single_layer(flat_frame(60), surface, -40, 6);
+    add_layer(layers, 1);
+    coat(layers, thickness);
+    EXPECT_EQ(open_gas(layers).voids.size(), 1U);
+    // The thinner one is less than half a spacing thicker than the neck allows.
+    const double behind = thickness > 0.8 ? 0.3 : thickness;
+    EXPECT_NEAR(layers.top().distance({0, 0, -32.3}), -behind, 0.03) << thickness;
+    EXPECT_NEAR(layers.top().distance({-25, 0, 0}), -thickness - 0.01, 0.02) << thickness;
+  }
+}
+
+TEST(Coat, TellsWhereItHasNotLookedForNecks) {
+  const auto surface = [](Vec3d r) {
+    const double slot = std::max(std::abs(r.x) - 3.4, -r.z - 20);
+    return std::max(r.z - 0.01, -std::min(std::hypot(r.x, r.z + 20) - 12.3, slot));
+  };
+  Layers layers = single_layer(flat_frame(60), surface, -40, 6);
+  add_layer(layers, 1);
+  const NecksLeftOut left_out = coat(layers, 6, 1000);
+  EXPECT_GT(left_out.node_count, 1000U);
+  EXPECT_NEAR(left_out.lowest, -32, 1);
+  EXPECT_GT(left_out.highest, -12);
+  EXPECT_LT(left_out.highest, 0);
+  EXPECT_EQ(coat(layers, 1.5).node_count, 0U);
+  Layers plain = single_layer(
+      flat_frame(60), [](Vec3d r) { return r.z - 0.01; }, -40, 6);
+  EXPECT_EQ(coat(plain, 6, 0).node_count, 0U);
+}
+
 // In two films, the second on the arcs of the first, and mirrored as the wafer is.
 TEST(Coat, AboveAShutNeckIsWhatIsAboveASlot) {
   const auto slot_only = [](Vec3d r) {

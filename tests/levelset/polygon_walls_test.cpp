@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <vector>
 
 namespace scarp {
 namespace {
@@ -45,6 +47,24 @@ TEST(PolygonWalls, AHoleIsOutside) {
   EXPECT_NEAR(ring({0, 0, 4}).value, 6, 1e-12);
   EXPECT_NEAR(ring({9, 0, 4}).value, -3, 1e-12);
   EXPECT_NEAR(ring({7, 7, 4}).value, -std::sqrt(2), 1e-12);
+}
+
+// Where each loop looked at the walls of all before it, this took nine seconds.
+TEST(PolygonWalls, TenThousandLoopsAreBuiltAtOnce) {
+  std::vector<Loop> loops;
+  for (int i = 0; i < 100; ++i) {
+    for (int j = 0; j < 100; ++j) {
+      const double x = 4 * i - 200;
+      const double y = 4 * j - 200;
+      loops.push_back({{x, y}, {x + 2, y}, {x + 2, y + 2}, {x, y + 2}});
+    }
+  }
+  const Frame frame{.spacing = 1, .cells = {400, 400}};
+  const std::clock_t start = std::clock();
+  const PolygonWalls squares(frame, loops, {.foot = 0, .top = 9});
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 2);
+  EXPECT_NEAR(squares({1.5, 1, 4}).value, -0.5, 1e-12);
+  EXPECT_NEAR(squares({3, 1, 4}).value, 1, 1e-12);
 }
 
 TEST(PolygonWalls, FarFromAllWallsTheSignIsRight) {

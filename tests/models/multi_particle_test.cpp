@@ -224,8 +224,9 @@ TEST(MultiParticle, RefusesTablesOfYieldsThatMakeNoSense) {
         << keys;
   };
   const std::string energies = "energy_table = [[\"20 eV\", 0], [\"100 eV\", 3]]\n";
-  expect(energies + "amplitude = 1\n", "amplitude: there is energy_table, too");
-  expect(energies + "threshold = \"1 eV\"\n", "threshold: there is energy_table, too");
+  expect(energies + "amplitude = 1\n", "amplitude: energy_table and amplitude exclude each other");
+  expect(energies + "threshold = \"1 eV\"\n",
+         "threshold: energy_table and threshold exclude each other");
   expect("energy_table = [[\"20 eV\", 0], [\"99 eV\", 3]]\n",
          "energy_table: ends at 99 eV, but ions of up to 100 eV come from the source");
   expect("energy_table = [[\"20 eV\", 1], [\"100 eV\", 3]]\n",
@@ -235,15 +236,17 @@ TEST(MultiParticle, RefusesTablesOfYieldsThatMakeNoSense) {
   expect("energy_table = [[\"20 eV\", 0], [\"100 eV\", -3]]\n",
          "energy_table[1][1]: -3 is outside [0, 1e6]");
   const std::string angles = "angular_table = [[\"0 deg\", 1], [\"90 deg\", 3]]\n";
-  expect(angles + "amplitude = 1\nangular = \"cosine\"\n", "angular: there is angular_table, too");
-  expect(angles + "amplitude = 1\nsputter_factor = 1\n", "sputter_factor: there is angular_table");
+  expect(angles + "amplitude = 1\nangular = \"cosine\"\n",
+         "angular: angular_table and angular exclude each other");
+  expect(angles + "amplitude = 1\nsputter_factor = 1\n",
+         "sputter_factor: angular_table and sputter_factor exclude each other");
   expect("amplitude = 1\nangular_table = [[\"0 deg\", 1], [\"80 deg\", 3]]\n",
          "angular_table: its angles have to go from 0 to 90 deg");
   const std::string both =
       "table = [[\"0 eV\", \"0 deg\", 1], [\"0 eV\", \"90 deg\", 1], "
       "[\"100 eV\", \"0 deg\", 1], [\"100 eV\", \"90 deg\", 2]]\n";
-  expect(both + energies, "energy_table: there is table, too");
-  expect(both + angles, "angular_table: there is table, too");
+  expect(both + energies, "energy_table: table and energy_table exclude each other");
+  expect(both + angles, "angular_table: table and angular_table exclude each other");
   expect(
       "table = [[\"0 eV\", \"0 deg\", 1], [\"0 eV\", \"90 deg\", 1], [\"100 eV\", \"0 deg\", 1]]\n",
       "table[2]: of 100 eV: its angles have to go from 0 to 90 deg");
@@ -280,11 +283,13 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
   expect("energy_width = \"201 eV\"\n",
          "energy_width: the lower peak lies at a negative energy; at most twice the mean, 200 eV");
   expect("energy_width = \"20 eV\"\nenergy_deviation = \"1 eV\"\n",
-         "energy_deviation: there is energy_width, too, which takes its place; leave one out");
+         "energy_deviation: energy_width and energy_deviation exclude each other; leave one out");
   const std::string energies = "energy_table = [[\"0 eV\", 0], [\"90 eV\", 3]]\n";
-  expect(energies + "energy = \"9 eV\"\n", "energy: there is energy_table, too");
-  expect(energies + "energy_deviation = \"9 eV\"\n", "energy_deviation: there is energy_table");
-  expect(energies + "energy_width = \"9 eV\"\n", "energy_width: there is energy_table, too");
+  expect(energies + "energy = \"9 eV\"\n", "energy: energy_table and energy exclude each other");
+  expect(energies + "energy_deviation = \"9 eV\"\n",
+         "energy_deviation: energy_table and energy_deviation exclude each other");
+  expect(energies + "energy_width = \"9 eV\"\n",
+         "energy_width: energy_table and energy_width exclude each other");
   expect("energy_table = [[\"0 eV\", 0], [\"90 eV\", 0]]\n",
          "energy_table: a distribution is zero everywhere");
   expect("energy_table = [[\"9 eV\", 1], [\"9 eV\", 0]]\n",
@@ -292,7 +297,8 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
   expect("energy_table = [[\"-9 eV\", 1], [\"9 eV\", 0]]\n",
          "energy_table[0][0]: \"-9 eV\" is outside [0, ");
   const std::string angles = "source_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n";
-  expect(angles + "source_power = 2\n", "source_power: there is source_table, too");
+  expect(angles + "source_power = 2\n",
+         "source_power: source_table and source_power exclude each other");
   expect("source_table = [[\"0 deg\", 1], [\"91 deg\", 0]]\n",
          "source_table[1][0]: \"91 deg\" is outside [0, 90 deg]");
   expect("source_table = [[\"0 deg\", 1], [\"90 deg\", 0.1]]\n",
@@ -301,8 +307,10 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
          "source_table[0]: has 3 entries; 2 are wanted");
   expect("source_table = [[\"0 deg\", -1], [\"9 deg\", 0]]\n", "source_table[0][1]: -1 is below 0");
   const std::string sticking = "sticking_table = [[\"0 deg\", 1], [\"90 deg\", 0]]\n";
-  expect(sticking + "sticks_to = \"9 deg\"\n", "sticks_to: there is sticking_table, too");
-  expect(sticking + "reflects_from = \"9 deg\"\n", "reflects_from: there is sticking_table, too");
+  expect(sticking + "sticks_to = \"9 deg\"\n",
+         "sticks_to: sticking_table and sticks_to exclude each other");
+  expect(sticking + "reflects_from = \"9 deg\"\n",
+         "reflects_from: sticking_table and reflects_from exclude each other");
   expect("sticking_table = [[\"0 deg\", 1], [\"90 deg\", 1.1]]\n",
          "sticking_table[1][1]: 1.1 is outside [0, 1]");
   expect("sticking_table = [[\"9 deg\", 1], [\"90 deg\", 1]]\n",

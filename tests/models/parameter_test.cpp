@@ -26,8 +26,8 @@ std::string errors(const std::string& model, const std::string& keys) {
 
 TEST(ModelParameters, ExactlyOneOfGrowthAndEtching) {
   EXPECT_EQ(errors("isotropic", "etch_rate = \"1 nm/s\"\ngrowth_rate = \"1 nm/s\"\n"),
-            "r.toml:2:13: step[0].etch_rate: there is growth_rate, too; a step grows or etches: "
-            "leave one out");
+            "r.toml:2:13: step[0].etch_rate: growth_rate and etch_rate exclude each other; leave "
+            "one out");
   EXPECT_EQ(errors("isotropic", "material = \"Si\"\n"),
             "r.toml:1:1: step[0]: growth_rate or etch_rate is missing; write for example etch_rate "
             "= \"5 nm/s\"");

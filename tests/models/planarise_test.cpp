@@ -51,8 +51,7 @@ TEST(PlanariseModel, SaysWhatIsWrongAndHowToMendIt) {
             "r.toml:1:1: step[0]: height, removal or stop_material is missing; write for example "
             "removal = \"50 nm\"");
   EXPECT_EQ(read("height = \"1 nm\"\nremoval = \"5 nm\"\n").errors,
-            "r.toml:4:11: step[0].removal: there is height, too; the plane lies in one place: "
-            "leave one out");
+            "r.toml:4:11: step[0].removal: height and removal exclude each other; leave one out");
   EXPECT_EQ(read("stop_material = \"SiO2\"\n").errors,
             "r.toml:3:17: step[0].stop_material: there is no SiO2 on the wafer when the step "
             "starts; name a material of the geometry or of an earlier step");

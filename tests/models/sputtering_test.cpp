@@ -261,7 +261,7 @@ TEST(IonMilling, SaysWhatIsWrong) {
   expect(silicon_alone + "angular_polynomial = [[1, 1], [2, -1]]\n",
          "step[0].angular_polynomial: is 0 for ions along the normal");
   expect(silicon_alone + "sputter_factor = 5\nangular_polynomial = [[1, 1]]\n",
-         "step[0].sputter_factor: there is angular_polynomial, too");
+         "step[0].sputter_factor: angular_polynomial and sputter_factor exclude each other");
   expect(silicon_alone + "[[step.ion]]\nshare = 0\n", "step[0].ion[0].share");
 }
 
