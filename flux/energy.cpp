@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "flux/linear_density.h"
+#include "flux/sampling/linear_density.h"
 
 namespace scarp {
 

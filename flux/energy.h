@@ -3,7 +3,7 @@
 #include <span>
 #include <utility>
 
-#include "flux/quantiles.h"
+#include "flux/sampling/quantiles.h"
 
 namespace scarp {
 

@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/quantity.h"
-#include "flux/portable_math.h"
-#include "flux/quantiles.h"
-#include "flux/sampling.h"
+#include "core/recipe/quantity.h"
+#include "flux/sampling/portable_math.h"
+#include "flux/sampling/quantiles.h"
+#include "flux/sampling/sampling.h"
 
 namespace scarp {
 

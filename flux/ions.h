@@ -5,8 +5,8 @@
 
 #include "core/random.h"
 #include "core/vec3.h"
-#include "flux/angle_table.h"
 #include "flux/energy.h"
+#include "flux/sampling/angle_table.h"
 
 namespace scarp {
 

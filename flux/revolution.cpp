@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/quantity.h"
-#include "flux/portable_math.h"
+#include "core/recipe/quantity.h"
+#include "flux/sampling/portable_math.h"
 
 namespace scarp {
 

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "core/error.h"
-#include "flux/beam.h"
-#include "flux/forward.h"
-#include "flux/gather.h"
-#include "flux/gather_forward.h"
-#include "flux/kept_hits.h"
-#include "flux/patches.h"
-#include "flux/ray_scene.h"
+#include "flux/engines/beam.h"
+#include "flux/engines/forward.h"
+#include "flux/engines/gather.h"
+#include "flux/engines/gather_forward.h"
+#include "flux/engines/kept_hits.h"
+#include "flux/rays/patches.h"
+#include "flux/rays/ray_scene.h"
 #include "flux/revolution.h"
 
 namespace scarp {

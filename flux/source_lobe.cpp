@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "flux/portable_math.h"
-#include "flux/sobol.h"
+#include "flux/sampling/portable_math.h"
+#include "flux/sampling/sobol.h"
 
 namespace scarp {
 

@@ -5,7 +5,7 @@
 
 #include "core/random.h"
 #include "core/vec3.h"
-#include "flux/sampling.h"
+#include "flux/sampling/sampling.h"
 #include "flux/source_map.h"
 
 namespace scarp {

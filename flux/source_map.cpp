@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/quantity.h"
+#include "core/recipe/quantity.h"
 
 namespace scarp {
 

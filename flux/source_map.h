@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/frame.h"
-#include "flux/linear_density.h"
-#include "flux/sampling.h"
+#include "flux/sampling/linear_density.h"
+#include "flux/sampling/sampling.h"
 
 namespace scarp {
 

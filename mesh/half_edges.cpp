@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/quantity.h"
+#include "core/recipe/quantity.h"
 
 namespace scarp {
 

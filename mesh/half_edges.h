@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/huge_pages.h"
+#include "core/system/huge_pages.h"
 #include "core/tri_mesh.h"
 
 namespace scarp {

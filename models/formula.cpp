@@ -9,9 +9,9 @@
 
 #include "core/error.h"
 #include "core/limits.h"
-#include "core/quantity.h"
+#include "core/recipe/quantity.h"
 #include "core/suggestion.h"
-#include "flux/portable_math.h"
+#include "flux/sampling/portable_math.h"
 
 namespace scarp {
 

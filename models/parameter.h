@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "core/frame.h"
 #include "core/material.h"
-#include "core/recipe_table.h"
+#include "core/recipe/recipe_table.h"
 #include "models/surface_model.h"
 
 namespace scarp {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "models/directional.h"
+#include "models/catalogue/directional.h"
 
 namespace scarp {
 

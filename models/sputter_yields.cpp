@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "flux/portable_math.h"
+#include "flux/sampling/portable_math.h"
 #include "models/ion_parameters.h"
 
 namespace scarp {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "levelset/layer_steps.h"
+#include "levelset/motion/layer_steps.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

@@ -8,8 +8,8 @@
 #include <limits>
 #include <string>
 
-#include "apps/simulator.h"
-#include "levelset/layer_steps.h"
+#include "apps/simulator/simulator.h"
+#include "levelset/motion/layer_steps.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

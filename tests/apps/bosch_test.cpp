@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/run.h"
-#include "core/read_file.h"
-#include "core/temporary_folder.h"
-#include "levelset/checkpoint.h"
-#include "levelset/cross_section.h"
-#include "levelset/layer_steps.h"
+#include "apps/run/run.h"
+#include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/grid/checkpoint.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/layer_steps.h"
 
 namespace scarp {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/restart.h"
-#include "apps/results.h"
-#include "apps/run.h"
+#include "apps/run/restart.h"
+#include "apps/run/results.h"
+#include "apps/run/run.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "apps/comparison.h"
-#include "apps/run_record.h"
+#include "apps/report/comparison.h"
+#include "apps/run/run_record.h"
 #include "apps/viewer/viewer_script.h"
 #include "program.h"
 

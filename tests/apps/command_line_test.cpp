@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/folder_lock.h"
+#include "core/system/folder_lock.h"
 #include "tests/apps/program.h"
 
 namespace scarp {

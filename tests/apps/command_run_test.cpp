@@ -120,7 +120,7 @@ TEST_F(RunCommand, EveryBuildGivesTheKnownBits) {
   const std::string hole = std::string(SCARP_SOURCE_DIR) +
                            "/configs/hole_directional_etch.toml --set domain.spacing='\"20 nm\"' "
                            "--set flux.target_error=0.1 --quiet ";
-  // A start that is put right where cuts meet (levelset/sheets.h).
+  // A start that is put right where cuts meet (levelset/start/sheets.h).
   write("slot.toml", R"(
 [domain]
 spacing = "1 nm"

@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-#include "mesh/mesh_file.h"
+#include "mesh/files/mesh_file.h"
 #include "program.h"
 
 namespace scarp {

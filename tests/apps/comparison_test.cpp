@@ -1,4 +1,4 @@
-#include "apps/comparison.h"
+#include "apps/report/comparison.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

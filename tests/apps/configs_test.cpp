@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/estimate.h"
-#include "apps/run.h"
-#include "apps/symmetry.h"
-#include "core/temporary_folder.h"
+#include "apps/estimate/estimate.h"
+#include "apps/run/run.h"
+#include "apps/simulator/symmetry.h"
+#include "core/system/temporary_folder.h"
 #include "tests/apps/columns.h"
 
 namespace scarp {

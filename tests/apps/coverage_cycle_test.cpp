@@ -1,6 +1,6 @@
 // Coverages and fluxes through a cycle, where one equation tells both for all times.
 
-#include "apps/coverage_cycle.h"
+#include "apps/simulator/coverage_cycle.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Coverages and fluxes that fit each other, on whole surfaces and through the time steps of a run.
 
-#include "apps/coverages.h"
+#include "apps/simulator/coverages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/restart.h"
-#include "apps/run.h"
-#include "apps/simulator.h"
+#include "apps/run/restart.h"
+#include "apps/run/run.h"
+#include "apps/simulator/simulator.h"
 #include "core/parallel.h"
-#include "core/temporary_folder.h"
-#include "levelset/checkpoint.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/grid/checkpoint.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"

@@ -1,4 +1,4 @@
-#include "apps/end_condition.h"
+#include "apps/simulator/end_condition.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/run.h"
+#include "apps/run/run.h"
 #include "core/error.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/final_state.h"

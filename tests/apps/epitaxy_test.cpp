@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "core/error.h"
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

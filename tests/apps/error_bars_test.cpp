@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
-#include "flux/patches.h"
-#include "flux/ray_scene.h"
+#include "apps/simulator/simulator.h"
+#include "flux/rays/patches.h"
+#include "flux/rays/ray_scene.h"
 #include "tests/flux/calibration.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "apps/estimate.h"
+#include "apps/estimate/estimate.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <initializer_list>
 
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

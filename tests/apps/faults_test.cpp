@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "apps/run.h"
+#include "apps/run/run.h"
 #include "core/error.h"
-#include "core/peak_memory.h"
+#include "core/system/peak_memory.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

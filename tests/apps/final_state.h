@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 
 namespace scarp {
 

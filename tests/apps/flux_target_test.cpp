@@ -1,9 +1,9 @@
-#include "apps/flux_target.h"
+#include "apps/simulator/flux_target.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/estimate.h"
+#include "apps/estimate/estimate.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

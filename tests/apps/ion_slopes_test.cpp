@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/apps/surface_height.h"

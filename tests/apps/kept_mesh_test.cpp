@@ -1,6 +1,6 @@
 // Meshes that serve for more than one time step.
 
-#include "apps/kept_mesh.h"
+#include "apps/simulator/kept_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <set>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "core/parallel.h"
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 #include "mesh/distance.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"

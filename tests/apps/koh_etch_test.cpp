@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/simulator.h"
-#include "levelset/cross_section.h"
+#include "apps/simulator/simulator.h"
+#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"

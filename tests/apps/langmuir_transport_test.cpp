@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
-#include "apps/surface_speeds.h"
+#include "apps/simulator/simulator.h"
+#include "apps/simulator/surface_speeds.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

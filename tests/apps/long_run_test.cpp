@@ -10,9 +10,9 @@
 #include <string>
 #include <utility>
 
-#include "apps/run.h"
+#include "apps/run/run.h"
 #include "core/parallel.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/recipe_text.h"
 

@@ -1,4 +1,4 @@
-#include "apps/markup.h"
+#include "apps/run/markup.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

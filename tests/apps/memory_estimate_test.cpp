@@ -1,4 +1,4 @@
-#include "apps/memory_estimate.h"
+#include "apps/estimate/memory_estimate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <chrono>
 #include <string>
 
-#include "apps/simulator.h"
-#include "apps/symmetry.h"
+#include "apps/simulator/simulator.h"
+#include "apps/simulator/symmetry.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

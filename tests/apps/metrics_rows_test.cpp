@@ -1,4 +1,4 @@
-#include "apps/metrics_rows.h"
+#include "apps/run/metrics_rows.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

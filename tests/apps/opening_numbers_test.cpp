@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "apps/csv_table.h"
+#include "core/recipe/csv_table.h"
 #include "tests/apps/program.h"
 
 namespace scarp {

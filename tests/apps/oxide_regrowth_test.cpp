@@ -5,11 +5,11 @@
 #include <cmath>
 #include <string>
 
-#include "apps/results.h"
-#include "apps/surface_speeds.h"
+#include "apps/run/results.h"
+#include "apps/simulator/surface_speeds.h"
 #include "core/parallel.h"
-#include "levelset/cross_section.h"
-#include "levelset/layer_steps.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/layer_steps.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

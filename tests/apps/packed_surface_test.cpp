@@ -1,4 +1,4 @@
-#include "apps/packed_surface.h"
+#include "apps/report/packed_surface.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>

@@ -1,10 +1,10 @@
-#include "apps/packed_volume.h"
+#include "apps/report/packed_volume.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 namespace {

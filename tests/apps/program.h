@@ -12,8 +12,8 @@
 #include <sstream>
 #include <string>
 
-#include "core/read_file.h"
-#include "core/temporary_folder.h"
+#include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 

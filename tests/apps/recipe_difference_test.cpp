@@ -1,4 +1,4 @@
-#include "apps/recipe_difference.h"
+#include "apps/run/recipe_difference.h"
 
 #include <gtest/gtest.h>
 

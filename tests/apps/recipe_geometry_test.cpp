@@ -1,4 +1,4 @@
-#include "apps/recipe_geometry.h"
+#include "apps/simulator/recipe_geometry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,10 +10,10 @@
 #include <fstream>
 #include <string>
 
-#include "apps/recipe.h"
-#include "apps/recipe_difference.h"
+#include "apps/run/recipe_difference.h"
+#include "apps/simulator/recipe.h"
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

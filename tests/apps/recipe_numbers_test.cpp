@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "apps/recipe.h"
+#include "apps/simulator/recipe.h"
 #include "core/error.h"
 #include "tests/apps/recipe_text.h"
 

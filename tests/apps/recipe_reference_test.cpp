@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/recipe.h"
-#include "apps/recipe_geometry.h"
-#include "core/recipe_table.h"
-#include "core/temporary_folder.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/recipe_geometry.h"
+#include "core/recipe/recipe_table.h"
+#include "core/system/temporary_folder.h"
 #include "models/registry.h"
 #include "tests/apps/reference_page.h"
 

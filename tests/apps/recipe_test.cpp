@@ -1,4 +1,4 @@
-#include "apps/recipe.h"
+#include "apps/simulator/recipe.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <string>
 
-#include "apps/recipe.h"
-#include "core/temporary_folder.h"
+#include "apps/simulator/recipe.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 

@@ -1,6 +1,6 @@
 // What scarp check and scarp run warn of before a run: each once, and what is just not doubtful.
 
-#include "apps/recipe_warnings.h"
+#include "apps/simulator/recipe_warnings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/estimate.h"
+#include "apps/estimate/estimate.h"
 #include "core/error.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/read_file.h"
+#include "core/system/read_file.h"
 
 namespace scarp {
 

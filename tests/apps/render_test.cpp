@@ -1,13 +1,13 @@
-#include "apps/render.h"
+#include "apps/report/render.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
 
-#include "apps/picture.h"
+#include "apps/run/picture.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 #include "program.h"
 
 namespace scarp {

@@ -12,10 +12,10 @@
 #include <sstream>
 #include <string>
 
-#include "apps/recipe.h"
-#include "apps/report.h"
-#include "apps/run.h"
-#include "core/temporary_folder.h"
+#include "apps/report/report.h"
+#include "apps/run/run.h"
+#include "apps/simulator/recipe.h"
+#include "core/system/temporary_folder.h"
 #include "tests/apps/reference_page.h"
 
 namespace scarp {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "apps/simulator.h"
-#include "levelset/extract_surface.h"
+#include "apps/simulator/simulator.h"
+#include "levelset/surface/extract_surface.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

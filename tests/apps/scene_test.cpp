@@ -1,4 +1,4 @@
-#include "apps/scene.h"
+#include "apps/report/scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

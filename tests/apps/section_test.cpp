@@ -1,4 +1,4 @@
-#include "apps/section.h"
+#include "apps/simulator/section.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 #include "program.h"
 
 namespace scarp {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "flux/solve.h"
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -1,13 +1,13 @@
 // simplify.enabled = "auto": left out where counts say that it saves nothing.
 
-#include "apps/simplify_choice.h"
+#include "apps/simulator/simplify_choice.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/memory_estimate.h"
-#include "apps/simulator.h"
+#include "apps/estimate/memory_estimate.h"
+#include "apps/simulator/simulator.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"

@@ -1,4 +1,4 @@
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "apps/surface_speeds.h"
+#include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
 #include "core/running_statistics.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "flux/solve.h"
-#include "levelset/layer_steps.h"
+#include "levelset/motion/layer_steps.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

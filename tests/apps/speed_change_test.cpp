@@ -1,6 +1,6 @@
 // The flux carried on the surface as it moves, and how its change in time is taken into account.
 
-#include "apps/speed_change.h"
+#include "apps/simulator/speed_change.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "core/random.h"
 #include "tests/apps/recipe_text.h"
 

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/simulator.h"
-#include "apps/surface_speeds.h"
-#include "apps/symmetry.h"
-#include "levelset/cross_section.h"
+#include "apps/simulator/simulator.h"
+#include "apps/simulator/surface_speeds.h"
+#include "apps/simulator/symmetry.h"
+#include "levelset/metrology/cross_section.h"
 #include "models/open_response.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/apps/surface_height.h"

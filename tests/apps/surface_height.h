@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 #include "tests/apps/final_state.h"
 
 namespace scarp {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "mesh/files/mesh_file.h"
 #include "mesh/half_edges.h"
-#include "mesh/mesh_file.h"
 #include "tests/apps/columns.h"
 #include "tests/apps/program.h"
 

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/run.h"
-#include "core/temporary_folder.h"
-#include "levelset/checkpoint.h"
-#include "levelset/cross_section.h"
+#include "apps/run/run.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/grid/checkpoint.h"
+#include "levelset/metrology/cross_section.h"
 
 namespace scarp {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/toml.h"
+#include "core/recipe/toml.h"
 #include "tests/apps/program.h"
 
 namespace scarp {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/common_openings.h"
-#include "apps/comparison.h"
+#include "apps/report/comparison.h"
+#include "apps/run/common_openings.h"
 #include "program.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "apps/watchdog.h"
+#include "apps/run/watchdog.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "flux/solve.h"
-#include "mesh/mesh_file.h"
+#include "mesh/files/mesh_file.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

@@ -24,9 +24,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/symmetry.h"
+#include "apps/simulator/symmetry.h"
 #include "core/parallel.h"
-#include "levelset/metrology.h"
+#include "levelset/metrology/metrology.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 #include "tests/bench/bench_main.h"

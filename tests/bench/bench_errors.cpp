@@ -22,16 +22,16 @@
 #include <string>
 #include <vector>
 
-#include "apps/recipe.h"
-#include "apps/simulator.h"
-#include "apps/survey.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/simulator.h"
+#include "apps/simulator/survey.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/running_statistics.h"
-#include "flux/patches.h"
+#include "flux/rays/patches.h"
 #include "flux/revolution.h"
 #include "flux/solve.h"
-#include "mesh/mesh_file.h"
+#include "mesh/files/mesh_file.h"
 #include "tests/bench/bench_main.h"
 #include "tests/flux/shapes.h"
 

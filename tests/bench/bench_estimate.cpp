@@ -15,11 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/estimate.h"
-#include "apps/run.h"
-#include "apps/symmetry.h"
+#include "apps/estimate/estimate.h"
+#include "apps/run/run.h"
+#include "apps/simulator/symmetry.h"
 #include "core/parallel.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "tests/apps/columns.h"
 #include "tests/bench/bench_main.h"
 

@@ -28,13 +28,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/recipe.h"
-#include "apps/run.h"
-#include "apps/simulator.h"
+#include "apps/run/run.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/simulator.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/temporary_folder.h"
-#include "levelset/cross_section.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/metrology/cross_section.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/foot_errors.h"
 

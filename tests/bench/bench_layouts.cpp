@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "tests/bench/bench_main.h"
 #include "tests/levelset/gds_writer.h"
 

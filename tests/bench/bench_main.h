@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/huge_pages.h"
+#include "core/system/huge_pages.h"
 
 namespace scarp::bench {
 

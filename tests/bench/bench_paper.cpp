@@ -19,11 +19,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/parallel.h"
+#include "core/system/atomic_file.h"
 #include "mesh/distance.h"
 #include "mesh/quality.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/surfaces.h"

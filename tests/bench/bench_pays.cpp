@@ -33,13 +33,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/recipe.h"
-#include "core/atomic_file.h"
+#include "apps/simulator/recipe.h"
 #include "core/error.h"
-#include "core/hash.h"
 #include "core/parallel.h"
-#include "core/read_file.h"
-#include "mesh/mesh_file.h"
+#include "core/system/atomic_file.h"
+#include "core/system/hash.h"
+#include "core/system/read_file.h"
+#include "mesh/files/mesh_file.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/equal_error.h"
 #include "tests/bench/whole_run.h"

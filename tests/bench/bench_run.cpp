@@ -24,14 +24,14 @@
 #include <string>
 #include <vector>
 
-#include "apps/restart.h"
-#include "apps/run.h"
-#include "core/atomic_file.h"
+#include "apps/run/restart.h"
+#include "apps/run/run.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/peak_memory.h"
-#include "core/temporary_folder.h"
-#include "levelset/extract_surface.h"
+#include "core/system/atomic_file.h"
+#include "core/system/peak_memory.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/surface/extract_surface.h"
 #include "tests/apps/columns.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/equal_error.h"

@@ -19,9 +19,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/parallel.h"
-#include "mesh/simplify.h"
+#include "core/system/atomic_file.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/bench/bench_main.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/peers.h"

@@ -20,13 +20,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/comparison.h"
-#include "apps/recipe.h"
-#include "apps/run.h"
+#include "apps/report/comparison.h"
+#include "apps/run/run.h"
+#include "apps/simulator/recipe.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/student.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "tests/bench/bench_main.h"
 
 namespace scarp::bench {

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "flux/patches.h"
+#include "flux/rays/patches.h"
 #include "flux/solve.h"
 #include "mesh/quality.h"
 #include "tests/bench/cpu_time.h"

@@ -9,9 +9,9 @@
 #include <fstream>
 #include <string>
 
-#include "apps/recipe.h"
-#include "apps/run.h"
-#include "core/temporary_folder.h"
+#include "apps/run/run.h"
+#include "apps/simulator/recipe.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp::bench {
 namespace {

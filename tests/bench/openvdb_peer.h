@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "levelset/band.h"
-#include "levelset/scheme.h"
+#include "levelset/grid/band.h"
+#include "levelset/grid/scheme.h"
 
 namespace scarp::bench {
 

@@ -12,7 +12,7 @@
 #include "core/triangle_tree.h"
 #include "flux/solve.h"
 #include "mesh/quality.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/bench/surfaces.h"
 
 namespace scarp::bench {

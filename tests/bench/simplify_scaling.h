@@ -14,7 +14,7 @@
 
 #include "core/tri_mesh.h"
 #include "mesh/quality.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/bench/surfaces.h"
 #include "tests/mesh/generated_surface.h"
 

@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <limits>
 
-#include "apps/recipe.h"
-#include "apps/simulator.h"
-#include "core/atomic_file.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/simulator.h"
 #include "core/error.h"
-#include "levelset/extract_surface.h"
-#include "mesh/mesh_file.h"
+#include "core/system/atomic_file.h"
+#include "levelset/surface/extract_surface.h"
+#include "mesh/files/mesh_file.h"
 
 namespace scarp::bench {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "apps/simulator.h"
+#include "apps/simulator/simulator.h"
 #include "tests/bench/cpu_time.h"
 
 namespace scarp::bench {

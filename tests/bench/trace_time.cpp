@@ -7,8 +7,8 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "flux/ray_scene.h"
-#include "flux/sampling.h"
+#include "flux/rays/ray_scene.h"
+#include "flux/sampling/sampling.h"
 #include "tests/bench/cpu_time.h"
 
 namespace scarp::bench {

@@ -1,8 +1,8 @@
 #include "tests/bench/whole_run.h"
 
-#include "apps/simulator.h"
-#include "apps/symmetry.h"
-#include "levelset/extract_surface.h"
+#include "apps/simulator/simulator.h"
+#include "apps/simulator/symmetry.h"
+#include "levelset/surface/extract_surface.h"
 #include "mesh/distance.h"
 #include "tests/bench/cpu_time.h"
 

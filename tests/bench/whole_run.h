@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "apps/recipe.h"
+#include "apps/simulator/recipe.h"
 #include "core/stage_timer.h"
 #include "core/tri_mesh.h"
 

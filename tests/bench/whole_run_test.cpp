@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

@@ -1,4 +1,4 @@
-#include "core/atomic_file.h"
+#include "core/system/atomic_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "core/error.h"
-#include "core/read_file.h"
-#include "core/temporary_folder.h"
+#include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

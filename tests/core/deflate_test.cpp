@@ -1,4 +1,4 @@
-#include "core/deflate.h"
+#include "core/system/deflate.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>

@@ -1,4 +1,4 @@
-#include "core/memory_amount.h"
+#include "core/system/memory_amount.h"
 
 #include <gtest/gtest.h>
 

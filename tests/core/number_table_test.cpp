@@ -1,4 +1,4 @@
-#include "core/number_table.h"
+#include "core/recipe/number_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/peak_memory.h"
+#include "core/system/peak_memory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/quantity.h"
+#include "core/recipe/quantity.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "core/read_file.h"
+#include "core/system/read_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/recipe_errors.h"
+#include "core/recipe/recipe_errors.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// RecipeFile of core/recipe_table.h: files, overrides, and the resolved recipe.
+// RecipeFile of core/recipe/recipe_table.h: files, overrides, and the resolved recipe.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include <functional>
 
 #include "core/error.h"
-#include "core/recipe_table.h"
-#include "core/temporary_folder.h"
+#include "core/recipe/recipe_table.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/recipe_path.h"
+#include "core/recipe/recipe_path.h"
 
 #include <gtest/gtest.h>
 

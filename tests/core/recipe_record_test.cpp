@@ -1,4 +1,4 @@
-#include "core/recipe_record.h"
+#include "core/recipe/recipe_record.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/recipe_table.h"
+#include "core/recipe/recipe_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

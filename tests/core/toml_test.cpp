@@ -1,4 +1,4 @@
-#include "core/toml.h"
+#include "core/recipe/toml.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

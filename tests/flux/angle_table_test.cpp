@@ -1,4 +1,4 @@
-#include "flux/angle_table.h"
+#include "flux/sampling/angle_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "flux/beam.h"
+#include "flux/engines/beam.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/coarse_exchange.h"
+#include "flux/engines/coarse_exchange.h"
 
 #include <gtest/gtest.h>
 

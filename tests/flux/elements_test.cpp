@@ -1,4 +1,4 @@
-#include "flux/elements.h"
+#include "flux/rays/elements.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/random.h"
-#include "flux/sampling.h"
+#include "flux/sampling/sampling.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {

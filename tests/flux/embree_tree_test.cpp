@@ -1,4 +1,4 @@
-#include "flux/embree_tree.h"
+#include "flux/rays/embree_tree.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

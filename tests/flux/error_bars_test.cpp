@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/running_statistics.h"
-#include "flux/patches.h"
+#include "flux/rays/patches.h"
 #include "flux/revolution.h"
 #include "flux/solve.h"
 #include "tests/flux/calibration.h"

@@ -1,4 +1,4 @@
-#include "flux/error_draws.h"
+#include "flux/engines/error_draws.h"
 
 #include <gtest/gtest.h>
 

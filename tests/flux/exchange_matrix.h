@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "flux/exchange.h"
+#include "flux/engines/exchange.h"
 
 namespace scarp {
 

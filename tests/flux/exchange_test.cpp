@@ -1,4 +1,4 @@
-#include "flux/exchange.h"
+#include "flux/engines/exchange.h"
 
 #include <gtest/gtest.h>
 

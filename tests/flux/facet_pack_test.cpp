@@ -1,4 +1,4 @@
-#include "flux/facet_pack.h"
+#include "flux/rays/facet_pack.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/facet_values.h"
+#include "flux/engines/facet_values.h"
 
 #include <gtest/gtest.h>
 

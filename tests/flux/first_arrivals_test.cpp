@@ -1,4 +1,4 @@
-#include "flux/first_arrivals.h"
+#include "flux/engines/first_arrivals.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/flux_draws.h"
+#include "flux/engines/flux_draws.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "core/random.h"
 #include "core/running_statistics.h"
-#include "flux/view.h"
+#include "flux/engines/view.h"
 #include "tests/flux/shape_problem.h"
 
 namespace scarp {

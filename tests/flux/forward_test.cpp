@@ -1,11 +1,11 @@
-#include "flux/forward.h"
+#include "flux/engines/forward.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "flux/rays/tracer.h"
 #include "flux/solve.h"
-#include "flux/tracer.h"
 #include "tests/flux/direct_flux.h"
 #include "tests/flux/shape_problem.h"
 #include "tests/flux/shapes.h"

@@ -1,4 +1,4 @@
-#include "flux/gather_forward.h"
+#include "flux/engines/gather_forward.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/gather.h"
+#include "flux/engines/gather.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

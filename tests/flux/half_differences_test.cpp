@@ -1,12 +1,12 @@
-#include "flux/half_differences.h"
+#include "flux/engines/half_differences.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 
-#include "flux/element_flux.h"
-#include "flux/view.h"
+#include "flux/engines/element_flux.h"
+#include "flux/engines/view.h"
 #include "tests/flux/shape_problem.h"
 
 namespace scarp {

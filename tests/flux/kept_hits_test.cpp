@@ -1,4 +1,4 @@
-#include "flux/kept_hits.h"
+#include "flux/engines/kept_hits.h"
 
 #include <gtest/gtest.h>
 

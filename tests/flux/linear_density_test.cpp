@@ -1,4 +1,4 @@
-#include "flux/linear_density.h"
+#include "flux/sampling/linear_density.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "flux/nearest_facet.h"
+#include "flux/rays/nearest_facet.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/onward.h"
+#include "flux/engines/onward.h"
 
 #include <gtest/gtest.h>
 

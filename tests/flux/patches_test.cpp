@@ -1,4 +1,4 @@
-#include "flux/patches.h"
+#include "flux/rays/patches.h"
 
 #include <gtest/gtest.h>
 

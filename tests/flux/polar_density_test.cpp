@@ -1,4 +1,4 @@
-#include "flux/polar_density.h"
+#include "flux/sampling/polar_density.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "flux/polar_density.h"
+#include "flux/sampling/polar_density.h"
 
 namespace scarp::exact {
 

@@ -1,4 +1,4 @@
-#include "flux/portable_math.h"
+#include "flux/sampling/portable_math.h"
 
 #include <gtest/gtest.h>
 

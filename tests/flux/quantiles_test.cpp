@@ -1,4 +1,4 @@
-#include "flux/quantiles.h"
+#include "flux/sampling/quantiles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/radiosity.h"
+#include "flux/engines/radiosity.h"
 
 #include <gtest/gtest.h>
 

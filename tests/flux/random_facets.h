@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/random.h"
-#include "flux/nearest_facet.h"
+#include "flux/rays/nearest_facet.h"
 
 namespace scarp {
 

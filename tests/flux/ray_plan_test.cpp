@@ -1,4 +1,4 @@
-#include "flux/ray_plan.h"
+#include "flux/rays/ray_plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "flux/sobol.h"
-#include "flux/spatial_order.h"
+#include "flux/rays/spatial_order.h"
+#include "flux/sampling/sobol.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "flux/ray_scene.h"
+#include "flux/rays/ray_scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "flux/sampling.h"
+#include "flux/sampling/sampling.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/running_statistics.h"
-#include "flux/patches.h"
+#include "flux/rays/patches.h"
 #include "tests/flux/ion_traces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "flux/sampling.h"
+#include "flux/sampling/sampling.h"
 
 #include <gtest/gtest.h>
 

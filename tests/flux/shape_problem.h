@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "flux/elements.h"
-#include "flux/problem.h"
-#include "flux/ray_plan.h"
+#include "flux/rays/elements.h"
+#include "flux/rays/problem.h"
+#include "flux/rays/ray_plan.h"
 #include "tests/flux/shapes.h"
 
 namespace scarp::exact {

@@ -11,7 +11,7 @@
 #include "core/frame.h"
 #include "core/random.h"
 #include "core/tri_mesh.h"
-#include "flux/ray_scene.h"
+#include "flux/rays/ray_scene.h"
 
 namespace scarp::exact {
 

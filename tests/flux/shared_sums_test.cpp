@@ -1,4 +1,4 @@
-#include "flux/shared_sums.h"
+#include "flux/sampling/shared_sums.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "flux/shots.h"
+#include "flux/rays/shots.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/running_statistics.h"
+#include "flux/engines/view.h"
 #include "flux/solve.h"
-#include "flux/view.h"
 #include "tests/flux/shape_problem.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "flux/sobol.h"
+#include "flux/sampling/sobol.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/running_statistics.h"
-#include "flux/ray_scene.h"
+#include "flux/rays/ray_scene.h"
 #include "tests/flux/reference_bins.h"
 #include "tests/flux/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "flux/spatial_order.h"
+#include "flux/rays/spatial_order.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flux/tracer.h"
+#include "flux/rays/tracer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

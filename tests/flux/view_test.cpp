@@ -1,4 +1,4 @@
-#include "flux/view.h"
+#include "flux/engines/view.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "core/number_table.h"
+#include "core/recipe/number_table.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

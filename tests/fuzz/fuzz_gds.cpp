@@ -1,4 +1,4 @@
-#include "levelset/gds.h"
+#include "levelset/start/gds.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

@@ -1,4 +1,4 @@
-#include "mesh/mesh_file.h"
+#include "mesh/files/mesh_file.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

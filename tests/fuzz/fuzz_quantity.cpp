@@ -1,4 +1,4 @@
-#include "core/quantity.h"
+#include "core/recipe/quantity.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

@@ -1,4 +1,4 @@
-#include "apps/recipe.h"
+#include "apps/simulator/recipe.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

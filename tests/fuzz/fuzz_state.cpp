@@ -1,4 +1,4 @@
-#include "levelset/checkpoint.h"
+#include "levelset/grid/checkpoint.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

@@ -1,4 +1,4 @@
-#include "core/toml.h"
+#include "core/recipe/toml.h"
 #include "tests/fuzz/target.h"
 
 using namespace scarp;

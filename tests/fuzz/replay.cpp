@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/random.h"
-#include "core/read_file.h"
+#include "core/system/read_file.h"
 #include "tests/fuzz/target.h"
 
 namespace scarp::fuzz {

@@ -1,4 +1,4 @@
-#include "levelset/advect.h"
+#include "levelset/motion/advect.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "levelset/band.h"
-#include "levelset/extract_surface.h"
+#include "levelset/grid/band.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

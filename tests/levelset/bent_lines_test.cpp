@@ -1,11 +1,11 @@
-#include "levelset/bent_lines.h"
+#include "levelset/metrology/bent_lines.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

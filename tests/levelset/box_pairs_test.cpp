@@ -1,4 +1,4 @@
-#include "levelset/box_pairs.h"
+#include "levelset/start/box_pairs.h"
 
 #include <gtest/gtest.h>
 

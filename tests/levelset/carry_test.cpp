@@ -1,11 +1,11 @@
-#include "levelset/carry.h"
+#include "levelset/grid/carry.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
 
-#include "levelset/layers.h"
+#include "levelset/grid/layers.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/cell_words.h"
+#include "levelset/surface/cell_words.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "levelset/checkpoint.h"
+#include "levelset/grid/checkpoint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,10 +11,10 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "core/read_file.h"
-#include "core/temporary_folder.h"
-#include "levelset/advect.h"
-#include "levelset/shapes.h"
+#include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/motion/advect.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 namespace {

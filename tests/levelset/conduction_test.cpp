@@ -1,4 +1,4 @@
-#include "levelset/conduction.h"
+#include "levelset/bath/conduction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "levelset/connectivity.h"
+#include "levelset/surface/connectivity.h"
 
 #include <gtest/gtest.h>
 

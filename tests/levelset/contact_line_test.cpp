@@ -1,11 +1,11 @@
-#include "levelset/contact_line.h"
+#include "levelset/motion/contact_line.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <vector>
 
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 namespace {

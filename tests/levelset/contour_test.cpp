@@ -1,4 +1,4 @@
-#include "levelset/contour.h"
+#include "levelset/metrology/contour.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/frame.h"
-#include "levelset/level_set.h"
+#include "levelset/grid/level_set.h"
 
 namespace scarp {
 

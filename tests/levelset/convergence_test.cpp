@@ -10,7 +10,7 @@
 #include <ostream>
 #include <string>
 
-#include "levelset/advect.h"
+#include "levelset/motion/advect.h"
 #include "surfaces.h"
 
 namespace scarp {

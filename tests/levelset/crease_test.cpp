@@ -1,6 +1,6 @@
 // What is read from phi where the surface has edges and corners.
 
-#include "levelset/crease.h"
+#include "levelset/surface/crease.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "levelset/level_set.h"
+#include "levelset/grid/level_set.h"
 
 namespace scarp {
 namespace {

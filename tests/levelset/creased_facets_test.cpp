@@ -1,4 +1,4 @@
-#include "levelset/creased_facets.h"
+#include "levelset/surface/creased_facets.h"
 
 #include <gtest/gtest.h>
 

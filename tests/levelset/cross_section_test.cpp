@@ -1,11 +1,11 @@
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "levelset/extract_surface.h"
-#include "levelset/layer_steps.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/diffusion.h"
+#include "levelset/bath/diffusion.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "core/parallel.h"
-#include "levelset/connectivity.h"
-#include "levelset/extract_surface.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

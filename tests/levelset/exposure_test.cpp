@@ -1,4 +1,4 @@
-#include "levelset/exposure.h"
+#include "levelset/grid/exposure.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "levelset/extend.h"
-#include "levelset/extract_surface.h"
-#include "levelset/layer_steps.h"
+#include "levelset/motion/extend.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/extend.h"
+#include "levelset/motion/extend.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "levelset/advect.h"
-#include "levelset/band.h"
-#include "levelset/extract_surface.h"
-#include "levelset/facet_shares.h"
+#include "levelset/grid/band.h"
+#include "levelset/motion/advect.h"
+#include "levelset/surface/extract_surface.h"
+#include "levelset/surface/facet_shares.h"
 #include "surfaces.h"
 
 namespace scarp {

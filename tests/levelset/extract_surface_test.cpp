@@ -1,9 +1,9 @@
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "levelset/cell_cases.h"
+#include "levelset/surface/cell_cases.h"
 #include "surfaces.h"
 
 namespace scarp {

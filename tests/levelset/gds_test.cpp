@@ -1,4 +1,4 @@
-#include "levelset/gds.h"
+#include "levelset/start/gds.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "core/error.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "gds_writer.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/godunov.h"
+#include "levelset/motion/godunov.h"
 
 #include <gtest/gtest.h>
 

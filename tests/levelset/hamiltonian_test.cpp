@@ -1,4 +1,4 @@
-#include "levelset/hamiltonian.h"
+#include "levelset/motion/hamiltonian.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "levelset/lax_friedrichs.h"
+#include "levelset/motion/lax_friedrichs.h"
 
 #include <gtest/gtest.h>
 
@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "levelset/advect.h"
-#include "levelset/band.h"
-#include "levelset/cross_section.h"
-#include "levelset/extract_surface.h"
-#include "levelset/metrology.h"
+#include "levelset/grid/band.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/metrology/metrology.h"
+#include "levelset/motion/advect.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

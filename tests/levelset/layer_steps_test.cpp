@@ -1,4 +1,4 @@
-#include "levelset/layer_steps.h"
+#include "levelset/motion/layer_steps.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "core/parallel.h"
-#include "levelset/band.h"
-#include "levelset/connectivity.h"
-#include "levelset/cross_section.h"
-#include "levelset/extract_surface.h"
+#include "levelset/grid/band.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

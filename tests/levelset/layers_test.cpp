@@ -1,8 +1,8 @@
-#include "levelset/layers.h"
+#include "levelset/grid/layers.h"
 
 #include <gtest/gtest.h>
 
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,11 +1,11 @@
-#include "levelset/level_set.h"
+#include "levelset/grid/level_set.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "levelset/band.h"
+#include "levelset/grid/band.h"
 
 namespace scarp {
 namespace {

@@ -1,13 +1,13 @@
-#include "levelset/material_bodies.h"
+#include "levelset/metrology/material_bodies.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "core/error.h"
-#include "levelset/connectivity.h"
-#include "levelset/cross_section.h"
-#include "levelset/layer_steps.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/surface/connectivity.h"
 #include "surfaces.h"
 
 namespace scarp {

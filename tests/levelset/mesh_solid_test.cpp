@@ -1,4 +1,4 @@
-#include "levelset/mesh_solid.h"
+#include "levelset/start/mesh_solid.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 #include <memory>
 #include <numeric>
 
-#include "levelset/cross_section.h"
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
-#include "levelset/welded.h"
+#include "levelset/grid/welded.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "levelset/metrology.h"
+#include "levelset/metrology/metrology.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "contours.h"
 #include "core/parallel.h"
-#include "levelset/layer_steps.h"
+#include "levelset/motion/layer_steps.h"
 
 namespace scarp {
 namespace {

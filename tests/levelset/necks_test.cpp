@@ -1,4 +1,4 @@
-#include "levelset/necks.h"
+#include "levelset/motion/necks.h"
 
 #include <gtest/gtest.h>
 

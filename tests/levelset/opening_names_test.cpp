@@ -1,10 +1,10 @@
-#include "levelset/opening_names.h"
+#include "levelset/metrology/opening_names.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "levelset/openings.h"
+#include "levelset/metrology/openings.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "contours.h"
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "levelset/overgrowth.h"
+#include "levelset/motion/overgrowth.h"
 
 #include <gtest/gtest.h>
 
@@ -6,11 +6,11 @@
 #include <numbers>
 #include <string>
 
-#include "levelset/advect.h"
-#include "levelset/cross_section.h"
-#include "levelset/extend.h"
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/advect.h"
+#include "levelset/motion/extend.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/polygon.h"
+#include "levelset/start/polygon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "levelset/polygon_walls.h"
+#include "levelset/start/polygon_walls.h"
 
 #include <gtest/gtest.h>
 

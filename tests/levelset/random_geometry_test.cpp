@@ -8,11 +8,11 @@
 #include <random>
 #include <vector>
 
-#include "levelset/advect.h"
-#include "levelset/band.h"
-#include "levelset/connectivity.h"
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
+#include "levelset/grid/band.h"
+#include "levelset/motion/advect.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/random.h"
-#include "core/temporary_folder.h"
+#include "core/system/temporary_folder.h"
 #include "gds_writer.h"
-#include "levelset/gds.h"
+#include "levelset/start/gds.h"
 
 namespace scarp {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/random.h"
-#include "levelset/layer_steps.h"
-#include "levelset/shapes.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/start/shapes.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "levelset/cross_section.h"
+#include "levelset/metrology/cross_section.h"
 #include "surfaces.h"
 
 namespace scarp {

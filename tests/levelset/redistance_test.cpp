@@ -1,11 +1,11 @@
-#include "levelset/redistance.h"
+#include "levelset/grid/redistance.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "levelset/band.h"
-#include "levelset/extract_surface.h"
+#include "levelset/grid/band.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

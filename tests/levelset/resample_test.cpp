@@ -1,4 +1,4 @@
-#include "levelset/resample.h"
+#include "levelset/surface/resample.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "levelset/extract_surface.h"
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "levelset/cross_section.h"
-#include "levelset/extract_surface.h"
-#include "levelset/layer_steps.h"
-#include "levelset/shapes.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/start/shapes.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "levelset/shapes.h"
+#include "levelset/start/shapes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "levelset/connectivity.h"
-#include "levelset/cross_section.h"
-#include "levelset/extract_surface.h"
-#include "levelset/layer_steps.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "levelset/sheets.h"
+#include "levelset/start/sheets.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "levelset/distance.h"
-#include "levelset/shapes.h"
+#include "levelset/grid/distance.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 namespace {

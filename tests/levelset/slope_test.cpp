@@ -1,4 +1,4 @@
-#include "levelset/slope.h"
+#include "levelset/grid/slope.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "levelset/band.h"
+#include "levelset/grid/band.h"
 
 namespace scarp {
 namespace {

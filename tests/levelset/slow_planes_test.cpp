@@ -1,4 +1,4 @@
-#include "levelset/slow_planes.h"
+#include "levelset/motion/slow_planes.h"
 
 #include <gtest/gtest.h>
 

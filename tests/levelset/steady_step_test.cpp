@@ -11,11 +11,11 @@
 #include <new>
 #include <vector>
 
-#include "levelset/advect.h"
-#include "levelset/band.h"
-#include "levelset/connectivity.h"
-#include "levelset/extend.h"
-#include "levelset/extract_surface.h"
+#include "levelset/grid/band.h"
+#include "levelset/motion/advect.h"
+#include "levelset/motion/extend.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace {

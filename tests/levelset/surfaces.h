@@ -9,10 +9,10 @@
 
 #include "core/frame.h"
 #include "core/tri_mesh.h"
-#include "levelset/advect.h"
-#include "levelset/layers.h"
-#include "levelset/material_bodies.h"
-#include "levelset/shapes.h"
+#include "levelset/grid/layers.h"
+#include "levelset/metrology/material_bodies.h"
+#include "levelset/motion/advect.h"
+#include "levelset/start/shapes.h"
 
 namespace scarp {
 

@@ -1,13 +1,13 @@
-#include "levelset/symmetry.h"
+#include "levelset/grid/symmetry.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "levelset/band.h"
-#include "levelset/connectivity.h"
-#include "levelset/extract_surface.h"
+#include "levelset/grid/band.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "mesh/diagonal_cut.h"
 #include "mesh/distance.h"
 #include "mesh/surface_fault.h"

@@ -11,13 +11,13 @@
 #include <string>
 
 #include "core/parallel.h"
-#include "levelset/advect.h"
-#include "levelset/band.h"
-#include "levelset/connectivity.h"
-#include "levelset/cross_section.h"
-#include "levelset/extend.h"
-#include "levelset/extract_surface.h"
-#include "levelset/layer_steps.h"
+#include "levelset/grid/band.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/motion/advect.h"
+#include "levelset/motion/extend.h"
+#include "levelset/motion/layer_steps.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/extract_surface.h"
 #include "surfaces.h"
 
 namespace scarp {

@@ -1,9 +1,9 @@
-#include "levelset/view_from_above.h"
+#include "levelset/metrology/view_from_above.h"
 
 #include <gtest/gtest.h>
 
 #include "contours.h"
-#include "levelset/extract_surface.h"
+#include "levelset/surface/extract_surface.h"
 
 namespace scarp {
 namespace {

@@ -1,8 +1,8 @@
-#include "levelset/welded.h"
+#include "levelset/grid/welded.h"
 
 #include <gtest/gtest.h>
 
-#include "levelset/mesh_solid.h"
+#include "levelset/start/mesh_solid.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "mesh/blocks.h"
+#include "mesh/simplify/blocks.h"
 
 #include <gtest/gtest.h>
 

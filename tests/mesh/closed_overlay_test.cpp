@@ -1,4 +1,4 @@
-#include "mesh/closed_overlay.h"
+#include "mesh/simplify/closed_overlay.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mesh/collapse_mesh.h"
+#include "mesh/simplify/collapse_mesh.h"
 
 #include <gtest/gtest.h>
 

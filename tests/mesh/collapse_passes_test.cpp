@@ -1,4 +1,4 @@
-#include "mesh/collapse_passes.h"
+#include "mesh/simplify/collapse_passes.h"
 #include "mesh/quality.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "mesh/distance.h"
-#include "mesh/tracked_points.h"
+#include "mesh/simplify/tracked_points.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

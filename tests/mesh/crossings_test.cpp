@@ -1,4 +1,4 @@
-#include "mesh/crossings.h"
+#include "mesh/simplify/crossings.h"
 
 #include <gtest/gtest.h>
 

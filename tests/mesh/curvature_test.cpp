@@ -1,4 +1,4 @@
-#include "mesh/curvature.h"
+#include "mesh/simplify/curvature.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "mesh/distance.h"
 #include "mesh/quality.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "mesh/surface_fault.h"
 #include "tests/mesh/generated_surface.h"
 #include "tests/mesh/self_intersections.h"

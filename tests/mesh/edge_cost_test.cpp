@@ -1,11 +1,11 @@
-#include "mesh/edge_cost.h"
+#include "mesh/simplify/edge_cost.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <vector>
 
-#include "mesh/placement.h"
+#include "mesh/simplify/placement.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "mesh/edge_sizes.h"
+#include "mesh/simplify/edge_sizes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mesh/error_bound.h"
+#include "mesh/simplify/error_bound.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/random.h"
-#include "mesh/collapse.h"
 #include "mesh/distance.h"
-#include "mesh/placement.h"
+#include "mesh/simplify/collapse.h"
+#include "mesh/simplify/placement.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "mesh/facet_shape.h"
+#include "mesh/simplify/facet_shape.h"
 
 #include <gtest/gtest.h>
 

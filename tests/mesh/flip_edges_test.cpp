@@ -1,4 +1,4 @@
-#include "mesh/flip_edges.h"
+#include "mesh/simplify/flip_edges.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "mesh/facet_shape.h"
 #include "mesh/quality.h"
+#include "mesh/simplify/facet_shape.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

@@ -12,11 +12,11 @@
 #include <numbers>
 #include <string>
 
-#include "core/base64.h"
-#include "core/deflate.h"
 #include "core/random.h"
-#include "core/temporary_folder.h"
-#include "mesh/mesh_file.h"
+#include "core/system/base64.h"
+#include "core/system/deflate.h"
+#include "core/system/temporary_folder.h"
+#include "mesh/files/mesh_file.h"
 
 namespace scarp {
 namespace {

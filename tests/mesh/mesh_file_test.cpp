@@ -1,4 +1,4 @@
-#include "mesh/mesh_file.h"
+#include "mesh/files/mesh_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,10 +12,10 @@
 #include <numbers>
 #include <set>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/read_file.h"
-#include "core/temporary_folder.h"
+#include "core/system/atomic_file.h"
+#include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {

@@ -1,10 +1,10 @@
-#include "mesh/pass_star.h"
+#include "mesh/simplify/pass_star.h"
 
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "mesh/collapse.h"
-#include "mesh/facet_shape.h"
+#include "mesh/simplify/collapse.h"
+#include "mesh/simplify/facet_shape.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

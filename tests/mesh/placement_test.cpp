@@ -1,4 +1,4 @@
-#include "mesh/placement.h"
+#include "mesh/simplify/placement.h"
 
 #include <gtest/gtest.h>
 

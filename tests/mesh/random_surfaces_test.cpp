@@ -18,7 +18,7 @@
 #include "core/triangle_tree.h"
 #include "mesh/distance.h"
 #include "mesh/quality.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/mesh/generated_surface.h"
 #include "tests/mesh/self_intersections.h"
 

@@ -1,4 +1,4 @@
-#include "mesh/regions.h"
+#include "mesh/simplify/regions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mesh/relocate.h"
+#include "mesh/simplify/relocate.h"
 
 #include <gtest/gtest.h>
 

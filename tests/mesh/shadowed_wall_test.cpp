@@ -8,9 +8,9 @@
 
 #include "core/running_statistics.h"
 #include "flux/reconstruct.h"
-#include "flux/sampling.h"
+#include "flux/sampling/sampling.h"
 #include "flux/solve.h"
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 #include "tests/flux/direct_flux.h"
 #include "tests/mesh/generated_surface.h"
 

@@ -1,4 +1,4 @@
-#include "mesh/simplify.h"
+#include "mesh/simplify/simplify.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "mesh/star.h"
+#include "mesh/simplify/star.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mesh/tracked_points.h"
+#include "mesh/simplify/tracked_points.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "core/random.h"
 #include "core/triangle_tree.h"
-#include "mesh/collapse_passes.h"
 #include "mesh/quality.h"
+#include "mesh/simplify/collapse_passes.h"
 #include "tests/mesh/generated_surface.h"
 
 namespace scarp {

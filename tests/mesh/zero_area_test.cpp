@@ -1,4 +1,4 @@
-#include "mesh/zero_area.h"
+#include "mesh/simplify/zero_area.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Cycles of atomic layer deposition at points where all fluxes are known.
 
-#include "models/ald.h"
+#include "models/catalogue/ald.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Silicon and silicon-germanium in CF4/O2, at points where all fluxes are known.
 
-#include "models/cf4_o2.h"
+#include "models/catalogue/cf4_o2.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

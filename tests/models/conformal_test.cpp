@@ -1,4 +1,4 @@
-#include "models/conformal.h"
+#include "models/catalogue/conformal.h"
 
 #include <gtest/gtest.h>
 

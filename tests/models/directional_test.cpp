@@ -1,4 +1,4 @@
-#include "models/directional.h"
+#include "models/catalogue/directional.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

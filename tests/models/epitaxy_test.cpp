@@ -1,4 +1,4 @@
-#include "models/epitaxy.h"
+#include "models/catalogue/epitaxy.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

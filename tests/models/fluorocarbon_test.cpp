@@ -1,6 +1,6 @@
 // Etching that turns into deposition, at points where all fluxes are known.
 
-#include "models/fluorocarbon.h"
+#include "models/catalogue/fluorocarbon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

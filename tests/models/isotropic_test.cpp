@@ -1,4 +1,4 @@
-#include "models/isotropic.h"
+#include "models/catalogue/isotropic.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "models/koh_etch.h"
+#include "models/catalogue/koh_etch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

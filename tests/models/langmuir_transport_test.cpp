@@ -1,6 +1,6 @@
 // Adsorption, desorption and reaction at points where the flux is known.
 
-#include "models/langmuir_transport.h"
+#include "models/catalogue/langmuir_transport.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

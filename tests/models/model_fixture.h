@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/recipe_table.h"
+#include "core/recipe/recipe_table.h"
 #include "models/registry.h"
 
 namespace scarp {

@@ -1,4 +1,4 @@
-#include "models/multi_particle.h"
+#include "models/catalogue/multi_particle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // What dissolves and settles at points where the concentration is known.
 
-#include "models/oxide_regrowth.h"
+#include "models/catalogue/oxide_regrowth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

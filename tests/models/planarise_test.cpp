@@ -1,4 +1,4 @@
-#include "models/planarise.h"
+#include "models/catalogue/planarise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The chemistry that sf6_o2 and hbr_o2 share, at points where all fluxes are known.
 
-#include "models/plasma_etch.h"
+#include "models/catalogue/plasma_etch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/material.h"
-#include "core/recipe_table.h"
+#include "core/recipe/recipe_table.h"
 
 namespace scarp {
 namespace {

@@ -1,4 +1,4 @@
-#include "models/single_particle.h"
+#include "models/catalogue/single_particle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Growth by powers of what arrives, at points where all fluxes are known.
 
-#include "models/teos.h"
+#include "models/catalogue/teos.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

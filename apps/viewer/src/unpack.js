@@ -1,4 +1,4 @@
-// Surfaces as apps/packed_surface.h packs them.
+// Surfaces as apps/report/packed_surface.h packs them.
 
 const placesPerAxis = 65535;
 const noNumber = 255;

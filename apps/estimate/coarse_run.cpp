@@ -1,0 +1,111 @@
+#include "apps/estimate/coarse_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "levelset/surface/resample.h"
+
+namespace scarp {
+
+namespace {
+
+// A few seconds, as the first time step tells; surfaces grow.
+constexpr double most_work = 5e6;
+constexpr double most_growth = 2;
+constexpr double work_per_facet = 10;
+constexpr std::uint64_t ray_count = 1 << 12;
+constexpr int coarsest = 8;
+
+// A surface has fewer facets, and moves by more in a time step.
+int coarsening(const Frame& frame, double work) {
+  const double wanted = std::pow(work / most_work, frame.two_dimensional ? 1 / 2.0 : 1 / 3.0);
+  int factor = 1;
+  for (int k = 2; k <= coarsest && factor < wanted; ++k)
+    if (divides(k, frame)) factor = k;
+  return factor;
+}
+
+Frame coarser(Frame frame, int factor) {
+  frame.spacing *= factor;
+  frame.cells[0] /= factor;
+  if (!frame.two_dimensional) frame.cells[1] /= factor;
+  return frame;
+}
+
+// Voids are found anew.
+State on_grid(const State& state, const Frame& frame) {
+  State moved = copy_of(state);
+  if (frame != state.layers.frame) moved.layers = resampled(state.layers, frame);
+  moved.voids.clear();
+  return moved;
+}
+
+}  // namespace
+
+bool divides(int factor, const Frame& frame) {
+  return frame.cells[0] % factor == 0 && frame.cells[0] / factor >= 2 &&
+         (frame.two_dimensional || (frame.cells[1] % factor == 0 && frame.cells[1] / factor >= 2));
+}
+
+Recipe coarser(const Recipe& recipe, int factor) {
+  Recipe coarse = recipe;
+  coarse.frame = coarser(recipe.frame, factor);
+  coarse.flux.sides = coarse.frame.sides();
+  coarse.flux.spacing = coarse.frame.spacing;
+  coarse.keep_mesh_within *= factor;
+  coarse.carry_within *= factor;
+  coarse.position_error *= factor;
+  if (!coarse.simplify) return coarse;
+  SimplifyOptions& simplify = *coarse.simplify;
+  simplify.sides = coarse.frame.sides();
+  simplify.spacing = coarse.frame.spacing;
+  simplify.l_max *= factor;
+  for (auto* length : {&simplify.l0, &simplify.step_length, &simplify.max_error})
+    if (*length) **length *= factor;
+  simplify.curvature_threshold /= factor;
+  return coarse;
+}
+
+Recipe with_few_rays(const Recipe& recipe, std::uint64_t count) {
+  Recipe few = recipe;
+  if (few.flux.rays > 0) few.flux.rays = std::min(few.flux.rays, count);
+  few.flux.max_rays = std::min(few.flux.max_rays, count);
+  return few;
+}
+
+double area_of(const Survey& survey, const Frame& frame) {
+  const std::vector<double> areas = facet_areas(survey.facets);
+  return std::accumulate(areas.begin(), areas.end(), 0.0) / frame.sides().area();
+}
+
+double CoarseRun::work(const Survey& survey) {
+  double work = work_per_facet * static_cast<double>(survey.facets_full);
+  for (const FluxField& flux : survey.flux) work += static_cast<double>(flux.segments);
+  return work;
+}
+
+CoarseRun::CoarseRun(const Recipe& recipe, const State& start, double work)
+    : recipe_(recipe),
+      coarse_(coarser(with_few_rays(recipe, ray_count), coarsening(recipe.frame, work))),
+      state_(on_grid(start, coarse_.frame)),
+      work_left_(most_growth * most_work) {}
+
+bool CoarseRun::reach(std::size_t step) {
+  while (state_.step < step) {
+    if (work_left_ <= 0) return false;
+    begin_step(state_, coarse_);
+    const Survey now = survey(state_, coarse_);
+    note_voids(state_, now.gas);
+    work_left_ -= work(now);
+    // Steps that were skipped begin, and end, as the next one does.
+    areas_.resize(state_.step + 1, area_of(now, coarse_.frame));
+    advance(state_, coarse_, now, std::numeric_limits<double>::infinity());
+  }
+  return true;
+}
+
+State CoarseRun::state() const { return on_grid(state_, recipe_.frame); }
+
+}  // namespace scarp

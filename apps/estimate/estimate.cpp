@@ -1,0 +1,535 @@
+#include "apps/estimate/estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "apps/estimate/coarse_run.h"
+#include "apps/estimate/expected_end.h"
+#include "apps/run/results.h"
+#include "apps/simulator/flux_target.h"
+#include "apps/simulator/surface_speeds.h"
+#include "core/error.h"
+#include "core/recipe/quantity.h"
+#include "core/system/temporary_folder.h"
+#include "levelset/motion/extend.h"
+#include "models/open_response.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::uint64_t trial_rays = 1 << 16;
+constexpr std::uint64_t most_trial_rays = 1 << 19;  // half a second: enough for most targets
+constexpr double rounding = 1 - 1e-6;  // of speeds: what they make is no time step more
+constexpr double least_area = 0.2;     // a surface that closes keeps a part of its size
+
+// What ions straight from the source bring to the slope on which their yield counts most.
+double largest_yield(const YieldLaw& law, double energy) {
+  double largest = 0;
+  for (double cosine = 0.01; cosine < 1.005; cosine += 0.01)
+    largest = std::max(largest, cosine * law.at(energy, AngleTable::half_sine(cosine)));
+  return largest;
+}
+
+// Every material once, as a wafer that sees the whole source.
+struct OpenWafers {
+  std::vector<MaterialId> material;
+  std::vector<Vec3f> normal;
+  std::vector<std::vector<float>> flux;       // by tally
+  std::vector<std::vector<float>> coverages;  // at the end of a cycle, if the model has phases
+
+  SurfacePoints points() const {
+    return {.material = material, .normal = normal, .coverages = coverages};
+  }
+  std::vector<std::span<const float>> tallies() const { return {flux.begin(), flux.end()}; }
+};
+
+void go_through_cycle(const SurfaceModel& model, OpenWafers& wafers) {
+  const std::vector<double> phases = model.phases();
+  if (phases.empty()) return;
+  wafers.coverages.assign(model.coverages().size(), std::vector<float>(wafers.material.size()));
+  for (std::size_t phase = 0; phase < phases.size(); ++phase)
+    wafers.coverages =
+        model.coverages_after(phases[phase], phase, wafers.points(), wafers.tallies());
+}
+
+// yield(species, law) is what ions bring of a yield.
+template <class Yield>
+OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, const Yield& yield) {
+  OpenWafers wafers;
+  for (std::size_t m = 0; m < material_count; ++m)
+    wafers.material.push_back(static_cast<MaterialId>(m));
+  wafers.normal.assign(material_count, Vec3f{0, 0, 1});
+  for (const Species& species : model.species()) {
+    // What comes from the surface itself hinders at most.
+    const bool from_above = species.source.kind != SourceLobe::Kind::none;
+    wafers.flux.emplace_back(material_count, from_above ? 1.0F : 0.0F);
+    // Of a beam, the part from which it is seen.
+    if (species.source.kind == SourceLobe::Kind::beam)
+      wafers.flux.emplace_back(material_count, 1.0F);
+    for (const YieldLaw& law : species.yields)
+      wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
+  }
+  if (const auto solute = model.solute()) {
+    wafers.flux.emplace_back();
+    for (const Exchange& wafer : model.exchange(wafers.points()))
+      wafers.flux.back().push_back(static_cast<float>(open_wafer_concentration(*solute, wafer)));
+  }
+  go_through_cycle(model, wafers);
+  return wafers;
+}
+
+// The fastest that a step moves a surface that sees the whole source; with factors of the normal,
+// the speed that limits the time step as much as their kinks do.
+double top_speed(const ProcessStep& step, std::size_t material_count) {
+  const SurfaceModel& model = *step.model;
+  const OpenWafers wafers =
+      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
+        return largest_yield(law, species.ions->energy.mean());
+      });
+  const std::vector<std::vector<float>> parts =
+      model.amplitudes(wafers.points(), wafers.tallies(), step.factors);
+  const LimitingSpeed limiting_speed(step.factors);
+  double top = 0;
+  for (std::size_t m = 0; m < material_count; ++m) {
+    const auto amplitude = [&](std::size_t k) { return parts[1 + k][m]; };
+    top = std::max(top, static_cast<double>(limiting_speed(parts[0][m], amplitude)));
+  }
+  return top;
+}
+
+// A time step with few rays: what it took, and what it found.
+struct TrialStep {
+  double grid_seconds = 0;  ///< of all but the flux
+  double flux_seconds = 0;
+  double rays = 0;
+  double kept_rays = 0;          ///< of them those whose hits are stored
+  std::vector<double> missed{};  ///< error over its target, by species
+  double dt = 0;
+  double moves = 1;  ///< that the flux is carried for in it
+  double time = 0;   ///< at its beginning
+  double area = 0;   ///< of the surface then, in those of the domain
+};
+
+// What the time steps of a step of the recipe take, and how the surface grows in it.
+struct StepCost {
+  double rays = 0;     ///< of one time step
+  double lacking = 1;  ///< how many times as many the target would take
+  double kept_rays = 0;
+  double seconds = 0;
+  double flux_seconds = 0;  ///< of them
+  double dt = 0;
+  double moves = 1;
+  double area = 0;    ///< of the surface that this is for, in those of the domain
+  double growth = 0;  ///< of that in a second
+  double duration = 0;
+};
+
+TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe) {
+  TrialStep trial{
+      .grid_seconds =
+          now.timer.seconds("surface") + now.timer.seconds("simplify") + now.timer.seconds("map"),
+      .flux_seconds = now.timer.seconds("flux"),
+      .dt = now.longest_dt,
+      .moves = std::max(1.0, now.longest_dt / stable_time_step(state.layers, now.speeds_of_layers,
+                                                               now.factors, recipe.cfl)),
+      .time = state.time,
+      .area = area_of(now, recipe.frame)};
+  for (const FluxField& flux : now.flux) {
+    // Where all species are as far from a target in position as the worst one.
+    const double target = flux.response_error ? recipe.position_error / std::sqrt(now.flux.size())
+                                              : recipe.flux.target_error;
+    trial.missed.push_back(flux.target_measure() / target);
+    trial.rays += static_cast<double>(flux.rays);
+    const bool keeps =
+        flux.engine == FluxEngine::gather || flux.engine == FluxEngine::gather_forward;
+    if (keeps) trial.kept_rays += static_cast<double>(flux.rays);
+  }
+  return trial;
+}
+
+// How many times the rays of the last trial a target takes. The error falls with the root of their
+// number, or faster: as from the last trial that had fewer.
+double ray_factor(std::span<const TrialStep> trials) {
+  const TrialStep& last = trials.back();
+  const auto before = std::find_if(trials.rbegin(), trials.rend(), [&](const TrialStep& each) {
+    return last.rays > 1.5 * each.rays;
+  });
+  double factor = 1;
+  for (std::size_t s = 0; s < last.missed.size(); ++s) {
+    double power = 0.5;
+    if (before != trials.rend()) {
+      const double fall = std::log(before->missed[s] / last.missed[s]);
+      power = std::clamp(fall / std::log(last.rays / before->rays), 0.5, 1.0);
+    }
+    factor = std::max(factor, std::pow(last.missed[s], 1 / power));
+  }
+  return factor;
+}
+
+// The first time steps of a step after the given survey, half of them with more rays: how far a
+// time step goes depends on noise, too. Where they take long, fewer have to do. What acts at once
+// is not tried.
+std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
+                                Survey now) {
+  constexpr std::size_t most_trials = 8;
+  const Recipe more_rays = with_few_rays(recipe, most_trial_rays);
+  constexpr std::size_t least_trials = 3;
+  constexpr std::chrono::seconds long_enough{3};
+  const std::size_t step = state.step;
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<TrialStep> trials;
+  while (true) {
+    trials.push_back(trial_step(state, now, recipe));
+    if (!recipe.steps[step].model) return trials;
+    const Move move = advance(state, few_rays, now, std::numeric_limits<double>::infinity());
+    trials.back().grid_seconds += move.timer.seconds("map") + move.timer.seconds("advect");
+    if (state.step != step) return trials;
+    trials.back().moves *= move.dt / trials.back().dt;
+    trials.back().dt = move.dt;
+    const auto taken = std::chrono::steady_clock::now() - start;
+    if (trials.size() == most_trials || (trials.size() >= least_trials && taken > long_enough))
+      return trials;
+    now = survey(state, 2 * trials.size() >= most_trials ? more_rays : few_rays);
+  }
+}
+
+// How many times the rays of a trial the caps allow.
+double most_factor(const TrialStep& trial, const FluxOptions& options) {
+  const auto species = static_cast<double>(trial.missed.size());
+  const double by_number =
+      static_cast<double>(options.max_rays) * species / std::max(trial.rays, 1.0);
+  const double by_memory = static_cast<double>(options.memory_limit) / bytes_per_hit * species /
+                           std::max(trial.kept_rays, 1.0);
+  return std::max(1.0, std::min(by_number, by_memory));
+}
+
+// The first one finds caches and coverages empty, and edges sharper than they stay: it counts only
+// where it is the only one.
+StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
+  if (trials.size() > 1) trials = trials.subspan(1);
+  const TrialStep& first = trials.front();
+  const TrialStep& last = trials.back();
+  const bool is_fixed = recipe.flux.rays > 0 && last.rays > 0;
+  const auto wanted =
+      static_cast<double>(recipe.flux.rays) * static_cast<double>(last.missed.size());
+  const double aimed = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
+  const double factor = is_fixed ? aimed : std::min(aimed, most_factor(last, recipe.flux));
+  StepCost cost{.rays = factor * last.rays,
+                .lacking = aimed / factor,
+                .kept_rays = factor * last.kept_rays,
+                .seconds = factor * last.flux_seconds,
+                .flux_seconds = factor * last.flux_seconds,
+                .dt = 0,
+                .moves = 0,
+                .area = first.area};
+  for (const TrialStep& each : trials)
+    cost.seconds += each.grid_seconds / static_cast<double>(trials.size());
+  // With one move, two and then more.
+  const auto grown = trials.last(trials.size() > 2 ? trials.size() - 2 : 1);
+  for (const TrialStep& each : grown) {
+    cost.dt += each.dt / static_cast<double>(grown.size());
+    cost.moves += each.moves / static_cast<double>(grown.size());
+  }
+  cost.moves = std::max(1.0, cost.moves);
+  if (last.time > first.time) cost.growth = (last.area - first.area) / (last.time - first.time);
+  return cost;
+}
+
+// Of a step that lies between two others.
+StepCost between(const StepCost& before, const StepCost& after, double part) {
+  const auto at = [&](double StepCost::*value) {
+    return std::lerp(before.*value, after.*value, part);
+  };
+  return {.rays = at(&StepCost::rays),
+          .lacking = at(&StepCost::lacking),
+          .kept_rays = at(&StepCost::kept_rays),
+          .seconds = at(&StepCost::seconds),
+          .flux_seconds = at(&StepCost::flux_seconds),
+          .dt = at(&StepCost::dt),
+          .moves = at(&StepCost::moves),
+          .area = at(&StepCost::area),
+          .growth = at(&StepCost::growth),
+          .duration = at(&StepCost::duration)};
+}
+
+double time_between_outputs(double duration, const Recipe& recipe) {
+  return recipe.output_every > 0 ? std::min(duration, recipe.output_every) : duration;
+}
+
+// How many more time steps some moves take since the first ones have one move, two, four, ...
+double time_steps_to_begin_with(double moves, double at_most) {
+  return std::log2(std::min(moves + 1, at_most)) - std::min(moves, at_most - 1) / at_most;
+}
+
+// With those that outputs cut short, and the speeds that are met or will be.
+double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& recipe) {
+  const double duration = cost.duration;
+  const double between_outputs = time_between_outputs(duration, recipe);
+  const auto moves = [&](double time) {
+    return std::max(time_steps(step, time, recipe), rounding * time / cost.dt * cost.moves);
+  };
+  const auto count = [&](double time, double to_begin_with) {
+    return std::max(1.0, std::ceil(rounding * (to_begin_with + moves(time) / cost.moves)));
+  };
+  if (!step.model || !(between_outputs > 0)) return 1;
+  const double outputs = std::floor(duration / between_outputs);
+  const double rest = duration - outputs * between_outputs;
+  const double first = time_steps_to_begin_with(moves(between_outputs), cost.moves);
+  return count(between_outputs, first) + (outputs - 1) * count(between_outputs, 0) +
+         (rest > 1e-9 * duration ? count(rest, 0) : 0);
+}
+
+double seconds_of_output(const State& state, const Survey& now, const Recipe& recipe) {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  ResultFolder(folder).write_output(state, now, recipe);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  return wall.count();
+}
+
+// The steps to try: of those that share a model the first and the last one.
+struct Trials {
+  std::map<const SurfaceModel*, std::array<std::size_t, 2>> of_model;
+  std::size_t last = 0;         ///< of all
+  double time_steps_ahead = 0;  ///< of that
+
+  explicit Trials(const Recipe& recipe) {
+    for (std::size_t n = 0; n < recipe.steps.size(); ++n) {
+      const ProcessStep& step = recipe.steps[n];
+      of_model.try_emplace(step.model.get(), std::array{n, n}).first->second[1] = n;
+    }
+    for (const auto& [model, steps] : of_model) last = std::max(last, steps[1]);
+    for (std::size_t n = 0; n < last; ++n)
+      time_steps_ahead += time_steps(recipe.steps[n], recipe.steps[n].duration, recipe);
+  }
+
+  bool has(std::size_t step, const SurfaceModel* model) const {
+    const auto& [first, last] = of_model.at(model);
+    return step == first || step == last;
+  }
+};
+
+// Tries steps on the geometry that they meet, and goes by the area of the surface between them.
+class Estimator {
+ public:
+  Estimator(const Recipe& recipe, const Log& log)
+      : recipe_(recipe),
+        log_(log),
+        few_rays_(with_few_rays(recipe, trial_rays)),
+        trials_(recipe),
+        state_(start_state(recipe)) {}
+
+  CostEstimate estimate() {
+    cost_.lowest = state_.layers.top().lower();
+    cost_.highest = state_.layers.top().upper();
+    for (const Layer& layer : state_.layers.stack) cost_.active_nodes += layer.phi.active_count();
+    for (std::size_t n = 0; n < recipe_.steps.size(); ++n)
+      if (trials_.has(n, recipe_.steps[n].model.get())) try_step(n);
+    for (std::size_t n = 0; n < recipe_.steps.size(); ++n) add(n);
+    for (const auto& [n, tried] : tried_) add_memory(n, tried);
+    cost_.rays_per_time_step = rays_ / cost_.time_steps;
+    cost_.seconds += (1 + outputs_) * output_seconds_;
+    return cost_;
+  }
+
+ private:
+  // Where it is too far to go there, the geometry stays what it was, and is not tried twice.
+  void try_step(std::size_t n) {
+    const ProcessStep& step = recipe_.steps[n];
+    const bool is_there = n == 0 || ahead_->reach(n);
+    if (!is_there && n != trials_.of_model.at(step.model.get())[0]) return;
+    if (n > 0) state_ = ahead_->state();
+    state_.step = n;
+    begin_step(state_, recipe_);
+    Survey first = survey(state_, few_rays_);
+    constexpr std::chrono::milliseconds unnoticed{500};
+    if (std::chrono::steady_clock::now() - began_ > unnoticed) {
+      log_.info(fmt::format("tries the first time steps of step \"{}\" ({} of {})", step.name,
+                            n + 1, recipe_.steps.size()));
+    }
+    if (n == 0 && trials_.last > 0)
+      ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
+    cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
+    cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
+    if (first.simplify_choice != SimplifyChoice::simplify)
+      cost_.left_out.emplace_back(n, first.simplify_choice);
+    const std::vector<float> speeds = facet_speeds(state_, first);
+    const bool is_first = n == trials_.of_model.at(step.model.get())[0];
+    if (step.model && is_first && std::ranges::count(speeds, 0.0F) == std::ssize(speeds)) {
+      const auto& seen = first.facets.materials;
+      cost_.standstills.push_back(
+          standstill_text(step, {seen.begin(), seen.end()}, recipe_.materials));
+    }
+    output_seconds_ = seconds_of_output(state_, first, recipe_);
+    const double duration = expected_duration(step, state_, first);
+    const std::size_t first_facets_full = first.facets_full;
+    const std::size_t first_facets = first.facets.triangles.size();
+    if (step.until) cost_.ends.push_back({n, duration});
+    StepCost& cost = known_[n];
+    cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
+    cost.duration = duration;
+    tried_[n] = {state_.layers.copy(), static_cast<double>(first_facets_full),
+                 static_cast<double>(first_facets)};
+  }
+
+  // As the step was tried; between two that were, by the way from one to the other.
+  StepCost cost_of_step(std::size_t n) const {
+    const auto& [first, last] = trials_.of_model.at(recipe_.steps[n].model.get());
+    const StepCost& before = known_.at(first);
+    if (n == first || !known_.contains(last)) return before;
+    const StepCost& after = known_.at(last);
+    const double part = static_cast<double>(n - first) / static_cast<double>(last - first);
+    return between(before, after, part);
+  }
+
+  void add(std::size_t n) {
+    const ProcessStep& step = recipe_.steps[n];
+    const StepCost of_step = cost_of_step(n);
+    const double count = time_steps(step, of_step, recipe_);
+    if (ahead_ && n < ahead_->areas().size()) area_ = ahead_->areas()[n];
+    if (known_.contains(n)) area_ = of_step.area;
+    const double end_area =
+        std::max(least_area * of_step.area, area_ + of_step.growth * of_step.duration);
+    const double of_area = 0.5 * (area_ + end_area) / of_step.area;
+    area_ = end_area;
+    rays_ += count * of_area * of_step.rays;
+    cost_.time_steps += count;
+    cost_.lacking_rays = std::max(cost_.lacking_rays, of_step.lacking);
+    outputs_ += of_step.duration > 0 ? std::ceil(rounding * of_step.duration /
+                                                 time_between_outputs(of_step.duration, recipe_))
+                                     : 1;
+    cost_.seconds += count * of_area * of_step.seconds;
+    cost_.flux_seconds += count * of_area * of_step.flux_seconds;
+    cost_.at_most = cost_.at_most || step.round_end;
+  }
+
+  // What a step was tried on.
+  struct Tried {
+    Layers layers;
+    double facets_full = 0;
+    double facets = 0;
+  };
+
+  // As the surface is when it is largest.
+  void add_memory(std::size_t n, const Tried& tried) {
+    const StepCost& step = known_.at(n);
+    const double growth = std::max(1.0, 1 + step.growth * step.duration / step.area);
+    const MemoryEstimate memory = expected_memory(tried.layers, recipe_,
+                                                  {.facets_full = growth * tried.facets_full,
+                                                   .facets = growth * tried.facets,
+                                                   .kept_rays = growth * step.kept_rays,
+                                                   .outputs = outputs_});
+    if (memory.total() > cost_.memory.total()) cost_.memory = memory;
+  }
+
+  const Recipe& recipe_;
+  Log log_;
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  Recipe few_rays_;
+  Trials trials_;
+  State state_;
+  std::optional<CoarseRun> ahead_;
+  std::map<std::size_t, StepCost> known_;  // by step
+  std::map<std::size_t, Tried> tried_;     // likewise
+  double area_ = 0;                        // of the surface, as it is expected
+  double rays_ = 0;
+  double outputs_ = 0;
+  double output_seconds_ = 0;  // of one
+  CostEstimate cost_;
+};
+
+}  // namespace
+
+std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count) {
+  const OpenWafers wafers =
+      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
+        return OpenResponse(species, law).flat();
+      });
+  return model.speeds(wafers.points(), wafers.tallies());
+}
+
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
+  if (!step.model) return 1;
+  const double cells = duration * top_speed(step, recipe.materials.size()) / recipe.frame.spacing;
+  const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
+  return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
+}
+
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe) {
+  constexpr double certain = 2;  // estimates are good to that
+  if (cost.lacking_rays < certain) return std::nullopt;
+  const WantedError wanted = wanted_error(recipe);
+  return fmt::format(
+      "{}: {} is out of reach: it takes about {:.2g} times the rays that flux.max_rays ({}) and "
+      "flux.memory_limit allow; raise them, or the target to {:.2g}",
+      wanted.key(), wanted.text(wanted.value), cost.lacking_rays, recipe.flux.max_rays,
+      wanted.value * std::sqrt(cost.lacking_rays));
+}
+
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {
+  const WantedError wanted = wanted_error(recipe);
+  if (wanted.value == 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
+  // The time goes with the inverse square of the target.
+  const double affordable = wanted.value * std::sqrt(cost.flux_seconds / recipe.dear_flux);
+  const bool takes_hours = cost.flux_seconds >= 3600;
+  return fmt::format(
+      "{}: {} takes about {:.2g} rays per time step and {:.3g} {} on this machine, more than "
+      "flux.warn_above ({}); {:.2g}{} would not",
+      wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step,
+      takes_hours ? cost.flux_seconds / 3600 : cost.flux_seconds, takes_hours ? "h" : "s",
+      format_quantity(recipe.dear_flux, Dimension::time), 1.1 * affordable,
+      wanted.in_position ? " nm" : "");
+}
+
+namespace {
+
+// What is tried on a grid of more columns of nodes than can be tried in seconds, on one that is
+// coarser by this factor.
+int coarsening(const Recipe& recipe) {
+  constexpr double most_columns = 3e5;
+  const Frame& frame = recipe.frame;
+  if (recipe.start || frame.two_dimensional) return 1;
+  const double columns = static_cast<double>(frame.cells[0]) * frame.cells[1];
+  int factor = 1;
+  for (int k = 2; columns > most_columns * factor * factor && k < 64; ++k)
+    if (divides(k, frame)) factor = k;
+  return factor;
+}
+
+// As the number of facets goes with the square of the factor, and that of time steps with it.
+CostEstimate refined(CostEstimate cost, int factor) {
+  const double square = static_cast<double>(factor) * factor;
+  for (std::size_t* count : {&cost.active_nodes, &cost.facets_full, &cost.facets})
+    *count = static_cast<std::size_t>(square * static_cast<double>(*count));
+  for (double* value : {&cost.rays_per_time_step, &cost.memory.grid, &cost.memory.mesh,
+                        &cost.memory.flux, &cost.memory.output})
+    *value *= square;
+  cost.time_steps *= factor;
+  cost.seconds *= square * factor;
+  cost.flux_seconds *= square * factor;
+  return cost;
+}
+
+}  // namespace
+
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log) {
+  const int factor = coarsening(recipe);
+  if (factor > 1) {
+    try {
+      return refined(Estimator(coarser(recipe, factor), log).estimate(), factor);
+    } catch (const InputError&) {
+      // Shapes may be too narrow for a coarser grid.
+    }
+  }
+  return Estimator(recipe, log).estimate();
+}
+
+}  // namespace scarp

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/estimate/memory_estimate.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/simplify_choice.h"
+#include "core/log.h"
+
+namespace scarp {
+
+/// When a step with an end condition is expected to meet it. Units: s from its beginning.
+struct ExpectedEnd {
+  std::size_t step = 0;
+  double duration = 0;
+};
+
+/// What a run is going to cost, from the first time steps of every step with few rays: how long
+/// they may be, what they take, and how the surface grows in them. Each is tried on the geometry
+/// that it meets, as far as a CoarseRun gets.
+///
+/// Good to about a factor of two, where steps go on as they begin. What would take long to try is
+/// tried on a coarser grid.
+/// Units: heights in nm; seconds of wall time on this machine, with as many threads
+///        as now: what the trials took for each time step, ray and output, times their
+///        numbers.
+struct CostEstimate {
+  std::size_t active_nodes = 0;
+  double lowest = 0;  ///< of the start geometry's band
+  double highest = 0;
+  std::size_t facets_full = 0;  ///< of the step that has most, as facets
+  std::size_t facets = 0;
+  double time_steps = 0;
+  double rays_per_time_step = 0;  ///< mean over all of them
+  /// How many times as many the target would take as the caps allow, in the step where it is most.
+  double lacking_rays = 1;
+  MemoryEstimate memory{};  ///< when it is most
+  double seconds = 0;
+  double flux_seconds = 0;  ///< of them those that fluxes take
+  /// All rounds are counted of steps that repeat until a condition holds, which may end sooner.
+  bool at_most = false;
+  /// Of steps whose mesh is not simplified at their beginning, repeated ones once.
+  std::vector<std::pair<std::size_t, SimplifyChoice>> left_out{};
+  std::vector<ExpectedEnd> ends{};         ///< of steps with an end condition, repeated ones once
+  std::vector<std::string> standstills{};  ///< what to say of steps that move nothing, likewise
+};
+
+/// How fast an open flat wafer of each material moves, > 0 grows; what comes from the surface
+/// itself is left out.
+///
+/// Units: nm/s.
+std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count);
+
+/// About how many time steps a step takes in a time, at the speed of a surface that sees the whole
+/// source. Units: s.
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
+
+/// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
+/// wants, and which target would not; nothing where they do not, or have no target.
+std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
+
+/// Says that the caps on rays will come before the recipe's target, and which target they reach.
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe);
+
+/// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()). Where
+/// that takes a while the log says what is tried.
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log = {});
+
+}  // namespace scarp

@@ -1,0 +1,130 @@
+#include "apps/estimate/memory_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/simulator/simplify_choice.h"
+#include "core/error.h"
+#include "levelset/grid/slope.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double megabyte = 1024 * 1024;
+
+// Measured by /usr/bin/time -v of runs that have much of one thing: a fine grid, a full mesh, many
+// rays, many outputs; and of small runs.
+constexpr double program = 45 * megabyte;
+constexpr double band_copies = 3;
+constexpr double per_full_facet = 350;
+constexpr double per_facet = 500;
+constexpr double per_kept_ray = 18;
+constexpr double per_facet_of_output = 140;
+constexpr double per_bath_node = 200;  // see diffuse()
+
+// Of a mesh that is not made yet.
+constexpr double simplified_part = 0.15;
+
+double bath_nodes(const Layers& layers) {
+  const Frame& frame = layers.frame;
+  const double height = (layers.top().upper() - layers.top().lower()) / frame.spacing;
+  const double above = std::max(frame.cells[0], frame.cells[1]);
+  return (frame.cells[0] + 1.0) * (frame.cells[1] + 1.0) * (height + above);
+}
+
+MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size) {
+  const double hits =
+      std::min(per_kept_ray * size.kept_rays,
+               per_kept_ray / bytes_per_hit * static_cast<double>(recipe.flux.memory_limit));
+  return {.program = program / megabyte,
+          .grid = grid / megabyte,
+          .mesh = per_full_facet * size.facets_full / megabyte,
+          .flux = (per_facet * size.facets + hits) / megabyte,
+          .output = per_facet_of_output * size.facets * size.outputs / megabyte};
+}
+
+RunSize size_of(double facets, const Recipe& recipe) {
+  const bool keeps_rays = recipe.flux.engine != FluxOptions::Engine::forward;
+  std::size_t species = 0;
+  const auto is_simplified = [&](const ProcessStep& step) {
+    return recipe.simplify && simplify_choice(recipe, step, static_cast<std::size_t>(facets)) ==
+                                  SimplifyChoice::simplify;
+  };
+  for (const ProcessStep& step : recipe.steps)
+    if (step.model) species = std::max(species, step.model->species().size());
+  return {.facets_full = facets,
+          .facets =
+              std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets : facets,
+          .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
+}
+
+}  // namespace
+
+MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
+  double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
+  for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
+  const bool has_bath = std::ranges::any_of(
+      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+  if (has_bath) grid += per_bath_node * bath_nodes(layers);
+  return memory_of(grid, recipe, size);
+}
+
+// A facet for each node beside a surface in space, and two for a place of four nodes in a
+// cross-section.
+RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
+  const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
+  const bool is_half = layers.frame.two_dimensional || layers.frame.diagonal;
+  return size_of(is_half ? nodes / 2 : nodes, recipe);
+}
+
+// One layer whose band is one leaf of 8 x 8 x 8 nodes high, and two facets on each place of four
+// nodes; of a square that may be its own image across the diagonal one.
+MemoryEstimate least_memory(const Recipe& recipe) {
+  const Frame& frame = recipe.frame;
+  double places = 1;
+  double nodes = 8;
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool may_be_half = recipe.uses_symmetry && (axis == 0 || !frame.two_dimensional);
+    const double cells = may_be_half ? frame.cells[axis] / 2 : frame.cells[axis];
+    places *= cells;
+    nodes *= 8 * std::ceil(cells / 8);
+  }
+  const bool may_be_eighth =
+      recipe.uses_symmetry && !frame.two_dimensional && frame.cells[0] == frame.cells[1];
+  const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe);
+  return memory_of((band_copies + 1) * sizeof(float) * nodes, recipe, size);
+}
+
+std::string memory_limit_text(double limit) {
+  return fmt::format("more than the {:.0f} MB of --memory-limit", limit);
+}
+
+void require_memory(const MemoryEstimate& memory, double limit, std::string_view about) {
+  if (memory.total() <= limit) return;
+  throw InputError(fmt::format("the run takes {} {} of memory, {}; {}", about, memory_text(memory),
+                               memory_limit_text(limit), memory_remedy));
+}
+
+void require_least_memory(const Recipe& recipe, double limit) {
+  require_memory(least_memory(recipe), limit, "at least");
+}
+
+void require_least_memory_of_start(const Recipe& recipe, double limit) {
+  MemoryEstimate memory = least_memory(recipe);
+  memory.flux = 0;
+  memory.output = 0;
+  if (memory.total() <= limit) return;
+  throw InputError(fmt::format("the wafer takes at least {} of memory, {}; {}", memory_text(memory),
+                               memory_limit_text(limit), memory_remedy));
+}
+
+std::string memory_text(const MemoryEstimate& memory) {
+  return fmt::format(
+      "{:.0f} MB (program {:.0f}, grid {:.0f}, mesh {:.0f}, flux {:.0f}, outputs {:.0f})",
+      memory.total(), memory.program, memory.grid, memory.mesh, memory.flux, memory.output);
+}
+
+}  // namespace scarp

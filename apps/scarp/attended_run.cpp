@@ -1,0 +1,195 @@
+#include "apps/scarp/attended_run.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <iostream>
+#include <limits>
+#include <string_view>
+
+#include "apps/estimate/expected_end.h"
+#include "apps/run/restart.h"
+#include "apps/run/tell.h"
+#include "apps/scarp/command_line.h"
+#include "core/printable.h"
+#include "core/system/atomic_file.h"
+
+namespace scarp {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::atomic<bool> interrupt_requested{false};
+std::atomic<bool> checkpoint_requested{false};
+
+// Before the first file there is nothing to keep.
+std::atomic<bool> is_under_way{false};
+
+// The second one ends the process at once, and so does the first while a run is prepared.
+void on_interrupt(int signal) {
+  if (signal == SIGINT && !is_under_way) _exit(interrupted);
+  interrupt_requested = true;
+  std::signal(signal, SIG_DFL);
+  // The flux that is being solved may take a while.
+  constexpr std::string_view text = "\nends with a checkpoint; a second signal ends it at once\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+}
+
+// The terminal is gone, or the time that a batch system gives is over, of which it tells more than
+// once.
+void on_last_call(int) { interrupt_requested = true; }
+
+void on_checkpoint_request(int) { checkpoint_requested = true; }
+
+void listen() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+  std::signal(SIGXCPU, on_last_call);
+  std::signal(SIGUSR1, on_checkpoint_request);
+  // A limit on the size of files (ulimit -f) is then told as an error of the file that grew.
+  std::signal(SIGXFSZ, SIG_IGN);
+  // A run outlives who reads its messages.
+  std::signal(SIGPIPE, SIG_IGN);
+  // nohup lets it be ignored.
+  if (std::signal(SIGHUP, on_last_call) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+// One line that is written over on a terminal; elsewhere a line at least every few seconds.
+class Progress {
+ public:
+  Progress(const Recipe& recipe, bool quiet)
+      : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+    left_.resize(recipe.steps.size() + 1);
+    for (std::size_t n = recipe.steps.size(); n-- > 0;)
+      left_[n] = left_[n + 1] + recipe.steps[n].duration;
+  }
+
+  ~Progress() {
+    if (terminal_ && shown_) tell("\n");
+  }
+
+  void operator()(const State& state, const Survey& survey) {
+    if (quiet_) return;
+    const auto now = Clock::now();
+    if (first_) {
+      first_ = false;
+      start_ = now;
+      start_time_ = state.time;
+    }
+    const bool last = finished(state, recipe_);
+    if (!last && now - printed_ < (terminal_ ? std::chrono::milliseconds(100)
+                                             : std::chrono::milliseconds(5000))) {
+      return;
+    }
+    printed_ = now;
+    shown_ = true;
+    const double end = expected_end(state, survey, now);
+    const std::string line = fmt::format(
+        "{}  step \"{}\"  t = {:.4g} of {}{:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
+        current_step(state, recipe_).name, state.time, is_guess(state) ? "about " : "", end,
+        survey.facets.triangles.size(), survey.facets_full, time_left(state, end, now));
+    tell(line + (terminal_ ? '\r' : '\n'));
+  }
+
+ private:
+  // Of the recipe. Steps that ended early are over; of those to come none is known to.
+  double expected_end(const State& state, const Survey& survey, Clock::time_point now) {
+    if (state.step == recipe_.steps.size()) return state.time;
+    // Looking for it takes longer than writing a line.
+    if (step_ != state.step || now - looked_ > std::chrono::seconds(2)) {
+      step_ = state.step;
+      looked_ = now;
+      // The speeds of the survey are those of the step before, where one has just begun.
+      const ProcessStep& step = recipe_.steps[state.step];
+      const bool is_of_step = state.time > state.step_start;
+      duration_ = is_of_step ? expected_duration(step, state, survey) : step.duration;
+      if (!is_of_step) looked_ = {};
+    }
+    return std::max(state.time, state.step_start + duration_) + left_[state.step + 1];
+  }
+
+  bool is_guess(const State& state) const {
+    return std::any_of(recipe_.steps.begin() + static_cast<std::ptrdiff_t>(state.step),
+                       recipe_.steps.end(),
+                       [](const ProcessStep& step) { return step.until || step.round_end; });
+  }
+
+  // From the pace since the first time step of this process.
+  std::string time_left(const State& state, double end, Clock::time_point now) const {
+    const double done = state.time - start_time_;
+    if (done <= 0) return "";
+    const double wall = std::chrono::duration<double>(now - start_).count();
+    return "  " + duration_text(wall * (end - state.time) / done) + " left";
+  }
+
+  const Recipe& recipe_;
+  bool quiet_;
+  bool terminal_;
+  std::vector<double> left_;  ///< of the durations of the steps, when each begins
+  std::size_t step_ = std::numeric_limits<std::size_t>::max();  ///< that duration_ is of
+  double duration_ = 0;                                         ///< as it is expected
+  Clock::time_point looked_;
+  bool first_ = true;
+  bool shown_ = false;
+  double start_time_ = 0;
+  Clock::time_point start_;
+  Clock::time_point printed_;
+};
+
+// A word that a shell takes as it is, in quotes where it would not: $'a\nb' is one line.
+std::string for_shell(const std::string& word) {
+  constexpr const char* plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+,:=@%-";
+  if (word.find_first_not_of(plain) == std::string::npos) return word;
+  const bool has_lines = shown(word) != word;
+  std::string quoted = has_lines ? "$'" : "'";
+  for (const char c : word) {
+    if (has_lines && (c == '\'' || c == '\\')) quoted += '\\';
+    quoted += !has_lines && c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return shown(quoted) + '\'';
+}
+
+}  // namespace
+
+RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
+                    const AttendedOptions& options) {
+  is_under_way = false;
+  listen();
+  try {
+    Progress progress(recipe, options.quiet);
+    return run(
+        recipe, folder,
+        {.resume = options.resume,
+         .stop = &interrupt_requested,
+         .checkpoint = &checkpoint_requested,
+         .memory_limit_mb = options.memory_limit_mb,
+         .log = Log(std::cerr, options.quiet ? Log::Level::warnings : Log::Level::everything),
+         .begin = [] { is_under_way = true; },
+         .progress = [&](const State& state, const Survey& survey) { progress(state, survey); }});
+  } catch (const DiskFullError& error) {
+    throw DiskFullError(fmt::format("{}, then {}", error.what(), how_to_go_on(folder)));
+  }
+}
+
+std::string how_to_go_on(const std::filesystem::path& folder) {
+  // The recipe in the folder has what --set changed; it is there before the first state is.
+  const std::filesystem::path recipe = folder / "recipe.toml";
+  if (!std::filesystem::exists(recipe) || states_of(folder).empty())
+    return "run again: nothing was saved yet";
+  return fmt::format("go on with: scarp run {} --resume -o {}", for_shell(recipe.string()),
+                     for_shell(folder.string()));
+}
+
+}  // namespace scarp

@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/estimate/estimate.h"
+#include "apps/run/tell.h"
+#include "apps/scarp/commands.h"
+#include "apps/simulator/recipe.h"
+#include "apps/simulator/region_text.h"
+#include "apps/simulator/symmetry.h"
+#include "core/log.h"
+#include "core/parallel.h"
+#include "core/printable.h"
+
+namespace scarp {
+
+namespace {
+
+nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
+  nlohmann::ordered_json ends = nlohmann::ordered_json::array();
+  for (const ExpectedEnd& end : cost.ends) {
+    const ProcessStep& step = recipe.steps[end.step];
+    ends.push_back({{"step", end.step},
+                    {"name", step.name},
+                    {"until", text_of(*step.until, recipe.materials, recipe.frame)},
+                    {"expected_s", end.duration},
+                    {"longest_s", step.duration}});
+  }
+  return ends;
+}
+
+nlohmann::ordered_json left_out_of(const CostEstimate& cost, const Recipe& recipe) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const auto& [step, choice] : cost.left_out)
+    steps.push_back(
+        {{"step", step}, {"name", recipe.steps[step].name}, {"reason", cell_of(choice)}});
+  return steps;
+}
+
+void print_left_out(const CostEstimate& cost, const Recipe& recipe) {
+  for (const auto& [step, choice] : cost.left_out)
+    fmt::print("# The mesh of step \"{}\" is not simplified: {}\n", recipe.steps[step].name,
+               reason_of(choice));
+}
+
+void print_ends(const CostEstimate& cost, const Recipe& recipe) {
+  if (cost.ends.empty()) return;
+  fmt::print("# Ends of steps, as the start geometry would go on:\n");
+  for (const ExpectedEnd& end : cost.ends) {
+    const ProcessStep& step = recipe.steps[end.step];
+    const bool is_known = end.duration < step.duration;
+    fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
+               text_of(*step.until, recipe.materials, recipe.frame), over_etch_text(*step.until),
+               is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
+               step.duration);
+  }
+}
+
+nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
+  nlohmann::ordered_json names = nlohmann::ordered_json::array();
+  if (planes.across[0]) names.push_back("x = 0");
+  if (planes.across[1]) names.push_back("y = 0");
+  if (planes.diagonal) names.push_back("x = y");
+  return names;
+}
+
+}  // namespace
+
+ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
+  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const double memory_limit = arguments.memory_limit_mb();
+  require_least_memory(recipe, memory_limit);  // before it is taken here
+  const FoundPlanes found = mirror_planes(recipe);
+  const Log log =
+      common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
+  const CostEstimate cost = estimate_cost(on_part(recipe, found), log);
+  std::vector<std::string> warnings = recipe.warnings;
+  warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
+  if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
+  if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
+  if (cost.memory.total() > memory_limit) {
+    warnings.push_back(fmt::format("scarp run would refuse it: it takes {} of memory, {}",
+                                   memory_text(cost.memory), memory_limit_text(memory_limit)));
+  }
+  for (const std::string& warning : warnings) tell(fmt::format("warning: {}\n", warning));
+  if (common.json) {
+    const nlohmann::ordered_json result{{"valid", true},
+                                        {"warnings", warnings},
+                                        {"recipe", recipe.resolved},
+                                        {"active_nodes", cost.active_nodes},
+                                        {"lowest_nm", cost.lowest},
+                                        {"highest_nm", cost.highest},
+                                        {"facets_full", cost.facets_full},
+                                        {"facets", cost.facets},
+                                        {"time_steps", cost.time_steps},
+                                        {"rays_per_time_step", cost.rays_per_time_step},
+                                        {"memory_mb", cost.memory.total()},
+                                        {"memory_parts_mb",
+                                         {{"program", cost.memory.program},
+                                          {"grid", cost.memory.grid},
+                                          {"mesh", cost.memory.mesh},
+                                          {"flux", cost.memory.flux},
+                                          {"output", cost.memory.output}}},
+                                        {"seconds", cost.seconds},
+                                        {"threads", thread_count()},
+                                        {"at_most", cost.at_most},
+                                        {"mirror_planes", names_of(found.planes)},
+                                        {"simplify_left_out", left_out_of(cost, recipe)},
+                                        {"ends", ends_of(cost, recipe)}};
+    std::cout << result.dump(2) << '\n';
+    return done;
+  }
+  fmt::print("{}\n", recipe.resolved);
+  if (const std::string text = symmetry_text(recipe, found); !text.empty())
+    fmt::print("# Symmetry: {}\n", text);
+  print_left_out(cost, recipe);
+  print_ends(cost, recipe);
+  const std::string seconds =
+      cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);
+  fmt::print(
+      "# Cost, good to about a factor of two{}:\n"
+      "#   grid        {} cells in the band, from z = {:.4g} nm to {:.4g} nm at the start\n"
+      "#   facets      {} of {} after simplification\n"
+      "#   time steps  {:.0f}\n"
+      "#   rays        {:.2g} per time step on average\n"
+      "#   memory      {}\n"
+      "#   time        {} {} s on {} of this machine\n"
+      "# Results would go to {}\n",
+      cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
+      cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
+      memory_text(cost.memory), cost.at_most ? "at most about" : "about", seconds,
+      counted(static_cast<std::size_t>(thread_count()), "thread"),
+      shown(arguments.result_folder()));
+  return done;
+}
+
+}  // namespace scarp

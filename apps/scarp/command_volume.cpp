@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/run/restart.h"
+#include "apps/scarp/commands.h"
+#include "core/error.h"
+#include "core/printable.h"
+#include "core/recipe/quantity.h"
+#include "levelset/metrology/material_bodies.h"
+#include "levelset/surface/resample.h"
+#include "mesh/files/mesh_file.h"
+
+namespace scarp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+double bottom_of(const VolumeArguments& arguments, const Layers& layers) {
+  if (arguments.bottom.empty()) return default_bottom(layers);
+  try {
+    return parse_quantity(arguments.bottom, Dimension::length);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--bottom: {}", error.what()));
+  }
+}
+
+std::vector<MaterialBody> bodies_of(const Layers& layers, double bottom) {
+  try {
+    return material_bodies(layers, bottom);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--bottom: {}", error.what()));
+  }
+}
+
+/// NAME.stl becomes NAME_SiO2.stl.
+fs::path file_of(const fs::path& output, const std::string& material) {
+  return output.parent_path() /
+         fmt::format("{}_{}{}", output.stem().string(), material, output.extension().string());
+}
+
+}  // namespace
+
+ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) {
+  SavedWafer wafer = read_wafer(newest_state(arguments.where));
+  const Frame& frame = wafer.layers.frame;
+  if (frame.axisymmetric) wafer.layers = revolved(wafer.layers, frame.cells[0]);
+  const std::vector<MaterialBody> bodies =
+      bodies_of(wafer.layers, bottom_of(arguments, wafer.layers));
+  nlohmann::ordered_json json{{"time_s", wafer.time}, {"bodies", nlohmann::ordered_json::array()}};
+  for (const MaterialBody& body : bodies) {
+    const std::string& name = wafer.materials[body.material].name;
+    const fs::path file = file_of(arguments.output, name);
+    write_mesh(file, body.surface);
+    json["bodies"].push_back({{"material", name},
+                              {"file", file.string()},
+                              {"volume_nm3", enclosed_volume(body.surface)},
+                              {"facets", body.surface.triangles.size()}});
+    if (!common.json && !common.quiet)
+      fmt::print("{}: {:.6g} nm^3, {} facets\n", shown(file), enclosed_volume(body.surface),
+                 body.surface.triangles.size());
+  }
+  if (common.json) std::cout << json.dump(2) << '\n';
+  return done;
+}
+
+}  // namespace scarp

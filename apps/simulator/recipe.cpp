@@ -1,0 +1,676 @@
+#include "apps/simulator/recipe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "apps/estimate/estimate.h"
+#include "apps/run/restart.h"
+#include "apps/simulator/recipe_geometry.h"
+#include "apps/simulator/recipe_names.h"
+#include "apps/simulator/recipe_symmetry.h"
+#include "apps/simulator/recipe_warnings.h"
+#include "core/printable.h"
+#include "core/recipe/recipe_table.h"
+#include "core/system/memory_amount.h"
+#include "core/system/peak_memory.h"
+#include "levelset/motion/advect.h"
+#include "models/registry.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double longest = 1e9;  // s, of a step: thirty years
+constexpr double most_outputs = 10000;
+constexpr std::size_t most_cd_heights = 100;
+constexpr std::size_t most_sections = 100;
+constexpr double most_time_steps = 1e7;     // of a step: weeks on the smallest grid
+constexpr double most_cells = 1e6;          // along an axis
+constexpr double most_spacings_high = 1e5;  // of a film
+constexpr std::size_t most_steps = 100'000;
+constexpr Limits lengths{.minimum = 0, .maximum = longest_length, .exclusive = true};
+// A grid finer than an atom is a mistake, and its cells could not be counted.
+constexpr Limits spacings{.minimum = 1e-3, .maximum = longest_length};
+
+const Choices<Boundary> boundaries{{"reflective", Boundary::reflective},
+                                   {"periodic", Boundary::periodic}};
+
+// What the band takes for every cell of the surface at least: its nodes in single precision, in the
+// layer, the speeds and the buffers of a time step. Units: bytes.
+constexpr double memory_per_cell = 256;
+
+void require_memory(const RecipeTable& table, std::string_view key, std::string_view what,
+                    double cells) {
+  const double needed = memory_per_cell * cells;
+  const double there = 1024 * 1024 * available_memory_mb();
+  if (needed < there) return;
+  table.error(key, fmt::format("{} need {:.3g} GB or more, this machine has {:.3g} GB; use a "
+                               "coarser spacing or a smaller geometry",
+                               what, 1e-9 * needed, 1e-9 * there));
+}
+
+// A number of cells from an extent; at least two, or a mirror plane would meet its neighbour.
+int read_cells(const RecipeTable& table, double extent, double spacing, std::size_t axis) {
+  const auto text = [](double length) { return format_quantity(length, Dimension::length); };
+  const double cells = extent / spacing;
+  const double whole = std::round(cells);
+  const std::string key = fmt::format("extent[{}]", axis);
+  if (cells > most_cells * (1 + 1e-6)) {
+    table.error(
+        key, fmt::format("{} is {:.3g} spacings of {}; the most is {:.0f}: an extent of {}, "
+                         "or a spacing of {:.3g} nm",
+                         text(extent), cells, text(spacing), most_cells, text(most_cells * spacing),
+                         extent / most_cells));
+    return 2;
+  }
+  if (std::abs(cells - whole) > 1e-6 * whole || whole < 2) {
+    table.error(key, fmt::format("{} is {:.6g} spacings; it has to be a whole number of them, at "
+                                 "least 2, for example {}",
+                                 text(extent), cells, text(std::max(whole, 2.0) * spacing)));
+    return 2;
+  }
+  return static_cast<int>(whole);
+}
+
+Frame read_domain(const RecipeTable& table) {
+  enum class Mode { solid, section, round };
+  const Choices<Mode> modes{
+      {"3d", Mode::solid}, {"2d", Mode::section}, {"axisymmetric", Mode::round}};
+  Frame frame;
+  frame.spacing = table.length("spacing", spacings);
+  const Mode mode = table.choice<Mode>("mode", modes, "3d");
+  frame.two_dimensional = mode != Mode::solid;
+  frame.axisymmetric = mode == Mode::round;
+  const std::size_t axis_count = frame.two_dimensional ? 1 : 2;
+  const ListSize axes{.minimum = axis_count,
+                      .maximum = axis_count,
+                      .why = frame.axisymmetric      ? " with mode = \"axisymmetric\""
+                             : frame.two_dimensional ? " with mode = \"2d\""
+                                                     : " with mode = \"3d\""};
+  const std::vector<double> extent = table.quantities("extent", Dimension::length, axes, lengths);
+  const std::vector<Boundary> boundary =
+      table.choices<Boundary>("boundary", boundaries, axes, "reflective");
+  frame.cells = {2, 1};
+  for (std::size_t axis = 0; axis < axis_count; ++axis) {
+    frame.boundary[axis] = boundary[axis];
+    if (table.ok("extent") && table.ok("spacing")) {
+      frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
+    }
+  }
+  if (frame.axisymmetric && frame.cells[0] % 2 != 0 && table.ok("extent")) {
+    table.error("extent[0]", fmt::format("is {} spacings, and the axis is in the middle of it; it "
+                                         "has to be an even number of them, for example {}",
+                                         frame.cells[0],
+                                         format_quantity((frame.cells[0] + 1) * frame.spacing,
+                                                         Dimension::length)));
+    ++frame.cells[0];
+  }
+  if (frame.axisymmetric && frame.boundary[0] == Boundary::periodic)
+    table.error("boundary", "what goes around an axis has one side, which is \"reflective\"");
+  require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
+                 static_cast<double>(frame.cells[0]) * frame.cells[1]);
+  return frame;
+}
+
+// What becomes of meshes: nothing without options.
+struct Simplification {
+  std::optional<SimplifyOptions> options{};
+  bool where_it_pays = false;
+};
+
+Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
+  const Choices<SimplifyMethod> methods{{"curvature", SimplifyMethod::curvature},
+                                        {"paper", SimplifyMethod::paper},
+                                        {"lindstrom-turk", SimplifyMethod::lindstrom_turk},
+                                        {"length", SimplifyMethod::length}};
+  const std::optional<bool> enabled = table.flag_or("auto", "enabled", !frame.two_dimensional);
+  if (enabled == true && frame.two_dimensional) {
+    table.error("enabled", "the mesh of a cross-section is not simplified; leave this out");
+  }
+  const double h = frame.spacing;
+  SimplifyOptions options;
+  options.method = table.choice<SimplifyMethod>("method", methods, "curvature");
+  options.sides = frame.sides();
+  options.spacing = h;
+  options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
+  options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
+  // The flux on a facet is one number, and varies on flat walls, too: with 8 spacings the profile
+  // of configs/trench_deposition is off by .22 spacings below the mouth, with 3 by .12.
+  const std::string l_max = format_number(std::max(3.0, *options.l0 / h));
+  options.l_max = table.length_or_multiple("l_max", h, {.fallback = l_max, .minimum = 0});
+  options.max_error = table.length_or_multiple(
+      "max_error", h, {.fallback = "0.1", .minimum = 0, .exclusive = true});
+  options.curvature_threshold =
+      table.number("curvature_threshold", {.fallback = "0", .minimum = 0}) / h;
+  options.shape_weight = table.number("shape_weight", {.fallback = "4e-6", .minimum = 0});
+  const double remove = table.fraction("remove", "1");
+  if (remove < 1) options.remove = remove;
+  options.measure = false;  // max_error proves the distance
+  if (enabled == false || frame.two_dimensional) return {};
+  return {.options = options, .where_it_pays = !enabled};
+}
+
+// Units: bytes.
+std::uint64_t read_memory(const RecipeTable& table, std::string_view key,
+                          std::string_view fallback) {
+  const std::string text = table.text(key, fallback);
+  const auto bytes = parse_memory(text);
+  if (!bytes)
+    table.error(key, fmt::format("\"{}\" is not an amount of memory of 1 MB or more; write for "
+                                 "example \"512 MB\" or \"2 GB\"",
+                                 text));
+  return bytes.value_or(0);
+}
+
+FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
+  const Choices<FluxOptions::Engine> engines{{"auto", FluxOptions::Engine::automatic},
+                                             {"forward", FluxOptions::Engine::forward},
+                                             {"gather", FluxOptions::Engine::gather}};
+  FluxOptions options;
+  options.sides = frame.sides();
+  options.two_dimensional = frame.two_dimensional && !frame.axisymmetric;
+  options.axisymmetric = frame.axisymmetric;
+  options.spacing = frame.spacing;
+  options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
+  if (!table.has("position_error")) {
+    options.target_error =
+        table.number("target_error", {.fallback = "0.01", .minimum = 1e-6, .maximum = 1});
+  }
+  if (table.has("rays")) {
+    options.rays =
+        static_cast<std::uint64_t>(table.integer("rays", {.minimum = 1, .maximum = most_rays}));
+  }
+  options.max_rays = static_cast<std::uint64_t>(
+      table.integer("max_rays", {.fallback = "1000000000", .minimum = 1, .maximum = most_rays}));
+  options.memory_limit = read_memory(table, "memory_limit", "1 GB");
+  options.seed = static_cast<std::uint64_t>(
+      table.integer("seed", {.fallback = "1", .minimum = 0, .maximum = 9e15}));
+  return options;
+}
+
+// Units: nm; 0 if the error of the flux is the target.
+double read_position_error(const RecipeTable& table, const Frame& frame) {
+  const std::string_view key = "position_error";
+  if (!table.has(key)) return 0;
+  for (const std::string other : {"target_error", "rays"}) {
+    if (table.has(other))
+      table.error(other, "position_error and " + other + " exclude each other; leave one out");
+  }
+  return table.length_or_multiple(key, frame.spacing, {.minimum = 1e-6, .maximum = 1});
+}
+
+// Units: nm.
+double read_kept_distance(const RecipeTable& table, const Frame& frame) {
+  return table.length_or_multiple("keep_mesh_within", frame.spacing,
+                                  {.fallback = "0.05", .minimum = 0, .maximum = 0.5});
+}
+
+// Units: nm.
+double read_carried_distance(const RecipeTable& table, const Frame& frame) {
+  return table.length_or_multiple("carry_within", frame.spacing,
+                                  {.fallback = "0.01", .minimum = 0, .maximum = 1});
+}
+
+CoverageOptions read_coverages(const RecipeTable& table) {
+  return {.tolerance = table.number("coverage_tolerance",
+                                    {.fallback = "0.0001", .minimum = 1e-6, .maximum = 1}),
+          .most_iterations = static_cast<int>(table.integer(
+              "coverage_iterations", {.fallback = "200", .minimum = 1, .maximum = 1e6}))};
+}
+
+void read_advection(const RecipeTable& table, Recipe& recipe) {
+  const Choices<Scheme> schemes{
+      {"first_order", Scheme::first_order}, {"eno2", Scheme::eno2}, {"weno5", Scheme::weno5}};
+  recipe.scheme = table.choice<Scheme>("scheme", schemes, "eno2");
+  recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
+}
+
+// A length of another unit by mistake: no geometry is that high.
+void refuse_far(const RecipeTable& table, std::string_view key, std::optional<double> length,
+                const Frame& frame) {
+  if (!length || std::abs(*length) <= most_spacings_high * frame.spacing) return;
+  table.error(key, fmt::format("{} is {:.0f} spacings; the most is {:.0f}",
+                               format_quantity(*length, Dimension::length),
+                               std::abs(*length) / frame.spacing, most_spacings_high));
+}
+
+void refuse_far(const RecipeTable& table, const LayerOperation& operation, const Frame& frame) {
+  if (const auto* const film = std::get_if<ConformalFilm>(&operation)) {
+    refuse_far(table, "thickness", film->thickness, frame);
+  }
+  if (const auto* const plane = std::get_if<Planarise>(&operation)) {
+    refuse_far(table, "height", plane->height, frame);
+    refuse_far(table, "removal", plane->removal, frame);
+  }
+}
+
+void refuse_endless_step(const RecipeTable& table, std::string_view key, const ProcessStep& step,
+                         const Recipe& recipe) {
+  const double count = time_steps(step, step.duration, recipe);
+  // Without an end where the spacing is wrong, which is told there.
+  if (count <= most_time_steps || !std::isfinite(count)) return;
+  table.error(
+      key, fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
+                       "can be: a shorter duration, lower rates or a coarser spacing",
+                       format_quantity(step.duration, Dimension::time), count,
+                       recipe.cfl * recipe.frame.spacing, most_time_steps));
+}
+
+// Whether an open wafer of any material is etched.
+bool etches(const SurfaceModel& model, std::size_t material_count) {
+  const std::vector<float> speeds = open_wafer_speeds(model, material_count);
+  return std::ranges::any_of(speeds, [](float speed) { return speed < 0; });
+}
+
+// What later steps can meet grows with every deposited material, so steps are read in order.
+class StepReader {
+ public:
+  StepReader(Recipe& recipe, std::vector<MaterialId> reachable, std::filesystem::path folder)
+      : recipe_(recipe), reachable_(std::move(reachable)), folder_(std::move(folder)) {}
+
+  std::vector<ProcessStep> read(std::span<const RecipeTable> tables) {
+    std::vector<ProcessStep> steps;
+    for (const RecipeTable& table : tables) {
+      const std::vector<ProcessStep> some =
+          table.has("step") || table.has("repeat") ? read_cycle(table) : read_one(table);
+      if (cycle_depth_ == 0) refuse_unknown_materials();
+      if (is_too_many(table, static_cast<double>(steps.size() + some.size()))) continue;
+      steps.insert(steps.end(), some.begin(), some.end());
+    }
+    return steps;
+  }
+
+  /// What the wafer consists of before the first step, and what steps have added.
+  const std::vector<MaterialId>& reachable() const { return reachable_; }
+
+ private:
+  std::vector<ProcessStep> read_cycle(const RecipeTable& table) {
+    const auto count = table.integer("repeat", {.fallback = "1", .minimum = 1, .maximum = 1e6});
+    const std::string name = read_name(table, "name", "cycle");
+    const std::vector<RecipeTable> inner = table.tables("step");
+    if (inner.empty()) {
+      table.error("repeat", "there is nothing to repeat; add [[step.step]] tables below it");
+      table.accept_rest();
+      return {};
+    }
+    // In the second round the steps meet what the first one left.
+    const auto known = reachable_;
+    const auto until = table.has("until") ? std::optional(read_round_end(table)) : std::nullopt;
+    const bool was_in_until = std::exchange(in_until_, in_until_ || until);
+    ++cycle_depth_;
+    std::vector<ProcessStep> round = read(inner);
+    if (count > 1 && reachable_ != known) round = read(inner);
+    --cycle_depth_;
+    in_until_ = was_in_until;
+    if (is_too_many(table, static_cast<double>(count) * static_cast<double>(round.size())))
+      return {};
+    std::vector<ProcessStep> all;
+    for (std::int64_t cycle = 1; cycle <= count; ++cycle) {
+      for (ProcessStep step : round) {
+        step.name = fmt::format("{} {}: {}", name, cycle, step.name);
+        all.push_back(std::move(step));
+      }
+      if (until && !all.empty())
+        all.back().round_end = {
+            .until = *until,
+            .name = name,
+            .round = static_cast<int>(cycle),
+            .steps_left = static_cast<std::size_t>(count - cycle) * round.size()};
+    }
+    if (until && !all.empty()) all.front().begins_repeat = until;
+    return all;
+  }
+
+  // Looked at when a round is over.
+  EndCondition read_round_end(const RecipeTable& table) {
+    const RecipeTable until = table.table("until");
+    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    if (!until.ok()) return condition;
+    if (in_until_)
+      table.error("until", "of nested repeats one may have until; leave it out here or outside");
+    if (condition.over_etch > 0)
+      until.error("over_etch", "rounds are whole, so there is no over-etch; leave it out");
+    ask_material(until, condition);
+    return condition;
+  }
+
+  void ask_material(const RecipeTable& until, const EndCondition& condition) {
+    if (!condition.material) return;
+    const bool is_depth = condition.kind == EndCondition::Kind::depth;
+    asked_materials_.push_back(
+        {until, is_depth ? "material" : name_of(condition.kind), *condition.material});
+  }
+
+  static bool is_too_many(const RecipeTable& table, double count) {
+    if (count <= most_steps) return false;
+    table.error(table.has("repeat") ? "repeat" : "",
+                fmt::format("makes {:.0f} steps with repeats written out; at most {} in a recipe: "
+                            "repeat less often, or split it and go on from a result",
+                            count, most_steps));
+    return true;
+  }
+
+  std::vector<ProcessStep> read_one(const RecipeTable& table) {
+    ProcessStep step;
+    step.path = table.path();
+    step.model_name = table.text("model");
+    step.name = read_name(table, "name", step.model_name);
+    const ModelDescription* const model = find_model(step.model_name);
+    const bool own_duration = model != nullptr && !model->duration_text.empty();
+    if (!own_duration) step.duration = read_duration(table, model);
+    if (own_duration && table.has("duration"))
+      table.error("duration", fmt::format("{} takes as long as {}; leave this out", step.model_name,
+                                          model->duration_text));
+    StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
+    if (made.model == nullptr && !made.operation) return {};
+    if (own_duration) {
+      step.duration = checked_duration(table, made.duration);
+      step.duration_key = made.duration.key;
+    }
+    step.deposits = made.deposits;
+    step.model = std::move(made.model);
+    if (step.model) step.factors = step.model->angular_factors();
+    step.operation = made.operation;
+    if (table.has("until")) step.until = read_until(table, step);
+    if (step.deposits &&
+        std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
+      reachable_.push_back(*step.deposits);
+    }
+    if (!table.ok()) return {step};
+    if (step.model) refuse_asymmetry(table, *step.model, recipe_.frame);
+    if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
+    if (step.model) refuse_position_error(table, step);
+    refuse_endless_step(table, step.duration_key, step, recipe_);
+    return {step};
+  }
+
+  EndCondition read_until(const RecipeTable& table, const ProcessStep& step) {
+    const RecipeTable until = table.table("until");
+    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    if (!until.ok()) return condition;
+    const std::string key = name_of(condition.kind);
+    const bool is_film = condition.kind == EndCondition::Kind::thickness;
+    if (!step.model) {
+      table.error("until", fmt::format("{} acts at once; leave this out", step.model_name));
+    } else if (is_film && !step.deposits) {
+      until.error(key,
+                  "the step deposits nothing; an etch ends at a depth, or when a material is "
+                  "exposed or gone");
+    } else if (!is_film && table.ok() && !etches(*step.model, recipe_.materials.size())) {
+      until.error(key, "the step etches nothing; a deposition ends at a thickness");
+    }
+    ask_material(until, condition);
+    return condition;
+  }
+
+  // Once all is known that a step can meet; of a cycle, what the whole cycle deposits.
+  void refuse_unknown_materials() {
+    for (const auto& [until, key, material] : asked_materials_) {
+      if (std::ranges::find(reachable_, material) != reachable_.end()) continue;
+      std::string known;
+      for (const MaterialId each : reachable_)
+        known += (known.empty() ? "" : ", ") + recipe_.materials[each].name;
+      until.error(key, fmt::format("there is no {} on the wafer when the step begins; there is {}",
+                                   recipe_.materials[material].name, known));
+    }
+    asked_materials_.clear();
+  }
+
+  // How an error of the flux in each part of a cycle adds up is not known.
+  void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
+    if (recipe_.position_error == 0 || step.model->phases().empty()) return;
+    table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
+                                     "flux.position_error is not known; use flux.target_error",
+                                     step.model_name));
+  }
+
+  static double checked_duration(const RecipeTable& table, const OwnDuration& duration) {
+    if (duration.seconds > longest && table.ok())
+      table.error(duration.key, fmt::format("the step takes {}; the most is {}",
+                                            format_quantity(duration.seconds, Dimension::time),
+                                            format_quantity(longest, Dimension::time)));
+    return std::min(duration.seconds, longest);
+  }
+
+  static double read_duration(const RecipeTable& table, const ModelDescription* model) {
+    const bool at_once = model != nullptr && model->acts_at_once;
+    return table.time("duration", {.fallback = at_once ? "0 s" : "",
+                                   .minimum = 0,
+                                   .maximum = longest,
+                                   .exclusive = !at_once});
+  }
+
+  struct AskedMaterial {
+    RecipeTable until;
+    std::string key;
+    MaterialId material;
+  };
+
+  Recipe& recipe_;
+  std::vector<MaterialId> reachable_;
+  std::filesystem::path folder_;
+  std::vector<AskedMaterial> asked_materials_;
+  int cycle_depth_ = 0;
+  bool in_until_ = false;
+};
+
+// That the grid of a state is the one that the recipe describes.
+void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Frame& found) {
+  const auto differs = [&](const std::string& key, bool is_same, const std::string& there) {
+    if (!is_same)
+      domain.error(key, fmt::format("is not that of the state that start names, which has {}; a "
+                                    "state goes on where it is",
+                                    there));
+    return !is_same;
+  };
+  const auto length = [](double value) { return format_quantity(value, Dimension::length); };
+  const bool other_mode = differs(
+      "mode",
+      wanted.two_dimensional == found.two_dimensional && wanted.axisymmetric == found.axisymmetric,
+      '"' + mode_name(found) + '"');
+  const bool other_spacing =
+      differs("spacing", wanted.spacing == found.spacing, length(found.spacing));
+  if (other_mode) return;
+  for (std::size_t axis = 0; axis < (wanted.two_dimensional ? 1 : 2); ++axis) {
+    const bool periodic = found.boundary[axis] == Boundary::periodic;
+    differs(fmt::format("boundary[{}]", axis), wanted.boundary[axis] == found.boundary[axis],
+            periodic ? "\"periodic\"" : "\"reflective\"");
+    if (!other_spacing)
+      differs(fmt::format("extent[{}]", axis), wanted.cells[axis] == found.cells[axis],
+              length(found.cells[axis] * found.spacing));
+  }
+}
+
+std::optional<StartState> read_start(const RecipeTable& root, const std::filesystem::path& folder,
+                                     const Recipe& recipe) {
+  StartState start{.file = root.file("start", folder), .state = {}, .hash = {}};
+  if (root.has("geometry"))
+    root.error("geometry", "start and [[geometry]] exclude each other; leave one out");
+  if (!root.ok("start")) return std::nullopt;
+  try {
+    start.state = std::make_shared<const State>(read_start_state(start.file, recipe.materials));
+  } catch (const InputError& error) {
+    root.error("start", error.what());
+    return std::nullopt;
+  }
+  start.hash = state_hash(*start.state, recipe.materials);
+  if (root.ok("domain"))
+    refuse_other_grid(root.table("domain"), recipe.frame, start.state->layers.frame);
+  return start;
+}
+
+std::vector<MaterialId> materials_of(const Layers& layers) {
+  std::vector<MaterialId> found;
+  for (std::size_t n = 0; n < layers.stack.size(); ++n) {
+    const MaterialId material = layers.stack[n].material;
+    if (adds_material(layers, n) && std::ranges::find(found, material) == found.end())
+      found.push_back(material);
+  }
+  return found;
+}
+
+std::vector<MaterialId> materials_of(std::span<const Shape> shapes) {
+  std::vector<MaterialId> found;
+  const auto add = [&](std::optional<MaterialId> material) {
+    if (material && std::find(found.begin(), found.end(), *material) == found.end()) {
+      found.push_back(*material);
+    }
+  };
+  for (const Shape& shape : shapes) {
+    std::visit(
+        [&](const auto& each) {
+          if constexpr (requires { each.material; }) add(each.material);
+          if constexpr (requires { each.layers; }) {
+            for (const LayerShape& layer : each.layers) add(layer.material);
+          }
+        },
+        shape);
+  }
+  return found;
+}
+
+// Each output is a handful of files: an interval of another unit by mistake would fill the disk.
+double read_output_interval(const RecipeTable& table, std::span<const ProcessStep> steps) {
+  const double every = table.time("every", {.fallback = "0 s", .minimum = 0});
+  double duration = 0;
+  for (const ProcessStep& step : steps) duration += step.duration;
+  if (every > 0 && duration / every > most_outputs) {
+    table.error("every", fmt::format("{} gives {:.2g} outputs in {}; at most {:g}: at least {}",
+                                     format_quantity(every, Dimension::time), duration / every,
+                                     format_quantity(duration, Dimension::time), most_outputs,
+                                     format_quantity(duration / most_outputs, Dimension::time)));
+  }
+  return every;
+}
+
+std::vector<SectionLine> read_sections(const RecipeTable& table, const Frame& frame,
+                                       bool is_domain_known) {
+  std::vector<SectionLine> lines;
+  if (!table.has("sections")) return lines;
+  const std::vector<std::string> texts =
+      table.texts("sections", {.minimum = 0, .maximum = most_sections});
+  // Nothing can be said about lines in an unknown domain.
+  for (std::size_t n = 0; n < texts.size() && is_domain_known; ++n) {
+    try {
+      lines.push_back(parse_section(texts[n], frame));
+    } catch (const InputError& error) {
+      table.error(fmt::format("sections[{}]", n), error.what());
+    }
+  }
+  return lines;
+}
+
+// By default the masks are those of the start geometry.
+MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) {
+  std::vector<std::string> masks;
+  for (const Shape& shape : recipe.geometry) {
+    const auto* const mask = std::get_if<MaskShape>(&shape);
+    if (mask == nullptr) continue;
+    const std::string name = '"' + recipe.materials[mask->material].name + '"';
+    if (std::ranges::find(masks, name) == masks.end()) masks.push_back(name);
+  }
+  MetrologyOptions options{.masks =
+                               table.material_list("masks", recipe.materials, {.minimum = 0},
+                                                   fmt::format("[{}]", fmt::join(masks, ", ")))};
+  for (const MaterialId mask : options.masks) {
+    const auto& there = recipe.occurring;
+    if (there.empty() || std::ranges::find(there, mask) != there.end()) continue;
+    table.error("masks", fmt::format("{} is neither on the wafer nor deposited",
+                                     recipe.materials[mask].name));
+  }
+  if (table.has("cd_at")) {
+    options.cd_heights =
+        table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
+                         {.minimum = -longest_length, .maximum = longest_length});
+  }
+  return options;
+}
+
+// That the shapes make a geometry, and that the machine can hold it.
+void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
+                    const Recipe& recipe) {
+  for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
+    if (tables.empty()) {
+      root.error("geometry", problem.message);
+    } else {
+      tables[problem.shape].error(problem.key, problem.message);
+    }
+  }
+  const double cell = recipe.frame.spacing * recipe.frame.spacing;
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    const double cells = wall_area(recipe.frame, recipe.geometry[n]) / cell;
+    require_memory(tables[n], "", fmt::format("walls of {:.3g} grid cells", cells), cells);
+  }
+}
+
+}  // namespace
+
+std::string mode_name(const Frame& frame) {
+  if (frame.axisymmetric) return "axisymmetric";
+  return frame.two_dimensional ? "2d" : "3d";
+}
+
+Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  const RecipeFile file(path, overrides);
+  const RecipeTable root = file.root();
+  Recipe recipe;
+  recipe.title = read_name(root, "title", shown(path.stem()));
+  recipe.frame = read_domain(root.table("domain"));
+  recipe.uses_symmetry =
+      root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||
+      recipe.frame.axisymmetric;
+  read_materials(root.table("materials"), recipe.materials);
+
+  if (root.has("start")) {
+    recipe.start = read_start(root, path.parent_path(), recipe);
+  } else {
+    const std::vector<RecipeTable> shapes = root.tables("geometry");
+    recipe.geometry = read_geometry(shapes, recipe.materials, recipe.frame, path.parent_path());
+    if (file.ok()) check_geometry(root, shapes, recipe);
+  }
+
+  const Simplification simplification = read_simplify(root.table("simplify"), recipe.frame);
+  recipe.simplify = simplification.options;
+  recipe.simplify_where_it_pays = simplification.where_it_pays;
+  recipe.flux = read_flux(root.table("flux"), recipe.frame);
+  recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
+  recipe.dear_flux =
+      root.table("flux").time("warn_above", {.fallback = "24 h", .minimum = 0, .exclusive = true});
+  recipe.keep_mesh_within = read_kept_distance(root.table("flux"), recipe.frame);
+  recipe.carry_within = read_carried_distance(root.table("flux"), recipe.frame);
+  recipe.coverages = read_coverages(root.table("flux"));
+  read_advection(root.table("advection"), recipe);
+  const std::vector<RecipeTable> steps = root.tables("step");
+  const std::vector<MaterialId> there =
+      recipe.start ? materials_of(recipe.start->state->layers) : materials_of(recipe.geometry);
+  if (root.has("start") && !recipe.start) {
+    // Nothing can be said about steps on an unknown wafer.
+    for (const RecipeTable& step : steps) step.accept_rest();
+  } else {
+    StepReader reader(recipe, there, path.parent_path());
+    recipe.steps = reader.read(steps);
+    recipe.occurring = reader.reachable();
+  }
+  if (steps.empty() && root.ok("step"))
+    root.error("step", "there is no step; add a [[step]] table");
+  recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
+  recipe.checkpoint_every =
+      root.table("output").time("checkpoint_every", {.fallback = "0 s", .minimum = 0});
+  recipe.checkpoint_wall_time =
+      root.table("output").time("checkpoint_wall_time", {.fallback = "10 min", .minimum = 0});
+  recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
+  recipe.metrology = read_metrology(root.table("metrology"), recipe);
+  file.finish();
+  judge_coarseness(root, recipe);
+  file.finish();
+  recipe.warnings = file.warnings();
+  recipe.resolved = file.resolved();
+  return recipe;
+}
+
+}  // namespace scarp

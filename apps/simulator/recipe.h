@@ -1,0 +1,100 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/simulator/coverages.h"
+#include "apps/simulator/end_condition.h"
+#include "apps/simulator/section.h"
+#include "core/frame.h"
+#include "core/material.h"
+#include "flux/solve.h"
+#include "levelset/grid/scheme.h"
+#include "levelset/metrology/metrology.h"
+#include "levelset/start/shapes.h"
+#include "mesh/simplify/simplify.h"
+#include "models/surface_model.h"
+
+namespace scarp {
+
+struct State;
+
+/// The state of another run that a recipe starts from.
+struct StartState {
+  std::filesystem::path file;
+  std::shared_ptr<const State> state;
+  std::string hash;  ///< see state_hash()
+};
+
+/// The end of a round of steps that repeat until a condition holds at the end of one.
+struct RoundEnd {
+  EndCondition until;
+  std::string name;            ///< of the repeat
+  int round = 0;               ///< from 1
+  std::size_t steps_left = 0;  ///< in the rounds after this one, which are skipped when it holds
+};
+
+/// One step of a recipe, repeats written out: a model that moves the surface for some time, or an
+/// operation that acts on the layers at once, when the step begins.
+///
+/// Units: duration in s, the longest time where there is an end condition; 0 is possible for
+/// operations.
+struct ProcessStep {
+  std::string path;  ///< of its table in the recipe: "step[0].step[1]"
+  std::string name;
+  std::string model_name;
+  double duration = 0;
+  std::string duration_key = "duration";  ///< that it follows from
+  std::optional<EndCondition> until;
+  std::optional<EndCondition> begins_repeat;  ///< of the first step: what ends the repeat
+  std::optional<RoundEnd> round_end;          ///< of the last step of a round
+  std::optional<MaterialId> deposits;
+  std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
+  std::vector<AngularFactor> factors;         ///< of the model; to find their bounds takes a while
+  std::optional<LayerOperation> operation;
+};
+
+/// A recipe as the simulator needs it: checked, complete, in internal units.
+///
+/// Units: s; output_every 0 for start and end only, checkpoint_every 0 for outputs only.
+struct Recipe {
+  std::string title;
+  Frame frame;
+  bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
+  Materials materials;
+  std::vector<Shape> geometry;  ///< empty where there is a start
+  std::optional<StartState> start;
+  std::optional<SimplifyOptions> simplify;
+  bool simplify_where_it_pays = false;  ///< see simplify_choice()
+  FluxOptions flux;
+  double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
+  double dear_flux = 0;         ///< wall time of all fluxes from which a run warns; s
+  double keep_mesh_within = 0;  ///< how far the surface may be from a mesh that is kept; nm
+  double carry_within = 0;      ///< how far its change may move the surface before the flux is
+                                ///< solved again; nm
+  CoverageOptions coverages;
+  std::vector<ProcessStep> steps;
+  Scheme scheme = Scheme::eno2;
+  double cfl = 0;  ///< part of a spacing by which the surface may move at once
+  double output_every = 0;
+  double checkpoint_every = 0;        ///< of process time; changes no time step
+  double checkpoint_wall_time = 0;    ///< at most so much is lost when the process dies
+  std::vector<SectionLine> sections;  ///< besides that through the middle
+  MetrologyOptions metrology;
+  std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first
+  std::string resolved;               ///< the recipe as TOML with every default written out
+  std::vector<std::string> warnings;  ///< of what is doubtful, with its place in the file
+};
+
+/// As domain.mode has it.
+std::string mode_name(const Frame& frame);
+
+/// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.
+///
+/// Throws: InputError with all that is wrong, a line each: file:line:column: key: what is allowed.
+Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+
+}  // namespace scarp

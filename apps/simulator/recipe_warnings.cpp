@@ -1,0 +1,268 @@
+#include "apps/simulator/recipe_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "apps/estimate/estimate.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double least_thickness = 2;  // of layers and films, spacings
+constexpr double rounding = 1 - 1e-6;  // of rates times durations
+constexpr double facets_across = 2;    // an opening, at least
+constexpr double short_edge = 3;       // spacings, the default of l_max
+
+std::string length_text(double length) { return rounded_number(length) + " nm"; }
+
+// What the models of a recipe do to open flat wafers, each asked once.
+class OpenSpeeds {
+ public:
+  explicit OpenSpeeds(const Recipe& recipe) : recipe_(recipe) {}
+
+  double speed(const SurfaceModel& model, MaterialId material) {
+    auto [known, is_new] = known_.try_emplace(&model);
+    if (is_new) known->second = open_wafer_speeds(model, recipe_.materials.size());
+    return known->second[material];
+  }
+
+  bool is_etched(MaterialId material) {
+    return std::ranges::any_of(recipe_.steps, [&](const ProcessStep& step) {
+      return step.model && speed(*step.model, material) < 0;
+    });
+  }
+
+ private:
+  const Recipe& recipe_;
+  std::map<const SurfaceModel*, std::vector<float>> known_;
+};
+
+void warn_of_narrow_features(std::span<const RecipeTable> shapes, const Recipe& recipe) {
+  const double width = least_feature_width * recipe.frame.spacing;
+  for (const ShapeProblem& each : narrow_features(recipe.frame, recipe.geometry, width))
+    shapes[each.shape].warning(
+        each.key, fmt::format("{}: flux and shape are rough there; use a finer domain.spacing",
+                              each.message));
+}
+
+void warn_of_idle_bodies(std::span<const RecipeTable> shapes, const Recipe& recipe) {
+  for (const ShapeProblem& each : idle_bodies(recipe.frame, recipe.geometry))
+    shapes[each.shape].warning(each.key, each.message);
+}
+
+// A layer that is met from above is etched through in the right time however thin it is, but its
+// sides are no surface that the grid holds.
+void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
+                         OpenSpeeds& speeds) {
+  const double least = least_thickness * recipe.frame.spacing;
+  std::optional<MaterialId> below;  // what is flat; a layer of it is no layer of its own
+  const auto look_at = [&](const LayerShape& layer, std::size_t shape, const std::string& key) {
+    const bool goes_on = std::exchange(below, layer.material) == layer.material;
+    if (goes_on || layer.thickness >= rounding * least || !speeds.is_etched(layer.material)) return;
+    shapes[shape].warning(
+        key, fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how "
+                         "far it is etched from its sides is rough; use a domain.spacing of {} or "
+                         "less",
+                         length_text(layer.thickness), length_text(least),
+                         length_text(layer.thickness / least_thickness)));
+  };
+  for (std::size_t n = 0; n < recipe.geometry.size(); ++n) {
+    const Shape& shape = recipe.geometry[n];
+    if (const auto* const wafer = std::get_if<WaferShape>(&shape)) {
+      below = wafer->material;
+    } else if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
+      look_at(*layer, n, "thickness");
+    } else if (const auto* const stack = std::get_if<StackShape>(&shape)) {
+      for (std::size_t k = 0; k < stack->layers.size(); ++k)
+        look_at(stack->layers[k], n, fmt::format("thicknesses[{}]", k));
+    } else {
+      below.reset();
+    }
+  }
+}
+
+// A film thinner than a spacing goes with what holds it: no node tells that it is there. Refused
+// where that is sure before the run: once it has been opened, a step of prescribed rates etches
+// what lies beneath it, and it alone, by more than a spacing.
+class UnheldFilms {
+ public:
+  UnheldFilms(std::span<const RecipeTable> shapes, const Recipe& recipe, OpenSpeeds& speeds)
+      : shapes_(shapes), recipe_(recipe), speeds_(speeds) {}
+
+  void refuse() {
+    MaterialId below = 0;
+    for (std::size_t n = 0; n < recipe_.geometry.size(); ++n) {
+      const Shape& shape = recipe_.geometry[n];
+      if (const auto* const wafer = std::get_if<WaferShape>(&shape)) below = wafer->material;
+      if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
+        look_at(*layer, below, n, "thickness");
+        below = layer->material;
+      }
+      const auto* const stack = std::get_if<StackShape>(&shape);
+      for (std::size_t k = 0; stack != nullptr && k < stack->layers.size(); ++k) {
+        look_at(stack->layers[k], below, n, fmt::format("thicknesses[{}]", k));
+        below = stack->layers[k].material;
+      }
+    }
+  }
+
+ private:
+  static constexpr double withstands = 0.1;  // a film that is etched this many times more slowly
+
+  void look_at(const LayerShape& film, MaterialId below, std::size_t shape,
+               const std::string& key) {
+    const double spacing = recipe_.frame.spacing;
+    if (film.thickness >= rounding * spacing) return;
+    double left = is_cut(shape, film.material) ? 0 : film.thickness;
+    for (const ProcessStep& step : recipe_.steps) {
+      if (!step.model) continue;
+      const double etch = -speeds_.speed(*step.model, film.material);
+      const double etch_below = -speeds_.speed(*step.model, below);
+      const bool undercuts = step.model->species().empty() && !step.model->solute() &&
+                             etch_below * step.duration > spacing &&
+                             etch <= withstands * etch_below;
+      if (left <= 0 && undercuts) {
+        shapes_[shape].error(
+            key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches {} "
+                             "away beneath it: what holds it no more would be lost; use a "
+                             "domain.spacing of {} or less",
+                             length_text(film.thickness), length_text(spacing), step.path,
+                             recipe_.materials[below].name, length_text(film.thickness)));
+        return;
+      }
+      left -= etch * step.duration;
+    }
+  }
+
+  // Whether a later shape of the start geometry goes through a film.
+  bool is_cut(std::size_t shape, MaterialId material) const {
+    const auto cuts = [&](const Cut& cut) {
+      return cut.through.empty() || std::ranges::count(cut.through, material) > 0;
+    };
+    return std::any_of(recipe_.geometry.begin() + static_cast<std::ptrdiff_t>(shape),
+                       recipe_.geometry.end(), [&](const Shape& later) {
+                         const auto* const trench = std::get_if<TrenchShape>(&later);
+                         const auto* const hole = std::get_if<HoleShape>(&later);
+                         return (trench != nullptr && cuts(trench->cut)) ||
+                                (hole != nullptr && cuts(hole->cut));
+                       });
+  }
+
+  std::span<const RecipeTable> shapes_;
+  const Recipe& recipe_;
+  OpenSpeeds& speeds_;
+};
+
+// What steps deposit of a material until one etches it, on an open flat wafer.
+class Films {
+ public:
+  Films(const RecipeTable& root, const Recipe& recipe, OpenSpeeds& speeds)
+      : root_(root), recipe_(recipe), speeds_(speeds) {}
+
+  void warn() {
+    for (const ProcessStep& step : recipe_.steps) {
+      if (step.model) etch(*step.model);
+      if (step.deposits) grow(step, films_[*step.deposits]);
+    }
+    for (const auto& [material, film] : films_) look_at(film);
+  }
+
+ private:
+  struct Film {
+    double thickness = 0;
+    bool is_known = true;  ///< false where it depends on more than open wafers show
+    std::string key{};     ///< in the recipe, of the last step
+  };
+
+  void etch(const SurfaceModel& model) {
+    for (auto& [material, film] : films_) {
+      if (!(speeds_.speed(model, material) < 0)) continue;
+      look_at(film);
+      film = {};
+    }
+  }
+
+  void grow(const ProcessStep& step, Film& film) {
+    film.key = step.path + ".thickness";
+    if (step.operation) {
+      film.thickness += std::get<ConformalFilm>(*step.operation).thickness;
+      return;
+    }
+    const double speed = speeds_.speed(*step.model, *step.deposits);
+    film.is_known = film.is_known && speed > 0;
+    film.key = step.path + '.' + step.duration_key;
+    double thickness = speed * step.duration;
+    const bool has_end = step.until && step.until->kind == EndCondition::Kind::thickness;
+    if (has_end && step.until->length < thickness) {
+      film.key = step.path + ".until.thickness";
+      thickness = step.until->length;
+    }
+    film.thickness += thickness;
+  }
+
+  void look_at(const Film& film) const {
+    const double least = least_thickness * recipe_.frame.spacing;
+    if (film.key.empty() || !film.is_known || film.thickness >= rounding * least) return;
+    root_.warning(film.key,
+                  fmt::format("makes a film of {} on an open flat wafer, thinner than two grid "
+                              "spacings ({}): its sides are no surface that the grid holds; use a "
+                              "domain.spacing of {} or less, or a thicker film",
+                              length_text(film.thickness), length_text(least),
+                              length_text(film.thickness / least_thickness)));
+  }
+
+  const RecipeTable& root_;
+  const Recipe& recipe_;
+  OpenSpeeds& speeds_;
+  std::map<MaterialId, Film> films_;
+};
+
+// The flux on a facet is one number.
+void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> shapes,
+                         const Recipe& recipe) {
+  const SimplifyOptions& options = *recipe.simplify;
+  const Sides sides = recipe.frame.sides();
+  // Without a limit an opening in the domain is always too narrow.
+  const double widest = std::max(sides.width(0), sides.width(1));
+  const double longest =
+      options.l_max > 0 ? std::max(options.l_max, options.l0.value_or(0)) : widest;
+  // Where openings are too narrow for these, it is the grid that is too coarse.
+  if (longest <= short_edge * recipe.frame.spacing) return;
+  const double width = std::min(facets_across * longest, widest);
+  for (const ShapeProblem& each : narrow_features(recipe.frame, recipe.geometry, width)) {
+    if (!each.is_opening) continue;
+    const std::string length =
+        options.l_max > 0 ? "edges of " + length_text(longest) : "edges of any length";
+    root.table("simplify")
+        .warning(
+            "l_max",
+            fmt::format("allows {} in an opening that is less than {:g} times as wide ({}.{}: "
+                        "{}), where a flux that varies would be one number; lower it to less "
+                        "than half of the opening",
+                        length, facets_across, shapes[each.shape].path(), each.key, each.message));
+    return;
+  }
+}
+
+}  // namespace
+
+void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
+  const std::vector<RecipeTable> shapes = root.tables("geometry");
+  OpenSpeeds speeds(recipe);
+  // Those of a state that a recipe starts from were told before.
+  if (!recipe.geometry.empty()) {
+    warn_of_narrow_features(shapes, recipe);
+    warn_of_idle_bodies(shapes, recipe);
+    warn_of_thin_layers(shapes, recipe, speeds);
+    UnheldFilms(shapes, recipe, speeds).refuse();
+    if (recipe.simplify) warn_of_long_facets(root, shapes, recipe);
+  }
+  Films(root, recipe, speeds).warn();
+}
+
+}  // namespace scarp

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "apps/simulator/recipe.h"
+#include "core/recipe/recipe_table.h"
+
+namespace scarp {
+
+/// In spacings: what is narrower is not resolved.
+inline constexpr double least_feature_width = 5;
+
+/// Notes in the table of a whole recipe what is allowed, but too coarse for what it asks of the
+/// grid: features less than 5 spacings wide; layers and films of less than 2, where they are etched
+/// or grown; facets that may become longer than half an opening is wide. Also bodies of meshes that
+/// add or cut nothing. An error is a film thinner
+/// than a spacing that is sure to lose what holds it.
+void judge_coarseness(const RecipeTable& root, const Recipe& recipe);
+
+}  // namespace scarp

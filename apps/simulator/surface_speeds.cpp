@@ -1,0 +1,223 @@
+#include "apps/simulator/surface_speeds.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "flux/reconstruct.h"
+
+namespace scarp {
+
+namespace {
+
+// What a model is asked about: facets, tallies on them, and what covers them.
+struct SeenSurface {
+  SmoothCorners facets;
+  std::span<const std::span<const float>> flux;
+  std::span<const std::vector<float>> coverages;
+};
+
+// Values at the three corners of every facet, in one row.
+std::vector<float> at_corners(const SmoothCorners& facets, std::span<const float> on_facets) {
+  std::vector<float> values;
+  for (const auto& corners : corner_values(facets, on_facets))
+    values.insert(values.end(), corners.begin(), corners.end());
+  return values;
+}
+
+// The flux at the corners, one array per tally.
+std::vector<std::vector<float>> flux_at_corners(const SmoothCorners& facets,
+                                                std::span<const std::span<const float>> flux) {
+  std::vector<std::vector<float>> tallies;
+  for (const std::span<const float> tally : flux) tallies.push_back(at_corners(facets, tally));
+  return tallies;
+}
+
+CornerSpeeds by_facet(const std::vector<float>& row) {
+  CornerSpeeds speeds(row.size() / 3);
+  for (std::size_t p = 0; p < row.size(); ++p) speeds[p / 3][p % 3] = row[p];
+  return speeds;
+}
+
+// A model speaks of points: here the three corners of every facet, with the facet's own normal, so
+// that speeds break where the surface does.
+LayerSpeeds speeds_of_material(const std::vector<Vec3f>& corner_normals,
+                               std::span<const std::vector<float>> corner_flux,
+                               std::span<const std::vector<float>> corner_coverages,
+                               const SurfaceModel& model, MaterialId material) {
+  const std::vector<MaterialId> everywhere(corner_normals.size(), material);
+  const SurfacePoints points{
+      .material = everywhere, .normal = corner_normals, .coverages = corner_coverages};
+  const std::vector<std::span<const float>> views(corner_flux.begin(), corner_flux.end());
+  return {.speed = by_facet(model.speeds(points, views))};
+}
+
+// With factors of the normal it speaks of facets, where flux and normal belong together: a mean of
+// the flux over facets that turn is that of none of their normals. Amplitudes do not turn.
+LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>& normals,
+                              const SurfaceModel& model, std::span<const AngularFactor> factors,
+                              MaterialId material) {
+  const std::vector<MaterialId> everywhere(normals.size(), material);
+  const SurfacePoints points{
+      .material = everywhere, .normal = normals, .coverages = seen.coverages};
+  LayerSpeeds speeds;
+  for (const std::vector<float>& part : model.amplitudes(points, seen.flux, factors))
+    speeds.parts.push_back(corner_values(seen.facets, part));
+  speeds.speed = speeds.parts.front();
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    for (std::size_t f = 0; f < normals.size(); ++f) {
+      const float factor = factors[k].value(normals[f]);
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        speeds.speed[f][corner] += factor * speeds.parts[1 + k][f][corner];
+    }
+  }
+  return speeds;
+}
+
+std::vector<LayerSpeeds> speeds_at_corners(std::span<const Layer> stack, const SeenSurface& seen,
+                                           const SurfaceModel& model,
+                                           std::span<const AngularFactor> factors) {
+  const std::vector<Vec3f> normals = facet_normals(seen.facets.mesh());
+  std::vector<Vec3f> corner_normals;
+  std::vector<std::vector<float>> corner_flux;
+  std::vector<std::vector<float>> corner_coverages;
+  if (factors.empty()) {
+    for (const Vec3f& n : normals) corner_normals.insert(corner_normals.end(), 3, n);
+    corner_flux = flux_at_corners(seen.facets, seen.flux);
+    for (const std::vector<float>& coverage : seen.coverages)
+      corner_coverages.push_back(at_corners(seen.facets, coverage));
+  }
+  std::vector<LayerSpeeds> speeds;
+  for (std::size_t k = 0; k < stack.size(); ++k) {
+    const MaterialId material = stack[k].material;
+    std::size_t same = 0;
+    while (stack[same].material != material) ++same;
+    if (same < k) {
+      speeds.push_back(speeds[same]);
+    } else if (factors.empty()) {
+      speeds.push_back(
+          speeds_of_material(corner_normals, corner_flux, corner_coverages, model, material));
+    } else {
+      speeds.push_back(parts_of_material(seen, normals, model, factors, material));
+    }
+  }
+  return speeds;
+}
+
+std::size_t layer_of(const State& state, MaterialId material) {
+  std::size_t k = state.layers.stack.size() - 1;
+  while (k > 0 && state.layers.stack[k].material != material) --k;
+  return k;
+}
+
+[[noreturn]] void refuse_speed(const std::string& what, std::size_t facet, MaterialId material,
+                               const Survey& survey, const State& state, const Recipe& recipe) {
+  const ProcessStep& step = current_step(state, recipe);
+  const Vec3f r = survey.facets.vertices[survey.facets.triangles[facet][0]];
+  const std::string formula = step.model->formula(material);
+  throw NumericalError(fmt::format("{} on facet {} at ({:g}, {:g}, {:g}) nm, material {}{}", what,
+                                   facet, r.x, r.y, r.z, recipe.materials[material].name,
+                                   formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
+}
+
+// Of all layers: one that is not seen may come to light within the time step. And a step that
+// deposits nothing must not let anything grow: what grew would be of which material?
+void require_sound_speeds(const Survey& survey, const State& state, const Recipe& recipe) {
+  const ProcessStep& step = current_step(state, recipe);
+  for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
+    const std::size_t seen = layer_of(state, survey.facets.materials[f]);
+    for (std::size_t k = 0; k < survey.speeds_of_layers.size(); ++k) {
+      const MaterialId material = state.layers.stack[k].material;
+      for (const float speed : survey.speeds_of_layers[k].speed[f]) {
+        if (!std::isfinite(speed))
+          refuse_speed("speed is not finite", f, material, survey, state, recipe);
+        if (k != seen || speed <= 0 || step.deposits) continue;
+        refuse_speed(fmt::format("the surface grows, by {:g} nm/s, and the step names no material "
+                                 "that is deposited,",
+                                 speed),
+                     f, material, survey, state, recipe);
+      }
+    }
+  }
+}
+
+Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe) {
+  const std::vector<float> speeds = facet_speeds(state, survey);
+  const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
+  Growth growth;
+  growth.etched.resize(recipe.materials.size());
+  growth.area_of.resize(recipe.materials.size());
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    const double area = recipe.frame.facet_images() * areas[f];
+    growth.area_of[survey.facets.materials[f]] += area;
+    growth.net += area * speeds[f];
+    growth.area += area;
+    growth.gross += area * std::abs(speeds[f]);
+    for (std::size_t k = 0; k < survey.speeds_of_layers.size(); ++k) {
+      const float slowest = std::ranges::min(survey.speeds_of_layers[k].speed[f]);
+      growth.etched[state.layers.stack[k].material] -= area * std::min(slowest, 0.0F);
+    }
+  }
+  return growth;
+}
+
+}  // namespace
+
+std::string standstill_text(const ProcessStep& step, const std::set<MaterialId>& seen,
+                            const Materials& materials) {
+  std::string names;
+  for (const MaterialId material : seen)
+    names += (names.empty() ? "" : ", ") + materials[material].name;
+  return fmt::format("step \"{}\" moved nothing: the rates of {} are 0 on all that was seen ({})",
+                     step.name, step.model_name, names);
+}
+
+std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField> flux) {
+  std::vector<std::span<const float>> tallies;
+  for (const FluxField& field : flux)
+    for (const Tally& tally : field.tallies) tallies.emplace_back(tally.mean);
+  return tallies;
+}
+
+void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
+  const ProcessStep& step = current_step(state, recipe);
+  if (!step.model) return;
+  const auto measurement = result.timer.measure("map");
+  result.factors = step.factors;
+  result.speeds_of_layers = speeds_at_corners(
+      state.layers.stack,
+      {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages}, *step.model,
+      result.factors);
+  require_sound_speeds(result, state, recipe);
+  result.growth = growth_of(result, state, recipe);
+}
+
+void find_change(const State& state, const Recipe& recipe, Survey& result) {
+  const EarlierFlux& earlier = state.earlier;
+  if (recipe.carry_within <= 0 || earlier.tallies.empty()) return;
+  const auto measurement = result.timer.measure("map");
+  const std::vector<std::span<const float>> flux(earlier.tallies.begin(), earlier.tallies.end());
+  const std::vector<LayerSpeeds> before = speeds_at_corners(
+      state.layers.stack, {SmoothCorners(state.mesh.facets), flux, state.coverages.values},
+      *current_step(state, recipe).model, result.factors);
+  std::vector<std::size_t> layers;
+  for (const MaterialId material : result.facets.materials)
+    layers.push_back(layer_of(state, material));
+  result.change = speed_change({state.mesh.facets, before}, *tree_of(state.mesh),
+                               {result.facets, result.speeds_of_layers}, layers, result.factors,
+                               earlier.dt, recipe.frame.spacing);
+}
+
+std::vector<float> facet_speeds(const State& state, const Survey& survey) {
+  std::vector<float> speeds(survey.facets.triangles.size());
+  if (survey.speeds_of_layers.empty()) return speeds;
+  for (std::size_t f = 0; f < speeds.size(); ++f) {
+    const std::size_t layer = layer_of(state, survey.facets.materials[f]);
+    const auto& [a, b, c] = survey.speeds_of_layers[layer].speed[f];
+    speeds[f] = (a + b + c) / 3;
+  }
+  return speeds;
+}
+
+}  // namespace scarp

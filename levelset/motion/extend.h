@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/tri_mesh.h"
+#include "core/triangle_tree.h"
+#include "levelset/grid/layers.h"
+#include "levelset/motion/speed_field.h"
+#include "levelset/surface/connectivity.h"
+#include "levelset/surface/creased_facets.h"
+#include "levelset/surface/kept_facets.h"
+
+namespace scarp {
+
+/// How far simplified facets are taken to be from the surface where nothing else is known.
+/// Spacings.
+inline constexpr double close_facets = 0.5;
+
+/// Speeds at the three corners of every facet. Units: nm/s.
+using CornerSpeeds = std::vector<std::array<float, 3>>;
+
+/// Facets that speeds are carried from, once or often, what finds the closest of them, and which
+/// ones these were. Refers to the mesh.
+struct FacetTree {
+  FacetTree(const TriMesh& mesh, std::shared_ptr<const TriangleTree> its_tree)
+      : facets(mesh), tree(std::move(its_tree)), is_creased(creased_facets(mesh)) {}
+  explicit FacetTree(const TriMesh& mesh)
+      : FacetTree(mesh, std::make_shared<const TriangleTree>(mesh)) {}
+
+  const TriMesh& facets;
+  std::shared_ptr<const TriangleTree> tree;
+  std::vector<bool> is_creased;
+  KeptFacets kept{};
+};
+
+/// Carries speeds from the facets of a mesh to the nodes of the band.
+///
+/// A node next to the surface takes the speed at the closest point of the facets, linear between
+/// the corners of its facet; facets that face the other way (the far side of a thin wall) do not
+/// count. At an edge it takes that of the side that leads, or the mean of the sides that face it
+/// alike (facet_shares.h). From there speeds are constant along the normals. Nodes of closed voids,
+/// and solid whose nearest surface is not in the mesh, have speed 0.
+///
+/// Shape:  one entry of corner_speeds per facet; facets may be simplified, as long as they stay
+///         within half a spacing of the surface.
+/// Cost:   a closest-point query per node next to the surface, about half a microsecond each.
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const std::array<float, 3>> corner_speeds);
+
+/// The same for a stack whose layers move at different speeds.
+///
+/// Every node takes the speed of the layer that is seen at the surface nearest to it. Where the
+/// surface passes from layer to layer within dt, the speed is the mean over dt: a film much thinner
+/// than a spacing delays an etch by the right time. Layers whose speeds are all 0 lose nothing.
+///
+/// Shape:  speeds_of_layers[k][f] is what facet f would have if layer k were seen there.
+/// Units:  dt in s; advect must be called with the same.
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
+                         std::span<const CornerSpeeds> speeds_of_layers, double dt);
+
+/// How one layer would move if it were seen, with speeds that depend on the normal.
+struct LayerSpeeds {
+  CornerSpeeds speed;  ///< at the facets' own normals
+  /// What speed consists of: the part that does not depend on the normal, then the amplitude of
+  /// every factor. Empty where there are no factors.
+  std::vector<CornerSpeeds> parts{};
+};
+
+/// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
+/// seen, scaled where the surface passes from layer to layer within dt. The facets may be those of
+/// the surface some time before: how far they may be from it is told. A film beside a wall that
+/// stays where it is has one speed, without a normal (contact_line.h).
+///
+/// Speeds do not depend on what facets keeps; it spares most queries of all calls but the first.
+/// Shape: speeds_of_layers[k].parts has one entry more than factors. Units: distance in nm.
+SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
+                         std::span<const LayerSpeeds> speeds_of_layers,
+                         std::span<const AngularFactor> factors, double dt, double distance);
+
+/// The time in which the fastest layer moves by cfl spacings, of those layers that are seen or lie
+/// within two spacings below the surface. Units: s.
+double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
+                        double cfl);
+
+/// The same for speeds that depend on the normal, whose kinks may run faster than the surface
+/// moves.
+double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,
+                        std::span<const AngularFactor> factors, double cfl);
+
+}  // namespace scarp

@@ -1,0 +1,312 @@
+#include "levelset/motion/standstill.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/parallel.h"
+#include "levelset/grid/exposure.h"
+#include "levelset/grid/stencil.h"
+
+namespace scarp {
+
+namespace {
+
+/// Only nodes this near to the surface, in spacings, can be next to it after a time step.
+constexpr float near_surface = 2;
+
+/// What is left of a film where the layer below it stands still and is seen next to it goes with
+/// the film once it is thinner than this, in spacings: there both ends of an edge hold it.
+constexpr float residue_thickness = 0.05F;
+
+constexpr int none = -1;
+
+/// New phi of a node.
+struct NewPhi {
+  float value;
+  float residue = 0;  ///< thickness of the film that goes besides what its speed takes, in spacings
+
+  NewPhi(float phi, float thickness = 0) : value(phi), residue(thickness) {}
+};
+
+class Keeper {
+ public:
+  Keeper(const Layers& layers, const SpeedField& field, float dt)
+      : layers_(layers),
+        field_(field),
+        stands_still_(field.stands_still),
+        dt_(dt),
+        way_(dt * *std::ranges::max_element(field.fastest_etch)),
+        band_(layers.top().band()) {}
+
+  /// The volume of residues, in spacings cubed.
+  double run(LeafValues& moved, LeafValues& limited) const {
+    const double outside = for_each_near_node(
+        moved, limited, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+          if (standing_layer_at(at) != none) return wanted;
+          return limit_outside(at, old, not_held_back(at, old, wanted));
+        });
+    const double inside = for_each_near_node(
+        limited, moved, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+          const int layer = standing_layer_at(at);
+          if (layer == none) return wanted;
+          return limit_inside(layer, at, old, wanted, limited);
+        });
+    return outside + inside;
+  }
+
+ private:
+  /// Takes new phi over from one array to another and lets keep(node, old phi, new phi) change it
+  /// at nodes near the surface; the volume of residues.
+  template <class Keep>
+  double for_each_near_node(const LeafValues& from, LeafValues& to, const Keep& keep) const {
+    return parallel_reduce(
+        band_.leaves().size(), 8, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+          Block block;
+          double volume = 0;
+          for (std::size_t n = begin; n < end; ++n) {
+            const Leaf& leaf = band_.leaves()[n];
+            gather(
+                band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+            for (int node = 0; node < leaf_size; ++node) {
+              const float old = leaf.phi[node];
+              to[n][node] = from[n][node];
+              if (!(std::abs(old) < near_surface)) continue;
+              const Node at = node_at(leaf, node);
+              const float* around = block.row(node >> 6, (node >> 3) & 7) + (node & 7);
+              const NewPhi next = keep(at, around, from[n][node]);
+              to[n][node] = next.value;
+              if (next.residue == 0) continue;
+              // Of each row of nodes along the axis that the surface faces most, one is nearest.
+              const float slope = steepest(around);
+              if (std::abs(old + next.value) < slope) volume += share(at) * next.residue / slope;
+            }
+          }
+          return volume;
+        },
+        [](double sum, double part) { return sum + part; });
+  }
+
+  static float steepest(const float* phi) {
+    float slope = 0.5F;  // at least, where two surfaces meet
+    for (const std::ptrdiff_t stride : axis_strides)
+      slope = std::max(slope, 0.5F * std::abs(phi[stride] - phi[-stride]));
+    return slope;
+  }
+
+  /// The part of a node's cell that lies in the domain.
+  double share(const Node& at) const {
+    double part = 1;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const bool is_side = at[axis] == 0 || at[axis] == layers_.frame.cells[axis];
+      if (is_side && layers_.frame.boundary[axis] == Boundary::reflective) part *= 0.5;
+    }
+    return part;
+  }
+
+  float phi(int layer, std::array<int, 3> node) const {
+    return layers_.stack[static_cast<std::size_t>(layer)].phi.node(node[0], node[1], node[2]);
+  }
+
+  /// The standing layer whose material a node lies in.
+  int standing_layer_at(std::array<int, 3> node) const {
+    for (int layer = 0; layer < static_cast<int>(layers_.stack.size()); ++layer) {
+      if (phi(layer, node) < 0) {
+        return stands_still_[static_cast<std::size_t>(layer)] ? layer : none;
+      }
+    }
+    return none;
+  }
+
+  /// Solid at the line where its surface meets a standing layer moves by speed times time at least:
+  /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
+  /// standing layer.
+  float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
+    if (!(*old < 0) || field_.grows_beside_standing) {
+      return wanted;
+    }
+    const float free = *old - dt_ * speed(node);
+    if (free <= wanted) {
+      return wanted;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> gas = node;
+        gas[axis] += step;
+        if (!(old[step * axis_strides[axis]] < 0) && touches_standing(gas)) {
+          return free;
+        }
+      }
+    }
+    return wanted;
+  }
+
+  bool touches_standing(std::array<int, 3> node) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        if (standing_layer_at(other) != none) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }
+
+  /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
+  /// buried interface gets at most its distance to that.
+  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
+    if (wanted < *old) {
+      // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
+      return *old >= 0 && !field_.grows_beside_standing && touches_standing(node)
+                 ? *old - dt_ * speed(node)
+                 : wanted;
+    }
+    if (*old >= 0) {
+      if (const auto kept = phi_at_standing(node, old, wanted)) return *kept;
+    }
+    float limit = wanted;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        if (*old >= 0 && !(there < 0)) continue;
+        limit = std::min(limit, distance_to_buried(node, axis, step, *old));
+      }
+    }
+    return limit;
+  }
+
+  /// From a node that is, or may become, gas to the interface with a standing layer one node
+  /// further.
+  float distance_to_buried(std::array<int, 3> node, int axis, int step, float old) const {
+    std::array<int, 3> other = node;
+    other[axis] += step;
+    const int layer = standing_layer_at(other);
+    if (layer == none) {
+      return LevelSet::half_width;
+    }
+    // Above the standing layer its own phi tells the distance.
+    const float above = phi(layer, node);
+    if (!(above < 0)) {
+      return std::clamp(above, smallest_phi, 1.0F);
+    }
+    if (layer == 0) {
+      return LevelSet::half_width;
+    }
+    // Below the interface phi of the lower layer tells the distance, unless the surface is nearer.
+    const float lower = phi(layer - 1, node);
+    const float distance = lower > old + same_phi ? -lower : 1 - phi(layer - 1, other);
+    return std::clamp(distance, smallest_phi, 1.0F);
+  }
+
+  /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
+  /// buried interface becomes the surface; elsewhere phi stays behind both.
+  NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
+                      const LeafValues& moved) const {
+    if (const auto seen = phi_at_standing(node, old, wanted)) {
+      return wanted < *old ? wanted : *seen;
+    }
+    bool comes_to_light = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
+      }
+    }
+    const float inside = phi(layer, node);
+    const float kept =
+        std::min(layer == 0 ? inside : std::max(inside, -phi(layer - 1, node)), -smallest_phi);
+    return comes_to_light ? kept : std::min(wanted, kept);
+  }
+
+  /// Whether a node that was solid is gas now, and nothing is left between it and the interface
+  /// with the standing layer one node further.
+  bool is_bared_from(std::array<int, 3> node, int axis, int step, const LeafValues& moved) const {
+    const float now = new_phi(node, moved);
+    return !(now < 0) && now >= distance_to_buried(node, axis, step, -1) - same_phi;
+  }
+
+  float new_phi(std::array<int, 3> node, const LeafValues& moved) const {
+    return value_at(band_, moved, node);
+  }
+
+  /// What a node keeps because a standing layer's surface is seen on one of its edges: phi as it
+  /// is. If nothing else is seen there, or a residue, phi of the layer: what was left of a film
+  /// above is gone.
+  std::optional<NewPhi> phi_at_standing(std::array<int, 3> node, const float* old,
+                                        float wanted) const {
+    bool any = false;
+    bool nothing_else = true;
+    float of_layer = LevelSet::half_width;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        if ((*old < 0) == (there < 0)) continue;
+        const int layer = standing_layer_seen(node, axis, step, *old);
+        any = any || layer != none;
+        nothing_else = nothing_else && layer != none;
+        if (layer != none) of_layer = std::min(of_layer, bare_phi(layer, node, axis, step, *old));
+      }
+    }
+    if (!any) return std::nullopt;
+    const float film = of_layer - *old;
+    if (!(film > same_phi)) return *old;
+    if (!nothing_else && film >= residue_thickness) return std::clamp(wanted, *old, of_layer);
+    return NewPhi(of_layer, std::min(film, std::max(0.0F, of_layer - wanted)));
+  }
+
+  /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
+  /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
+  /// etched in this time step.
+  float bare_phi(int layer, std::array<int, 3> node, int axis, int step, float old) const {
+    const float bare = phi(layer, node);
+    if (layer == 0) return bare;
+    std::array<int, 3> solid = node;
+    if (!(old < 0)) solid[axis] += step;
+    std::array<int, 3> beyond = solid;
+    beyond[axis] += old < 0 ? -step : step;
+    const float above = phi(layer - 1, solid);
+    constexpr float least_slope = 0.7F;  // that of an underside, and of no wall
+    if (!(above > 0 && above < 1 && phi(layer - 1, beyond) - above > least_slope)) return bare;
+    return std::max(bare, std::min(old < 0 ? -above : 1 - above, old + way_));
+  }
+
+  /// The standing layer that is seen on a cut edge, or none.
+  int standing_layer_seen(std::array<int, 3> node, int axis, int step, float here) const {
+    std::array<int, 3> other = node;
+    other[axis] += step;
+    if (standing_layer_at(here < 0 ? node : other) == none) {
+      return none;
+    }
+    const std::uint16_t seen = exposed_layer(layers_, step > 0 ? node : other, axis);
+    return stands_still_[seen] ? seen : none;
+  }
+
+  const Layers& layers_;
+  const SpeedField& field_;
+  const std::vector<bool>& stands_still_;
+  float dt_;
+  float way_;  ///< of what recedes fastest, in spacings
+  const Band& band_;
+};
+
+}  // namespace
+
+bool has_standing_layers(const SpeedField& field) {
+  const auto& still = field.stands_still;
+  return std::find(still.begin(), still.end(), true) != still.end() &&
+         std::find(still.begin(), still.end(), false) != still.end();
+}
+
+double keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
+                            LeafValues& moved, LeafValues& room) {
+  return has_standing_layers(field) ? Keeper(layers, field, dt).run(moved, room) : 0;
+}
+
+}  // namespace scarp

@@ -1,0 +1,49 @@
+#include "models/catalogue/conformal.h"
+
+#include <array>
+
+namespace scarp {
+
+namespace {
+
+const Parameter thickness{.name = "thickness",
+                          .dimension = Dimension::length,
+                          .limits = {.minimum = 0, .maximum = longest_length, .exclusive = true},
+                          .meaning = "of the film, measured along the normal"};
+
+std::span<const Parameter> parameters() {
+  static const std::array rows{thickness, Parameter{.name = "material",
+                                                    .kind = Parameter::Kind::material,
+                                                    .meaning = "what the film is made of"}};
+  return rows;
+}
+
+StepModel read(const RecipeTable& step, const StepScope& scope) {
+  const ConformalFilm film{.thickness = read_value(step, thickness)};
+  return {.deposits = step.material("material", scope.materials), .operation = film};
+}
+
+}  // namespace
+
+ModelDescription conformal_description() {
+  return {
+      .name = "conformal",
+      .summary = "a film of the same thickness everywhere, at once",
+      .equation = "solid := all within thickness of the surface",
+      .symbols =
+          "The surface is that which gas from the source can reach, and only gas that is joined "
+          "to the source becomes film: closed voids stay as they are. Convex edges are rounded, "
+          "gaps narrower than twice the thickness are filled.",
+      .limits =
+          "Geometry, for films whose growth is not of interest: exact to the grid in one step, "
+          "whatever the thickness. A cavity behind a neck is coated until the film shuts the neck, "
+          "up to half a grid spacing less where the middle of the neck lies between nodes, and "
+          "throughout by films thinner than half a spacing. Where more than 2^26 nodes lie below "
+          "overhangs, necks are not looked for, and the run warns.",
+      .source = "geometry: the Minkowski sum with a ball",
+      .parameters = parameters(),
+      .read = read,
+      .acts_at_once = true};
+}
+
+}  // namespace scarp
