@@ -3,8 +3,8 @@
 #include <array>
 
 #include "core/error.h"
-#include "core/recipe/toml.h"
 #include "core/suggestion.h"
+#include "core/toml_text.h"
 
 namespace scarp {
 

@@ -73,4 +73,24 @@ double part_below(const SourceLobe& lobe, double slope) {
          count;
 }
 
+namespace {
+
+/// Sine and cosine of any angle, exact at multiples of 90 degrees.
+SineCosine sine_cosine(double angle) {
+  constexpr double quarter = std::numbers::pi / 2;
+  const double turns = std::floor(angle / quarter + 0.5);
+  double rest = angle - turns * quarter;
+  // What is left at a multiple of 90 degrees is the rounding of the multiple.
+  if (std::abs(rest) < 1e-14 * std::max(1.0, std::abs(turns))) rest = 0;
+  return portable_sine_cosine(rest, turns);
+}
+
+}  // namespace
+
+Vec3d beam_direction(double tilt_angle, double azimuth_angle) {
+  const SineCosine theta = sine_cosine(tilt_angle);
+  const SineCosine phi = sine_cosine(azimuth_angle);
+  return {theta.sine * phi.cosine, theta.sine * phi.sine, -theta.cosine};
+}
+
 }  // namespace scarp

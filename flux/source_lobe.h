@@ -50,4 +50,8 @@ std::vector<Vec3d> lobe_directions(const SourceLobe& lobe, std::uint32_t count);
 /// wafer, sine by sine; to about a part in a thousand of all.
 double part_below(const SourceLobe& lobe, double slope);
 
+/// The unit vector of a beam. Angles that are multiples of 90 degrees give exact zeros and ones,
+/// and opposite azimuths give exactly mirrored vectors. Units: rad.
+Vec3d beam_direction(double tilt, double azimuth);
+
 }  // namespace scarp

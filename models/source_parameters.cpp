@@ -8,8 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "models/catalogue/directional.h"
-
 namespace scarp {
 
 namespace {

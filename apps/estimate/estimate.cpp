@@ -12,14 +12,10 @@
 
 #include "apps/estimate/coarse_run.h"
 #include "apps/estimate/expected_end.h"
-#include "apps/run/results.h"
 #include "apps/simulator/flux_target.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
 #include "core/recipe/quantity.h"
-#include "core/system/temporary_folder.h"
-#include "levelset/motion/extend.h"
-#include "models/open_response.h"
 
 namespace scarp {
 
@@ -29,81 +25,6 @@ constexpr std::uint64_t trial_rays = 1 << 16;
 constexpr std::uint64_t most_trial_rays = 1 << 19;  // half a second: enough for most targets
 constexpr double rounding = 1 - 1e-6;  // of speeds: what they make is no time step more
 constexpr double least_area = 0.2;     // a surface that closes keeps a part of its size
-
-// What ions straight from the source bring to the slope on which their yield counts most.
-double largest_yield(const YieldLaw& law, double energy) {
-  double largest = 0;
-  for (double cosine = 0.01; cosine < 1.005; cosine += 0.01)
-    largest = std::max(largest, cosine * law.at(energy, AngleTable::half_sine(cosine)));
-  return largest;
-}
-
-// Every material once, as a wafer that sees the whole source.
-struct OpenWafers {
-  std::vector<MaterialId> material;
-  std::vector<Vec3f> normal;
-  std::vector<std::vector<float>> flux;       // by tally
-  std::vector<std::vector<float>> coverages;  // at the end of a cycle, if the model has phases
-
-  SurfacePoints points() const {
-    return {.material = material, .normal = normal, .coverages = coverages};
-  }
-  std::vector<std::span<const float>> tallies() const { return {flux.begin(), flux.end()}; }
-};
-
-void go_through_cycle(const SurfaceModel& model, OpenWafers& wafers) {
-  const std::vector<double> phases = model.phases();
-  if (phases.empty()) return;
-  wafers.coverages.assign(model.coverages().size(), std::vector<float>(wafers.material.size()));
-  for (std::size_t phase = 0; phase < phases.size(); ++phase)
-    wafers.coverages =
-        model.coverages_after(phases[phase], phase, wafers.points(), wafers.tallies());
-}
-
-// yield(species, law) is what ions bring of a yield.
-template <class Yield>
-OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, const Yield& yield) {
-  OpenWafers wafers;
-  for (std::size_t m = 0; m < material_count; ++m)
-    wafers.material.push_back(static_cast<MaterialId>(m));
-  wafers.normal.assign(material_count, Vec3f{0, 0, 1});
-  for (const Species& species : model.species()) {
-    // What comes from the surface itself hinders at most.
-    const bool from_above = species.source.kind != SourceLobe::Kind::none;
-    wafers.flux.emplace_back(material_count, from_above ? 1.0F : 0.0F);
-    // Of a beam, the part from which it is seen.
-    if (species.source.kind == SourceLobe::Kind::beam)
-      wafers.flux.emplace_back(material_count, 1.0F);
-    for (const YieldLaw& law : species.yields)
-      wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
-  }
-  if (const auto solute = model.solute()) {
-    wafers.flux.emplace_back();
-    for (const Exchange& wafer : model.exchange(wafers.points()))
-      wafers.flux.back().push_back(static_cast<float>(open_wafer_concentration(*solute, wafer)));
-  }
-  go_through_cycle(model, wafers);
-  return wafers;
-}
-
-// The fastest that a step moves a surface that sees the whole source; with factors of the normal,
-// the speed that limits the time step as much as their kinks do.
-double top_speed(const ProcessStep& step, std::size_t material_count) {
-  const SurfaceModel& model = *step.model;
-  const OpenWafers wafers =
-      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
-        return largest_yield(law, species.ions->energy.mean());
-      });
-  const std::vector<std::vector<float>> parts =
-      model.amplitudes(wafers.points(), wafers.tallies(), step.factors);
-  const LimitingSpeed limiting_speed(step.factors);
-  double top = 0;
-  for (std::size_t m = 0; m < material_count; ++m) {
-    const auto amplitude = [&](std::size_t k) { return parts[1 + k][m]; };
-    top = std::max(top, static_cast<double>(limiting_speed(parts[0][m], amplitude)));
-  }
-  return top;
-}
 
 // A time step with few rays: what it took, and what it found.
 struct TrialStep {
@@ -287,10 +208,11 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
          (rest > 1e-9 * duration ? count(rest, 0) : 0);
 }
 
-double seconds_of_output(const State& state, const Survey& now, const Recipe& recipe) {
-  const TemporaryFolder folder;
+double seconds_of(const WriteOutput& write_output, const State& state, const Survey& now,
+                  const Recipe& recipe) {
+  if (!write_output) return 0;
   const auto start = std::chrono::steady_clock::now();
-  ResultFolder(folder).write_output(state, now, recipe);
+  write_output(state, now, recipe);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   return wall.count();
 }
@@ -320,9 +242,10 @@ struct Trials {
 // Tries steps on the geometry that they meet, and goes by the area of the surface between them.
 class Estimator {
  public:
-  Estimator(const Recipe& recipe, const Log& log)
+  Estimator(const Recipe& recipe, const Log& log, const WriteOutput& write_output)
       : recipe_(recipe),
         log_(log),
+        write_output_(write_output),
         few_rays_(with_few_rays(recipe, trial_rays)),
         trials_(recipe),
         state_(start_state(recipe)) {}
@@ -368,7 +291,7 @@ class Estimator {
       cost_.standstills.push_back(
           standstill_text(step, {seen.begin(), seen.end()}, recipe_.materials));
     }
-    output_seconds_ = seconds_of_output(state_, first, recipe_);
+    output_seconds_ = seconds_of(write_output_, state_, first, recipe_);
     const double duration = expected_duration(step, state_, first);
     const std::size_t first_facets_full = first.facets_full;
     const std::size_t first_facets = first.facets.triangles.size();
@@ -432,6 +355,7 @@ class Estimator {
 
   const Recipe& recipe_;
   Log log_;
+  const WriteOutput& write_output_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   Recipe few_rays_;
   Trials trials_;
@@ -447,21 +371,6 @@ class Estimator {
 };
 
 }  // namespace
-
-std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count) {
-  const OpenWafers wafers =
-      open_wafers(model, material_count, [](const Species& species, const YieldLaw& law) {
-        return OpenResponse(species, law).flat();
-      });
-  return model.speeds(wafers.points(), wafers.tallies());
-}
-
-double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
-  if (!step.model) return 1;
-  const double cells = duration * top_speed(step, recipe.materials.size()) / recipe.frame.spacing;
-  const double at_least = std::ceil(rounding * duration / step.model->longest_time_step());
-  return std::max({1.0, at_least, std::ceil(rounding * cells / recipe.cfl)});
-}
 
 std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe) {
   constexpr double certain = 2;  // estimates are good to that
@@ -520,16 +429,16 @@ CostEstimate refined(CostEstimate cost, int factor) {
 
 }  // namespace
 
-CostEstimate estimate_cost(const Recipe& recipe, const Log& log) {
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log, const WriteOutput& write_output) {
   const int factor = coarsening(recipe);
   if (factor > 1) {
     try {
-      return refined(Estimator(coarser(recipe, factor), log).estimate(), factor);
+      return refined(Estimator(coarser(recipe, factor), log, write_output).estimate(), factor);
     } catch (const InputError&) {
       // Shapes may be too narrow for a coarser grid.
     }
   }
-  return Estimator(recipe, log).estimate();
+  return Estimator(recipe, log, write_output).estimate();
 }
 
 }  // namespace scarp

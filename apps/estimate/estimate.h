@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +13,8 @@
 #include "core/log.h"
 
 namespace scarp {
+
+struct Survey;
 
 /// When a step with an end condition is expected to meet it. Units: s from its beginning.
 struct ExpectedEnd {
@@ -49,16 +52,6 @@ struct CostEstimate {
   std::vector<std::string> standstills{};  ///< what to say of steps that move nothing, likewise
 };
 
-/// How fast an open flat wafer of each material moves, > 0 grows; what comes from the surface
-/// itself is left out.
-///
-/// Units: nm/s.
-std::vector<float> open_wafer_speeds(const SurfaceModel& model, std::size_t material_count);
-
-/// About how many time steps a step takes in a time, at the speed of a surface that sees the whole
-/// source. Units: s.
-double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
-
 /// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
 /// wants, and which target would not; nothing where they do not, or have no target.
 std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
@@ -66,8 +59,13 @@ std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Rec
 /// Says that the caps on rays will come before the recipe's target, and which target they reach.
 std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe);
 
+/// Writes the files of an output somewhere.
+using WriteOutput = std::function<void(const State&, const Survey&, const Recipe&)>;
+
 /// Of a recipe as it runs: on a part of its domain where it uses symmetry (see on_part()). Where
-/// that takes a while the log says what is tried.
-CostEstimate estimate_cost(const Recipe& recipe, const Log& log = {});
+/// that takes a while the log says what is tried. Without a way to write outputs these take no
+/// time.
+CostEstimate estimate_cost(const Recipe& recipe, const Log& log = {},
+                           const WriteOutput& write_output = {});
 
 }  // namespace scarp

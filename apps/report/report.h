@@ -5,9 +5,6 @@
 
 namespace scarp {
 
-/// The page that a command leaves in the folder of its results.
-inline constexpr const char* report_file = "report.html";
-
 /// The page of a run: its surface in space and in cross-sections, metrology and errors over time,
 /// where the time went, recipe and versions; docs/report.md.
 ///

@@ -6,6 +6,9 @@
 
 namespace scarp {
 
+/// The page that a command leaves in the folder of its results.
+inline constexpr const char* report_file = "report.html";
+
 /// The names in a folder that are chosen, in their order.
 std::vector<std::filesystem::path> find_files(const std::filesystem::path& folder,
                                               bool (*chosen)(const std::string& name));

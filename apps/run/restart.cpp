@@ -566,6 +566,14 @@ State read_start_state(const fs::path& file, const Materials& materials) {
                    .coverages = std::move(coverages)});
 }
 
+Recipe read_runnable(const fs::path& file, const std::vector<std::string>& overrides) {
+  const auto load = [](const fs::path& start, const Materials& materials) {
+    const auto state = std::make_shared<const State>(read_start_state(start, materials));
+    return StartState{start, state, state_hash(*state, materials)};
+  };
+  return read_recipe(file, overrides, load);
+}
+
 SavedWafer read_wafer(const fs::path& file, Materials known) {
   Checkpoint checkpoint = read_checkpoint(file);
   SavedWafer wafer{.layers = whole_of({.layers = std::move(checkpoint.layers)}).layers,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/run/metrics_rows.h"
+#include "apps/simulator/recipe.h"
 #include "apps/simulator/state.h"
 #include "core/log.h"
 #include "levelset/metrology/opening_names.h"
@@ -63,6 +64,9 @@ std::optional<Restart> newest_restart(std::span<const std::filesystem::path> che
 ///
 /// Throws: InputError if it is not a checkpoint of a run, or holds a material that is not known.
 State read_start_state(const std::filesystem::path& file, const Materials& materials);
+
+/// read_recipe() for recipes that may start from a state.
+Recipe read_runnable(const std::filesystem::path& file, const std::vector<std::string>& overrides);
 
 /// What a checkpoint says of the wafer alone, to measure and to draw it without its recipe.
 ///

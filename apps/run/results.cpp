@@ -9,7 +9,6 @@
 #include <set>
 #include <utility>
 
-#include "apps/report/report.h"
 #include "apps/run/metrics_rows.h"
 #include "apps/run/metrology_files.h"
 #include "apps/run/own_files.h"
@@ -22,6 +21,7 @@
 #include "core/printable.h"
 #include "core/system/atomic_file.h"
 #include "core/system/read_file.h"
+#include "core/system/temporary_folder.h"
 #include "levelset/grid/symmetry.h"
 #include "mesh/files/mesh_file.h"
 
@@ -529,6 +529,11 @@ RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
     write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe, totals));
   });
   return totals;
+}
+
+void write_trial_output(const State& state, const Survey& survey, const Recipe& recipe) {
+  const TemporaryFolder folder;
+  ResultFolder(folder).write_output(state, survey, recipe);
 }
 
 }  // namespace scarp

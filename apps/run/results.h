@@ -115,4 +115,7 @@ class ResultFolder {
   Log log_;
 };
 
+/// Writes the files of an output into a folder that goes at once, to see how long it takes.
+void write_trial_output(const State& state, const Survey& survey, const Recipe& recipe);
+
 }  // namespace scarp

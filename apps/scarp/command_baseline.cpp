@@ -9,6 +9,7 @@
 #include "apps/report/comparison_files.h"
 #include "apps/report/report.h"
 #include "apps/run/own_files.h"
+#include "apps/run/restart.h"
 #include "apps/scarp/attended_run.h"
 #include "apps/scarp/commands.h"
 #include "core/error.h"
@@ -93,9 +94,9 @@ class Suite {
  private:
   std::optional<RunRecord> run(const fs::path& file, int seed) const {
     std::vector<std::string> set = arguments_.set;
-    const std::uint64_t first = read_recipe(file, set).flux.seed;
+    const std::uint64_t first = read_runnable(file, set).flux.seed;
     set.push_back(fmt::format("flux.seed={}", first + static_cast<std::uint64_t>(seed)));
-    const Recipe recipe = read_recipe(file, set);
+    const Recipe recipe = read_runnable(file, set);
     const fs::path where = folder_ / file.stem() / fmt::format("seed_{}", recipe.flux.seed);
     // Notes of a run are of no use here; its warnings are.
     if (attended_run(recipe, where, {.quiet = true}) == RunEnd::interrupted) return std::nullopt;

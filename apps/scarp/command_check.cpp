@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/estimate/estimate.h"
+#include "apps/run/restart.h"
+#include "apps/run/results.h"
 #include "apps/run/tell.h"
 #include "apps/scarp/commands.h"
 #include "apps/simulator/recipe.h"
@@ -68,13 +70,13 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
 }  // namespace
 
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
-  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   const double memory_limit = arguments.memory_limit_mb();
   require_least_memory(recipe, memory_limit);  // before it is taken here
   const FoundPlanes found = mirror_planes(recipe);
   const Log log =
       common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
-  const CostEstimate cost = estimate_cost(on_part(recipe, found), log);
+  const CostEstimate cost = estimate_cost(on_part(recipe, found), log, write_trial_output);
   std::vector<std::string> warnings = recipe.warnings;
   warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
   if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);

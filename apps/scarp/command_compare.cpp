@@ -10,6 +10,7 @@
 #include "apps/report/comparison_files.h"
 #include "apps/report/report.h"
 #include "apps/run/own_files.h"
+#include "apps/run/restart.h"
 #include "apps/run/tell.h"
 #include "apps/scarp/attended_run.h"
 #include "apps/scarp/commands.h"
@@ -91,7 +92,7 @@ class Runner {
     std::vector<std::string> overrides = arguments_.set;
     overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
     overrides.push_back(fmt::format("flux.seed={}", seed));
-    return read_recipe(arguments_.recipe, overrides);
+    return read_runnable(arguments_.recipe, overrides);
   }
 
   /// The runs of a variant, whose seeds are every second number from the given one on; nothing when
@@ -177,7 +178,7 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
 }
 
 ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions& common) {
-  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   if (recipe.frame.two_dimensional && arguments.modes.empty()) {
     throw InputError(fmt::format(
         "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/estimate/memory_estimate.h"
+#include "apps/run/restart.h"
 #include "apps/run/result_files.h"
 #include "apps/scarp/commands.h"
 #include "apps/simulator/recipe.h"
@@ -55,7 +56,7 @@ void tell_of_regions(const Preview& preview, const Frame& frame, const Log& log)
 }  // namespace
 
 ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common) {
-  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   require_least_memory_of_start(recipe, arguments.memory_limit_mb());
   const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/report/report.h"
+#include "apps/run/own_files.h"
 #include "apps/scarp/commands.h"
 #include "core/error.h"
 #include "core/printable.h"

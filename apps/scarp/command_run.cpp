@@ -4,6 +4,8 @@
 #include <iostream>
 
 #include "apps/report/report.h"
+#include "apps/run/own_files.h"
+#include "apps/run/restart.h"
 #include "apps/run/tell.h"
 #include "apps/scarp/attended_run.h"
 #include "apps/scarp/commands.h"
@@ -44,7 +46,7 @@ void write_page_of_complete_run(const std::filesystem::path& folder,
 }  // namespace
 
 ExitCode execute(const RunArguments& arguments, const CommonOptions& common) {
-  const Recipe recipe = read_recipe(arguments.recipe, arguments.set);
+  const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   const std::filesystem::path folder = arguments.result_folder();
   const AttendedOptions options{.resume = arguments.resume,
                                 .quiet = common.quiet,

@@ -8,17 +8,17 @@
 #include <optional>
 #include <utility>
 
-#include "apps/estimate/estimate.h"
-#include "apps/run/restart.h"
 #include "apps/simulator/recipe_geometry.h"
 #include "apps/simulator/recipe_names.h"
 #include "apps/simulator/recipe_symmetry.h"
 #include "apps/simulator/recipe_warnings.h"
+#include "apps/simulator/state.h"
 #include "core/printable.h"
 #include "core/recipe/recipe_table.h"
 #include "core/system/memory_amount.h"
 #include "core/system/peak_memory.h"
 #include "levelset/motion/advect.h"
+#include "models/open_wafer.h"
 #include "models/registry.h"
 
 namespace scarp {
@@ -487,18 +487,19 @@ void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Fra
 }
 
 std::optional<StartState> read_start(const RecipeTable& root, const std::filesystem::path& folder,
-                                     const Recipe& recipe) {
-  StartState start{.file = root.file("start", folder), .state = {}, .hash = {}};
+                                     const Recipe& recipe, const LoadStart& load) {
+  const std::filesystem::path state = root.file("start", folder);
   if (root.has("geometry"))
     root.error("geometry", "start and [[geometry]] exclude each other; leave one out");
+  if (!load) root.error("start", "a state cannot be read here");
   if (!root.ok("start")) return std::nullopt;
+  StartState start;
   try {
-    start.state = std::make_shared<const State>(read_start_state(start.file, recipe.materials));
+    start = load(state, recipe.materials);
   } catch (const InputError& error) {
     root.error("start", error.what());
     return std::nullopt;
   }
-  start.hash = state_hash(*start.state, recipe.materials);
   if (root.ok("domain"))
     refuse_other_grid(root.table("domain"), recipe.frame, start.state->layers.frame);
   return start;
@@ -615,7 +616,8 @@ std::string mode_name(const Frame& frame) {
   return frame.two_dimensional ? "2d" : "3d";
 }
 
-Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides,
+                   const LoadStart& load) {
   const RecipeFile file(path, overrides);
   const RecipeTable root = file.root();
   Recipe recipe;
@@ -627,7 +629,7 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   read_materials(root.table("materials"), recipe.materials);
 
   if (root.has("start")) {
-    recipe.start = read_start(root, path.parent_path(), recipe);
+    recipe.start = read_start(root, path.parent_path(), recipe, load);
   } else {
     const std::vector<RecipeTable> shapes = root.tables("geometry");
     recipe.geometry = read_geometry(shapes, recipe.materials, recipe.frame, path.parent_path());
@@ -671,6 +673,12 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   recipe.warnings = file.warnings();
   recipe.resolved = file.resolved();
   return recipe;
+}
+
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
+  if (!step.model) return 1;
+  return open_wafer_time_steps(*step.model, step.factors, recipe.materials.size(), duration,
+                               recipe.cfl * recipe.frame.spacing);
 }
 
 }  // namespace scarp

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -89,12 +90,23 @@ struct Recipe {
   std::vector<std::string> warnings;  ///< of what is doubtful, with its place in the file
 };
 
+/// Reads the state that another run left. Throws: InputError if it cannot.
+using LoadStart =
+    std::function<StartState(const std::filesystem::path& file, const Materials& materials)>;
+
 /// As domain.mode has it.
 std::string mode_name(const Frame& frame);
 
 /// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.
 ///
+/// load reads the state that a recipe starts from; without it such a recipe is refused.
+///
 /// Throws: InputError with all that is wrong, a line each: file:line:column: key: what is allowed.
-Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                   const LoadStart& load = {});
+
+/// About how many time steps a step takes in a time, at the speed of a surface that sees the whole
+/// source. Units: s.
+double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
 
 }  // namespace scarp

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "apps/estimate/estimate.h"
+#include "models/open_wafer.h"
 
 namespace scarp {
 

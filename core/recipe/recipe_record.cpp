@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/recipe/toml.h"
+#include "core/toml_text.h"
 
 namespace scarp {
 

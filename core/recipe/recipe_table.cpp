@@ -9,6 +9,7 @@
 #include "core/recipe/toml.h"
 #include "core/suggestion.h"
 #include "core/system/hash.h"
+#include "core/toml_text.h"
 
 namespace scarp {
 

@@ -8,6 +8,7 @@
 #include "core/printable.h"
 #include "core/recipe/recipe_node.h"
 #include "core/suggestion.h"
+#include "core/toml_text.h"
 
 namespace scarp::detail {
 

@@ -49,10 +49,4 @@ std::string described(const TomlValue& value);
 /// The value as TOML on one line, to the last bit.
 std::string format_toml(const TomlValue& value);
 
-/// A TOML string with its quotes.
-std::string toml_string(std::string_view text);
-
-/// A TOML key: bare where that is allowed, else with quotes.
-std::string toml_key(std::string_view key);
-
 }  // namespace scarp

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "flux/engines/half_differences.h"
+#include "flux/options.h"
 #include "flux/rays/ray_plan.h"
-#include "flux/solve.h"
 
 namespace scarp {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 
+#include "flux/options.h"
 #include "flux/rays/patches.h"
 #include "flux/rays/ray_scene.h"
 #include "flux/sampling/sampling.h"
-#include "flux/solve.h"
 
 namespace scarp {
 

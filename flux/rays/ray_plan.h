@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "flux/options.h"
 #include "flux/rays/elements.h"
 #include "flux/rays/ray_scene.h"
-#include "flux/solve.h"
 
 namespace scarp {
 

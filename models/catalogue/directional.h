@@ -50,10 +50,6 @@ class Directional final : public SurfaceModel {
   Values values_;
 };
 
-/// The unit vector of a beam. Angles that are multiples of 90 degrees give exact zeros and ones,
-/// and opposite azimuths give exactly mirrored vectors. Units: rad.
-Vec3d beam_direction(double tilt, double azimuth);
-
 ModelDescription directional_description();
 
 }  // namespace scarp

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/estimate/estimate.h"
+#include "apps/run/results.h"
 #include "apps/run/run.h"
 #include "apps/simulator/symmetry.h"
 #include "core/system/temporary_folder.h"
@@ -76,7 +77,8 @@ TEST_P(Configs, RunsAtACoarseSpacing) {
   wanted.emplace_back("flux.target_error=0.1");
   const TemporaryFolder folder;
   const Recipe recipe = read_recipe(configs / (GetParam() + ".toml"), wanted);
-  const CostEstimate expected = estimate_cost(on_part(recipe, mirror_planes(recipe)));
+  const CostEstimate expected =
+      estimate_cost(on_part(recipe, mirror_planes(recipe)), {}, write_trial_output);
   ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
 
   const auto columns = columns_of(folder / "metrics.csv");

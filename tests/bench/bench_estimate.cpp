@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "apps/estimate/estimate.h"
+#include "apps/run/results.h"
 #include "apps/run/run.h"
 #include "apps/simulator/symmetry.h"
 #include "core/parallel.h"
@@ -51,7 +52,8 @@ struct Row {
 
 Row measure(const fs::path& file) {
   const Recipe recipe = read_recipe(file, {});
-  const CostEstimate expected = estimate_cost(on_part(recipe, mirror_planes(recipe)));
+  const CostEstimate expected =
+      estimate_cost(on_part(recipe, mirror_planes(recipe)), {}, write_trial_output);
   const TemporaryFolder folder;
   const auto start = std::chrono::steady_clock::now();
   scarp::run(recipe, folder, {});

@@ -20,15 +20,59 @@ struct Include {
   std::string header;
 };
 
-const std::map<std::string, std::set<std::string>>& floors_below() {
-  static const std::map<std::string, std::set<std::string>> below{
-      {"core", {}},
-      {"levelset", {"core"}},
-      {"mesh", {"core"}},
-      {"flux", {"core"}},
-      {"models", {"core", "levelset", "mesh", "flux"}},
-      {"apps", {"core", "levelset", "mesh", "flux", "models"}}};
+using Below = std::map<std::string, std::set<std::string>>;
+
+/// What files of a folder may include besides their own.
+const Below& floors_below() {
+  static const Below below{{"core", {}},
+                           {"levelset", {"core"}},
+                           {"mesh", {"core"}},
+                           {"flux", {"core"}},
+                           {"models", {"core", "levelset", "mesh", "flux"}},
+                           {"apps", {"core", "levelset", "mesh", "flux", "models"}}};
   return below;
+}
+
+/// What lies over all rooms of its folder, though it stands beside them.
+const std::set<std::string> on_top{"flux/reconstruct", "flux/revolution", "flux/solve",
+                                   "models/registry"};
+
+/// What files of a room may include of their folder besides their own room.
+const Below& rooms_below() {
+  static const Below below{
+      {"core", {}},
+      {"core/system", {"core"}},
+      {"core/recipe", {"core", "core/system"}},
+      {"levelset/grid", {}},
+      {"levelset/start", {"levelset/grid"}},
+      {"levelset/surface", {"levelset/grid"}},
+      {"levelset/motion", {"levelset/grid", "levelset/surface"}},
+      {"levelset/metrology", {"levelset/grid", "levelset/surface"}},
+      {"levelset/bath", {"levelset/grid"}},
+      {"mesh", {}},
+      {"mesh/files", {"mesh"}},
+      {"mesh/simplify", {"mesh"}},
+      {"flux/sampling", {}},
+      {"flux", {"flux/sampling"}},
+      {"flux/rays", {"flux", "flux/sampling"}},
+      {"flux/engines", {"flux", "flux/sampling", "flux/rays"}},
+      {"flux on top", {"flux", "flux/sampling", "flux/rays", "flux/engines"}},
+      {"models", {}},
+      {"models/catalogue", {"models"}},
+      {"models on top", {"models", "models/catalogue"}},
+      {"apps/viewer", {}},
+      {"apps/simulator", {}},
+      {"apps/estimate", {"apps/simulator"}},
+      {"apps/run", {"apps/viewer", "apps/simulator", "apps/estimate"}},
+      {"apps/report", {"apps/viewer", "apps/simulator", "apps/estimate", "apps/run"}},
+      {"apps/scarp", {"apps/simulator", "apps/estimate", "apps/run", "apps/report"}}};
+  return below;
+}
+
+std::string room_of(fs::path file) {
+  const std::string folder = file.begin()->string();
+  if (on_top.contains(file.replace_extension().string())) return folder + " on top";
+  return file.parent_path().string();
 }
 
 /// What a line includes; empty if it includes nothing.
@@ -81,6 +125,32 @@ TEST(Floors, AFileIncludesItsOwnFolderAndFloorsBelow) {
     EXPECT_TRUE(to == from || floors_below().at(from).contains(to)) << place(include);
   }
   EXPECT_GT(own, 0) << "no include was read: the test looks in the wrong place";
+}
+
+TEST(Floors, AFileIncludesItsOwnRoomAndRoomsBelow) {
+  int others = 0;
+  for (const Include& include : includes()) {
+    const fs::path header = include.header;
+    if (!header.has_parent_path() || *header.begin() != *include.file.begin()) continue;
+    const std::string from = room_of(include.file);
+    const std::string to = room_of(header);
+    if (from == to) continue;
+    ++others;
+    ASSERT_TRUE(rooms_below().contains(from)) << "a room without a floor: " << from;
+    EXPECT_TRUE(rooms_below().at(from).contains(to)) << place(include);
+  }
+  EXPECT_GT(others, 0);
+}
+
+// A folder that is full is one in which nobody finds anything.
+TEST(Floors, NoRoomHasMoreThan45Files) {
+  std::map<fs::path, int> files;
+  for (const auto& [room, below] : rooms_below()) {
+    if (room.ends_with(" on top") || room == "models/catalogue") continue;  // a file per model
+    for (const auto& entry : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / room))
+      files[room] += entry.is_regular_file() ? 1 : 0;
+  }
+  for (const auto& [room, count] : files) EXPECT_LE(count, 45) << room;
 }
 
 // Which files include a header that starts with one of the given names.
