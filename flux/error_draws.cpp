@@ -35,10 +35,9 @@ struct Mean {
 };
 
 // By how the bits of shares differ, not by how far they are apart in a row, do they fill each
-// other's gaps: a shift changes some bits of all.
+// other's gaps: a shift changes some bits of all. Blocks of other sizes are turned.
 std::size_t shifted(std::size_t share, std::size_t shift, std::size_t size) {
-  const std::size_t other = share ^ (shift % std::bit_ceil(size));
-  return other % size;
+  return std::has_single_bit(size) ? share ^ (shift % size) : (share + shift) % size;
 }
 
 // How much elements with so many rays tell of each other's errors: how these fall with the number
