@@ -34,9 +34,22 @@ struct Mean {
   Variance as_guess(double freedom_of_guess) const { return {value, freedom_of_guess}; }
 };
 
-// Of the variances around one of them; one that is further away counts less.
-Mean mean_around(std::span<const Variance> all, std::size_t place, int reach,
-                 const Variance& guess) {
+// By how the bits of shares differ, not by how far they are apart in a row, do they fill each
+// other's gaps: a shift changes some bits of all. Blocks of other sizes are turned.
+std::size_t shifted(std::size_t share, std::size_t shift, std::size_t size) {
+  return std::has_single_bit(size) ? share ^ (shift % size) : (share + shift) % size;
+}
+
+// How much elements with so many rays tell of each other's errors: how these fall with the number
+// is known about only, and what hardly any ray finds makes them fall more slowly.
+double likeness(double rays, double others) {
+  return std::min(1.0, 2 * std::min(rays, others) / std::max(rays, others));
+}
+
+// Of the variances around one of them; one that is further away counts less, and so does one with
+// another number of rays, if they are given.
+Mean mean_around(std::span<const Variance> all, std::size_t place, int reach, const Variance& guess,
+                 std::span<const double> rays = {}) {
   const int k = static_cast<int>(place);
   double sum = guess.freedom * guess.value;
   double weights = guess.freedom;
@@ -44,7 +57,10 @@ Mean mean_around(std::span<const Variance> all, std::size_t place, int reach,
   for (int j = std::max(0, k - reach + 1); j < std::min(static_cast<int>(all.size()), k + reach);
        ++j) {
     const auto& [value, freedom] = all[static_cast<std::size_t>(j)];
-    const double part = 1 - 1.0 * std::abs(j - k) / reach;
+    const double near = 1 - 1.0 * std::abs(j - k) / reach;
+    const double alike =
+        rays.empty() ? 1 : likeness(rays[place], rays[static_cast<std::size_t>(j)]);
+    const double part = near * alike;
     sum += part * freedom * value;
     weights += part * freedom;
     squares += part * part * freedom;
@@ -79,10 +95,17 @@ std::vector<Mean> means_of_alike(std::span<const RayPlan::Block> blocks,
   return means;
 }
 
-// Of trenches, holes and slabs, of which seeds told the errors, sets of four parts had half of the
-// variance that parts let expect, within a factor of two here and there: elements by themselves,
-// and those of a block together.
-constexpr Variance known_before{.value = 0.5, .freedom = 8};
+// How much of the variance that parts let expect sets have, by what parts have of the variance of
+// as many single rays. Of trenches, holes and slabs, of which seeds told the errors, it was half:
+// elements by themselves, and those of a block together. Where few rays find something bright,
+// parts are no better than single rays, and sets no better than their parts.
+double share_by_parts(double parts_of_rays) {
+  const double x = std::min(parts_of_rays, 1.0);
+  return 0.5 * (1 + square(square(square(x))));
+}
+
+// That is right within a factor of two here and there.
+constexpr Variance known_before{.value = 1, .freedom = 8};
 
 // How many times as large as usual the square of an error is. Where by chance next to nothing is
 // usual it says nothing.
@@ -106,6 +129,8 @@ double student_factor(double freedom) {
 // squares over what is usual, each counted by what it adds, make up for it.
 Variance variance_over_blocks(std::span<const double> usual, std::span<const double> times_usual) {
   constexpr double freedom_of_usual = 8;
+  // Of a block, by which parts tell what is usual.
+  constexpr double squares_of_parts = set_count * (most_parts - 1);
   double sum = 0;
   double squares = 0;
   double found = 0;
@@ -117,13 +142,21 @@ Variance variance_over_blocks(std::span<const double> usual, std::span<const dou
   if (sum == 0) return {};
   const double freedom = sum * sum / squares;
   const double weights = freedom + freedom_of_usual;
+  const double of_usual = freedom_of_usual / weights;
+  // The variance of a variance is twice its square over the squares that it is known by.
+  const double by_found = freedom / square(weights);
+  const double by_parts = square(of_usual) / (squares_of_parts * freedom);
   return {.value = (freedom * found + freedom_of_usual * sum) / weights,
-          .freedom = weights * weights / freedom};
+          .freedom = 1 / (by_found + by_parts)};
 }
 
 UsualErrors::UsualErrors(const RayPlan& plan, const Differences& of,
                          const std::function<bool(std::size_t rank)>& is_left_out)
-    : plan_(plan), of_(of), of_elements_(plan.size()), of_blocks_(plan.size()) {
+    : plan_(plan),
+      of_(of),
+      of_elements_(plan.size()),
+      of_blocks_(plan.size()),
+      parts_of_rays_(plan.size()) {
   for (std::size_t rank = 0; rank < plan.size(); ++rank)
     of_elements_[rank] = is_left_out(rank) ? 0 : 1;
   if (of.parts.empty()) {
@@ -172,6 +205,19 @@ double UsualErrors::sum_of_squares(const RayPlan::Block& block) const {
   return sum;
 }
 
+// What parts of elements have of the variance of as many single rays.
+double UsualErrors::parts_of_rays(const RayPlan::Block& block) const {
+  double of_rays = 0;
+  for (std::size_t rank = block.begin; rank < block.end; ++rank)
+    if (parts_of_rays_[rank] > 0)
+      of_rays += square(area(rank) * of_elements_[rank]) / parts_of_rays_[rank];
+  return of_rays > 0 ? sum_of_squares(block) / of_rays : 0;
+}
+
+double UsualErrors::rays_of_part(std::size_t rank) const {
+  return plan_.rays(rank) / static_cast<double>(part_count(plan_, plan_.block_of(rank)));
+}
+
 double UsualErrors::variance_of_parts(std::size_t rank) const {
   const auto count = static_cast<double>(part_count(plan_, plan_.block_of(rank)));
   double squares = 0;
@@ -199,21 +245,58 @@ double UsualErrors::share_of_whole(const RayPlan::Block& block) const {
   return of_elements > 0 ? (squares / (set_count * (count - 1)) + of_rays) / of_elements : 0;
 }
 
+std::vector<double> UsualErrors::rays_in(const RayPlan::Window& window) const {
+  std::vector<double> rays;
+  for (std::uint32_t rank = window.front().begin; rank < window.back().end; ++rank)
+    rays.push_back(plan_.rays(rank));
+  return rays;
+}
+
+// What single rays let expect of a part, if each is by itself.
+double UsualErrors::variance_by_rays(std::size_t rank) const {
+  const double of_ray =
+      static_cast<double>(of_.of_rays[rank]) + static_cast<double>(of_.of_rays_in_parts[rank]);
+  return of_ray / rays_of_part(rank);
+}
+
+// Parts of a few rays are no better than these, whatever they find.
+void UsualErrors::find_parts_of_rays(const RayPlan::Window& window) {
+  constexpr int reach = 10;  // ranks
+  constexpr double enough = 8;
+  if (of_.of_rays_in_parts.empty()) return;
+  const std::uint32_t begin = window.front().begin;
+  std::vector<Variance> of_parts;
+  std::vector<Variance> by_rays;
+  for (std::uint32_t rank = begin; rank < window.back().end; ++rank) {
+    const double n = rays_of_part(rank);
+    const double freedom = n >= enough ? of_elements_[rank] : 0;
+    of_parts.push_back({.value = variance_of_parts(rank) * gain(n), .freedom = freedom});
+    by_rays.push_back({.value = variance_by_rays(rank) * gain(n), .freedom = freedom});
+  }
+  for (std::size_t k = 0; k < of_parts.size(); ++k) {
+    const double of_rays = mean_around(by_rays, k, reach, {}).value;
+    if (of_rays > 0)
+      parts_of_rays_[begin + k] = mean_around(of_parts, k, reach, {}).value / of_rays;
+  }
+}
+
 // What parts let expect of the sets of elements.
 void UsualErrors::find_by_parts() {
   constexpr int reach = 10;  // ranks
   for (const RayPlan::Window& window : plan_.windows()) {
+    find_parts_of_rays(window);
     std::vector<Variance> of_ray;
     for (const RayPlan::Block& block : window) {
       const auto count = static_cast<double>(part_count(plan_, block));
       for (std::size_t rank = block.begin; rank < block.end; ++rank)
-        of_ray.push_back({.value = variance_of_parts(rank) * gain(plan_.rays(rank) / count),
+        of_ray.push_back({.value = variance_of_parts(rank) * gain(rays_of_part(rank)),
                           .freedom = of_elements_[rank] * set_count * (count - 1)});
     }
+    const std::size_t begin = window.front().begin;
+    const std::vector<double> rays = rays_in(window);
     for (std::size_t k = 0; k < of_ray.size(); ++k) {
-      const std::size_t rank = window.front().begin + k;
-      const double variance = mean_around(of_ray, k, reach, {}).value;
-      of_elements_[rank] *= std::sqrt(variance / gain(plan_.rays(rank)));
+      const double variance = mean_around(of_ray, k, reach, {}, rays).value;
+      of_elements_[begin + k] *= std::sqrt(variance / gain(plan_.rays(begin + k)));
     }
   }
 }
@@ -223,13 +306,16 @@ void UsualErrors::find_elements() {
   constexpr double freedom_of_guess = 3;
   std::vector<Variance> more;
   for (std::size_t rank = 0; rank < plan_.size(); ++rank)
+    of_elements_[rank] *= std::sqrt(share_by_parts(parts_of_rays_[rank]));
+  for (std::size_t rank = 0; rank < plan_.size(); ++rank)
     more.push_back(times_usual(of_.halves[rank], square(of_elements_[rank])));
   const Variance guess = mean_of(more, known_before).as_guess(freedom_of_guess);
   for (const RayPlan::Window& window : plan_.windows()) {
     const std::size_t begin = window.front().begin;
     const auto of_window = std::span(more).subspan(begin, window.back().end - begin);
+    const std::vector<double> rays = rays_in(window);
     for (std::size_t k = 0; k < of_window.size(); ++k) {
-      const Mean around = mean_around(of_window, k, reach, guess);
+      const Mean around = mean_around(of_window, k, reach, guess, rays);
       of_elements_[begin + k] *= std::sqrt(around.value * student_factor(around.freedom));
     }
   }
@@ -256,7 +342,8 @@ void UsualErrors::find_blocks() {
     for (std::size_t b = 0; b < window.size(); ++b) {
       const Variance usual = usual_shares[more.size()].as_guess(freedom_of_share);
       const double share = mean_around(of_window, b, reach_of_parts, usual).value;
-      const double variance = share * sum_of_squares(window[b]);
+      const double variance =
+          share * sum_of_squares(window[b]) * share_by_parts(share * parts_of_rays(window[b]));
       of_blocks_[window[b].begin] = std::sqrt(variance);
       more.push_back(times_usual(whole(window[b]), variance));
     }
@@ -377,7 +464,7 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
       const std::size_t shift = first_shift + draw / window.size() * shift_step;
       double drawn = 0;
       for (std::size_t to = block.begin; to < block.end; ++to) {
-        const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
+        const std::size_t from = source.begin + shifted(to - block.begin, shift, source.size());
         const float error =
             sizes.of_elements * usual_[to] * times_usual_[usual_[from] > 0 ? from : to];
         errors[to * count + k] = sign * error;

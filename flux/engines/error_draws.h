@@ -52,9 +52,14 @@ class UsualErrors {
   double area(std::size_t rank) const { return plan_.elements().area(plan_.element_at(rank)); }
   double whole(const RayPlan::Block& block) const;
   double sum_of_squares(const RayPlan::Block& block) const;
+  double rays_of_part(std::size_t rank) const;
+  std::vector<double> rays_in(const RayPlan::Window& window) const;
   double variance_of_parts(std::size_t rank) const;
+  double variance_by_rays(std::size_t rank) const;
+  double parts_of_rays(const RayPlan::Block& block) const;
   double share_of_whole(const RayPlan::Block& block) const;
   void find_without_parts();
+  void find_parts_of_rays(const RayPlan::Window& window);
   void find_by_parts();
   void find_blocks();
   void find_blocks_by_halves(std::span<const Variance> more);
@@ -65,6 +70,8 @@ class UsualErrors {
   const Differences& of_;
   std::vector<double> of_elements_;  // by rank
   std::vector<double> of_blocks_;    // by the first rank of a block
+  // By rank, what parts have of the variance of as many single rays; 0 where it is not known.
+  std::vector<double> parts_of_rays_;
 };
 
 /// Errors of what the rays of elements found, as half the differences between their two sets tell:

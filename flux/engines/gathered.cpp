@@ -138,6 +138,7 @@ FluxAudit Gathered::audit() const {
 // of it, and what is off in how many leave.
 double Gathered::balance_error() const {
   Differences of_sum = halves_.lost;
+  if (!of_sum.parts.empty()) of_sum.of_rays_in_parts = halves_.sum_of_rays;
   for (std::size_t i = 0; i < plan_.size(); ++i) {
     const double part = draws_->possible_part(i, halves_.flux.halves[i]);
     of_sum.halves[i] += part * halves_.flux.halves[i];

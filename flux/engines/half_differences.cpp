@@ -21,6 +21,41 @@ struct Told {
 
 using OfParts = std::array<float, set_count * most_parts>;
 
+// How the rays of an element scatter, each about the mean of those that are aimed as it is.
+class Scatter {
+ public:
+  explicit Scatter(bool aims_at_sky) : aims_at_sky_(aims_at_sky) {}
+
+  void add(std::size_t ray, double x) {
+    constexpr std::size_t every = RayPlan::rays_per_skyward;
+    const bool is_skyward = aims_at_sky_ && ray / set_count % every == every - 1;
+    Sums& sums = sums_[is_skyward ? 1 : 0];
+    sums.rays += 1;
+    sums.sum += x;
+    sums.squares += x * x;
+  }
+  double variance() const {
+    double sum = 0;
+    double rays = 0;
+    for (const Sums& of : sums_) {
+      if (of.rays > 1)
+        sum += std::max(of.squares - of.sum * of.sum / of.rays, 0.0) * of.rays / (of.rays - 1);
+      rays += of.rays;
+    }
+    return sum / rays;
+  }
+
+ private:
+  struct Sums {
+    double rays = 0;
+    double sum = 0;
+    double squares = 0;
+  };
+
+  bool aims_at_sky_;
+  std::array<Sums, 2> sums_{};
+};
+
 // Sums over the parts of an element's sets.
 class Parts {
  public:
@@ -29,7 +64,8 @@ class Parts {
 
   /// Of rays that follow each other, in turn of the first and the second set.
   void add(std::size_t ray, double x) {
-    sums_[ray % set_count][part_of(static_cast<std::uint32_t>(ray / set_count))] += x;
+    const auto index = static_cast<std::uint32_t>(ray / set_count);
+    sums_[ray % set_count][part_of(index)] += x;
     size_ += std::abs(x);
   }
   /// What their means are more than that of the set.
@@ -71,7 +107,7 @@ class Parts {
 class Row {
  public:
   Row(const View& view, std::size_t problem, std::size_t row, const Radiosity& radiosity,
-      const Parts& parts)
+      const Parts& parts, bool aims_at_sky)
       : view_(view),
         sums_(view.sums[row]),
         direct_(std::span(view.direct[problem]).subspan(row * set_count, set_count)),
@@ -79,7 +115,9 @@ class Row {
         row_(row),
         radiosity_(radiosity),
         of_flux_(parts),
-        of_lost_(parts) {
+        of_lost_(parts),
+        flux_scatter_(aims_at_sky),
+        sum_scatter_(aims_at_sky) {
     look();
   }
 
@@ -87,11 +125,14 @@ class Row {
   std::array<Told, set_count> told_by_sets() const;
   OfParts flux_of_parts() const { return of_flux_.differences(); }
   OfParts lost_of_parts() const { return of_lost_.differences(); }
+  double flux_of_rays() const { return flux_scatter_.variance(); }
+  double sum_of_rays() const { return sum_scatter_.variance(); }
   /// What single rays scatter because the source is not equally bright everywhere.
   double variance_of_source() const { return squares_of_source_ / ray_count(); }
 
  private:
   void look();
+  void add(std::size_t ray, double flux, double lost);
   double ray_count() const { return static_cast<double>(view_.matrix.row(row_).size()); }
   double in_sky() const { return sums_[0].sky + sums_[1].sky; }
   double direct() const {
@@ -109,6 +150,8 @@ class Row {
   std::array<double, set_count> to_sky_beyond_{};  // that leaves more than the mean
   Parts of_flux_;
   Parts of_lost_;
+  Scatter flux_scatter_;
+  Scatter sum_scatter_;  // of flux and what is lost
   double squares_of_source_ = 0;
 };
 
@@ -134,20 +177,25 @@ void Row::look() {
     if (hit < matrix.size()) {
       const double seen = radiosity_.leaves(hit) + dot(radiosity_.slopes()[hit], Vec3d(places[k]));
       others_[k % set_count].flux += weight * seen;
-      of_flux_.add(k, weight * (seen - usual));
+      add(k, weight * (seen - usual), 0);
     } else if (hit != matrix.size() + to_sky) {
       others_[k % set_count].out += weight;
-      of_flux_.add(k, -weight * usual);
-      of_lost_.add(k, weight * leaves);
+      add(k, -weight * usual, weight * leaves);
     } else {
       const double beyond = dot(radiosity_.slopes()[row_], Vec3d(places[k]));
       to_sky_beyond_[k % set_count] += weight * beyond;
       sky_squares += square(weight * of_sky);
-      of_flux_.add(k, weight * (of_sky - usual));
-      of_lost_.add(k, weight * (leaves + beyond));
+      add(k, weight * (of_sky - usual), weight * (leaves + beyond));
     }
   }
   squares_of_source_ = std::max(direct_squares_ - sky_squares, 0.0);
+}
+
+void Row::add(std::size_t ray, double flux, double lost) {
+  of_flux_.add(ray, flux);
+  of_lost_.add(ray, lost);
+  flux_scatter_.add(ray, flux);
+  sum_scatter_.add(ray, flux + lost);
 }
 
 std::array<Told, set_count> Row::told_by_sets() const {
@@ -184,15 +232,20 @@ HalfDifferences half_differences(const View& view, std::size_t problem, const Ra
                                  const Radiosity& radiosity) {
   static_assert(set_count == 2);
   const std::size_t size = view.matrix.size();
-  HalfDifferences halves{differences_of(size), std::vector<double>(size), differences_of(size)};
+  HalfDifferences halves{differences_of(size), std::vector<double>(size), differences_of(size),
+                         std::vector<float>(size)};
+  halves.flux.of_rays_in_parts.resize(size);
   parallel_for(size, 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const RayPlan::Block& block = plan.block_of(i);
       const auto parts = static_cast<std::uint32_t>(part_count(plan, block));
-      const Row row(view, problem, i, radiosity, {parts, plan.rays(i), block.aims_at_sky});
+      const Row row(view, problem, i, radiosity, {parts, plan.rays(i), block.aims_at_sky},
+                    block.aims_at_sky);
       const auto told = row.told_by_sets();
       halves.flux.halves[i] = (told[0].flux - told[1].flux) / 2;
       halves.flux.parts[i] = row.flux_of_parts();
+      halves.flux.of_rays_in_parts[i] = static_cast<float>(row.flux_of_rays());
+      halves.sum_of_rays[i] = static_cast<float>(row.sum_of_rays());
       halves.flux.of_rays[i] = static_cast<float>(row.variance_of_source());
       halves.out[i] = (told[0].out - told[1].out) / 2;
       halves.lost.halves[i] = (told[0].lost - told[1].lost) / 2;

@@ -26,12 +26,16 @@ struct Differences {
   std::vector<std::array<float, set_count * most_parts>> parts{};
   /// Variances of single rays that the parts do not show.
   std::vector<float> of_rays{};
+  /// Those that they show; they may be left out.
+  std::vector<float> of_rays_in_parts{};
 };
 
 struct HalfDifferences {
   Differences flux;         ///< of direct flux plus re-emitted flux seen
   std::vector<double> out;  ///< halves of the part of rays that met no facet
   Differences lost;         ///< of what leaves along these
+  /// Variances of single rays in the sum of flux and what leaves, as parts show them.
+  std::vector<float> sum_of_rays;
 };
 
 /// Shape: problem is its number in the view.

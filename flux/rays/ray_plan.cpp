@@ -23,8 +23,8 @@ constexpr std::uint32_t longest_block = share_count;
 // What the elements of a row share is told by the differences between its blocks, so a short row
 // has several. Those of a cross-section are few; shares of powers of two fill each other's gaps
 // best. With blocks of 16 the floors of trenches and holes are off by half again what they state.
-// With four in a section errors of rings would be true within a tenth, but those of a pair of
-// elements that see each other alone, as in a recess, blow up.
+// With four in a section errors of a pair of elements that see each other alone, as in a recess,
+// blow up; rings have four, since neighbours among them see nearly the same.
 constexpr std::uint32_t blocks_in_row = 4;
 constexpr std::uint32_t blocks_in_row_of_section = 2;
 constexpr std::uint32_t shortest_block = 2;
@@ -134,8 +134,9 @@ void RayPlan::make_blocks(const RayScene& scene, std::span<const std::uint32_t> 
   block_of_.resize(size());
   for (const Row& row : rows) {
     first_block.push_back(blocks_.size());
-    const std::uint32_t blocks =
-        elements_->are_of_section() ? blocks_in_row_of_section : blocks_in_row;
+    const std::uint32_t blocks = elements_->are_of_section() && !elements_->are_rings()
+                                     ? blocks_in_row_of_section
+                                     : blocks_in_row;
     const std::uint32_t longest =
         std::clamp(std::bit_floor(row.size() / blocks), shortest_block, longest_block);
     for (std::uint32_t begin = row.begin; begin < row.end; begin = blocks_.back().end) {

@@ -308,6 +308,54 @@ TEST(UsualErrorsOfFewElements, AreThoseOfBlocksOfTheirSize) {
   EXPECT_LT(stated / right, 1.3);
 }
 
+// What few rays find: parts are no better than as many single rays, and sets no better than parts
+// by themselves; elsewhere they have half of that variance. A few elements hardly show it.
+TEST_F(UsualErrorsTest, OfPartsThatAreNoBetterThanRaysAreThoseOfRays) {
+  plan_.grow(256, 1'000'000);
+  RunningStatistics bright;
+  RunningStatistics even;
+  const auto is_left_out = [](std::size_t rank) { return rank % 64 >= 4; };
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Differences of = differences(seed, [](std::size_t) { return 1.0; });
+    const double of_part = std::pow(most_parts, 1.5) / of_sets * std::pow(expected(1), 2);
+    const auto of_ray = static_cast<float>(of_part * plan_.rays(0) / most_parts);
+    const auto square_of_block = [&](float times) {
+      of.of_rays_in_parts.assign(plan_.size(), times * of_ray);
+      return std::pow(UsualErrors(plan_, of, is_left_out).of_block(blocks().front()), 2);
+    };
+    bright.add(square_of_block(1));
+    even.add(square_of_block(10));
+  }
+  EXPECT_GT(bright.mean() / even.mean(), 1.3);
+  EXPECT_LT(bright.mean() / even.mean(), 2);
+}
+
+// Large elements in one corner of a wafer of small ones, where sets are no better than single rays:
+// the errors of the small ones, taken as if they fell as those of even sets do, are too small for
+// them.
+TEST(UsualErrorsOfUnequalElements, AreNotThoseOfTheirNeighbours) {
+  exact::Builder builder;
+  builder.grid({0, 0, 0}, {16, 0, 0}, 16, {0, 8, 0}, 8);
+  builder.grid({16, 0, 0}, {4, 0, 0}, 2, {0, 4, 0}, 2);
+  const RayScene scene(builder.mesh, {.lower = {0, 0}, .upper = {20, 8}}, 1);
+  const Elements elements(scene, longest_piece_edge);
+  RayPlan plan(scene, elements);
+  plan.grow(32, 1'000'000);
+  RunningStatistics ratio;
+  for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+    const auto variance = [&](std::size_t rank) {
+      return std::pow(plan.rays(plan.block_of(rank).begin), 1.5) / plan.rays(rank);
+    };
+    const Differences of = normal_differences(plan, seed, variance);
+    const UsualErrors usual(plan, of, nothing_left_out);
+    for (std::size_t rank = 0; rank < plan.size(); ++rank)
+      if (elements.area(plan.element_at(rank)) > 1)
+        ratio.add(std::pow(usual.of_element(rank), 2) * plan.rays(rank));
+  }
+  EXPECT_GT(ratio.count(), 0U);
+  EXPECT_NEAR(ratio.mean(), 1, 0.15);
+}
+
 // Of many blocks their own squares tell the variance of a sum, whatever is usual; of one hardly.
 TEST(VarianceOverBlocks, IsKnownTheBetterTheMoreTheyAre) {
   const auto of = [](std::size_t count) {
@@ -318,6 +366,8 @@ TEST(VarianceOverBlocks, IsKnownTheBetterTheMoreTheyAre) {
   EXPECT_NEAR(of(10'000).value, 10'000, 20);
   EXPECT_NEAR(of(10'000).freedom, 10'000, 20);
   EXPECT_EQ(of(0).value, 0);
+  // Parts of three blocks are few as well.
+  EXPECT_LT(of(3).freedom, 20);
   // One of them makes nearly all of the sum.
   EXPECT_NEAR(variance_over_blocks(std::vector<double>{1, 1e-9}, std::vector<double>{0, 25}).value,
               8.0 / 9, 1e-6);

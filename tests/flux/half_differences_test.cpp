@@ -47,6 +47,9 @@ TEST(HalfDifferences, OfPartsAreThoseOfTheSkyThatRaysMeet) {
       EXPECT_EQ(varies, 0) << i;
     }
     EXPECT_EQ(halves.flux.of_rays[i], 0) << i;
+    const double n = plan.rays(i) * set_count;
+    EXPECT_NEAR(halves.flux.of_rays_in_parts[i], p * (1 - p) * n / (n - 1), 1e-6) << i;
+    EXPECT_EQ(halves.sum_of_rays[i], halves.flux.of_rays_in_parts[i]) << i;
     (varies > 0 ? shadowed : open) += 1;
   }
   EXPECT_GT(shadowed, 100);

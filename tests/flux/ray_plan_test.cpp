@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/error.h"
 #include "flux/rays/spatial_order.h"
+#include "flux/revolution.h"
 #include "flux/sampling/sobol.h"
 #include "tests/flux/shapes.h"
 
@@ -75,6 +78,27 @@ TEST(RayPlan, SmallFloorsAreOfTheirOwnWindows) {
   }
   EXPECT_GT(of_floor, 8U);
   EXPECT_LT(of_floor, 32U);
+}
+
+// A wall of 36 rings: neighbours see nearly the same, so that those of two blocks alone would tell
+// little of their errors.
+TEST(RayPlan, RowsOfRingsHaveFourBlocks) {
+  const Vec3d y{0, 1, 0};
+  exact::Builder builder;
+  builder.grid({0, 0, -36}, {6, 0, 0}, 6, y, 1);
+  builder.grid({6, 0, -36}, {0, 0, 36}, 36, y, 1);
+  builder.grid({6, 0, 0}, {6, 0, 0}, 6, y, 1);
+  const Revolution revolution(builder.mesh, {.lower = {0, 0}, .upper = {12, 1}});
+  const RayScene scene(revolution.mesh(), revolution.sides(), 1);
+  Elements elements(scene, std::numeric_limits<double>::infinity(), true);
+  elements.join_rings(revolution.rings());
+  const RayPlan plan(scene, elements);
+  std::vector<std::uint32_t> of_wall;
+  for (const RayPlan::Window& window : plan.windows())
+    for (const RayPlan::Block& block : window)
+      if (std::abs(elements.normal(plan.element_at(block.begin)).z) < 0.5)
+        of_wall.push_back(block.size());
+  EXPECT_EQ(of_wall, (std::vector<std::uint32_t>{8, 8, 8, 8, 4}));
 }
 
 TEST(RayPlan, SendsRaysByTheDensitiesOfWindows) {
