@@ -13,6 +13,7 @@
 #include <string>
 
 #include "apps/report/report.h"
+#include "apps/run/own_files.h"
 #include "apps/run/run.h"
 #include "apps/simulator/recipe.h"
 #include "core/system/temporary_folder.h"
