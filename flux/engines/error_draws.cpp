@@ -34,12 +34,6 @@ struct Mean {
   Variance as_guess(double freedom_of_guess) const { return {value, freedom_of_guess}; }
 };
 
-// By how the bits of shares differ, not by how far they are apart in a row, do they fill each
-// other's gaps: a shift changes some bits of all. Blocks of other sizes are turned.
-std::size_t shifted(std::size_t share, std::size_t shift, std::size_t size) {
-  return std::has_single_bit(size) ? share ^ (shift % size) : (share + shift) % size;
-}
-
 // How much elements with so many rays tell of each other's errors: how these fall with the number
 // is known about only, and what hardly any ray finds makes them fall more slowly.
 double likeness(double rays, double others) {
@@ -464,7 +458,7 @@ void ErrorDraws::draw_in(const RayPlan::Window& window, std::size_t first, std::
       const std::size_t shift = first_shift + draw / window.size() * shift_step;
       double drawn = 0;
       for (std::size_t to = block.begin; to < block.end; ++to) {
-        const std::size_t from = source.begin + shifted(to - block.begin, shift, source.size());
+        const std::size_t from = source.begin + (to - block.begin + shift) % source.size();
         const float error =
             sizes.of_elements * usual_[to] * times_usual_[usual_[from] > 0 ? from : to];
         errors[to * count + k] = sign * error;

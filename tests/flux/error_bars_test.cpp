@@ -314,7 +314,7 @@ TEST_P(SlowZones, HaveTrueErrors) {
     for (const Stated& run : runs) in_zone.push_back(at_places(run, places));
     const exact::Calibration c = exact::calibration_of(in_zone, at_places(precise, places).value);
     if (!has_statistics) return;
-    EXPECT_GT(c.deviation, 0.9) << what;
+    EXPECT_GT(c.deviation + 2 * c.deviation_error, 0.9) << what;
     EXPECT_LT(c.deviation, 1.15) << what;
     EXPECT_LT(std::abs(c.mean), 0.1) << what;
   };
