@@ -29,11 +29,11 @@ endfunction()
 
 # scarp_tests(NAME NEEDS ...)
 #
-# All tests/NAME/*_test.cpp in one program. Neighbours in the alphabet are compiled as one file and must not give the same name to two
+# All tests/NAME/*_test.cpp, those of rooms as well, in one program. Neighbours in the alphabet are compiled as one file and must not give the same name to two
 # things. A test whose name starts with Slow carries the label slow instead of NAME.
 function(scarp_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
   if(NOT sources)
     return()
   endif()

@@ -81,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "[[step.ion]]\nenergy_width = \"150 eV\"\n[[step.ion]]\nenergy = \"50 eV\"\n"}),
     [](const auto& test) { return std::string(test.param.name); });
 
-// Faceting. Source of the exact solution: tests/levelset/lax_friedrichs_test.cpp.
+// Faceting. Source of the exact solution: tests/levelset/motion/lax_friedrichs_test.cpp.
 
 double faceted_height(double b, double x) {
   double highest = 1;
