@@ -6,17 +6,20 @@
 
 #include <cmath>
 #include <map>
+#include <regex>
 #include <string>
 #include <vector>
 
+#include "apps/simulator/recipe.h"
 #include "core/random.h"
 #include "program.h"
 
 namespace scarp {
 namespace {
 
-constexpr double spacing = 10;  // nm
-constexpr double rate = 5;      // nm/s of what is etched fastest
+constexpr double spacing = 10;         // nm
+constexpr double common_extent = 100;  // nm, of which every domain is a multiple
+constexpr double rate = 5;             // nm/s of what is etched fastest
 
 struct Film {
   std::string material;
@@ -130,6 +133,18 @@ class RandomStack {
 
 class SlowRandomStacks : public Program {
  protected:
+  /// A film that no node knows of may be refused, with a spacing with which the recipe is read.
+  void expect_refusal_with_remedy(const std::string& message) const {
+    static const std::regex words(
+        "a film of ([0-9.e-]+) nm is thinner.* use a domain.spacing of ([0-9.e-]+) nm or less");
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(message, found, words)) << message;
+    EXPECT_LT(std::stod(found[1]), 0.05 * spacing);
+    const double finer = common_extent / std::ceil(common_extent / std::stod(found[2]));
+    EXPECT_NO_THROW(
+        read_recipe(folder_ / "stack.toml", {fmt::format("domain.spacing=\"{:.17g} nm\"", finer)}));
+  }
+
   nlohmann::json volumes(const std::string& state) const {
     return json_of(scarp("measure " + path(state) + " --json"))["volumes_nm3"];
   }
@@ -137,11 +152,18 @@ class SlowRandomStacks : public Program {
 
 TEST_F(SlowRandomStacks, KeepWhatIsNotEtchedAndNothingThatIsGone) {
   constexpr int count = 500;
+  int refused = 0;
   for (int seed = 0; seed < count; ++seed) {
     const RandomStack stack(seed);
     write("stack.toml", stack.recipe);
     std::filesystem::remove_all(folder_ / "run");
     const Outcome outcome = scarp("run " + path("stack.toml") + " --quiet -o " + path("run"));
+    if (outcome.exit_code == 2) {
+      SCOPED_TRACE(stack.recipe);
+      expect_refusal_with_remedy(outcome.messages);
+      ++refused;
+      continue;
+    }
     ASSERT_EQ(outcome.exit_code, 0) << outcome.messages << stack.recipe;
     const nlohmann::json before = volumes("run/state_0000.vdb");
     const nlohmann::json after = volumes("run");
@@ -158,6 +180,7 @@ TEST_F(SlowRandomStacks, KeepWhatIsNotEtchedAndNothingThatIsGone) {
       }
     }
   }
+  EXPECT_LE(refused, count / 20);
 }
 
 }  // namespace
