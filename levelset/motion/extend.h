@@ -1,17 +1,14 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/tri_mesh.h"
-#include "core/triangle_tree.h"
 #include "levelset/grid/layers.h"
+#include "levelset/motion/extension.h"
 #include "levelset/motion/speed_field.h"
 #include "levelset/surface/connectivity.h"
-#include "levelset/surface/creased_facets.h"
-#include "levelset/surface/kept_facets.h"
 
 namespace scarp {
 
@@ -21,20 +18,6 @@ inline constexpr double close_facets = 0.5;
 
 /// Speeds at the three corners of every facet. Units: nm/s.
 using CornerSpeeds = std::vector<std::array<float, 3>>;
-
-/// Facets that speeds are carried from, once or often, what finds the closest of them, and which
-/// ones these were. Refers to the mesh.
-struct FacetTree {
-  FacetTree(const TriMesh& mesh, std::shared_ptr<const TriangleTree> its_tree)
-      : facets(mesh), tree(std::move(its_tree)), is_creased(creased_facets(mesh)) {}
-  explicit FacetTree(const TriMesh& mesh)
-      : FacetTree(mesh, std::make_shared<const TriangleTree>(mesh)) {}
-
-  const TriMesh& facets;
-  std::shared_ptr<const TriangleTree> tree;
-  std::vector<bool> is_creased;
-  KeptFacets kept{};
-};
 
 /// Carries speeds from the facets of a mesh to the nodes of the band.
 ///
