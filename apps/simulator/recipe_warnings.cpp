@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "models/open_wafer.h"
 
@@ -55,70 +56,82 @@ void warn_of_idle_bodies(std::span<const RecipeTable> shapes, const Recipe& reci
     shapes[each.shape].warning(each.key, each.message);
 }
 
-// A layer that is met from above is etched through in the right time however thin it is, but its
-// sides are no surface that the grid holds.
-void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
-                         OpenSpeeds& speeds) {
-  const double least = least_thickness * recipe.frame.spacing;
-  std::optional<MaterialId> below;  // what is flat; a layer of it is no layer of its own
-  const auto look_at = [&](const LayerShape& layer, std::size_t shape, const std::string& key) {
-    const bool goes_on = std::exchange(below, layer.material) == layer.material;
-    if (goes_on || layer.thickness >= rounding * least || !speeds.is_etched(layer.material)) return;
-    shapes[shape].warning(
-        key, fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how "
-                         "far it is etched from its sides is rough; use a domain.spacing of {} or "
-                         "less",
-                         length_text(layer.thickness), length_text(least),
-                         length_text(layer.thickness / least_thickness)));
+// A flat layer of the start geometry.
+struct FlatLayer {
+  MaterialId material = 0;
+  double thickness = 0;
+  std::optional<MaterialId> below{};  // nothing where that is not the same everywhere
+  std::size_t shape = 0;
+  std::string key;
+};
+
+// The lowest first.
+std::vector<FlatLayer> flat_layers(const Recipe& recipe) {
+  std::vector<FlatLayer> layers;
+  std::optional<MaterialId> below;
+  const auto add = [&](const LayerShape& layer, std::size_t shape, const std::string& key) {
+    layers.push_back({layer.material, layer.thickness, below, shape, key});
+    below = layer.material;
   };
   for (std::size_t n = 0; n < recipe.geometry.size(); ++n) {
     const Shape& shape = recipe.geometry[n];
     if (const auto* const wafer = std::get_if<WaferShape>(&shape)) {
       below = wafer->material;
     } else if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
-      look_at(*layer, n, "thickness");
+      add(*layer, n, "thickness");
     } else if (const auto* const stack = std::get_if<StackShape>(&shape)) {
       for (std::size_t k = 0; k < stack->layers.size(); ++k)
-        look_at(stack->layers[k], n, fmt::format("thicknesses[{}]", k));
-    } else {
+        add(stack->layers[k], n, fmt::format("thicknesses[{}]", k));
+    } else if (!std::holds_alternative<TrenchShape>(shape) &&
+               !std::holds_alternative<HoleShape>(shape)) {
       below.reset();
     }
+  }
+  return layers;
+}
+
+// A layer that is met from above is etched through in the right time however thin it is, but its
+// sides are no surface that the grid holds. One of what it lies on is no layer of its own.
+void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
+                         OpenSpeeds& speeds) {
+  const double least = least_thickness * recipe.frame.spacing;
+  for (const FlatLayer& layer : flat_layers(recipe)) {
+    if (layer.below == layer.material || layer.thickness >= rounding * least ||
+        !speeds.is_etched(layer.material))
+      continue;
+    shapes[layer.shape].warning(
+        layer.key,
+        fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how far "
+                    "it is etched from its sides is rough; use a domain.spacing of {} or less",
+                    length_text(layer.thickness), length_text(least),
+                    length_text(layer.thickness / least_thickness)));
   }
 }
 
 // A film thinner than a spacing goes with what holds it: no node tells that it is there. Refused
-// where that is sure before the run: once it has been opened, a step of prescribed rates etches
-// what lies beneath it, and it alone, by more than a spacing.
+// where that is sure before the run: once it and all layers above it have been opened, a step of
+// prescribed rates etches what lies beneath it, and it alone, by more than a spacing.
 class UnheldFilms {
  public:
   UnheldFilms(std::span<const RecipeTable> shapes, const Recipe& recipe, OpenSpeeds& speeds)
-      : shapes_(shapes), recipe_(recipe), speeds_(speeds) {}
+      : shapes_(shapes), recipe_(recipe), speeds_(speeds), layers_(flat_layers(recipe)) {}
 
   void refuse() {
-    MaterialId below = 0;
-    for (std::size_t n = 0; n < recipe_.geometry.size(); ++n) {
-      const Shape& shape = recipe_.geometry[n];
-      if (const auto* const wafer = std::get_if<WaferShape>(&shape)) below = wafer->material;
-      if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
-        look_at(*layer, below, n, "thickness");
-        below = layer->material;
-      }
-      const auto* const stack = std::get_if<StackShape>(&shape);
-      for (std::size_t k = 0; stack != nullptr && k < stack->layers.size(); ++k) {
-        look_at(stack->layers[k], below, n, fmt::format("thicknesses[{}]", k));
-        below = stack->layers[k].material;
-      }
-    }
+    for (std::size_t n = 0; n < layers_.size(); ++n)
+      if (layers_[n].below && layers_[n].thickness < rounding * recipe_.frame.spacing) look_at(n);
   }
 
  private:
   static constexpr double withstands = 0.1;  // a film that is etched this many times more slowly
 
-  void look_at(const LayerShape& film, MaterialId below, std::size_t shape,
-               const std::string& key) {
+  void look_at(std::size_t number) {
+    const FlatLayer& film = layers_[number];
+    const MaterialId below = *film.below;
     const double spacing = recipe_.frame.spacing;
-    if (film.thickness >= rounding * spacing) return;
-    double left = is_cut(shape, film.material) ? 0 : film.thickness;
+    // The film and what lies on it, the uppermost last.
+    std::vector<FlatLayer> left(layers_.begin() + static_cast<std::ptrdiff_t>(number),
+                                layers_.end());
+    if (is_cut(film.shape, film.material)) left.clear();
     for (const ProcessStep& step : recipe_.steps) {
       if (!step.model) continue;
       const double etch = -speeds_.speed(*step.model, film.material);
@@ -126,16 +139,33 @@ class UnheldFilms {
       const bool undercuts = step.model->species().empty() && !step.model->solute() &&
                              etch_below * step.duration > spacing &&
                              etch <= withstands * etch_below;
-      if (left <= 0 && undercuts) {
-        shapes_[shape].error(
-            key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches {} "
-                             "away beneath it: what holds it no more would be lost; use a "
-                             "domain.spacing of {} or less",
-                             length_text(film.thickness), length_text(spacing), step.path,
-                             recipe_.materials[below].name, length_text(film.thickness)));
+      if (left.empty() && undercuts) {
+        shapes_[film.shape].error(
+            film.key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches "
+                                  "{} away beneath it: what holds it no more would be lost; use a "
+                                  "domain.spacing of {} or less",
+                                  length_text(film.thickness), length_text(spacing), step.path,
+                                  recipe_.materials[below].name, length_text(film.thickness)));
         return;
       }
-      left -= etch * step.duration;
+      etch_from_above(step, left);
+    }
+  }
+
+  // In an open place.
+  void etch_from_above(const ProcessStep& step, std::vector<FlatLayer>& layers) {
+    double time = step.duration;
+    while (!layers.empty()) {
+      FlatLayer& top = layers.back();
+      const double etch = -speeds_.speed(*step.model, top.material);
+      if (etch <= 0) return;
+      const double needed = top.thickness / etch;
+      if (rounding * needed > time) {
+        top.thickness -= etch * time;
+        return;
+      }
+      time = std::max(0.0, time - needed);
+      layers.pop_back();
     }
   }
 
@@ -156,6 +186,7 @@ class UnheldFilms {
   std::span<const RecipeTable> shapes_;
   const Recipe& recipe_;
   OpenSpeeds& speeds_;
+  std::vector<FlatLayer> layers_;
 };
 
 // What steps deposit of a material until one etches it, on an open flat wafer.

@@ -210,6 +210,21 @@ TEST(UnheldFilm, IsRefusedWithTheSpacingThatWouldDo) {
               HasSubstr("step[0] etches Si"));
 }
 
+TEST(UnheldFilm, IsRefusedOnceAllLayersAboveItAreOpened) {
+  const auto under = [](const std::string& rate) {
+    const std::string nitride =
+        shape("shape = \"layer\"\nmaterial = \"Si3N4\"\nthickness = \"20 nm\"");
+    const std::string open =
+        "[[step]]\nmodel = \"directional\"\nduration = \"15 s\"\n"
+        "directional_etch_rate = { SiO2 = \"2 nm/s\", Si3N4 = \"" +
+        rate + "\", default = \"0 nm/s\" }\n";
+    return recipe(oxide("9 nm") + '\n' + nitride + open + undercuts("11 s"));
+  };
+  EXPECT_THAT(messages_for(under("2 nm/s")), HasSubstr("a film of 9 nm"));  // 14.5 s for both
+  EXPECT_EQ(messages_for(under("1.9 nm/s")), "");                           // 15.03 s
+  EXPECT_EQ(messages_for(under("0 nm/s")), "");
+}
+
 TEST(UnheldFilm, IsNoMatterWhereItIsHeld) {
   const std::vector<std::string> held{
       held_film("10 nm", opens, undercuts("11 s")),             // the grid holds it
