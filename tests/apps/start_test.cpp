@@ -7,7 +7,9 @@
 #include <sstream>
 #include <string>
 
+#include "core/error.h"
 #include "tests/apps/program.h"
+#include "tests/apps/recipe_text.h"
 
 namespace scarp {
 namespace {
@@ -236,6 +238,18 @@ TEST_F(Start, TheStateIsNotReplacedAndAnotherOneIsAnotherRecipe) {
   const Outcome resumed = scarp("run " + path("b.toml") + " --quiet --resume -o " + path("b"));
   EXPECT_EQ(resumed.exit_code, 2);
   EXPECT_THAT(resumed.messages, HasSubstr("belongs to another recipe"));
+}
+
+// Who reads recipes alone, without checkpoints, is not given a wafer that is not there.
+TEST(StartState, IsRefusedWhereNoStateCanBeRead) {
+  const std::string start = "start = \"" + std::string(SCARP_SOURCE_DIR) + "/README.md\"\n";
+  try {
+    read_text(start + small_domain +
+              "[[step]]\nmodel = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("start: a state cannot be read here"));
+  }
 }
 
 }  // namespace
