@@ -311,6 +311,27 @@ TEST(SlowLaxFriedrichs, UndercutsInKohAreMeasuredWhereverTheMaskLies) {
   expect_undercuts({0, 0.2, 0.5, 0.8}, 2);
 }
 
+// Where walls have gone further back than a spacing they are blunt right below the mask: what was
+// read there was up to 0.7 spacings too small, and the more so the finer the grid.
+TEST(LaxFriedrichs, UndercutsOfSpacingsInKohAreReadBelowTheBluntCorner) {
+  constexpr double time = 40;
+  constexpr double r111 = 0.05;
+  Frame frame{.spacing = 1, .cells = {112, 1}};
+  frame.two_dimensional = true;
+  for (const double centre : {0.2, 0.6}) {
+    Layers layers = build_layers(
+        frame,
+        std::vector<Shape>{WaferShape{.material = 0},
+                           MaskShape{.material = 1,
+                                     .thickness = 5.4,
+                                     .outline = SlotOutline{.width = 80, .centre = centre}}});
+    etch_in_koh(layers, time, Scheme::eno2, r111);
+    const Metrology found = measure(layers, {.masks = {1}});
+    ASSERT_EQ(found.openings.size(), 1U);
+    EXPECT_NEAR(found.openings[0].undercut.value(), r111 * time / sine_111, 0.1) << centre;
+  }
+}
+
 // From the corners of a mask fast planes run along its edges and take the walls below away: what
 // holds walls at a mask does not hold these.
 TEST(SlowLaxFriedrichs, CornersOfAMaskInKohAreUndercut) {
