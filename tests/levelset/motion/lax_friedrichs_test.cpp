@@ -328,7 +328,7 @@ TEST(LaxFriedrichs, UndercutsOfSpacingsInKohAreReadBelowTheBluntCorner) {
     etch_in_koh(layers, time, Scheme::eno2, r111);
     const Metrology found = measure(layers, {.masks = {1}});
     ASSERT_EQ(found.openings.size(), 1U);
-    EXPECT_NEAR(found.openings[0].undercut.value(), r111 * time / sine_111, 0.1) << centre;
+    EXPECT_NEAR(found.openings[0].undercut.value(), r111 * time / sine_111, 0.07) << centre;
   }
 }
 
