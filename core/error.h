@@ -1,16 +1,38 @@
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace scarp {
 
+/// One thing that is wrong with an input.
+struct Problem {
+  std::string place;  ///< "recipe.toml:12:3: step[0].rate"; empty where what says it
+  std::string what;
+  std::string remedy;  ///< empty where what leaves nothing to say
+
+  /// As a message has it: "place: what; remedy".
+  std::string text() const;
+};
+
+/// What is wrong and what to do about it, which a message parts by its first "; ".
+Problem problem_at(std::string place, std::string_view text);
+
 /// The input is wrong and the user can mend it. The message says where, what is wrong and what is
-/// allowed. Exit code 2.
+/// allowed, a line for each problem. Exit code 2.
 class InputError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit InputError(const std::string& text) : InputError(std::vector{problem_at("", text)}) {}
+  explicit InputError(std::vector<Problem> problems);
+
+  /// At least one.
+  const std::vector<Problem>& problems() const { return *problems_; }
+
+ private:
+  std::shared_ptr<const std::vector<Problem>> problems_;  // errors are copied without throwing
 };
 
 /// The simulation could not go on. The message says step, time, place and value. Exit code 3.

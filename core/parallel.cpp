@@ -1,7 +1,9 @@
 #include "core/parallel.h"
 
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -22,6 +24,11 @@ void in_parallel(const std::function<void()>& first, const std::function<void()>
   });
 }
 
+void with_threads(int count, const std::function<void()>& work) {
+  if (count <= 0) return work();
+  tbb::task_arena(count).execute(work);
+}
+
 ThreadLimit::ThreadLimit(int threads)
     : control_(threads > 0 ? new tbb::global_control(tbb::global_control::max_allowed_parallelism,
                                                      static_cast<std::size_t>(threads))
@@ -30,8 +37,11 @@ ThreadLimit::ThreadLimit(int threads)
 ThreadLimit::~ThreadLimit() { delete static_cast<tbb::global_control*>(control_); }
 
 int thread_count() {
-  return static_cast<int>(
+  const auto of_process = static_cast<int>(
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+  // Only what with_threads() calls is in an arena that is not as large as the machine.
+  const int here = tbb::this_task_arena::max_concurrency();
+  return here == tbb::info::default_concurrency() ? of_process : std::min(here, of_process);
 }
 
 }  // namespace scarp

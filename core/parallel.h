@@ -32,7 +32,11 @@ T parallel_reduce(std::size_t count, std::size_t grain, T start, const Body& bod
 /// not throw, and may use it themselves.
 void in_parallel(const std::function<void()>& first, const std::function<void()>& second);
 
-/// Limits the number of threads while it lives; 0 means all cores.
+/// Calls work, whose parallel loops use at most so many threads; 0 for all. Other threads of the
+/// process are free to do the same at the same time.
+void with_threads(int count, const std::function<void()>& work);
+
+/// Limits the number of threads of the process while it lives; 0 means all cores.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);

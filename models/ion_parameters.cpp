@@ -89,11 +89,11 @@ const Parameter ion_energy_power{.name = "ion.energy_power",
 // For a reader that goes on although the recipe is wrong.
 EnergyDistribution stand_in_energy() { return EnergyDistribution::gaussian(100, 10); }
 
-EnergyDistribution read_energy(const RecipeTable& table, const StepScope& scope) {
+EnergyDistribution read_energy(const RecipeTable& table) {
   const Parameter by_energy = inner(ion_energy_table);
   const Parameter width = inner(ion_energy_width);
   if (stands_in(table, by_energy)) {
-    const auto rows = read_table(table, by_energy, scope);
+    const auto rows = table.number_table(by_energy.name, by_energy.columns);
     if (!rows) return stand_in_energy();
     const auto energy = accepted<EnergyDistribution>(table, by_energy.name, [&] {
       return EnergyDistribution::tabulated(rows->column(0), rows->column(1));
@@ -111,9 +111,9 @@ EnergyDistribution read_energy(const RecipeTable& table, const StepScope& scope)
   return EnergyDistribution::bimodal(mean, distance);
 }
 
-AngleTable read_sticking(const RecipeTable& table, const StepScope& scope) {
+AngleTable read_sticking(const RecipeTable& table) {
   const Parameter by_angle = inner(ion_sticking_table);
-  if (stands_in(table, by_angle)) return read_angle_table(table, by_angle, scope);
+  if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
   const double sticks_to = read_value(table, inner(ion_sticks_to));
   const double reflects_from = read_value(table, inner(ion_reflects_from));
   if (sticks_to > reflects_from)
@@ -136,8 +136,8 @@ Species read_ions(const RecipeTable& table, const StepScope& scope) {
   Species species;
   species.sticking.assign(scope.materials.size(), 1.0F);
   species.source = read_source(table, ion_power, scope);
-  Ions ions{.energy = read_energy(table, scope), .energy_deviation = 0.1};
-  ions.sticking = read_sticking(table, scope);
+  Ions ions{.energy = read_energy(table), .energy_deviation = 0.1};
+  ions.sticking = read_sticking(table);
   ions.cone = reflection_cone(read_value(table, inner(ion_cone)));
   const double inflection = read_value(table, inner(ion_inflection));
   ions.energy_kept = kept_energy(inflection, read_value(table, inner(ion_energy_power)));
@@ -151,9 +151,8 @@ void stop_without_yield(Species& ions) {
   for (const YieldLaw& law : ions.yields) least = std::min(least, law.least_energy());
 }
 
-AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter,
-                            const StepScope& scope) {
-  const auto rows = read_table(table, parameter, scope);
+AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter) {
+  const auto rows = table.number_table(parameter.name, parameter.columns);
   if (!rows) return {};
   const auto by_angle = accepted<AngleTable>(table, parameter.name, [&] {
     return AngleTable::tabulated(rows->column(0), rows->column(1));

@@ -24,8 +24,7 @@ Species read_ions(const RecipeTable& table, const StepScope& scope);
 void stop_without_yield(Species& ions);
 
 /// A factor by angle of incidence from a table of the recipe.
-AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter,
-                            const StepScope& scope);
+AngleTable read_angle_table(const RecipeTable& table, const Parameter& parameter);
 
 /// cos(theta) (1 + B sin^2(theta)): more is sputtered by ions that come at a slant.
 /// Source: Chang, Sawin 1997.

@@ -70,11 +70,6 @@ bool stands_in(const RecipeTable& table, const Parameter& parameter) {
   return true;
 }
 
-std::optional<NumberTable> read_table(const RecipeTable& table, const Parameter& parameter,
-                                      const StepScope& scope) {
-  return table.number_table(parameter.name, parameter.columns, scope.folder);
-}
-
 Parameter deposited_parameter(std::string_view growth_name) {
   return {.name = "material",
           .kind = Parameter::Kind::material,

@@ -59,7 +59,6 @@ constexpr Limits rate_limits{.minimum = 0, .maximum = fastest_rate};
 struct StepScope {
   const Materials& materials;
   std::vector<MaterialId> reachable;  ///< what the step can meet when it starts
-  std::filesystem::path folder{};     ///< that files are named relative to
   Frame frame{};                      ///< of the domain
 };
 
@@ -87,10 +86,6 @@ std::vector<std::string> read_per_material_text(const RecipeTable& table,
 
 /// Whether the key is there, and takes the place of others; then an error for each of those.
 bool stands_in(const RecipeTable& table, const Parameter& parameter);
-
-/// Nothing if the key is not there or has no sound table.
-std::optional<NumberTable> read_table(const RecipeTable& table, const Parameter& parameter,
-                                      const StepScope& scope);
 
 /// What make() gives; nothing if it throws an InputError, which is noted for the key.
 template <class T, class Make>

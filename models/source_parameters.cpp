@@ -49,8 +49,8 @@ std::optional<std::vector<double>> lines_along_y(const RecipeTable& table, std::
 SourceMap read_map(const RecipeTable& table, const StepScope& scope) {
   const std::string_view key = "source_map";
   const bool by_x = scope.frame.two_dimensional;
-  const auto rows = table.number_table(
-      key, by_x ? std::span<const Column>(density_by_x) : density_by_place, scope.folder);
+  const auto rows =
+      table.number_table(key, by_x ? std::span<const Column>(density_by_x) : density_by_place);
   if (!rows) return {};
   const auto y = by_x ? std::vector<double>{0} : lines_along_y(table, key, *rows);
   if (!y) return {};
@@ -120,7 +120,7 @@ SourceLobe read_upright_source(const RecipeTable& table, const Parameter& power,
     source.cosine_power = read_value(table, inner(power));
     return source;
   }
-  const auto rows = read_table(table, by_angle, scope);
+  const auto rows = table.number_table(by_angle.name, by_angle.columns);
   if (!rows) return source;
   const std::vector<double>& last = rows->values.back();
   if (last[0] > 90 * degree * (1 - 1e-9) && last[1] > 0) {

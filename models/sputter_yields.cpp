@@ -53,7 +53,7 @@ double power_sum(const NumberTable& rows, double cosine) {
 }
 
 // The factor of all materials, over its value at normal incidence; nothing without one.
-std::optional<AngleTable> read_factor(const RecipeTable& step, const StepScope& scope) {
+std::optional<AngleTable> read_factor(const RecipeTable& step) {
   const auto normalised = [&](const AngleTable& factor,
                               const Parameter& row) -> std::optional<AngleTable> {
     const double at_normal = factor.at(0);
@@ -66,9 +66,9 @@ std::optional<AngleTable> read_factor(const RecipeTable& step, const StepScope& 
     return AngleTable::sum({&factor, 1}, {&scale, 1});
   };
   if (stands_in(step, angular_table))
-    return normalised(read_angle_table(step, angular_table, scope), angular_table);
+    return normalised(read_angle_table(step, angular_table), angular_table);
   if (!stands_in(step, angular_polynomial)) return std::nullopt;
-  const auto rows = read_table(step, angular_polynomial, scope);
+  const auto rows = step.number_table(angular_polynomial.name, angular_polynomial.columns);
   if (!rows) return AngleTable();
   return normalised(AngleTable([&](double theta) { return power_sum(*rows, std::cos(theta)); }),
                     angular_polynomial);
@@ -84,7 +84,7 @@ std::span<const Parameter> sputter_yield_parameters() {
 SputterYields read_sputter_yields(const RecipeTable& step, const StepScope& scope,
                                   std::optional<MaterialId> deposited) {
   const std::vector<float> least = read_per_material(step, threshold, scope, deposited);
-  const std::optional<AngleTable> factor = read_factor(step, scope);
+  const std::optional<AngleTable> factor = read_factor(step);
   const std::vector<float> b = factor
                                    ? std::vector<float>(least.size())
                                    : read_per_material(step, sputter_factor_row, scope, deposited);

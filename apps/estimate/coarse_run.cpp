@@ -49,30 +49,31 @@ bool divides(int factor, const Frame& frame) {
          (frame.two_dimensional || (frame.cells[1] % factor == 0 && frame.cells[1] / factor >= 2));
 }
 
-Recipe coarser(const Recipe& recipe, int factor) {
-  Recipe coarse = recipe;
-  coarse.frame = coarser(recipe.frame, factor);
-  coarse.flux.sides = coarse.frame.sides();
-  coarse.flux.spacing = coarse.frame.spacing;
-  coarse.keep_mesh_within *= factor;
-  coarse.carry_within *= factor;
-  coarse.position_error *= factor;
-  if (!coarse.simplify) return coarse;
-  SimplifyOptions& simplify = *coarse.simplify;
-  simplify.sides = coarse.frame.sides();
-  simplify.spacing = coarse.frame.spacing;
+Recipe coarser(Recipe recipe, int factor) {
+  Frame& frame = recipe.domain.frame;
+  frame = coarser(frame, factor);
+  FluxPlan& flux = recipe.flux;
+  flux.options.sides = frame.sides();
+  flux.options.spacing = frame.spacing;
+  flux.keep_mesh_within *= factor;
+  flux.carry_within *= factor;
+  flux.position_error *= factor;
+  if (!recipe.simplification.options) return recipe;
+  SimplifyOptions& simplify = *recipe.simplification.options;
+  simplify.sides = frame.sides();
+  simplify.spacing = frame.spacing;
   simplify.l_max *= factor;
   for (auto* length : {&simplify.l0, &simplify.step_length, &simplify.max_error})
     if (*length) **length *= factor;
   simplify.curvature_threshold /= factor;
-  return coarse;
+  return recipe;
 }
 
-Recipe with_few_rays(const Recipe& recipe, std::uint64_t count) {
-  Recipe few = recipe;
-  if (few.flux.rays > 0) few.flux.rays = std::min(few.flux.rays, count);
-  few.flux.max_rays = std::min(few.flux.max_rays, count);
-  return few;
+Recipe with_few_rays(Recipe recipe, std::uint64_t count) {
+  FluxOptions& options = recipe.flux.options;
+  if (options.rays > 0) options.rays = std::min(options.rays, count);
+  options.max_rays = std::min(options.max_rays, count);
+  return recipe;
 }
 
 double area_of(const Survey& survey, const Frame& frame) {
@@ -87,25 +88,25 @@ double CoarseRun::work(const Survey& survey) {
 }
 
 CoarseRun::CoarseRun(const Recipe& recipe, const State& start, double work)
-    : recipe_(recipe),
-      coarse_(coarser(with_few_rays(recipe, ray_count), coarsening(recipe.frame, work))),
-      state_(on_grid(start, coarse_.frame)),
+    : frame_(recipe.domain.frame),
+      coarse_(coarser(with_few_rays(recipe, ray_count), coarsening(frame_, work))),
+      state_(on_grid(start, coarse_.domain.frame)),
       work_left_(most_growth * most_work) {}
 
 bool CoarseRun::reach(std::size_t step) {
   while (state_.step < step) {
     if (work_left_ <= 0) return false;
-    begin_step(state_, coarse_);
+    begin_step(state_, coarse_.steps);
     const Survey now = survey(state_, coarse_);
     note_voids(state_, now.gas);
     work_left_ -= work(now);
     // Steps that were skipped begin, and end, as the next one does.
-    areas_.resize(state_.step + 1, area_of(now, coarse_.frame));
+    areas_.resize(state_.step + 1, area_of(now, coarse_.domain.frame));
     advance(state_, coarse_, now, std::numeric_limits<double>::infinity());
   }
   return true;
 }
 
-State CoarseRun::state() const { return on_grid(state_, recipe_.frame); }
+State CoarseRun::state() const { return on_grid(state_, frame_); }
 
 }  // namespace scarp

@@ -9,13 +9,13 @@
 namespace scarp {
 
 /// The same recipe with at most so many rays for a flux.
-Recipe with_few_rays(const Recipe& recipe, std::uint64_t count);
+Recipe with_few_rays(Recipe recipe, std::uint64_t count);
 
 /// Whether a grid of a spacing so many times larger fits into the domain.
 bool divides(int factor, const Frame& frame);
 
 /// The same recipe on such a grid.
-Recipe coarser(const Recipe& recipe, int factor);
+Recipe coarser(Recipe recipe, int factor);
 
 /// The area of the facets of a survey over that of the domain.
 double area_of(const Survey& survey, const Frame& frame);
@@ -29,8 +29,6 @@ class CoarseRun {
 
   /// The spacing is the least multiple of the recipe's that divides the extent and makes of this
   /// work, which the time steps would be at the recipe's own spacing, little enough.
-  ///
-  /// Keeps the recipe.
   CoarseRun(const Recipe& recipe, const State& start, double work);
 
   /// Goes on until a step begins, or was skipped; false if that is too much work.
@@ -43,7 +41,7 @@ class CoarseRun {
   State state() const;
 
  private:
-  const Recipe& recipe_;
+  Frame frame_;  ///< of the recipe
   Recipe coarse_;
   State state_;
   double work_left_;

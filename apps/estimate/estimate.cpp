@@ -53,20 +53,20 @@ struct StepCost {
   double duration = 0;
 };
 
-TrialStep trial_step(const State& state, const Survey& now, const Recipe& recipe) {
+TrialStep trial_step(const State& state, const Survey& now, const FluxPlan& plan, double cfl) {
   TrialStep trial{
       .grid_seconds =
           now.timer.seconds("surface") + now.timer.seconds("simplify") + now.timer.seconds("map"),
       .flux_seconds = now.timer.seconds("flux"),
       .dt = now.longest_dt,
       .moves = std::max(1.0, now.longest_dt / stable_time_step(state.layers, now.speeds_of_layers,
-                                                               now.factors, recipe.cfl)),
+                                                               now.factors, cfl)),
       .time = state.time,
-      .area = area_of(now, recipe.frame)};
+      .area = area_of(now, state.layers.frame)};
   for (const FluxField& flux : now.flux) {
     // Where all species are as far from a target in position as the worst one.
-    const double target = flux.response_error ? recipe.position_error / std::sqrt(now.flux.size())
-                                              : recipe.flux.target_error;
+    const double target = flux.response_error ? plan.position_error / std::sqrt(now.flux.size())
+                                              : plan.options.target_error;
     trial.missed.push_back(flux.target_measure() / target);
     trial.rays += static_cast<double>(flux.rays);
     const bool keeps =
@@ -95,33 +95,6 @@ double ray_factor(std::span<const TrialStep> trials) {
   return factor;
 }
 
-// The first time steps of a step after the given survey, half of them with more rays: how far a
-// time step goes depends on noise, too. Where they take long, fewer have to do. What acts at once
-// is not tried.
-std::vector<TrialStep> rehearse(State state, const Recipe& recipe, const Recipe& few_rays,
-                                Survey now) {
-  constexpr std::size_t most_trials = 8;
-  const Recipe more_rays = with_few_rays(recipe, most_trial_rays);
-  constexpr std::size_t least_trials = 3;
-  constexpr std::chrono::seconds long_enough{3};
-  const std::size_t step = state.step;
-  const auto start = std::chrono::steady_clock::now();
-  std::vector<TrialStep> trials;
-  while (true) {
-    trials.push_back(trial_step(state, now, recipe));
-    if (!recipe.steps[step].model) return trials;
-    const Move move = advance(state, few_rays, now, std::numeric_limits<double>::infinity());
-    trials.back().grid_seconds += move.timer.seconds("map") + move.timer.seconds("advect");
-    if (state.step != step) return trials;
-    trials.back().moves *= move.dt / trials.back().dt;
-    trials.back().dt = move.dt;
-    const auto taken = std::chrono::steady_clock::now() - start;
-    if (trials.size() == most_trials || (trials.size() >= least_trials && taken > long_enough))
-      return trials;
-    now = survey(state, 2 * trials.size() >= most_trials ? more_rays : few_rays);
-  }
-}
-
 // How many times the rays of a trial the caps allow.
 double most_factor(const TrialStep& trial, const FluxOptions& options) {
   const auto species = static_cast<double>(trial.missed.size());
@@ -134,15 +107,14 @@ double most_factor(const TrialStep& trial, const FluxOptions& options) {
 
 // The first one finds caches and coverages empty, and edges sharper than they stay: it counts only
 // where it is the only one.
-StepCost cost_of(std::span<const TrialStep> trials, const Recipe& recipe) {
+StepCost cost_of(std::span<const TrialStep> trials, const FluxOptions& options) {
   if (trials.size() > 1) trials = trials.subspan(1);
   const TrialStep& first = trials.front();
   const TrialStep& last = trials.back();
-  const bool is_fixed = recipe.flux.rays > 0 && last.rays > 0;
-  const auto wanted =
-      static_cast<double>(recipe.flux.rays) * static_cast<double>(last.missed.size());
+  const bool is_fixed = options.rays > 0 && last.rays > 0;
+  const auto wanted = static_cast<double>(options.rays) * static_cast<double>(last.missed.size());
   const double aimed = is_fixed ? std::max(1.0, wanted / last.rays) : ray_factor(trials);
-  const double factor = is_fixed ? aimed : std::min(aimed, most_factor(last, recipe.flux));
+  const double factor = is_fixed ? aimed : std::min(aimed, most_factor(last, options));
   StepCost cost{.rays = factor * last.rays,
                 .lacking = aimed / factor,
                 .kept_rays = factor * last.kept_rays,
@@ -181,8 +153,8 @@ StepCost between(const StepCost& before, const StepCost& after, double part) {
           .duration = at(&StepCost::duration)};
 }
 
-double time_between_outputs(double duration, const Recipe& recipe) {
-  return recipe.output_every > 0 ? std::min(duration, recipe.output_every) : duration;
+double time_between_outputs(double duration, double every) {
+  return every > 0 ? std::min(duration, every) : duration;
 }
 
 // How many more time steps some moves take since the first ones have one move, two, four, ...
@@ -191,11 +163,12 @@ double time_steps_to_begin_with(double moves, double at_most) {
 }
 
 // With those that outputs cut short, and the speeds that are met or will be.
-double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& recipe) {
+template <class Moves>
+double time_steps(const ProcessStep& step, const StepCost& cost, double between_outputs,
+                  const Moves& on_open_wafer) {
   const double duration = cost.duration;
-  const double between_outputs = time_between_outputs(duration, recipe);
   const auto moves = [&](double time) {
-    return std::max(time_steps(step, time, recipe), rounding * time / cost.dt * cost.moves);
+    return std::max(on_open_wafer(time), rounding * time / cost.dt * cost.moves);
   };
   const auto count = [&](double time, double to_begin_with) {
     return std::max(1.0, std::ceil(rounding * (to_begin_with + moves(time) / cost.moves)));
@@ -208,29 +181,15 @@ double time_steps(const ProcessStep& step, const StepCost& cost, const Recipe& r
          (rest > 1e-9 * duration ? count(rest, 0) : 0);
 }
 
-double seconds_of(const WriteOutput& write_output, const State& state, const Survey& now,
-                  const Recipe& recipe) {
-  if (!write_output) return 0;
-  const auto start = std::chrono::steady_clock::now();
-  write_output(state, now, recipe);
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  return wall.count();
-}
-
 // The steps to try: of those that share a model the first and the last one.
 struct Trials {
   std::map<const SurfaceModel*, std::array<std::size_t, 2>> of_model;
-  std::size_t last = 0;         ///< of all
-  double time_steps_ahead = 0;  ///< of that
+  std::size_t last = 0;  ///< of all
 
-  explicit Trials(const Recipe& recipe) {
-    for (std::size_t n = 0; n < recipe.steps.size(); ++n) {
-      const ProcessStep& step = recipe.steps[n];
-      of_model.try_emplace(step.model.get(), std::array{n, n}).first->second[1] = n;
-    }
-    for (const auto& [model, steps] : of_model) last = std::max(last, steps[1]);
-    for (std::size_t n = 0; n < last; ++n)
-      time_steps_ahead += time_steps(recipe.steps[n], recipe.steps[n].duration, recipe);
+  explicit Trials(std::span<const ProcessStep> steps) {
+    for (std::size_t n = 0; n < steps.size(); ++n)
+      of_model.try_emplace(steps[n].model.get(), std::array{n, n}).first->second[1] = n;
+    for (const auto& [model, first_and_last] : of_model) last = std::max(last, first_and_last[1]);
   }
 
   bool has(std::size_t step, const SurfaceModel* model) const {
@@ -247,8 +206,8 @@ class Estimator {
         log_(log),
         write_output_(write_output),
         few_rays_(with_few_rays(recipe, trial_rays)),
-        trials_(recipe),
-        state_(start_state(recipe)) {}
+        trials_(recipe.steps),
+        state_(start_state(recipe.domain.frame, recipe.start)) {}
 
   CostEstimate estimate() {
     cost_.lowest = state_.layers.top().lower();
@@ -271,7 +230,7 @@ class Estimator {
     if (!is_there && n != trials_.of_model.at(step.model.get())[0]) return;
     if (n > 0) state_ = ahead_->state();
     state_.step = n;
-    begin_step(state_, recipe_);
+    begin_step(state_, recipe_.steps);
     Survey first = survey(state_, few_rays_);
     constexpr std::chrono::milliseconds unnoticed{500};
     if (std::chrono::steady_clock::now() - began_ > unnoticed) {
@@ -279,7 +238,7 @@ class Estimator {
                             n + 1, recipe_.steps.size()));
     }
     if (n == 0 && trials_.last > 0)
-      ahead_.emplace(recipe_, state_, trials_.time_steps_ahead * CoarseRun::work(first));
+      ahead_.emplace(recipe_, state_, time_steps_ahead() * CoarseRun::work(first));
     cost_.facets_full = std::max(cost_.facets_full, first.facets_full);
     cost_.facets = std::max(cost_.facets, first.facets.triangles.size());
     if (first.simplify_choice != SimplifyChoice::simplify)
@@ -291,16 +250,62 @@ class Estimator {
       cost_.standstills.push_back(
           standstill_text(step, {seen.begin(), seen.end()}, recipe_.materials));
     }
-    output_seconds_ = seconds_of(write_output_, state_, first, recipe_);
+    output_seconds_ = seconds_of_output(first);
     const double duration = expected_duration(step, state_, first);
     const std::size_t first_facets_full = first.facets_full;
     const std::size_t first_facets = first.facets.triangles.size();
     if (step.until) cost_.ends.push_back({n, duration});
     StepCost& cost = known_[n];
-    cost = cost_of(rehearse(copy_of(state_), recipe_, few_rays_, std::move(first)), recipe_);
+    cost = cost_of(rehearse(copy_of(state_), std::move(first)), recipe_.flux.options);
     cost.duration = duration;
     tried_[n] = {state_.layers.copy(), static_cast<double>(first_facets_full),
                  static_cast<double>(first_facets)};
+  }
+
+  // On an open flat wafer, of the steps that a CoarseRun may go through.
+  double time_steps_ahead() const {
+    double count = 0;
+    for (std::size_t n = 0; n < trials_.last; ++n)
+      count += open_time_steps(recipe_.steps[n], recipe_.steps[n].duration);
+    return count;
+  }
+
+  double open_time_steps(const ProcessStep& step, double duration) const {
+    return time_steps(step, duration, recipe_.longest_move(), recipe_.materials.size());
+  }
+
+  double seconds_of_output(const Survey& now) const {
+    if (!write_output_) return 0;
+    const auto start = std::chrono::steady_clock::now();
+    write_output_(state_, now, recipe_);
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+    return wall.count();
+  }
+
+  // The first time steps of a step after the given survey, half of them with more rays: how far a
+  // time step goes depends on noise, too. Where they take long, fewer have to do. What acts at once
+  // is not tried.
+  std::vector<TrialStep> rehearse(State state, Survey now) const {
+    constexpr std::size_t most_trials = 8;
+    const Recipe more_rays = with_few_rays(recipe_, most_trial_rays);
+    constexpr std::size_t least_trials = 3;
+    constexpr std::chrono::seconds long_enough{3};
+    const std::size_t step = state.step;
+    const auto start = std::chrono::steady_clock::now();
+    std::vector<TrialStep> trials;
+    while (true) {
+      trials.push_back(trial_step(state, now, recipe_.flux, recipe_.advection.cfl));
+      if (!recipe_.steps[step].model) return trials;
+      const Move move = advance(state, few_rays_, now, std::numeric_limits<double>::infinity());
+      trials.back().grid_seconds += move.timer.seconds("map") + move.timer.seconds("advect");
+      if (state.step != step) return trials;
+      trials.back().moves *= move.dt / trials.back().dt;
+      trials.back().dt = move.dt;
+      const auto taken = std::chrono::steady_clock::now() - start;
+      if (trials.size() == most_trials || (trials.size() >= least_trials && taken > long_enough))
+        return trials;
+      now = survey(state, 2 * trials.size() >= most_trials ? more_rays : few_rays_);
+    }
   }
 
   // As the step was tried; between two that were, by the way from one to the other.
@@ -316,7 +321,9 @@ class Estimator {
   void add(std::size_t n) {
     const ProcessStep& step = recipe_.steps[n];
     const StepCost of_step = cost_of_step(n);
-    const double count = time_steps(step, of_step, recipe_);
+    const double between_outputs = time_between_outputs(of_step.duration, recipe_.outputs.every);
+    const double count = time_steps(step, of_step, between_outputs,
+                                    [&](double time) { return open_time_steps(step, time); });
     if (ahead_ && n < ahead_->areas().size()) area_ = ahead_->areas()[n];
     if (known_.contains(n)) area_ = of_step.area;
     const double end_area =
@@ -326,9 +333,7 @@ class Estimator {
     rays_ += count * of_area * of_step.rays;
     cost_.time_steps += count;
     cost_.lacking_rays = std::max(cost_.lacking_rays, of_step.lacking);
-    outputs_ += of_step.duration > 0 ? std::ceil(rounding * of_step.duration /
-                                                 time_between_outputs(of_step.duration, recipe_))
-                                     : 1;
+    outputs_ += of_step.duration > 0 ? std::ceil(rounding * of_step.duration / between_outputs) : 1;
     cost_.seconds += count * of_area * of_step.seconds;
     cost_.flux_seconds += count * of_area * of_step.flux_seconds;
     cost_.at_most = cost_.at_most || step.round_end;
@@ -345,11 +350,13 @@ class Estimator {
   void add_memory(std::size_t n, const Tried& tried) {
     const StepCost& step = known_.at(n);
     const double growth = std::max(1.0, 1 + step.growth * step.duration / step.area);
-    const MemoryEstimate memory = expected_memory(tried.layers, recipe_,
-                                                  {.facets_full = growth * tried.facets_full,
-                                                   .facets = growth * tried.facets,
-                                                   .kept_rays = growth * step.kept_rays,
-                                                   .outputs = outputs_});
+    const MemoryEstimate memory =
+        expected_memory(tried.layers, recipe_.steps,
+                        {.facets_full = growth * tried.facets_full,
+                         .facets = growth * tried.facets,
+                         .kept_rays = growth * step.kept_rays,
+                         .memory_limit = recipe_.flux.options.memory_limit,
+                         .outputs = outputs_});
     if (memory.total() > cost_.memory.total()) cost_.memory = memory;
   }
 
@@ -372,29 +379,29 @@ class Estimator {
 
 }  // namespace
 
-std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe) {
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const FluxPlan& plan) {
   constexpr double certain = 2;  // estimates are good to that
   if (cost.lacking_rays < certain) return std::nullopt;
-  const WantedError wanted = wanted_error(recipe);
+  const WantedError wanted = wanted_error(plan);
   return fmt::format(
       "{}: {} is out of reach: it takes about {:.2g} times the rays that flux.max_rays ({}) and "
       "flux.memory_limit allow; raise them, or the target to {:.2g}",
-      wanted.key(), wanted.text(wanted.value), cost.lacking_rays, recipe.flux.max_rays,
+      wanted.key(), wanted.text(wanted.value), cost.lacking_rays, plan.options.max_rays,
       wanted.value * std::sqrt(cost.lacking_rays));
 }
 
-std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe) {
-  const WantedError wanted = wanted_error(recipe);
-  if (wanted.value == 0 || cost.flux_seconds <= recipe.dear_flux) return std::nullopt;
+std::optional<std::string> expensive_flux_warning(const CostEstimate& cost, const FluxPlan& plan) {
+  const WantedError wanted = wanted_error(plan);
+  if (wanted.value == 0 || cost.flux_seconds <= plan.warn_above) return std::nullopt;
   // The time goes with the inverse square of the target.
-  const double affordable = wanted.value * std::sqrt(cost.flux_seconds / recipe.dear_flux);
+  const double affordable = wanted.value * std::sqrt(cost.flux_seconds / plan.warn_above);
   const bool takes_hours = cost.flux_seconds >= 3600;
   return fmt::format(
       "{}: {} takes about {:.2g} rays per time step and {:.3g} {} on this machine, more than "
       "flux.warn_above ({}); {:.2g}{} would not",
       wanted.key(), wanted.text(wanted.value), cost.rays_per_time_step,
       takes_hours ? cost.flux_seconds / 3600 : cost.flux_seconds, takes_hours ? "h" : "s",
-      format_quantity(recipe.dear_flux, Dimension::time), 1.1 * affordable,
+      format_quantity(plan.warn_above, Dimension::time), 1.1 * affordable,
       wanted.in_position ? " nm" : "");
 }
 
@@ -402,10 +409,9 @@ namespace {
 
 // What is tried on a grid of more columns of nodes than can be tried in seconds, on one that is
 // coarser by this factor.
-int coarsening(const Recipe& recipe) {
+int coarsening(const Frame& frame) {
   constexpr double most_columns = 3e5;
-  const Frame& frame = recipe.frame;
-  if (recipe.start || frame.two_dimensional) return 1;
+  if (frame.two_dimensional) return 1;
   const double columns = static_cast<double>(frame.cells[0]) * frame.cells[1];
   int factor = 1;
   for (int k = 2; columns > most_columns * factor * factor && k < 64; ++k)
@@ -430,7 +436,7 @@ CostEstimate refined(CostEstimate cost, int factor) {
 }  // namespace
 
 CostEstimate estimate_cost(const Recipe& recipe, const Log& log, const WriteOutput& write_output) {
-  const int factor = coarsening(recipe);
+  const int factor = recipe.start.state ? 1 : coarsening(recipe.domain.frame);
   if (factor > 1) {
     try {
       return refined(Estimator(coarser(recipe, factor), log, write_output).estimate(), factor);

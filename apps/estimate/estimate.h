@@ -52,12 +52,12 @@ struct CostEstimate {
   std::vector<std::string> standstills{};  ///< what to say of steps that move nothing, likewise
 };
 
-/// Says that fluxes will take longer than the recipe's dear_flux until they are as good as it
-/// wants, and which target would not; nothing where they do not, or have no target.
-std::optional<std::string> dear_flux_warning(const CostEstimate& cost, const Recipe& recipe);
+/// Warns of fluxes that take longer than FluxPlan::warn_above to reach their target, with a target
+/// that would not; nothing where they do not, or have none.
+std::optional<std::string> expensive_flux_warning(const CostEstimate& cost, const FluxPlan& plan);
 
 /// Says that the caps on rays will come before the recipe's target, and which target they reach.
-std::optional<std::string> missed_target_warning(const CostEstimate& cost, const Recipe& recipe);
+std::optional<std::string> missed_target_warning(const CostEstimate& cost, const FluxPlan& plan);
 
 /// Writes the files of an output somewhere.
 using WriteOutput = std::function<void(const State&, const Survey&, const Recipe&)>;

@@ -35,10 +35,10 @@ double bath_nodes(const Layers& layers) {
   return (frame.cells[0] + 1.0) * (frame.cells[1] + 1.0) * (height + above);
 }
 
-MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size) {
+MemoryEstimate memory_of(double grid, const RunSize& size) {
   const double hits =
       std::min(per_kept_ray * size.kept_rays,
-               per_kept_ray / bytes_per_hit * static_cast<double>(recipe.flux.memory_limit));
+               per_kept_ray / bytes_per_hit * static_cast<double>(size.memory_limit));
   return {.program = program / megabyte,
           .grid = grid / megabyte,
           .mesh = per_full_facet * size.facets_full / megabyte,
@@ -47,29 +47,32 @@ MemoryEstimate memory_of(double grid, const Recipe& recipe, const RunSize& size)
 }
 
 RunSize size_of(double facets, const Recipe& recipe) {
-  const bool keeps_rays = recipe.flux.engine != FluxOptions::Engine::forward;
+  const bool keeps_rays = recipe.flux.options.engine != FluxOptions::Engine::forward;
   std::size_t species = 0;
   const auto is_simplified = [&](const ProcessStep& step) {
-    return recipe.simplify && simplify_choice(recipe, step, static_cast<std::size_t>(facets)) ==
-                                  SimplifyChoice::simplify;
+    const auto count = static_cast<std::size_t>(facets);
+    return recipe.simplification.options &&
+           simplify_choice(recipe.simplification, step, count) == SimplifyChoice::simplify;
   };
   for (const ProcessStep& step : recipe.steps)
     if (step.model) species = std::max(species, step.model->species().size());
   return {.facets_full = facets,
           .facets =
               std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets : facets,
-          .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.rays * species) : 0};
+          .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.options.rays * species) : 0,
+          .memory_limit = recipe.flux.options.memory_limit};
 }
 
 }  // namespace
 
-MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
+MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep> steps,
+                               const RunSize& size) {
   double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
   for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
   const bool has_bath = std::ranges::any_of(
-      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+      steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
   if (has_bath) grid += per_bath_node * bath_nodes(layers);
-  return memory_of(grid, recipe, size);
+  return memory_of(grid, size);
 }
 
 // A facet for each node beside a surface in space, and two for a place of four nodes in a
@@ -83,19 +86,19 @@ RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
 // One layer whose band is one leaf of 8 x 8 x 8 nodes high, and two facets on each place of four
 // nodes; of a square that may be its own image across the diagonal one.
 MemoryEstimate least_memory(const Recipe& recipe) {
-  const Frame& frame = recipe.frame;
+  const Frame& frame = recipe.domain.frame;
   double places = 1;
   double nodes = 8;
   for (int axis = 0; axis < 2; ++axis) {
-    const bool may_be_half = recipe.uses_symmetry && (axis == 0 || !frame.two_dimensional);
+    const bool may_be_half = recipe.domain.uses_symmetry && (axis == 0 || !frame.two_dimensional);
     const double cells = may_be_half ? frame.cells[axis] / 2 : frame.cells[axis];
     places *= cells;
     nodes *= 8 * std::ceil(cells / 8);
   }
   const bool may_be_eighth =
-      recipe.uses_symmetry && !frame.two_dimensional && frame.cells[0] == frame.cells[1];
+      recipe.domain.uses_symmetry && !frame.two_dimensional && frame.cells[0] == frame.cells[1];
   const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe);
-  return memory_of((band_copies + 1) * sizeof(float) * nodes, recipe, size);
+  return memory_of((band_copies + 1) * sizeof(float) * nodes, size);
 }
 
 std::string memory_limit_text(double limit) {
@@ -108,12 +111,7 @@ void require_memory(const MemoryEstimate& memory, double limit, std::string_view
                                memory_limit_text(limit), memory_remedy));
 }
 
-void require_least_memory(const Recipe& recipe, double limit) {
-  require_memory(least_memory(recipe), limit, "at least");
-}
-
-void require_least_memory_of_start(const Recipe& recipe, double limit) {
-  MemoryEstimate memory = least_memory(recipe);
+void require_memory_of_start(MemoryEstimate memory, double limit) {
   memory.flux = 0;
   memory.output = 0;
   if (memory.total() <= limit) return;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -27,12 +29,14 @@ struct RunSize {
   double facets_full = 0;
   double facets = 0;
   double kept_rays = 0;  ///< of a time step, those whose hits are stored: none of forward tracing
+  std::uint64_t memory_limit = 0;  ///< of these hits; bytes
   double outputs = 0;
 };
 
 /// From the sizes of a run and the grid that it stands on; within a factor of two of what runs of
 /// the recipes of configs/ hold.
-MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size);
+MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep> steps,
+                               const RunSize& size);
 
 /// The size of a run before anything but its grid is made: rays as far as the recipe fixes them.
 RunSize size_from_grid(const Layers& layers, const Recipe& recipe);
@@ -51,13 +55,8 @@ std::string memory_limit_text(double limit);
 /// Throws: InputError where a run takes more than the limit, in MB.
 void require_memory(const MemoryEstimate& memory, double limit, std::string_view about = "about");
 
-/// The same for least_memory().
-void require_least_memory(const Recipe& recipe, double limit);
-
-/// The same for the layers and the full surface alone, of which there are at least as many.
-///
-/// Throws: InputError as above.
-void require_least_memory_of_start(const Recipe& recipe, double limit);
+/// The same for the layers and the full surface alone, of what a run holds at least.
+void require_memory_of_start(MemoryEstimate least, double limit);
 
 /// "90 MB (program 45, grid 10, mesh 20, flux 12, outputs 3)"
 std::string memory_text(const MemoryEstimate& memory);

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/recipe/number_table.h"
+#include "core/system/read_file.h"
 #include "levelset/metrology/contour.h"
 
 namespace scarp {
@@ -55,7 +56,7 @@ Polyline read_contour(const fs::path& file) {
   const std::array columns{Column{.name = "x", .dimension = Dimension::length},
                            Column{.name = "z", .dimension = Dimension::length}};
   Polyline contour;
-  for (const std::vector<double>& row : read_csv(file, columns).values)
+  for (const std::vector<double>& row : read_csv(file, read_file(file), columns).values)
     contour.points.push_back({row[0], row[1]});
   if (contour.points.size() < 3)
     throw InputError(fmt::format("{}: a contour has three points or more", shown(file)));

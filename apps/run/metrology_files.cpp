@@ -187,11 +187,12 @@ class TableWriter {
 };
 
 /// The materials that may lie on something: all but the one at the bottom, unless it is deposited.
-std::vector<MaterialId> film_materials(const Recipe& recipe) {
+std::vector<MaterialId> film_materials(std::span<const ProcessStep> steps,
+                                       std::span<const MaterialId> occurring) {
   std::vector<MaterialId> films;
-  for (const MaterialId material : recipe.occurring) {
+  for (const MaterialId material : occurring) {
     const auto deposits = [&](const ProcessStep& step) { return step.deposits == material; };
-    if (material != recipe.occurring.front() || std::ranges::any_of(recipe.steps, deposits))
+    if (material != occurring.front() || std::ranges::any_of(steps, deposits))
       films.push_back(material);
   }
   return films;
@@ -200,9 +201,9 @@ std::vector<MaterialId> film_materials(const Recipe& recipe) {
 std::string csv_cell(Value value) { return value ? fmt::format("{:.7g}", *value) : ""; }
 
 /// The columns of an opening, or as many empty ones.
-std::string opening_cells(const OpeningMetrology* opening, const Recipe& recipe) {
-  const std::size_t heights = recipe.metrology.cd_heights.size();
-  const std::vector<MaterialId> films = film_materials(recipe);
+std::string opening_cells(const OpeningMetrology* opening, const MetrologyColumns& columns) {
+  const std::size_t heights = columns.cd_heights.size();
+  const std::vector<MaterialId>& films = columns.films;
   if (opening == nullptr) {
     return std::string(
         6 + opening_quantities.size() + heights + films.size() * film_quantities.size(), ',');
@@ -222,12 +223,12 @@ std::string opening_cells(const OpeningMetrology* opening, const Recipe& recipe)
 }
 
 /// The columns of the whole wafer.
-std::string wafer_cells(const Metrology& metrology, const Recipe& recipe) {
+std::string wafer_cells(const Metrology& metrology, std::span<const MaterialId> materials) {
   std::string cells =
       fmt::format(",{:.7g},{:.7g},{},{},{},{:.7g}", metrology.highest, metrology.lowest,
                   csv_cell(metrology.lowest_error), csv_cell(metrology.surface_roughness),
                   metrology.voids.size(), void_volume(metrology));
-  for (const MaterialId material : recipe.occurring) {
+  for (const MaterialId material : materials) {
     const auto found = std::ranges::find(metrology.volumes, material, &MaterialVolume::material);
     cells += fmt::format(",{:.7g}", found == metrology.volumes.end() ? 0 : found->volume);
   }
@@ -327,26 +328,33 @@ std::string metrology_table(const Metrology& metrology, const MetrologyNames& na
   return text;
 }
 
-std::string metrology_head(const Recipe& recipe) {
+MetrologyColumns metrology_columns(const Recipe& recipe) {
+  return {.materials = recipe.materials,
+          .cd_heights = recipe.metrology.cd_heights,
+          .films = film_materials(recipe.steps, recipe.occurring),
+          .occurring = recipe.occurring};
+}
+
+std::string metrology_head(const MetrologyColumns& columns) {
   std::string head = "output,time_s,opening,kind,x_nm,y_nm,plane,sections";
   for (const OpeningQuantity& each : opening_quantities) head += fmt::format(",{}", each.name);
-  for (const double height : recipe.metrology.cd_heights)
+  for (const double height : columns.cd_heights)
     head += fmt::format(",cd_at_{}_nm", format_number(height));
-  for (const MaterialId material : film_materials(recipe)) {
+  for (const MaterialId material : columns.films) {
     for (const FilmQuantity& each : film_quantities)
-      head += ',' + csv_field(fmt::format("{}_{}", recipe.materials[material].name, each.name));
+      head += ',' + csv_field(fmt::format("{}_{}", columns.materials[material].name, each.name));
   }
   head += ",highest_nm,lowest_nm,lowest_error_nm,surface_roughness_nm,voids,void_volume_nm3";
-  for (const MaterialId material : recipe.occurring)
-    head += ',' + csv_field(recipe.materials[material].name + "_volume_nm3");
+  for (const MaterialId material : columns.occurring)
+    head += ',' + csv_field(columns.materials[material].name + "_volume_nm3");
   return head + '\n';
 }
 
 std::string metrology_rows(std::size_t output, double time, const Metrology& metrology,
-                           const Recipe& recipe) {
+                           const MetrologyColumns& columns) {
   const auto row = [&](const OpeningMetrology* opening) {
-    return fmt::format("{},{}{}{}\n", output, format_number(time), opening_cells(opening, recipe),
-                       wafer_cells(metrology, recipe));
+    return fmt::format("{},{}{}{}\n", output, format_number(time), opening_cells(opening, columns),
+                       wafer_cells(metrology, columns.occurring));
   };
   if (metrology.openings.empty()) return row(nullptr);
   std::string rows;

@@ -51,12 +51,23 @@ nlohmann::ordered_json metrology_json(const Metrology& metrology, const Metrolog
 /// out.
 std::string metrology_table(const Metrology& metrology, const MetrologyNames& names);
 
-/// The first line of metrology.csv: it depends on the materials that occur in the recipe.
-std::string metrology_head(const Recipe& recipe);
+/// What the columns of metrology.csv depend on.
+struct MetrologyColumns {
+  const Materials& materials;
+  std::vector<double> cd_heights;
+  std::vector<MaterialId> films;      ///< that may lie on something
+  std::vector<MaterialId> occurring;  ///< in the wafer at any time
+};
+
+/// Those of a recipe, which has to outlive them.
+MetrologyColumns metrology_columns(const Recipe& recipe);
+
+/// The first line of metrology.csv.
+std::string metrology_head(const MetrologyColumns& columns);
 
 /// The lines of one output: a line for each opening, in each direction in which it is cut, at least
 /// one.
 std::string metrology_rows(std::size_t output, double time, const Metrology& metrology,
-                           const Recipe& recipe);
+                           const MetrologyColumns& columns);
 
 }  // namespace scarp

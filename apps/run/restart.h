@@ -26,8 +26,7 @@ std::string numbered(const std::string& stem, int number, const std::string& end
 std::optional<int> output_number(const std::string& name, const std::string& stem,
                                  const std::string& ending);
 
-/// What a run has written by the time of a checkpoint. Checkpoints of earlier versions lack hashes
-/// and openings.
+/// What a run has written by the time of a checkpoint.
 ///
 /// Units: s.
 struct WrittenSoFar {
@@ -59,12 +58,6 @@ std::optional<Restart> newest_restart(std::span<const std::filesystem::path> che
                                       const std::optional<MetricsRows>& rows, const Recipe& recipe,
                                       const Log& log);
 
-/// The state that another run left, for a recipe to start from: layers, materials by their names,
-/// process time, closed voids, coverages.
-///
-/// Throws: InputError if it is not a checkpoint of a run, or holds a material that is not known.
-State read_start_state(const std::filesystem::path& file, const Materials& materials);
-
 /// read_recipe() for recipes that may start from a state.
 Recipe read_runnable(const std::filesystem::path& file, const std::vector<std::string>& overrides);
 
@@ -76,7 +69,7 @@ struct SavedWafer {
   Materials materials;  ///< those built in, and those of the layers
   double time = 0;
   MetrologyOptions metrology{};
-  OpeningNames openings{};  ///< those of the run so far; none in states of earlier versions
+  OpeningNames openings{};  ///< those of the run so far
 };
 
 /// Materials that are known already keep their numbers, so that wafers can be compared.
@@ -91,9 +84,5 @@ std::vector<std::filesystem::path> states_of(const std::filesystem::path& folder
 ///
 /// Throws: InputError if the folder holds none.
 std::filesystem::path newest_state(const std::filesystem::path& where);
-
-/// The hash over phi with its band, materials, coverages and process time by which runs are
-/// compared.
-std::string state_hash(const State& state, const Materials& materials);
 
 }  // namespace scarp

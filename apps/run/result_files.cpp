@@ -13,6 +13,7 @@
 #include "apps/run/picture.h"
 #include "apps/run/restart.h"
 #include "apps/simulator/region_text.h"
+#include "apps/simulator/state_file.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -78,11 +79,11 @@ nlohmann::ordered_json void_list(const State& state, std::span<const Region> voi
 // The cut through the middle of the domain, across the y direction.
 SectionLine middle(const Frame& frame) { return parse_section("y = 0 nm", frame); }
 
-std::string moment_of(const State& state, const Recipe& recipe) {
-  if (state.time > state.step_start) return "in " + current_step(state, recipe).name;
+std::string moment_of(const State& state, std::span<const ProcessStep> steps) {
+  if (state.time > state.step_start) return "in " + current_step(state, steps).name;
   std::size_t last = state.step;
   while (last > 0 && state.ends[last - 1].skipped) --last;
-  return last == 0 ? "start" : "after " + recipe.steps[last - 1].name;
+  return last == 0 ? "start" : "after " + steps[last - 1].name;
 }
 
 // Why a step ended.
@@ -98,10 +99,10 @@ std::string cause_of(const RoundEnd& round, const StepEnd& end) {
 }
 
 // Those with an until that are over.
-nlohmann::ordered_json repeat_list(const State& state, const Recipe& recipe) {
+nlohmann::ordered_json repeat_list(const State& state, std::span<const ProcessStep> steps) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t n = 0; n < state.ends.size(); ++n) {
-    const auto& round = recipe.steps[n].round_end;
+    const auto& round = steps[n].round_end;
     if (!round || state.ends[n].skipped) continue;
     const std::string cause = cause_of(*round, state.ends[n]);
     if (cause.empty()) continue;
@@ -114,9 +115,9 @@ nlohmann::ordered_json repeat_list(const State& state, const Recipe& recipe) {
 }
 
 // What covers the surface in some step of a recipe, each once.
-std::vector<std::string> coverage_names(const Recipe& recipe) {
+std::vector<std::string> coverage_names(std::span<const ProcessStep> steps) {
   std::vector<std::string> names;
-  for (const ProcessStep& step : recipe.steps) {
+  for (const ProcessStep& step : steps) {
     if (!step.model) continue;
     for (const std::string& name : step.model->coverages())
       if (std::ranges::find(names, name) == names.end()) names.push_back(name);
@@ -126,9 +127,10 @@ std::vector<std::string> coverage_names(const Recipe& recipe) {
 
 // The area of the surface, the volume below it and its growth, and for every name what that
 // coverage takes up and what it took over.
-std::string area_cells(const Survey& survey, const SurfaceModel* model, const Recipe& recipe) {
-  const double images = recipe.frame.facet_images();
-  const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
+std::string area_cells(const Survey& survey, const Frame& frame, const SurfaceModel* model,
+                       std::span<const ProcessStep> steps) {
+  const double images = frame.facet_images();
+  const std::vector<double> areas = areas_around(survey.facets, frame);
   std::string cells = ',' +
                       format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +
                       ',' + format_number(survey.volume) + ',' + format_number(survey.growth.net);
@@ -139,12 +141,12 @@ std::string area_cells(const Survey& survey, const SurfaceModel* model, const Re
     const auto k = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
     return ',' + (k < of_known.size() ? format_number(images * of_known[k]) : "");
   };
-  for (const std::string& name : coverage_names(recipe))
+  for (const std::string& name : coverage_names(steps))
     cells += cell(covered, name) + cell(survey.carried_areas, name);
   return cells;
 }
 
-nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
+nlohmann::ordered_json step_list(const State& state, std::span<const ProcessStep> steps) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   double start = state.origin.time;
   for (std::size_t n = 0; n < state.ends.size(); ++n) {
@@ -152,10 +154,10 @@ nlohmann::ordered_json step_list(const State& state, const Recipe& recipe) {
     if (end.skipped) continue;
     const nlohmann::ordered_json reached =
         end.reached ? nlohmann::ordered_json(*end.reached) : nlohmann::ordered_json();
-    list.push_back({{"name", recipe.steps[n].name},
+    list.push_back({{"name", steps[n].name},
                     {"start_s", start},
                     {"end_s", end.time},
-                    {"ended_by", cause_of(recipe.steps[n], end)},
+                    {"ended_by", cause_of(steps[n], end)},
                     {"reached_s", reached}});
     start = end.time;
   }
@@ -194,11 +196,10 @@ std::string machine_name() {
 }  // namespace
 
 void write_surface(const fs::path& file, const State& state, const Survey& survey,
-                   const Recipe& recipe) {
+                   const ProcessStep& step, const Materials& materials) {
   const std::vector<float> speed = facet_speeds(state, survey);
   MeshFields fields{
-      .facets = {}, .vertices = {}, .material_names = recipe.materials.names(), .time = state.time};
-  const ProcessStep& step = current_step(state, recipe);
+      .facets = {}, .vertices = {}, .material_names = materials.names(), .time = state.time};
   const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
   if (const auto solute = step.model ? step.model->solute() : std::nullopt)
     fields.facets.push_back(
@@ -231,8 +232,9 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
   write_vtp(file, with_images(survey.facets, frame), fields);
 }
 
-Sections::Sections(const Recipe& recipe) : lines_{middle(whole_of(recipe.frame))} {
-  lines_.insert(lines_.end(), recipe.sections.begin(), recipe.sections.end());
+Sections::Sections(const Recipe& recipe)
+    : recipe_(recipe), lines_{middle(whole_of(recipe.domain.frame))} {
+  lines_.insert(lines_.end(), recipe.outputs.sections.begin(), recipe.outputs.sections.end());
   earlier_.resize(lines_.size());
 }
 
@@ -242,27 +244,26 @@ void Sections::add(double time, const Layers& layers) {
     earlier_[n].push_back({.time = time, .lines = exposed_lines(cut(layers, surfaces, lines_[n]))});
 }
 
-void Sections::write(const fs::path& folder, int number, const State& state, const Layers& layers,
-                     const Recipe& recipe) {
+void Sections::write(const fs::path& folder, int number, const State& state, const Layers& layers) {
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
   for (std::size_t n = 0; n < lines_.size(); ++n) {
     const fs::path file = folder / fmt::format("{}_{:04}.csv", section_name(n), number);
-    ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe.title,
-                                          moment_of(state, recipe), state.time),
+    ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe_.title,
+                                          moment_of(state, recipe_.steps), state.time),
                      .layers = cut(layers, surfaces, lines_[n]),
                      .left = lines_[n].left,
                      .right = lines_[n].right};
-    write_section_csv(file, view.layers, lines_[n], recipe.materials);
-    write_svg(fs::path(file).replace_extension(".svg"), view, recipe.materials);
+    write_section_csv(file, view.layers, lines_[n], recipe_.materials);
+    write_svg(fs::path(file).replace_extension(".svg"), view, recipe_.materials);
     view.earlier = some_of(earlier_[n]);
-    write_svg(folder / whole_picture(n), view, recipe.materials);
+    write_svg(folder / whole_picture(n), view, recipe_.materials);
     earlier_[n].push_back({.time = state.time, .lines = exposed_lines(view.layers)});
   }
 }
 
-std::vector<std::string> section_files(const Recipe& recipe, int output_count) {
+std::vector<std::string> section_files(std::size_t section_count, int output_count) {
   std::vector<std::string> files;
-  for (std::size_t n = 0; n <= recipe.sections.size(); ++n) {
+  for (std::size_t n = 0; n <= section_count; ++n) {
     files.push_back(whole_picture(n));
     for (int number = 0; number < output_count; ++number)
       for (const char* ending : {"csv", "svg"})
@@ -271,25 +272,26 @@ std::vector<std::string> section_files(const Recipe& recipe, int output_count) {
   return files;
 }
 
-std::string metrics_head(const Recipe& recipe) {
+std::string metrics_head(std::span<const ProcessStep> steps, const Simplification& simplification) {
   std::string head =
       "step,step_name,time_s,dt_s,vertices_full,vertices,facets_full,facets,simplify_max_distance,"
       "segments,rays,flux_error,lost_weight,balance_error,t_surface_s,t_simplify_s,t_flux_s,"
       "t_map_s,t_advect_s,voids,void_volume_nm3,islands,island_volume_nm3,coverage_iterations,"
       "position_error_nm,ended_by,residue_volume_nm3,repeat_ended_by,mesh_made_at,surface_area_nm2,"
       "solid_volume_nm3,growth_nm3_per_s";
-  for (const std::string& name : coverage_names(recipe))
+  for (const std::string& name : coverage_names(steps))
     head += fmt::format(",covered_{0}_nm2,carried_{0}_nm2", name);
   head += ",flux_bias";
-  if (recipe.simplify_where_it_pays) head += ",simplify_left_out";
+  if (simplification.where_it_pays) head += ",simplify_left_out";
   return head + ",time_step\n";
 }
 
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
-                        const Move& move, const Recipe& recipe) {
+                        const Move& move, std::span<const ProcessStep> steps,
+                        const Simplification& simplification) {
   const FluxTotals flux = totals_of(survey.flux);
   std::string row = fmt::format(
-      "{},{},{},{},{},{},{},{},{},{},{},{},{},{}", step, csv_field(recipe.steps[step].name),
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{}", step, csv_field(steps[step].name),
       format_number(after.time), format_number(move.dt), survey.vertices_full,
       survey.facets.vertices.size(), survey.facets_full, survey.facets.triangles.size(),
       format_number(survey.simplify_max_distance), flux.segments, flux.rays,
@@ -302,7 +304,7 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      format_number(volume_of(survey.gas.voids)), count_of(move.islands),
                      format_number(volume_of(move.islands)), survey.coverage_fit.iterations);
   const std::optional<double> error = position_error(survey, move.dt);
-  const ProcessStep& of_row = recipe.steps[step];
+  const ProcessStep& of_row = steps[step];
   const bool is_last = after.step != step;
   const bool is_end_of_round = is_last && of_row.round_end;
   row += fmt::format(",{},{},{}", error ? format_number(*error) : "",
@@ -310,9 +312,9 @@ std::string metrics_row(const State& after, std::size_t step, const Survey& surv
                      format_number(move.residue_volume));
   row += ',' + (is_end_of_round ? cause_of(*of_row.round_end, after.ends[step]) : "");
   row += fmt::format(",{}", survey.made_at);
-  row += area_cells(survey, of_row.model.get(), recipe);
+  row += area_cells(survey, after.layers.frame, of_row.model.get(), steps);
   row += ',' + format_number(flux.bias);
-  if (recipe.simplify_where_it_pays) row += ',' + cell_of(survey.simplify_choice);
+  if (simplification.where_it_pays) row += ',' + cell_of(survey.simplify_choice);
   return row + fmt::format(",{}\n", after.time_step - 1);
 }
 
@@ -323,12 +325,12 @@ std::string summary_text(const State& state, const Survey& survey, const Metrolo
   summary["complete"] = true;
   summary["process_time_s"] = state.time;
   summary["recipe_hash"] = hash_of(recipe.resolved);
-  summary["start_state_hash"] = recipe.start ? recipe.start->hash : "";
+  summary["start_state_hash"] = recipe.start.state ? recipe.start.state->hash : "";
   summary["time_steps"] = state.time_step - state.origin.time_step;
   summary["outputs"] = totals.output_times.size();
   summary["output_times_s"] = totals.output_times;
-  summary["steps"] = step_list(state, recipe);
-  summary["repeats"] = repeat_list(state, recipe);
+  summary["steps"] = step_list(state, recipe.steps);
+  summary["repeats"] = repeat_list(state, recipe.steps);
   summary["state_hash"] = state_hash(state, recipe.materials);
   summary["rows_hash"] = totals.rows_hash;
   const FluxTarget& flux = totals.flux;
@@ -370,7 +372,7 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
       .layers = std::move(state.layers), .surface = {}, .voids = {}, .islands = state.islands};
   preview.surface = extract_surface(preview.layers);
   preview.voids = open_gas(preview.layers).voids;
-  const SectionLine line = middle(recipe.frame);
+  const SectionLine line = middle(recipe.domain.frame);
   const ProfileView view{.title = recipe.title,
                          .layers = cut(preview.layers, layer_surfaces(preview.layers), line),
                          .left = line.left,

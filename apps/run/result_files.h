@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "apps/run/picture.h"
@@ -18,7 +19,7 @@ namespace scarp {
 
 /// The surface with material, flux, its standard error and speed of every facet, as .vtp.
 void write_surface(const std::filesystem::path& file, const State& state, const Survey& survey,
-                   const Recipe& recipe);
+                   const ProcessStep& step, const Materials& materials);
 
 /// The cross-sections of a run: through the middle of the domain across y, and those of the
 /// recipe; with the surfaces of earlier outputs.
@@ -26,6 +27,7 @@ void write_surface(const std::filesystem::path& file, const State& state, const 
 /// Shape: earlier has the surfaces of each section, in the order of the sections.
 class Sections {
  public:
+  /// The recipe has to outlive it.
   explicit Sections(const Recipe& recipe);
 
   std::size_t size() const { return lines_.size(); }
@@ -39,24 +41,27 @@ class Sections {
   ///
   /// Shape: layers are those of the whole wafer.
   void write(const std::filesystem::path& folder, int number, const State& state,
-             const Layers& layers, const Recipe& recipe);
+             const Layers& layers);
 
  private:
+  const Recipe& recipe_;
   std::vector<SectionLine> lines_;
   std::vector<std::vector<EarlierSurface>> earlier_;
 };
 
-/// The names of all files that Sections writes for so many outputs.
-std::vector<std::string> section_files(const Recipe& recipe, int output_count);
+/// The names of all files that Sections writes for so many sections besides that through the
+/// middle.
+std::vector<std::string> section_files(std::size_t section_count, int output_count);
 
 /// The first line of metrics.csv; new columns come before the last one, which ends whole rows.
 ///
 /// voids are those at the beginning of the time step, as the facets are; islands what it cut off.
-std::string metrics_head(const Recipe& recipe);
+std::string metrics_head(std::span<const ProcessStep> steps, const Simplification& simplification);
 
 /// A line of metrics.csv: the state after the time step, which belonged to the given step.
 std::string metrics_row(const State& after, std::size_t step, const Survey& survey,
-                        const Move& move, const Recipe& recipe);
+                        const Move& move, std::span<const ProcessStep> steps,
+                        const Simplification& simplification);
 
 /// What a run has written and how long it took. Units: s.
 struct RunTotals {

@@ -68,13 +68,13 @@ bool is_checkpoint(const std::string& name) {
 }
 
 // All of so many outputs, in the order in which they are told.
-std::vector<std::string> output_files(const Recipe& recipe, int output_count) {
+std::vector<std::string> output_files(std::size_t section_count, int output_count) {
   std::vector<std::string> files{"surface.pvd", metrology_file};
   for (int n = 0; n < output_count; ++n) {
     files.push_back(numbered("surface", n, ".vtp"));
     files.push_back(numbered("state", n, ".vdb"));
   }
-  const std::vector<std::string> sections = section_files(recipe, output_count);
+  const std::vector<std::string> sections = section_files(section_count, output_count);
   files.insert(files.end(), sections.begin(), sections.end());
   return files;
 }
@@ -96,16 +96,16 @@ std::vector<std::string> missing_of(const fs::path& folder, const std::vector<st
 
 std::string hash_of_file(const fs::path& file) { return hash_of(read_file(file)); }
 
-std::uint32_t first_time_step(const Recipe& recipe) {
-  return recipe.start ? recipe.start->state->time_step : 0;
+std::uint32_t first_time_step(const StartGeometry& start) {
+  return start.state ? start.state->state->time_step : 0;
 }
 
 // The rows of metrology.csv by output; none where it is not of this recipe.
 std::map<int, std::vector<std::string>> rows_by_output(const std::string& text,
-                                                       const Recipe& recipe) {
+                                                       const std::string& head) {
   std::map<int, std::vector<std::string>> rows;
   const std::vector<std::string> lines = whole_lines(text);
-  if (lines.empty() || lines.front() + '\n' != metrology_head(recipe)) return rows;
+  if (lines.empty() || lines.front() + '\n' != head) return rows;
   for (std::size_t n = 1; n < lines.size(); ++n)
     rows[std::atoi(lines[n].c_str())].push_back(lines[n]);
   return rows;
@@ -131,7 +131,7 @@ bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
     return found != summary.end() && *found == wanted;
   };
   return is("complete", true) && fs::exists(folder / "metrics.csv") &&
-         is("start_state_hash", recipe.start ? recipe.start->hash : "");
+         is("start_state_hash", recipe.start.state ? recipe.start.state->hash : "");
 }
 
 std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Recipe& recipe) {
@@ -139,7 +139,8 @@ std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Re
   const auto entry = [&](const char* key) { return summary.value(key, nlohmann::ordered_json()); };
   const auto output_count = static_cast<int>(entry("output_times_s").size());
   std::vector<std::string> losses;
-  const std::vector<std::string> missing = missing_of(folder, output_files(recipe, output_count));
+  const std::vector<std::string> missing =
+      missing_of(folder, output_files(recipe.outputs.sections.size(), output_count));
   if (!missing.empty()) {
     losses.push_back(
         fmt::format("{}: the run is complete, but without {}; run without --resume to "
@@ -158,25 +159,31 @@ std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Re
   return losses;
 }
 
-ResultFolder::ResultFolder(fs::path folder) : path_(std::move(folder)), lock_(path_) {}
+ResultFolder::ResultFolder(fs::path folder, const Recipe& recipe)
+    : path_(std::move(folder)),
+      lock_(path_),
+      recipe_(recipe),
+      columns_(metrology_columns(recipe)) {}
 
 bool ResultFolder::holds_run() const {
   return begins_with(file("metrics.csv"), "step,step_name,time_s,");
 }
 
-void ResultFolder::require_not_start(const Recipe& recipe) const {
+void ResultFolder::require_not_start() const {
   std::error_code error;
-  if (!recipe.start || !fs::equivalent(recipe.start->file.parent_path(), path_, error)) return;
+  if (!recipe_.start.state ||
+      !fs::equivalent(recipe_.start.state->file.parent_path(), path_, error))
+    return;
   throw InputError(
       fmt::format("{}: the run would replace the state that it starts from; choose another folder "
                   "with -o",
-                  shown(recipe.start->file)));
+                  shown(recipe_.start.state->file)));
 }
 
-void ResultFolder::start(const Recipe& recipe, const Log& log) {
+void ResultFolder::start(const Log& log) {
   log_ = log;
   require_own(path_, "a run", holds_run(), is_result);
-  require_not_start(recipe);
+  require_not_start();
   if (holds_run()) {
     log.info(fmt::format("{}: replaces the run that was here", shown(path_)));
   }
@@ -187,19 +194,19 @@ void ResultFolder::start(const Recipe& recipe, const Log& log) {
   if (holds_run()) remove_files(path_, is_temporary);
   written_ = {};
   rows_hash_ = Hash();
-  metrology_rows_ = metrology_head(recipe);
-  metrics_ = metrics_head(recipe);
+  metrology_rows_ = metrology_head(columns_);
+  metrics_ = metrics_head(recipe_.steps, recipe_.simplification);
   write_file(file("metrics.csv"), metrics_);
-  write_file(file("recipe.toml"), recipe.resolved);
+  write_file(file("recipe.toml"), recipe_.resolved);
 }
 
 // One that is lost or damaged tells nothing; checkpoints know the hash of theirs.
-void ResultFolder::require_same(const Recipe& recipe) const {
+void ResultFolder::require_same() const {
   const std::string there = read_text(file("recipe.toml"));
-  if (there.empty() || there == recipe.resolved) return;
+  if (there.empty() || there == recipe_.resolved) return;
   std::string difference;
   try {
-    difference = first_difference(recipe.resolved, there);
+    difference = first_difference(recipe_.resolved, there);
   } catch (const InputError& error) {
     log_.warn(fmt::format("{}: is damaged, and is written anew ({})", shown(file("recipe.toml")),
                           error.what()));
@@ -215,20 +222,22 @@ void ResultFolder::require_same(const Recipe& recipe) const {
                                    shown(fs::absolute(states.back()).lexically_normal()))));
 }
 
-std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) {
+std::optional<State> ResultFolder::resume(const Log& log) {
   log_ = log;
   require_files(path_, is_result);
   const std::vector<fs::path> checkpoints = find_files(path_, is_checkpoint);
-  require_same(recipe);
+  require_same();
   if (checkpoints.empty()) {
     log.warn(fmt::format("{}: nothing here to go on from; the run begins anew", shown(path_)));
     return std::nullopt;
   }
   std::optional<MetricsRows> rows;
   if (fs::exists(file("metrics.csv"))) {
-    rows = read_metrics_rows(file("metrics.csv"), metrics_head(recipe), first_time_step(recipe));
+    rows =
+        read_metrics_rows(file("metrics.csv"), metrics_head(recipe_.steps, recipe_.simplification),
+                          first_time_step(recipe_.start));
   }
-  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe, log);
+  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_, log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
@@ -238,20 +247,21 @@ std::optional<State> ResultFolder::resume(const Recipe& recipe, const Log& log) 
   last_checkpoint_ = std::move(restart->file);
   log.info(
       fmt::format("goes on from {}, t = {:.4g} s", shown(last_checkpoint_), restart->state.time));
-  tell_lost_files(recipe);
-  restore_metrology(recipe);
+  tell_lost_files();
+  restore_metrology();
   remove_files(path_, is_temporary);
 
   restore_rows(rows ? rows->before(restart->state.time_step) : std::span<const std::string>(),
-               restart->state, recipe);
-  write_file(file("recipe.toml"), recipe.resolved);
+               restart->state);
+  write_file(file("recipe.toml"), recipe_.resolved);
   return std::move(restart->state);
 }
 
 // Those that the next output does not write anew.
-void ResultFolder::tell_lost_files(const Recipe& recipe) const {
-  const std::vector<std::string> anew = output_files(recipe, 0);
-  std::vector<std::string> missing = missing_of(path_, output_files(recipe, output_count()));
+void ResultFolder::tell_lost_files() const {
+  const std::vector<std::string> anew = output_files(recipe_.outputs.sections.size(), 0);
+  std::vector<std::string> missing =
+      missing_of(path_, output_files(recipe_.outputs.sections.size(), output_count()));
   std::erase_if(missing, [&](const std::string& name) {
     return std::ranges::find(anew, name) != anew.end();
   });
@@ -270,9 +280,9 @@ void ResultFolder::tell_lost_files(const Recipe& recipe) const {
   tell("with other content than it wrote in", changed);
 }
 
-void ResultFolder::add_hashes(const Recipe& recipe) {
-  const std::vector<std::string> anew = output_files(recipe, 0);
-  for (const std::string& name : output_files(recipe, output_count())) {
+void ResultFolder::add_hashes() {
+  const std::vector<std::string> anew = output_files(recipe_.outputs.sections.size(), 0);
+  for (const std::string& name : output_files(recipe_.outputs.sections.size(), output_count())) {
     // States have a checksum of their own.
     if (written_.hashes.contains(name) || is_checkpoint(name) ||
         std::ranges::find(anew, name) != anew.end() || !fs::exists(file(name)))
@@ -283,9 +293,8 @@ void ResultFolder::add_hashes(const Recipe& recipe) {
 }
 
 // The rows of time steps that will be done again go.
-void ResultFolder::restore_rows(std::span<const std::string> kept, const State& state,
-                                const Recipe& recipe) {
-  if (kept.empty() && state.time_step > first_time_step(recipe)) {
+void ResultFolder::restore_rows(std::span<const std::string> kept, const State& state) {
+  if (kept.empty() && state.time_step > first_time_step(recipe_.start)) {
     log_.warn(fmt::format("{}: its rows are lost; it begins anew with time step {}",
                           shown(file("metrics.csv")), state.time_step));
   }
@@ -293,15 +302,15 @@ void ResultFolder::restore_rows(std::span<const std::string> kept, const State& 
   for (const std::string& line : kept) rows += line + '\n';
   rows_hash_ = Hash();
   rows_hash_.add(rows);
-  metrics_ = metrics_head(recipe) + rows;
+  metrics_ = metrics_head(recipe_.steps, recipe_.simplification) + rows;
   write_file(file("metrics.csv"), metrics_);
 }
 
 // Rows that are lost, double or changed are measured again, if the state of their output is there.
-void ResultFolder::restore_metrology(const Recipe& recipe) {
-  metrology_rows_ = metrology_head(recipe);
-  auto known = rows_by_output(read_text(file(metrology_file)), recipe);
-  std::string rows = metrology_head(recipe);
+void ResultFolder::restore_metrology() {
+  metrology_rows_ = metrology_head(columns_);
+  auto known = rows_by_output(read_text(file(metrology_file)), metrology_rows_);
+  std::string rows = metrology_rows_;
   for (int n = 0; n < output_count(); ++n)
     for (const std::string& row : known[n]) rows += row + '\n';
   const auto hash = written_.hashes.find(metrology_file);
@@ -313,10 +322,10 @@ void ResultFolder::restore_metrology(const Recipe& recipe) {
       continue;
     }
     try {
-      const SavedWafer wafer = read_wafer(file(numbered("state", n, ".vdb")), recipe.materials);
+      const SavedWafer wafer = read_wafer(file(numbered("state", n, ".vdb")), recipe_.materials);
       metrology_rows_ += metrology_rows(
           static_cast<std::size_t>(n), wafer.time,
-          measure(wafer.layers, recipe, wafer.openings, wafer.metrology.feet_are_rounded), recipe);
+          measure(wafer.layers, wafer.openings, wafer.metrology.feet_are_rounded), columns_);
     } catch (const InputError& error) {
       log_.warn(fmt::format("{}: the rows of output {} are lost: {}", shown(file(metrology_file)),
                             n, error.what()));
@@ -346,7 +355,7 @@ void ResultFolder::set_aside(const fs::path& strange, const char* how) const {
                         shown(strange), how, shown(aside.filename())));
 }
 
-void ResultFolder::set_strange_files_aside(const Recipe& recipe) const {
+void ResultFolder::set_strange_files_aside() const {
   for (const fs::path& each : find_files(path_, is_result)) {
     const fs::file_status status = fs::status(each);
     if (fs::is_directory(status)) set_aside(each, "became a folder");
@@ -355,12 +364,12 @@ void ResultFolder::set_strange_files_aside(const Recipe& recipe) const {
   keep_metrics();
   const fs::path kept_recipe = file("recipe.toml");
   if (fs::is_regular_file(kept_recipe)) {
-    if (read_file(kept_recipe) == recipe.resolved) return;
+    if (read_file(kept_recipe) == recipe_.resolved) return;
     set_aside(kept_recipe, "was changed");
   } else {
     log_.warn(fmt::format("{}: was removed; it is written anew", shown(kept_recipe)));
   }
-  write_file(kept_recipe, recipe.resolved);
+  write_file(kept_recipe, recipe_.resolved);
 }
 
 void ResultFolder::keep_metrics() const {
@@ -377,26 +386,27 @@ void ResultFolder::keep_metrics() const {
   write_file(metrics, metrics_);
 }
 
-void ResultFolder::write_output(const State& state, const Survey& survey, const Recipe& recipe) {
+void ResultFolder::write_output(const State& state, const Survey& survey) {
   while_held([&] {
-    set_strange_files_aside(recipe);
+    set_strange_files_aside();
     const int number = output_count();
-    write_surface(file(numbered("surface", number, ".vtp")), state, survey, recipe);
+    write_surface(file(numbered("surface", number, ".vtp")), state, survey,
+                  current_step(state, recipe_.steps), recipe_.materials);
     const WholeLayers whole(state.layers);
-    sections(recipe).write(path_, number, state, whole.get(), recipe);
-    const auto before = std::exchange(
-        newest_, measure(whole.get(), recipe, written_.openings, state.feet_are_rounded));
+    sections().write(path_, number, state, whole.get());
+    const auto before =
+        std::exchange(newest_, measure(whole.get(), written_.openings, state.feet_are_rounded));
     written_.openings = newest_->names;
-    if (before) tell_unresolved(*before, state.time, recipe);
-    metrology_rows_ += metrology_rows(written_.output_times.size(), state.time, *newest_, recipe);
+    if (before) tell_unresolved(*before, state.time);
+    metrology_rows_ += metrology_rows(written_.output_times.size(), state.time, *newest_, columns_);
     write_file(file(metrology_file), metrology_rows_);
     written_.output_times.push_back(state.time);
-    add_hashes(recipe);
+    add_hashes();
     std::vector<std::string> series;
     for (int n = 0; n <= number; ++n) series.push_back(numbered("surface", n, ".vtp"));
     write_series(file("surface.pvd"), series);
     // The checkpoint comes last: where it stands, the output is whole.
-    write_state(numbered("state", number, ".vdb"), state, recipe);
+    write_state(numbered("state", number, ".vdb"), state);
     fs::remove(file(interrupted_state));
     fs::remove(file(earlier_interrupted_state));
   });
@@ -404,8 +414,8 @@ void ResultFolder::write_output(const State& state, const Survey& survey, const 
 
 // What is etched where an opening ends in a few spacings hangs on the grid and on noise. Films
 // close openings as they should.
-void ResultFolder::tell_unresolved(const Metrology& before, double time, const Recipe& recipe) {
-  const double spacing = recipe.frame.spacing;
+void ResultFolder::tell_unresolved(const Metrology& before, double time) {
+  const double spacing = recipe_.domain.frame.spacing;
   for (const OpeningMetrology& each : newest_->openings) {
     const auto then = std::ranges::find_if(before.openings, [&](const OpeningMetrology& earlier) {
       return earlier.opening == each.opening && earlier.axis == each.axis;
@@ -427,10 +437,10 @@ void ResultFolder::tell_unresolved(const Metrology& before, double time, const R
 
 // What the grid leaves open at the feet of walls, where that is more than a spacing and much of the
 // depth, or of a micro-trench that the grid holds.
-void ResultFolder::tell_rounded_feet(const Recipe& recipe) const {
+void ResultFolder::tell_rounded_feet() const {
   constexpr double of_depth = 0.05;
   constexpr double of_micro_trench = 0.5;
-  const double spacing = recipe.frame.spacing;
+  const double spacing = recipe_.domain.frame.spacing;
   std::set<int> told;
   for (const OpeningMetrology& each : newest_->openings) {
     if (!each.depth_error || *each.depth_error <= spacing) continue;
@@ -450,16 +460,16 @@ void ResultFolder::tell_rounded_feet(const Recipe& recipe) const {
   }
 }
 
-Sections& ResultFolder::sections(const Recipe& recipe) {
+Sections& ResultFolder::sections() {
   if (sections_) return *sections_;
   // After a run is resumed, its earlier outputs are read again.
-  sections_.emplace(recipe);
+  sections_.emplace(recipe_);
   for (int n = 0; n < output_count(); ++n) {
     const fs::path state = file(numbered("state", n, ".vdb"));
     // One that was removed has no line in the pictures.
     if (!fs::exists(state)) continue;
     try {
-      const SavedWafer wafer = read_wafer(state, recipe.materials);
+      const SavedWafer wafer = read_wafer(state, recipe_.materials);
       sections_->add(wafer.time, wafer.layers);
     } catch (const InputError& error) {
       log_.warn(fmt::format("{}; pictures are drawn without it", error.what()));
@@ -468,42 +478,44 @@ Sections& ResultFolder::sections(const Recipe& recipe) {
   return *sections_;
 }
 
-Metrology ResultFolder::measure(const Layers& layers, const Recipe& recipe,
-                                const OpeningNames& known, bool feet_are_rounded) {
+Metrology ResultFolder::measure(const Layers& layers, const OpeningNames& known,
+                                bool feet_are_rounded) {
   if (!start_) {
     start_ = output_count() == 0
-                 ? scarp::measure(layers, recipe.metrology)
-                 : scarp::measure(whole_of(start_state(recipe)).layers, recipe.metrology);
+                 ? scarp::measure(layers, recipe_.metrology)
+                 : scarp::measure(whole_of(start_state(recipe_.domain.frame, recipe_.start)).layers,
+                                  recipe_.metrology);
   }
-  MetrologyOptions options = recipe.metrology;
+  MetrologyOptions options = recipe_.metrology;
   options.feet_are_rounded = feet_are_rounded;
   return scarp::measure(layers, options, &*start_, known);
 }
 
-void ResultFolder::write_state(const std::string& name, const State& state, const Recipe& recipe) {
+void ResultFolder::write_state(const std::string& name, const State& state) {
   written_.rows_hash = rows_hash_.hex();
-  write_restart(file(name), state, written_, recipe);
+  write_restart(file(name), state, written_, recipe_);
   last_checkpoint_ = file(name);
 }
 
-void ResultFolder::write_checkpoint(const State& state, const Recipe& recipe) {
+void ResultFolder::write_checkpoint(const State& state) {
   while_held([&] {
-    set_strange_files_aside(recipe);
+    set_strange_files_aside();
     // One that was refused must not take the place of a good one.
     std::error_code error;
     if (last_checkpoint_ == file(interrupted_state))
       fs::rename(file(interrupted_state), file(earlier_interrupted_state), error);
     if (error && error != std::errc::no_such_file_or_directory)
       throw fs::filesystem_error("rename", file(interrupted_state), error);
-    write_state(interrupted_state, state, recipe);
+    write_state(interrupted_state, state);
   });
 }
 
 void ResultFolder::append_metrics(const State& after, std::size_t step, const Survey& survey,
-                                  const Move& move, const Recipe& recipe) {
+                                  const Move& move) {
   while_held([&] {
     keep_metrics();
-    const std::string row = metrics_row(after, step, survey, move, recipe);
+    const std::string row =
+        metrics_row(after, step, survey, move, recipe_.steps, recipe_.simplification);
     append_to_file(file("metrics.csv"), row);
     metrics_ += row;
     rows_hash_.add(row);
@@ -511,29 +523,27 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 }
 
 RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
-                                      const Recipe& recipe, const StageTimer& total,
-                                      double wall_seconds) {
-  while_held([&] { set_strange_files_aside(recipe); });
+                                      const StageTimer& total, double wall_seconds) {
+  while_held([&] { set_strange_files_aside(); });
   const RunTotals totals{.output_times = written_.output_times,
                          .rows_hash = rows_hash_.hex(),
-                         .flux = flux_target(file("metrics.csv"), recipe),
+                         .flux = flux_target(file("metrics.csv"), recipe_.flux),
                          .left_out = left_out_count(file("metrics.csv")),
                          .stages = total,
                          .wall_seconds = wall_seconds};
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_)
-      newest_ = measure(WholeLayers(state.layers).get(), recipe, written_.openings,
-                        state.feet_are_rounded);
-    tell_rounded_feet(recipe);
-    write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe, totals));
+      newest_ = measure(WholeLayers(state.layers).get(), written_.openings, state.feet_are_rounded);
+    tell_rounded_feet();
+    write_file(file("summary.json"), summary_text(state, survey, *newest_, recipe_, totals));
   });
   return totals;
 }
 
 void write_trial_output(const State& state, const Survey& survey, const Recipe& recipe) {
   const TemporaryFolder folder;
-  ResultFolder(folder).write_output(state, survey, recipe);
+  ResultFolder(folder, recipe).write_output(state, survey);
 }
 
 }  // namespace scarp

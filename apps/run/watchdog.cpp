@@ -47,7 +47,7 @@ void Watchdog::look_at(const State& state, const Survey& now) {
   for (const std::string& line : materials_.look_at(state, now)) log_.warn(line);
   look_at_slopes(state);
   look_at_mesh(state, now);
-  if (finished(state, recipe_) || !current_step(state, recipe_).model) return;
+  if (finished(state, recipe_.steps) || !current_step(state, recipe_.steps).model) return;
   look_at_time_step(state, now);
   look_at_audit(state, now);
   look_at_poles(state, now);
@@ -65,14 +65,14 @@ void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
              .volume_then = before.volume,
              .growth_then = before.growth,
              .removed = volume_of(move.islands) + move.residue_volume,
-             .of_edges = edge_surplus * recipe_.frame.spacing * before.growth.area};
+             .of_edges = edge_surplus * recipe_.domain.frame.spacing * before.growth.area};
 }
 
 void Watchdog::settle(const State& state, const Survey& now) {
   if (due_) {
     if (balance_.moved == 0) balance_.step = due_->step;
     // Speeds and areas of both ends, unless what comes next is another step.
-    const bool goes_on = !finished(state, recipe_) && state.step == due_->step;
+    const bool goes_on = !finished(state, recipe_.steps) && state.step == due_->step;
     const Growth& then = due_->growth_then;
     const Growth& growth = goes_on ? now.growth : then;
     const double grown = due_->dt * std::midpoint(then.net, growth.net);
@@ -81,7 +81,7 @@ void Watchdog::settle(const State& state, const Survey& now) {
     balance_.of_edges = std::max(balance_.of_edges, due_->of_edges);
     due_.reset();
   }
-  if (finished(state, recipe_) || state.step != balance_.step) close_balance();
+  if (finished(state, recipe_.steps) || state.step != balance_.step) close_balance();
 }
 
 void Watchdog::close_balance() {
@@ -100,7 +100,7 @@ void Watchdog::close_balance() {
 
 std::string Watchdog::moment(const State& state) const {
   return fmt::format("time step {} of step \"{}\", t = {:g} s", state.time_step,
-                     current_step(state, recipe_).name, state.time);
+                     current_step(state, recipe_.steps).name, state.time);
 }
 
 void Watchdog::look_at_slopes(const State& state) {
@@ -119,7 +119,7 @@ void Watchdog::look_at_slopes(const State& state) {
 }
 
 void Watchdog::look_at_mesh(const State& state, const Survey& now) const {
-  const auto fault = surface_fault(now.facets, recipe_.frame.sides());
+  const auto fault = surface_fault(now.facets, recipe_.domain.frame.sides());
   if (!fault) return;
   throw NumericalError(fmt::format(
       "{}: {} at ({:g}, {:g}, {:g}) nm of the mesh of {} facets; please report it with the recipe",
@@ -127,7 +127,7 @@ void Watchdog::look_at_mesh(const State& state, const Survey& now) const {
 }
 
 void Watchdog::look_at_time_step(const State& state, const Survey& now) {
-  const ProcessStep& step = current_step(state, recipe_);
+  const ProcessStep& step = current_step(state, recipe_.steps);
   const double dt = now.longest_dt;
   const double count = (state.step_start + step.duration - state.time) / dt;
   if (count < many_time_steps && state.time + dt > state.time) return;

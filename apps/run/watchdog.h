@@ -16,7 +16,7 @@ namespace scarp {
 class Watchdog {
  public:
   Watchdog(const Recipe& recipe, Log log)
-      : recipe_(recipe), log_(std::move(log)), materials_(recipe) {}
+      : recipe_(recipe), log_(std::move(log)), materials_(recipe.steps, recipe.materials) {}
 
   /// At the beginning of a time step: whether phi is a distance near the surface (see
   /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether

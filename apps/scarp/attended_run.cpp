@@ -68,11 +68,10 @@ std::string duration_text(double seconds) {
 // One line that is written over on a terminal; elsewhere a line at least every few seconds.
 class Progress {
  public:
-  Progress(const Recipe& recipe, bool quiet)
-      : recipe_(recipe), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
-    left_.resize(recipe.steps.size() + 1);
-    for (std::size_t n = recipe.steps.size(); n-- > 0;)
-      left_[n] = left_[n + 1] + recipe.steps[n].duration;
+  Progress(std::span<const ProcessStep> steps, bool quiet)
+      : steps_(steps), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {
+    left_.resize(steps.size() + 1);
+    for (std::size_t n = steps.size(); n-- > 0;) left_[n] = left_[n + 1] + steps[n].duration;
   }
 
   ~Progress() {
@@ -87,7 +86,7 @@ class Progress {
       start_ = now;
       start_time_ = state.time;
     }
-    const bool last = finished(state, recipe_);
+    const bool last = finished(state, steps_);
     if (!last && now - printed_ < (terminal_ ? std::chrono::milliseconds(100)
                                              : std::chrono::milliseconds(5000))) {
       return;
@@ -97,7 +96,7 @@ class Progress {
     const double end = expected_end(state, survey, now);
     const std::string line = fmt::format(
         "{}  step \"{}\"  t = {:.4g} of {}{:.4g} s  {} facets of {}{}", terminal_ ? "\x1b[K" : "",
-        current_step(state, recipe_).name, state.time, is_guess(state) ? "about " : "", end,
+        current_step(state, steps_).name, state.time, is_guess(state) ? "about " : "", end,
         survey.facets.triangles.size(), survey.facets_full, time_left(state, end, now));
     tell(line + (terminal_ ? '\r' : '\n'));
   }
@@ -105,13 +104,13 @@ class Progress {
  private:
   // Of the recipe. Steps that ended early are over; of those to come none is known to.
   double expected_end(const State& state, const Survey& survey, Clock::time_point now) {
-    if (state.step == recipe_.steps.size()) return state.time;
+    if (state.step == steps_.size()) return state.time;
     // Looking for it takes longer than writing a line.
     if (step_ != state.step || now - looked_ > std::chrono::seconds(2)) {
       step_ = state.step;
       looked_ = now;
       // The speeds of the survey are those of the step before, where one has just begun.
-      const ProcessStep& step = recipe_.steps[state.step];
+      const ProcessStep& step = steps_[state.step];
       const bool is_of_step = state.time > state.step_start;
       duration_ = is_of_step ? expected_duration(step, state, survey) : step.duration;
       if (!is_of_step) looked_ = {};
@@ -120,8 +119,7 @@ class Progress {
   }
 
   bool is_guess(const State& state) const {
-    return std::any_of(recipe_.steps.begin() + static_cast<std::ptrdiff_t>(state.step),
-                       recipe_.steps.end(),
+    return std::any_of(steps_.begin() + static_cast<std::ptrdiff_t>(state.step), steps_.end(),
                        [](const ProcessStep& step) { return step.until || step.round_end; });
   }
 
@@ -133,7 +131,7 @@ class Progress {
     return "  " + duration_text(wall * (end - state.time) / done) + " left";
   }
 
-  const Recipe& recipe_;
+  std::span<const ProcessStep> steps_;
   bool quiet_;
   bool terminal_;
   std::vector<double> left_;  ///< of the durations of the steps, when each begins
@@ -168,7 +166,7 @@ RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
   is_under_way = false;
   listen();
   try {
-    Progress progress(recipe, options.quiet);
+    Progress progress(recipe.steps, options.quiet);
     return run(
         recipe, folder,
         {.resume = options.resume,

@@ -94,10 +94,10 @@ class Suite {
  private:
   std::optional<RunRecord> run(const fs::path& file, int seed) const {
     std::vector<std::string> set = arguments_.set;
-    const std::uint64_t first = read_runnable(file, set).flux.seed;
+    const std::uint64_t first = read_runnable(file, set).flux.options.seed;
     set.push_back(fmt::format("flux.seed={}", first + static_cast<std::uint64_t>(seed)));
     const Recipe recipe = read_runnable(file, set);
-    const fs::path where = folder_ / file.stem() / fmt::format("seed_{}", recipe.flux.seed);
+    const fs::path where = folder_ / file.stem() / fmt::format("seed_{}", recipe.flux.options.seed);
     // Notes of a run are of no use here; its warnings are.
     if (attended_run(recipe, where, {.quiet = true}) == RunEnd::interrupted) return std::nullopt;
     return read_run(where);

@@ -25,24 +25,25 @@ nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
     const ProcessStep& step = recipe.steps[end.step];
     ends.push_back({{"step", end.step},
                     {"name", step.name},
-                    {"until", text_of(*step.until, recipe.materials, recipe.frame)},
+                    {"until", text_of(*step.until, recipe.materials, recipe.domain.frame)},
                     {"expected_s", end.duration},
                     {"longest_s", step.duration}});
   }
   return ends;
 }
 
-nlohmann::ordered_json left_out_of(const CostEstimate& cost, const Recipe& recipe) {
+nlohmann::ordered_json left_out_of(const CostEstimate& cost,
+                                   std::span<const ProcessStep> recipe_steps) {
   nlohmann::ordered_json steps = nlohmann::ordered_json::array();
   for (const auto& [step, choice] : cost.left_out)
     steps.push_back(
-        {{"step", step}, {"name", recipe.steps[step].name}, {"reason", cell_of(choice)}});
+        {{"step", step}, {"name", recipe_steps[step].name}, {"reason", cell_of(choice)}});
   return steps;
 }
 
-void print_left_out(const CostEstimate& cost, const Recipe& recipe) {
+void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps) {
   for (const auto& [step, choice] : cost.left_out)
-    fmt::print("# The mesh of step \"{}\" is not simplified: {}\n", recipe.steps[step].name,
+    fmt::print("# The mesh of step \"{}\" is not simplified: {}\n", steps[step].name,
                reason_of(choice));
 }
 
@@ -53,7 +54,8 @@ void print_ends(const CostEstimate& cost, const Recipe& recipe) {
     const ProcessStep& step = recipe.steps[end.step];
     const bool is_known = end.duration < step.duration;
     fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
-               text_of(*step.until, recipe.materials, recipe.frame), over_etch_text(*step.until),
+               text_of(*step.until, recipe.materials, recipe.domain.frame),
+               over_etch_text(*step.until),
                is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
                step.duration);
   }
@@ -72,15 +74,15 @@ nlohmann::ordered_json names_of(const MirrorPlanes& planes) {
 ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
   const double memory_limit = arguments.memory_limit_mb();
-  require_least_memory(recipe, memory_limit);  // before it is taken here
+  require_memory(least_memory(recipe), memory_limit, "at least");  // before it is taken here
   const FoundPlanes found = mirror_planes(recipe);
   const Log log =
       common.quiet || common.json ? Log(std::cerr, Log::Level::warnings) : Log(std::cerr);
   const CostEstimate cost = estimate_cost(on_part(recipe, found), log, write_trial_output);
   std::vector<std::string> warnings = recipe.warnings;
   warnings.insert(warnings.end(), cost.standstills.begin(), cost.standstills.end());
-  if (const auto warning = missed_target_warning(cost, recipe)) warnings.push_back(*warning);
-  if (const auto warning = dear_flux_warning(cost, recipe)) warnings.push_back(*warning);
+  if (const auto warning = missed_target_warning(cost, recipe.flux)) warnings.push_back(*warning);
+  if (const auto warning = expensive_flux_warning(cost, recipe.flux)) warnings.push_back(*warning);
   if (cost.memory.total() > memory_limit) {
     warnings.push_back(fmt::format("scarp run would refuse it: it takes {} of memory, {}",
                                    memory_text(cost.memory), memory_limit_text(memory_limit)));
@@ -108,15 +110,15 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
                                         {"threads", thread_count()},
                                         {"at_most", cost.at_most},
                                         {"mirror_planes", names_of(found.planes)},
-                                        {"simplify_left_out", left_out_of(cost, recipe)},
+                                        {"simplify_left_out", left_out_of(cost, recipe.steps)},
                                         {"ends", ends_of(cost, recipe)}};
     std::cout << result.dump(2) << '\n';
     return done;
   }
   fmt::print("{}\n", recipe.resolved);
-  if (const std::string text = symmetry_text(recipe, found); !text.empty())
+  if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
-  print_left_out(cost, recipe);
+  print_left_out(cost, recipe.steps);
   print_ends(cost, recipe);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);

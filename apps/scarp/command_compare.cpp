@@ -36,8 +36,8 @@ struct Variant {
 constexpr const char* full_mesh = "simplify.enabled=false";
 
 /// What a recipe that leaves it open whether to simplify stands for is compared as that.
-const char* simplified_mesh(const Recipe& recipe) {
-  return recipe.simplify_where_it_pays ? "simplify.enabled=\"auto\"" : "simplify.enabled=true";
+const char* simplified_mesh(const Simplification& simplification) {
+  return simplification.where_it_pays ? "simplify.enabled=\"auto\"" : "simplify.enabled=true";
 }
 
 /// Of a slice of what has two dimensions. Spacings; the answer does not depend on it.
@@ -65,7 +65,7 @@ Variant in_mode(const std::string& mode, const Frame& frame) {
 
 /// The first is what the others are compared with.
 std::vector<Variant> variants_of(const CompareArguments& arguments, const Recipe& recipe) {
-  const Frame& frame = recipe.frame;
+  const Frame& frame = recipe.domain.frame;
   if (!arguments.modes.empty()) {
     const std::size_t comma = arguments.modes.find(',');
     return {in_mode(arguments.modes.substr(0, comma), frame),
@@ -73,11 +73,12 @@ std::vector<Variant> variants_of(const CompareArguments& arguments, const Recipe
   }
   std::vector<Variant> variants{{.name = "full", .overrides = {full_mesh}}};
   for (const std::string& method : arguments.methods)
-    variants.push_back(
-        {.name = method,
-         .overrides = {simplified_mesh(recipe), fmt::format("simplify.method=\"{}\"", method)}});
+    variants.push_back({.name = method,
+                        .overrides = {simplified_mesh(recipe.simplification),
+                                      fmt::format("simplify.method=\"{}\"", method)}});
   if (arguments.methods.empty())
-    variants.push_back({.name = "simplified", .overrides = {simplified_mesh(recipe)}});
+    variants.push_back(
+        {.name = "simplified", .overrides = {simplified_mesh(recipe.simplification)}});
   return variants;
 }
 
@@ -104,7 +105,8 @@ class Runner {
       const Recipe recipe = recipe_of(variant, seed);
       const fs::path where = folder_ / fmt::format("{}_seed_{}", variant.name, seed);
       if (!common_.quiet) tell(fmt::format("{}, seed {}: {}\n", variant.name, seed, shown(where)));
-      if (attended_run(recipe, where, {.resume = holds(where, recipe), .quiet = common_.quiet}) ==
+      if (attended_run(recipe, where,
+                       {.resume = holds(where, recipe.resolved), .quiet = common_.quiet}) ==
           RunEnd::interrupted) {
         return std::nullopt;
       }
@@ -115,9 +117,9 @@ class Runner {
 
  private:
   /// What another recipe left there is replaced.
-  static bool holds(const fs::path& where, const Recipe& recipe) {
+  static bool holds(const fs::path& where, const std::string& recipe) {
     const fs::path before = where / "recipe.toml";
-    return fs::exists(before) && read_file(before) == recipe.resolved;
+    return fs::exists(before) && read_file(before) == recipe;
   }
 
   const CompareArguments& arguments_;
@@ -179,16 +181,16 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
 
 ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
-  if (recipe.frame.two_dimensional && arguments.modes.empty()) {
+  if (recipe.domain.frame.two_dimensional && arguments.modes.empty()) {
     throw InputError(fmt::format(
         "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
         "--modes 3d,{} compares it with the same in three dimensions",
-        shown(arguments.recipe), mode_name(recipe.frame)));
+        shown(arguments.recipe), mode_name(recipe.domain.frame)));
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);
   const std::vector<Variant> variants = variants_of(arguments, recipe);
-  const std::uint64_t seed = recipe.flux.seed;
+  const std::uint64_t seed = recipe.flux.options.seed;
   // What cannot be run is told before anything is.
   for (const Variant& variant : variants) runner.recipe_of(variant, seed);
   // Of the whole comparison: each run holds its own folder, but only while it lasts.

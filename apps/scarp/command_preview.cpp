@@ -27,10 +27,10 @@ nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
                       {"volume_nm3", volumes[k]},
                       {"active_nodes", layer.phi.active_count()}});
   }
-  const Sides sides = recipe.frame.sides();
+  const Sides sides = recipe.domain.frame.sides();
   const Box box = bounding_box(preview.surface);
   return {{"title", recipe.title},
-          {"spacing_nm", recipe.frame.spacing},
+          {"spacing_nm", recipe.domain.frame.spacing},
           {"extent_nm", {sides.width(0), sides.width(1)}},
           {"lowest_nm", box.lower.z},
           {"highest_nm", box.upper.z},
@@ -57,14 +57,14 @@ void tell_of_regions(const Preview& preview, const Frame& frame, const Log& log)
 
 ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
-  require_least_memory_of_start(recipe, arguments.memory_limit_mb());
+  require_memory_of_start(least_memory(recipe), arguments.memory_limit_mb());
   const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);
   const nlohmann::ordered_json result = as_json(preview, recipe, folder);
   const auto level = common.quiet ? Log::Level::warnings : Log::Level::everything;
   const Log log(std::cerr, level);
   for (const std::string& warning : recipe.warnings) log.warn(warning);
-  tell_of_regions(preview, recipe.frame, log);
+  tell_of_regions(preview, recipe.domain.frame, log);
   if (common.json) {
     std::cout << result.dump(2) << '\n';
     return done;

@@ -8,19 +8,19 @@
 
 namespace scarp {
 
-WantedError wanted_error(const Recipe& recipe) {
-  if (recipe.flux.rays > 0) return {};
-  if (recipe.position_error > 0) return {.in_position = true, .value = recipe.position_error};
-  return {.value = recipe.flux.target_error};
+WantedError wanted_error(const FluxPlan& plan) {
+  if (plan.options.rays > 0) return {};
+  if (plan.position_error > 0) return {.in_position = true, .value = plan.position_error};
+  return {.value = plan.options.target_error};
 }
 
 std::string WantedError::text(double error) const {
   return fmt::format("{:.3g}{}", error, in_position ? " nm" : "");
 }
 
-FluxTarget flux_target(const std::filesystem::path& metrics, const Recipe& recipe) {
+FluxTarget flux_target(const std::filesystem::path& metrics, const FluxPlan& plan) {
   const CsvTable table(metrics);
-  const WantedError wanted = wanted_error(recipe);
+  const WantedError wanted = wanted_error(plan);
   FluxTarget result{.wanted = wanted, .time_steps = table.row_count()};
   for (std::size_t row = 0; row < table.row_count(); ++row) {
     const double error =

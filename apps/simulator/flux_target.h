@@ -17,7 +17,7 @@ struct WantedError {
   /// With its unit.
   std::string text(double error) const;
 };
-WantedError wanted_error(const Recipe& recipe);
+WantedError wanted_error(const FluxPlan& plan);
 
 /// How the fluxes of a run kept to it.
 struct FluxTarget {
@@ -28,7 +28,7 @@ struct FluxTarget {
 };
 
 /// Throws: InputError if metrics.csv cannot be read.
-FluxTarget flux_target(const std::filesystem::path& metrics, const Recipe& recipe);
+FluxTarget flux_target(const std::filesystem::path& metrics, const FluxPlan& plan);
 
 /// What users call what may end the search for a target.
 struct TargetKeys {

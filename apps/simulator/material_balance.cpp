@@ -21,19 +21,19 @@ constexpr double of_etched = 0.1;  // part of what goes
 }  // namespace
 
 std::vector<double> MaterialBalance::volumes_of(const State& state) const {
-  std::vector<double> volumes(recipe_.materials.size());
+  std::vector<double> volumes(materials_.size());
   const std::vector<double> of_layers = material_volumes(state.layers);
   for (std::size_t n = 0; n < of_layers.size(); ++n)
-    volumes[state.layers.stack[n].material] += recipe_.frame.images() * of_layers[n];
+    volumes[state.layers.stack[n].material] += state.layers.frame.images() * of_layers[n];
   return volumes;
 }
 
 std::vector<std::string> MaterialBalance::look_at(const State& state, const Survey& now) {
   std::vector<std::string> lines;
-  const bool is_done = finished(state, recipe_);
+  const bool is_done = finished(state, steps_);
   const bool ends = is_open_ && (is_done || state.step != step_);
   // One material goes as all solid goes.
-  const bool begins = (ends || !is_open_) && !is_done && current_step(state, recipe_).model &&
+  const bool begins = (ends || !is_open_) && !is_done && current_step(state, steps_).model &&
                       state.layers.stack.size() > 1;
   if (ends || begins) {
     std::vector<double> volumes = volumes_of(state);
@@ -41,7 +41,7 @@ std::vector<std::string> MaterialBalance::look_at(const State& state, const Surv
     if (begins) open(state, std::move(volumes));
   }
   for (std::size_t m = 0; is_open_ && m < now.growth.area_of.size(); ++m) {
-    const double of_edges = of_surface * recipe_.frame.spacing * now.growth.area_of[m];
+    const double of_edges = of_surface * state.layers.frame.spacing * now.growth.area_of[m];
     of_edges_[m] = std::max(of_edges_[m], of_edges);
   }
   return lines;
@@ -67,7 +67,7 @@ std::vector<std::string> MaterialBalance::close(const State& state,
                                                 std::span<const double> volumes) {
   is_open_ = false;
   std::vector<std::string> lines;
-  const ProcessStep& step = recipe_.steps[step_];
+  const ProcessStep& step = steps_[step_];
   // The lowest one has no lower side: how much of it there is hangs on where z = 0 lies.
   const MaterialId lowest = state.layers.stack.front().material;
   for (MaterialId m = 0; m < volumes.size(); ++m) {
@@ -79,7 +79,7 @@ std::vector<std::string> MaterialBalance::close(const State& state,
         "step \"{}\": {:.3g} nm^3 of {} went, {:.2g} of it, where rates allow {:.3g}: a film "
         "thinner than a spacing goes with what holds it, or the grid is too coarse "
         "for what happens; lower domain.spacing",
-        step.name, lost, recipe_.materials[m].name, lost / then, etched_[m]));
+        step.name, lost, materials_[m].name, lost / then, etched_[m]));
   }
   return lines;
 }

@@ -15,7 +15,9 @@ namespace scarp {
 /// tells that it is there.
 class MaterialBalance {
  public:
-  explicit MaterialBalance(const Recipe& recipe) : recipe_(recipe) {}
+  /// Both have to outlive it.
+  MaterialBalance(std::span<const ProcessStep> steps, const Materials& materials)
+      : steps_(steps), materials_(materials) {}
 
   /// At the beginning of a time step, and at the end of the run. Returns what is to be told of the
   /// step that ended before, a line for each material that lost more.
@@ -29,7 +31,8 @@ class MaterialBalance {
   void open(const State& state, std::vector<double> volumes);
   std::vector<std::string> close(const State& state, std::span<const double> volumes);
 
-  const Recipe& recipe_;
+  std::span<const ProcessStep> steps_;
+  const Materials& materials_;
   bool is_open_ = false;
   std::size_t step_ = 0;
   // One per material. Units: nm^3.

@@ -77,7 +77,7 @@ int read_cells(const RecipeTable& table, double extent, double spacing, std::siz
   return static_cast<int>(whole);
 }
 
-Frame read_domain(const RecipeTable& table) {
+Frame read_frame(const RecipeTable& table) {
   enum class Mode { solid, section, round };
   const Choices<Mode> modes{
       {"3d", Mode::solid}, {"2d", Mode::section}, {"axisymmetric", Mode::round}};
@@ -117,11 +117,11 @@ Frame read_domain(const RecipeTable& table) {
   return frame;
 }
 
-// What becomes of meshes: nothing without options.
-struct Simplification {
-  std::optional<SimplifyOptions> options{};
-  bool where_it_pays = false;
-};
+Domain read_domain(const RecipeTable& table) {
+  const Frame frame = read_frame(table);
+  const bool asks = table.choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
+  return {.frame = frame, .uses_symmetry = asks || frame.axisymmetric};
+}
 
 Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
   const Choices<SimplifyMethod> methods{{"curvature", SimplifyMethod::curvature},
@@ -223,11 +223,21 @@ CoverageOptions read_coverages(const RecipeTable& table) {
               "coverage_iterations", {.fallback = "200", .minimum = 1, .maximum = 1e6}))};
 }
 
-void read_advection(const RecipeTable& table, Recipe& recipe) {
+FluxPlan read_flux_plan(const RecipeTable& table, const Frame& frame) {
+  return {
+      .options = read_flux(table, frame),
+      .position_error = read_position_error(table, frame),
+      .warn_above = table.time("warn_above", {.fallback = "24 h", .minimum = 0, .exclusive = true}),
+      .keep_mesh_within = read_kept_distance(table, frame),
+      .carry_within = read_carried_distance(table, frame),
+      .coverages = read_coverages(table)};
+}
+
+Advection read_advection(const RecipeTable& table) {
   const Choices<Scheme> schemes{
       {"first_order", Scheme::first_order}, {"eno2", Scheme::eno2}, {"weno5", Scheme::weno5}};
-  recipe.scheme = table.choice<Scheme>("scheme", schemes, "eno2");
-  recipe.cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl});
+  return {.scheme = table.choice<Scheme>("scheme", schemes, "eno2"),
+          .cfl = table.number("cfl", {.fallback = "0.4", .minimum = 0.01, .maximum = max_cfl})};
 }
 
 // A length of another unit by mistake: no geometry is that high.
@@ -249,16 +259,17 @@ void refuse_far(const RecipeTable& table, const LayerOperation& operation, const
   }
 }
 
-void refuse_endless_step(const RecipeTable& table, std::string_view key, const ProcessStep& step,
-                         const Recipe& recipe) {
-  const double count = time_steps(step, step.duration, recipe);
+void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, double longest_move,
+                         std::size_t material_count) {
+  const double count = time_steps(step, step.duration, longest_move, material_count);
   // Without an end where the spacing is wrong, which is told there.
   if (count <= most_time_steps || !std::isfinite(count)) return;
   table.error(
-      key, fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
-                       "can be: a shorter duration, lower rates or a coarser spacing",
-                       format_quantity(step.duration, Dimension::time), count,
-                       recipe.cfl * recipe.frame.spacing, most_time_steps));
+      step.duration_key,
+      fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
+                  "can be: a shorter duration, lower rates or a coarser spacing",
+                  format_quantity(step.duration, Dimension::time), count, longest_move,
+                  most_time_steps));
 }
 
 // Whether an open wafer of any material is etched.
@@ -270,8 +281,8 @@ bool etches(const SurfaceModel& model, std::size_t material_count) {
 // What later steps can meet grows with every deposited material, so steps are read in order.
 class StepReader {
  public:
-  StepReader(Recipe& recipe, std::vector<MaterialId> reachable, std::filesystem::path folder)
-      : recipe_(recipe), reachable_(std::move(reachable)), folder_(std::move(folder)) {}
+  StepReader(Recipe& recipe, std::vector<MaterialId> reachable)
+      : recipe_(recipe), reachable_(std::move(reachable)) {}
 
   std::vector<ProcessStep> read(std::span<const RecipeTable> tables) {
     std::vector<ProcessStep> steps;
@@ -329,7 +340,8 @@ class StepReader {
   // Looked at when a round is over.
   EndCondition read_round_end(const RecipeTable& table) {
     const RecipeTable until = table.table("until");
-    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    const EndCondition condition =
+        read_end_condition(until, recipe_.materials, recipe_.domain.frame);
     if (!until.ok()) return condition;
     if (in_until_)
       table.error("until", "of nested repeats one may have until; leave it out here or outside");
@@ -366,7 +378,7 @@ class StepReader {
     if (own_duration && table.has("duration"))
       table.error("duration", fmt::format("{} takes as long as {}; leave this out", step.model_name,
                                           model->duration_text));
-    StepModel made = read_model(table, {recipe_.materials, reachable_, folder_, recipe_.frame});
+    StepModel made = read_model(table, {recipe_.materials, reachable_, recipe_.domain.frame});
     if (made.model == nullptr && !made.operation) return {};
     if (own_duration) {
       step.duration = checked_duration(table, made.duration);
@@ -382,16 +394,17 @@ class StepReader {
       reachable_.push_back(*step.deposits);
     }
     if (!table.ok()) return {step};
-    if (step.model) refuse_asymmetry(table, *step.model, recipe_.frame);
-    if (step.operation) refuse_far(table, *step.operation, recipe_.frame);
+    if (step.model) refuse_asymmetry(table, *step.model, recipe_.domain.frame);
+    if (step.operation) refuse_far(table, *step.operation, recipe_.domain.frame);
     if (step.model) refuse_position_error(table, step);
-    refuse_endless_step(table, step.duration_key, step, recipe_);
+    refuse_endless_step(table, step, recipe_.longest_move(), recipe_.materials.size());
     return {step};
   }
 
   EndCondition read_until(const RecipeTable& table, const ProcessStep& step) {
     const RecipeTable until = table.table("until");
-    const EndCondition condition = read_end_condition(until, recipe_.materials, recipe_.frame);
+    const EndCondition condition =
+        read_end_condition(until, recipe_.materials, recipe_.domain.frame);
     if (!until.ok()) return condition;
     const std::string key = name_of(condition.kind);
     const bool is_film = condition.kind == EndCondition::Kind::thickness;
@@ -423,7 +436,7 @@ class StepReader {
 
   // How an error of the flux in each part of a cycle adds up is not known.
   void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
-    if (recipe_.position_error == 0 || step.model->phases().empty()) return;
+    if (recipe_.flux.position_error == 0 || step.model->phases().empty()) return;
     table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
                                      "flux.position_error is not known; use flux.target_error",
                                      step.model_name));
@@ -453,7 +466,6 @@ class StepReader {
 
   Recipe& recipe_;
   std::vector<MaterialId> reachable_;
-  std::filesystem::path folder_;
   std::vector<AskedMaterial> asked_materials_;
   int cycle_depth_ = 0;
   bool in_until_ = false;
@@ -486,22 +498,21 @@ void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Fra
   }
 }
 
-std::optional<StartState> read_start(const RecipeTable& root, const std::filesystem::path& folder,
-                                     const Recipe& recipe, const LoadStart& load) {
-  const std::filesystem::path state = root.file("start", folder);
+std::optional<StartState> read_start(const RecipeTable& root, const Frame& frame,
+                                     const Materials& materials, const LoadStart& load) {
+  const std::filesystem::path state = root.file("start");
   if (root.has("geometry"))
     root.error("geometry", "start and [[geometry]] exclude each other; leave one out");
   if (!load) root.error("start", "a state cannot be read here");
   if (!root.ok("start")) return std::nullopt;
   StartState start;
   try {
-    start = load(state, recipe.materials);
+    start = load(state, materials);
   } catch (const InputError& error) {
     root.error("start", error.what());
     return std::nullopt;
   }
-  if (root.ok("domain"))
-    refuse_other_grid(root.table("domain"), recipe.frame, start.state->layers.frame);
+  if (root.ok("domain")) refuse_other_grid(root.table("domain"), frame, start.state->layers.frame);
   return start;
 }
 
@@ -569,7 +580,7 @@ std::vector<SectionLine> read_sections(const RecipeTable& table, const Frame& fr
 // By default the masks are those of the start geometry.
 MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) {
   std::vector<std::string> masks;
-  for (const Shape& shape : recipe.geometry) {
+  for (const Shape& shape : recipe.start.shapes) {
     const auto* const mask = std::get_if<MaskShape>(&shape);
     if (mask == nullptr) continue;
     const std::string name = '"' + recipe.materials[mask->material].name + '"';
@@ -594,19 +605,59 @@ MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) 
 
 // That the shapes make a geometry, and that the machine can hold it.
 void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
-                    const Recipe& recipe) {
-  for (const ShapeProblem& problem : check_shapes(recipe.frame, recipe.geometry)) {
+                    const Frame& frame, std::span<const Shape> shapes) {
+  for (const ShapeProblem& problem : check_shapes(frame, shapes)) {
     if (tables.empty()) {
       root.error("geometry", problem.message);
     } else {
       tables[problem.shape].error(problem.key, problem.message);
     }
   }
-  const double cell = recipe.frame.spacing * recipe.frame.spacing;
+  const double cell = frame.spacing * frame.spacing;
   for (std::size_t n = 0; n < tables.size(); ++n) {
-    const double cells = wall_area(recipe.frame, recipe.geometry[n]) / cell;
+    const double cells = wall_area(frame, shapes[n]) / cell;
     require_memory(tables[n], "", fmt::format("walls of {:.3g} grid cells", cells), cells);
   }
+}
+
+StartGeometry read_start_geometry(const RecipeFile& file, const Frame& frame,
+                                  const Materials& materials, const LoadStart& load_start) {
+  const RecipeTable root = file.root();
+  StartGeometry start;
+  if (root.has("start")) {
+    start.state = read_start(root, frame, materials, load_start);
+    return start;
+  }
+  const std::vector<RecipeTable> tables = root.tables("geometry");
+  start.shapes = read_geometry(tables, materials, frame);
+  if (file.ok()) check_geometry(root, tables, frame, start.shapes);
+  return start;
+}
+
+void read_steps(const RecipeTable& root, Recipe& recipe) {
+  const std::vector<RecipeTable> tables = root.tables("step");
+  if (root.has("start") && !recipe.start.state) {
+    // Nothing can be said about steps on an unknown wafer.
+    for (const RecipeTable& step : tables) step.accept_rest();
+  } else {
+    const std::optional<StartState>& state = recipe.start.state;
+    StepReader reader(
+        recipe, state ? materials_of(state->state->layers) : materials_of(recipe.start.shapes));
+    recipe.steps = reader.read(tables);
+    recipe.occurring = reader.reachable();
+  }
+  if (tables.empty() && root.ok("step"))
+    root.error("step", "there is no step; add a [[step]] table");
+}
+
+Outputs read_outputs(const RecipeTable& root, std::span<const ProcessStep> steps,
+                     const Frame& frame) {
+  const RecipeTable table = root.table("output");
+  return {.every = read_output_interval(table, steps),
+          .checkpoint_every = table.time("checkpoint_every", {.fallback = "0 s", .minimum = 0}),
+          .checkpoint_wall_time =
+              table.time("checkpoint_wall_time", {.fallback = "10 min", .minimum = 0}),
+          .sections = read_sections(table, frame, root.ok("domain"))};
 }
 
 }  // namespace
@@ -616,56 +667,20 @@ std::string mode_name(const Frame& frame) {
   return frame.two_dimensional ? "2d" : "3d";
 }
 
-Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides,
-                   const LoadStart& load) {
-  const RecipeFile file(path, overrides);
+Recipe read_recipe(const RecipeSource& source, const LoadStart& load_start) {
+  const RecipeFile file(source);
   const RecipeTable root = file.root();
   Recipe recipe;
-  recipe.title = read_name(root, "title", shown(path.stem()));
-  recipe.frame = read_domain(root.table("domain"));
-  recipe.uses_symmetry =
-      root.table("domain").choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none") ||
-      recipe.frame.axisymmetric;
+  recipe.title = read_name(root, "title", shown(std::filesystem::path(source.name).stem()));
+  recipe.domain = read_domain(root.table("domain"));
+  const Frame& frame = recipe.domain.frame;
   read_materials(root.table("materials"), recipe.materials);
-
-  if (root.has("start")) {
-    recipe.start = read_start(root, path.parent_path(), recipe, load);
-  } else {
-    const std::vector<RecipeTable> shapes = root.tables("geometry");
-    recipe.geometry = read_geometry(shapes, recipe.materials, recipe.frame, path.parent_path());
-    if (file.ok()) check_geometry(root, shapes, recipe);
-  }
-
-  const Simplification simplification = read_simplify(root.table("simplify"), recipe.frame);
-  recipe.simplify = simplification.options;
-  recipe.simplify_where_it_pays = simplification.where_it_pays;
-  recipe.flux = read_flux(root.table("flux"), recipe.frame);
-  recipe.position_error = read_position_error(root.table("flux"), recipe.frame);
-  recipe.dear_flux =
-      root.table("flux").time("warn_above", {.fallback = "24 h", .minimum = 0, .exclusive = true});
-  recipe.keep_mesh_within = read_kept_distance(root.table("flux"), recipe.frame);
-  recipe.carry_within = read_carried_distance(root.table("flux"), recipe.frame);
-  recipe.coverages = read_coverages(root.table("flux"));
-  read_advection(root.table("advection"), recipe);
-  const std::vector<RecipeTable> steps = root.tables("step");
-  const std::vector<MaterialId> there =
-      recipe.start ? materials_of(recipe.start->state->layers) : materials_of(recipe.geometry);
-  if (root.has("start") && !recipe.start) {
-    // Nothing can be said about steps on an unknown wafer.
-    for (const RecipeTable& step : steps) step.accept_rest();
-  } else {
-    StepReader reader(recipe, there, path.parent_path());
-    recipe.steps = reader.read(steps);
-    recipe.occurring = reader.reachable();
-  }
-  if (steps.empty() && root.ok("step"))
-    root.error("step", "there is no step; add a [[step]] table");
-  recipe.output_every = read_output_interval(root.table("output"), recipe.steps);
-  recipe.checkpoint_every =
-      root.table("output").time("checkpoint_every", {.fallback = "0 s", .minimum = 0});
-  recipe.checkpoint_wall_time =
-      root.table("output").time("checkpoint_wall_time", {.fallback = "10 min", .minimum = 0});
-  recipe.sections = read_sections(root.table("output"), recipe.frame, root.ok("domain"));
+  recipe.start = read_start_geometry(file, frame, recipe.materials, load_start);
+  recipe.simplification = read_simplify(root.table("simplify"), frame);
+  recipe.flux = read_flux_plan(root.table("flux"), frame);
+  recipe.advection = read_advection(root.table("advection"));
+  read_steps(root, recipe);
+  recipe.outputs = read_outputs(root, recipe.steps, frame);
   recipe.metrology = read_metrology(root.table("metrology"), recipe);
   file.finish();
   judge_coarseness(root, recipe);
@@ -675,10 +690,10 @@ Recipe read_recipe(const std::filesystem::path& path, const std::vector<std::str
   return recipe;
 }
 
-double time_steps(const ProcessStep& step, double duration, const Recipe& recipe) {
+double time_steps(const ProcessStep& step, double duration, double longest_move,
+                  std::size_t material_count) {
   if (!step.model) return 1;
-  return open_wafer_time_steps(*step.model, step.factors, recipe.materials.size(), duration,
-                               recipe.cfl * recipe.frame.spacing);
+  return open_wafer_time_steps(*step.model, step.factors, material_count, duration, longest_move);
 }
 
 }  // namespace scarp

@@ -12,6 +12,7 @@
 #include "apps/simulator/section.h"
 #include "core/frame.h"
 #include "core/material.h"
+#include "core/recipe/recipe_source.h"
 #include "flux/solve.h"
 #include "levelset/grid/scheme.h"
 #include "levelset/metrology/metrology.h"
@@ -58,36 +59,66 @@ struct ProcessStep {
   std::optional<LayerOperation> operation;
 };
 
-/// A recipe as the simulator needs it: checked, complete, in internal units.
-///
-/// Units: s; output_every 0 for start and end only, checkpoint_every 0 for outputs only.
-struct Recipe {
-  std::string title;
+/// The grid that a recipe runs on.
+struct Domain {
   Frame frame;
   bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
-  Materials materials;
-  std::vector<Shape> geometry;  ///< empty where there is a start
-  std::optional<StartState> start;
-  std::optional<SimplifyOptions> simplify;
-  bool simplify_where_it_pays = false;  ///< see simplify_choice()
-  FluxOptions flux;
-  double position_error = 0;    ///< wanted of a time step, in place of the error of the flux; nm
-  double dear_flux = 0;         ///< wall time of all fluxes from which a run warns; s
-  double keep_mesh_within = 0;  ///< how far the surface may be from a mesh that is kept; nm
-  double carry_within = 0;      ///< how far its change may move the surface before the flux is
-                                ///< solved again; nm
+};
+
+/// What is there before the first step: shapes, or the state that another run left.
+struct StartGeometry {
+  std::vector<Shape> shapes;  ///< empty where there is a state
+  std::optional<StartState> state;
+};
+
+/// How the mesh of a time step is simplified; not at all without options.
+struct Simplification {
+  std::optional<SimplifyOptions> options{};
+  bool where_it_pays = false;  ///< see simplify_choice()
+};
+
+/// How the flux is solved, and how often.
+struct FluxPlan {
+  FluxOptions options;
+  double position_error = 0;    ///< target of a time step, in place of the flux error; nm
+  double warn_above = 0;        ///< wall time of all fluxes from which a run warns; s
+  double keep_mesh_within = 0;  ///< allowed distance of the surface from a mesh that is kept; nm
+  double carry_within = 0;      ///< allowed position error from reusing a flux; nm
   CoverageOptions coverages;
-  std::vector<ProcessStep> steps;
+};
+
+/// How the level sets move.
+struct Advection {
   Scheme scheme = Scheme::eno2;
   double cfl = 0;  ///< part of a spacing by which the surface may move at once
-  double output_every = 0;
-  double checkpoint_every = 0;        ///< of process time; changes no time step
+};
+
+/// What a run writes, and when. Units: s.
+struct Outputs {
+  double every = 0;                   ///< 0 for start and end only
+  double checkpoint_every = 0;        ///< of process time, 0 for outputs only; changes no time step
   double checkpoint_wall_time = 0;    ///< at most so much is lost when the process dies
   std::vector<SectionLine> sections;  ///< besides that through the middle
+};
+
+/// A recipe as the simulator needs it: checked, complete, in internal units.
+struct Recipe {
+  std::string title;
+  Domain domain;
+  Materials materials;
+  StartGeometry start;
+  Simplification simplification;
+  FluxPlan flux;
+  Advection advection;
+  std::vector<ProcessStep> steps;
+  Outputs outputs;
   MetrologyOptions metrology;
   std::vector<MaterialId> occurring;  ///< in the wafer at the start or deposited, that one's first
   std::string resolved;               ///< the recipe as TOML with every default written out
   std::vector<std::string> warnings;  ///< of what is doubtful, with its place in the file
+
+  /// By which the surface may move at once. Units: nm.
+  double longest_move() const { return advection.cfl * domain.frame.spacing; }
 };
 
 /// Reads the state that another run left. Throws: InputError if it cannot.
@@ -97,16 +128,16 @@ using LoadStart =
 /// As domain.mode has it.
 std::string mode_name(const Frame& frame);
 
-/// Reads and checks a recipe; overrides are PATH=VALUE as on the command line.
+/// Reads and checks a recipe.
 ///
-/// load reads the state that a recipe starts from; without it such a recipe is refused.
+/// load_start reads the state that a recipe starts from; without it such a recipe is refused.
 ///
-/// Throws: InputError with all that is wrong, a line each: file:line:column: key: what is allowed.
-Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                   const LoadStart& load = {});
+/// Throws: RecipeError with all that is wrong.
+Recipe read_recipe(const RecipeSource& source, const LoadStart& load_start = {});
 
 /// About how many time steps a step takes in a time, at the speed of a surface that sees the whole
-/// source. Units: s.
-double time_steps(const ProcessStep& step, double duration, const Recipe& recipe);
+/// source and moves by so much at once. Units: s, nm.
+double time_steps(const ProcessStep& step, double duration, double longest_move,
+                  std::size_t material_count);
 
 }  // namespace scarp

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/system/read_file.h"
 #include "levelset/start/gds.h"
 #include "mesh/files/mesh_file.h"
 
@@ -32,7 +31,6 @@ constexpr Limits taper_limits{.fallback = "0 deg", .minimum = -88 * degree, .max
 struct GeometryContext {
   const Materials& materials;
   const Frame& frame;
-  std::filesystem::path folder;
 };
 
 std::array<double, 2> read_center(const RecipeTable& table) {
@@ -154,7 +152,7 @@ void refuse_distant(const RecipeTable& table, const std::array<Point2, 2>& exten
 Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
   constexpr Limits numbers{.minimum = 0, .maximum = 65535};
   PolygonOutline outline{.loops = {}, .rule = PolygonOutline::Rule::any};
-  const std::string file = table.file("file", context.folder);
+  const std::string file = table.file("file");
   GdsSelection selection{.cell = table.text("cell", ""),
                          .layer = static_cast<int>(table.integer("layer", numbers))};
   if (table.has("datatype")) {
@@ -169,8 +167,7 @@ Outline read_layout(const RecipeTable& table, const GeometryContext& context) {
     selection.window = {{{origin[0] + sides.lower[0], origin[1] + sides.lower[1]},
                          {origin[0] + sides.upper[0], origin[1] + sides.upper[1]}}};
   try {
-    const std::string content = read_file(file);
-    table.record_content("file", file, content);
+    const std::string content = table.content("file", file);
     Layout layout = read_gds(file, content, selection);
     for (const std::string& doubt : layout.doubts) table.warning("file", doubt);
     if (layout.loops.empty()) refuse_distant(table, layout.extent, origin, sides);
@@ -246,8 +243,7 @@ std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::st
                                          double unit, const std::vector<double>& offset) {
   TriMesh mesh;
   try {
-    const std::string content = read_file(file);
-    table.record_content("file", file, content);
+    const std::string content = table.content("file", file);
     MeshFile read = read_mesh_file(file, content);
     for (const auto& things : {read.left_out, read.data_left_out}) {
       if (!things.empty()) table.warning("file", left_out_text(things));
@@ -263,7 +259,7 @@ std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::st
 }
 
 Shape read_mesh_shape(const RecipeTable& table, const GeometryContext& context) {
-  const std::string file = table.file("file", context.folder);
+  const std::string file = table.file("file");
   const double unit = table.length(
       "unit", {.fallback = "1 nm", .minimum = 0, .maximum = 2 * longest_length, .exclusive = true});
   const std::vector<double> offset =
@@ -282,8 +278,8 @@ const Choices<ShapeReader> readers{
 }  // namespace
 
 std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
-                                 const Frame& frame, const std::filesystem::path& folder) {
-  const GeometryContext context{materials, frame, folder};
+                                 const Frame& frame) {
+  const GeometryContext context{materials, frame};
   std::vector<Shape> shapes;
   for (const RecipeTable& table : tables) {
     const ShapeReader read = table.choice<ShapeReader>("shape", readers);

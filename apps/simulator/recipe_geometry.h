@@ -1,6 +1,6 @@
 #pragma once
 
-#include <filesystem>
+#include <span>
 #include <vector>
 
 #include "core/material.h"
@@ -9,9 +9,9 @@
 
 namespace scarp {
 
-/// Reads the tables [[geometry]], from the bottom up. Files that they name are looked for in the
-/// folder of the recipe; of layouts what may reach into the domain is taken.
+/// Reads the tables [[geometry]], from the bottom up; of layouts what may reach into the domain is
+/// taken.
 std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
-                                 const Frame& frame, const std::filesystem::path& folder);
+                                 const Frame& frame);
 
 }  // namespace scarp

@@ -24,36 +24,40 @@ std::string length_text(double length) { return rounded_number(length) + " nm"; 
 // What the models of a recipe do to open flat wafers, each asked once.
 class OpenSpeeds {
  public:
-  explicit OpenSpeeds(const Recipe& recipe) : recipe_(recipe) {}
+  OpenSpeeds(std::span<const ProcessStep> steps, std::size_t material_count)
+      : steps_(steps), material_count_(material_count) {}
 
   double speed(const SurfaceModel& model, MaterialId material) {
     auto [known, is_new] = known_.try_emplace(&model);
-    if (is_new) known->second = open_wafer_speeds(model, recipe_.materials.size());
+    if (is_new) known->second = open_wafer_speeds(model, material_count_);
     return known->second[material];
   }
 
   bool is_etched(MaterialId material) {
-    return std::ranges::any_of(recipe_.steps, [&](const ProcessStep& step) {
+    return std::ranges::any_of(steps_, [&](const ProcessStep& step) {
       return step.model && speed(*step.model, material) < 0;
     });
   }
 
  private:
-  const Recipe& recipe_;
+  std::span<const ProcessStep> steps_;
+  std::size_t material_count_;
   std::map<const SurfaceModel*, std::vector<float>> known_;
 };
 
-void warn_of_narrow_features(std::span<const RecipeTable> shapes, const Recipe& recipe) {
-  const double width = least_feature_width * recipe.frame.spacing;
-  for (const ShapeProblem& each : narrow_features(recipe.frame, recipe.geometry, width))
-    shapes[each.shape].warning(
+void warn_of_narrow_features(std::span<const RecipeTable> tables, const Frame& frame,
+                             std::span<const Shape> shapes) {
+  const double width = least_feature_width * frame.spacing;
+  for (const ShapeProblem& each : narrow_features(frame, shapes, width))
+    tables[each.shape].warning(
         each.key, fmt::format("{}: flux and shape are rough there; use a finer domain.spacing",
                               each.message));
 }
 
-void warn_of_idle_bodies(std::span<const RecipeTable> shapes, const Recipe& recipe) {
-  for (const ShapeProblem& each : idle_bodies(recipe.frame, recipe.geometry))
-    shapes[each.shape].warning(each.key, each.message);
+void warn_of_idle_bodies(std::span<const RecipeTable> tables, const Frame& frame,
+                         std::span<const Shape> shapes) {
+  for (const ShapeProblem& each : idle_bodies(frame, shapes))
+    tables[each.shape].warning(each.key, each.message);
 }
 
 // A flat layer of the start geometry.
@@ -66,15 +70,15 @@ struct FlatLayer {
 };
 
 // The lowest first.
-std::vector<FlatLayer> flat_layers(const Recipe& recipe) {
+std::vector<FlatLayer> flat_layers(std::span<const Shape> start) {
   std::vector<FlatLayer> layers;
   std::optional<MaterialId> below;
   const auto add = [&](const LayerShape& layer, std::size_t shape, const std::string& key) {
     layers.push_back({layer.material, layer.thickness, below, shape, key});
     below = layer.material;
   };
-  for (std::size_t n = 0; n < recipe.geometry.size(); ++n) {
-    const Shape& shape = recipe.geometry[n];
+  for (std::size_t n = 0; n < start.size(); ++n) {
+    const Shape& shape = start[n];
     if (const auto* const wafer = std::get_if<WaferShape>(&shape)) {
       below = wafer->material;
     } else if (const auto* const layer = std::get_if<LayerShape>(&shape)) {
@@ -92,10 +96,10 @@ std::vector<FlatLayer> flat_layers(const Recipe& recipe) {
 
 // A layer that is met from above is etched through in the right time however thin it is, but its
 // sides are no surface that the grid holds. One of what it lies on is no layer of its own.
-void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& recipe,
-                         OpenSpeeds& speeds) {
-  const double least = least_thickness * recipe.frame.spacing;
-  for (const FlatLayer& layer : flat_layers(recipe)) {
+void warn_of_thin_layers(std::span<const RecipeTable> shapes, std::span<const FlatLayer> layers,
+                         double spacing, OpenSpeeds& speeds) {
+  const double least = least_thickness * spacing;
+  for (const FlatLayer& layer : layers) {
     if (layer.below == layer.material || layer.thickness >= rounding * least ||
         !speeds.is_etched(layer.material))
       continue;
@@ -114,11 +118,15 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, const Recipe& reci
 class UnheldFilms {
  public:
   UnheldFilms(std::span<const RecipeTable> shapes, const Recipe& recipe, OpenSpeeds& speeds)
-      : shapes_(shapes), recipe_(recipe), speeds_(speeds), layers_(flat_layers(recipe)) {}
+      : shapes_(shapes),
+        recipe_(recipe),
+        speeds_(speeds),
+        layers_(flat_layers(recipe.start.shapes)) {}
 
   void refuse() {
     for (std::size_t n = 0; n < layers_.size(); ++n)
-      if (layers_[n].below && layers_[n].thickness < rounding * recipe_.frame.spacing) look_at(n);
+      if (layers_[n].below && layers_[n].thickness < rounding * recipe_.domain.frame.spacing)
+        look_at(n);
   }
 
  private:
@@ -127,7 +135,7 @@ class UnheldFilms {
   void look_at(std::size_t number) {
     const FlatLayer& film = layers_[number];
     const MaterialId below = *film.below;
-    const double spacing = recipe_.frame.spacing;
+    const double spacing = recipe_.domain.frame.spacing;
     // The film and what lies on it, the uppermost last.
     std::vector<FlatLayer> left(layers_.begin() + static_cast<std::ptrdiff_t>(number),
                                 layers_.end());
@@ -174,8 +182,8 @@ class UnheldFilms {
     const auto cuts = [&](const Cut& cut) {
       return cut.through.empty() || std::ranges::count(cut.through, material) > 0;
     };
-    return std::any_of(recipe_.geometry.begin() + static_cast<std::ptrdiff_t>(shape),
-                       recipe_.geometry.end(), [&](const Shape& later) {
+    return std::any_of(recipe_.start.shapes.begin() + static_cast<std::ptrdiff_t>(shape),
+                       recipe_.start.shapes.end(), [&](const Shape& later) {
                          const auto* const trench = std::get_if<TrenchShape>(&later);
                          const auto* const hole = std::get_if<HoleShape>(&later);
                          return (trench != nullptr && cuts(trench->cut)) ||
@@ -192,11 +200,11 @@ class UnheldFilms {
 // What steps deposit of a material until one etches it, on an open flat wafer.
 class Films {
  public:
-  Films(const RecipeTable& root, const Recipe& recipe, OpenSpeeds& speeds)
-      : root_(root), recipe_(recipe), speeds_(speeds) {}
+  Films(const RecipeTable& root, double spacing, OpenSpeeds& speeds)
+      : root_(root), spacing_(spacing), speeds_(speeds) {}
 
-  void warn() {
-    for (const ProcessStep& step : recipe_.steps) {
+  void warn(std::span<const ProcessStep> steps) {
+    for (const ProcessStep& step : steps) {
       if (step.model) etch(*step.model);
       if (step.deposits) grow(step, films_[*step.deposits]);
     }
@@ -237,7 +245,7 @@ class Films {
   }
 
   void look_at(const Film& film) const {
-    const double least = least_thickness * recipe_.frame.spacing;
+    const double least = least_thickness * spacing_;
     if (film.key.empty() || !film.is_known || film.thickness >= rounding * least) return;
     root_.warning(film.key,
                   fmt::format("makes a film of {} on an open flat wafer, thinner than two grid "
@@ -248,24 +256,24 @@ class Films {
   }
 
   const RecipeTable& root_;
-  const Recipe& recipe_;
+  double spacing_;
   OpenSpeeds& speeds_;
   std::map<MaterialId, Film> films_;
 };
 
 // The flux on a facet is one number.
 void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> shapes,
-                         const Recipe& recipe) {
-  const SimplifyOptions& options = *recipe.simplify;
-  const Sides sides = recipe.frame.sides();
+                         const Frame& frame, std::span<const Shape> start,
+                         const SimplifyOptions& options) {
+  const Sides sides = frame.sides();
   // Without a limit an opening in the domain is always too narrow.
   const double widest = std::max(sides.width(0), sides.width(1));
   const double longest =
       options.l_max > 0 ? std::max(options.l_max, options.l0.value_or(0)) : widest;
   // Where openings are too narrow for these, it is the grid that is too coarse.
-  if (longest <= short_edge * recipe.frame.spacing) return;
+  if (longest <= short_edge * frame.spacing) return;
   const double width = std::min(facets_across * longest, widest);
-  for (const ShapeProblem& each : narrow_features(recipe.frame, recipe.geometry, width)) {
+  for (const ShapeProblem& each : narrow_features(frame, start, width)) {
     if (!each.is_opening) continue;
     const std::string length =
         options.l_max > 0 ? "edges of " + length_text(longest) : "edges of any length";
@@ -284,16 +292,19 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
 
 void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   const std::vector<RecipeTable> shapes = root.tables("geometry");
-  OpenSpeeds speeds(recipe);
+  const Frame& frame = recipe.domain.frame;
+  const std::vector<Shape>& start = recipe.start.shapes;
+  OpenSpeeds speeds(recipe.steps, recipe.materials.size());
   // Those of a state that a recipe starts from were told before.
-  if (!recipe.geometry.empty()) {
-    warn_of_narrow_features(shapes, recipe);
-    warn_of_idle_bodies(shapes, recipe);
-    warn_of_thin_layers(shapes, recipe, speeds);
+  if (!start.empty()) {
+    warn_of_narrow_features(shapes, frame, start);
+    warn_of_idle_bodies(shapes, frame, start);
+    warn_of_thin_layers(shapes, flat_layers(start), frame.spacing, speeds);
     UnheldFilms(shapes, recipe, speeds).refuse();
-    if (recipe.simplify) warn_of_long_facets(root, shapes, recipe);
+    const auto& simplify = recipe.simplification.options;
+    if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }
-  Films(root, recipe, speeds).warn();
+  Films(root, frame.spacing, speeds).warn(recipe.steps);
 }
 
 }  // namespace scarp

@@ -16,9 +16,9 @@ bool traces_rays(const ProcessStep& step) { return step.model && !step.model->sp
 
 }  // namespace
 
-SimplifyChoice simplify_choice(const Recipe& recipe, const ProcessStep& step,
+SimplifyChoice simplify_choice(const Simplification& simplification, const ProcessStep& step,
                                std::size_t facets_full) {
-  if (!recipe.simplify_where_it_pays) return SimplifyChoice::simplify;
+  if (!simplification.where_it_pays) return SimplifyChoice::simplify;
   if (!traces_rays(step)) return SimplifyChoice::no_rays;
   return facets_full < few_facets ? SimplifyChoice::few_facets : SimplifyChoice::simplify;
 }

@@ -18,7 +18,7 @@ enum class SimplifyChoice {
 /// Of a full mesh with as many facets: with `simplify.enabled = "auto"` simplification is left out
 /// where it is known to cost more than it saves. Depends on counts alone, so a resumed run chooses
 /// the same.
-SimplifyChoice simplify_choice(const Recipe& recipe, const ProcessStep& step,
+SimplifyChoice simplify_choice(const Simplification& simplification, const ProcessStep& step,
                                std::size_t facets_full);
 
 /// As metrics.csv has it; empty where the mesh is simplified.

@@ -26,14 +26,14 @@ void count_islands(State& state, std::span<const Region> islands) {
 }
 
 // Where the plane of a planarising step lies. Units: nm.
-double plane_height(const Planarise& plane, const State& state, const Recipe& recipe) {
+double plane_height(const Planarise& plane, const Layers& layers, const Materials& materials) {
   // As the surface of a fresh wafer, which lies a little above 0.
-  if (plane.height) return *plane.height + dilation * recipe.frame.spacing;
-  if (plane.removal) return highest_point(state.layers) - *plane.removal;
-  const double stop = highest_point(state.layers, *plane.stop_material);
+  if (plane.height) return *plane.height + dilation * layers.frame.spacing;
+  if (plane.removal) return highest_point(layers) - *plane.removal;
+  const double stop = highest_point(layers, *plane.stop_material);
   if (std::isfinite(stop)) return stop;
   throw NumericalError(
-      fmt::format("no {} is left to stop on", recipe.materials[*plane.stop_material].name));
+      fmt::format("no {} is left to stop on", materials[*plane.stop_material].name));
 }
 
 // A condition that is met to within this counts as met: no time step has to be that short.
@@ -85,7 +85,7 @@ void end_step(State& state, const ProcessStep& step) {
 }
 
 // A step that needs no time of its own: where it has a duration, nothing else happens in it.
-Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
+Move act_at_once(State& state, const ProcessStep& step, const Materials& materials) {
   Move move;
   move.dt = step.duration;
   {
@@ -94,7 +94,7 @@ Move act_at_once(State& state, const Recipe& recipe, const ProcessStep& step) {
       move.necks_left_out = coat(state.layers, film->thickness);
     } else {
       const auto& plane = std::get<Planarise>(*step.operation);
-      planarise(state.layers, plane_height(plane, state, recipe));
+      planarise(state.layers, plane_height(plane, state.layers, materials));
     }
     move.islands = remove_islands(state.layers);
   }
@@ -126,9 +126,11 @@ struct Trial {
 // Carries the layers of a state through a time step, in as many moves as the scheme needs.
 class Mover {
  public:
-  Mover(State& state, const Recipe& recipe, const Survey& survey, Move& result)
+  Mover(State& state, const ProcessStep& step, const Survey& survey, const Advection& advection,
+        Move& result)
       : state_(state),
-        recipe_(recipe),
+        step_(step),
+        advection_(advection),
         survey_(survey),
         result_(result),
         facets_(survey.facets, survey.tree),
@@ -164,18 +166,17 @@ class Mover {
 
   double left_to_end(const Layers& layers) const {
     const auto measurement = result_.timer.measure("advect");
-    return distance_left(*current_step(state_, recipe_).until, state_.progress.start_height,
-                         layers);
+    return distance_left(*step_.until, state_.progress.start_height, layers);
   }
 
  private:
-  double spacing() const { return recipe_.frame.spacing; }
+  double spacing() const { return state_.layers.frame.spacing; }
 
   // The time that the next move takes, where the whole takes dt.
   double next_part(double dt) {
     const double left = dt - result_.dt;
     const double stable =
-        stable_time_step(state_.layers, speeds(left), survey_.factors, recipe_.cfl);
+        stable_time_step(state_.layers, speeds(left), survey_.factors, advection_.cfl);
     constexpr double rounding = 1 - 1e-9;
     return left / std::max(1.0, std::ceil(rounding * left / stable));
   }
@@ -189,9 +190,8 @@ class Mover {
 
   // How far the facets of the survey may be from a surface that has moved since.
   double distance() const {
-    const double off = survey_.simplify_bound + recipe_.keep_mesh_within;
-    return std::max(close_facets * spacing(), off) +
-           static_cast<double>(moves_) * recipe_.cfl * spacing();
+    return std::max(close_facets * spacing(), survey_.facet_distance) +
+           static_cast<double>(moves_) * advection_.cfl * spacing();
   }
 
   SpeedField extended_speeds(double dt) {
@@ -202,7 +202,7 @@ class Mover {
   void advance_layers(Layers& layers, const SpeedField& band, double dt,
                       std::vector<Region>& islands, double& residue_volume) const {
     const auto measurement = result_.timer.measure("advect");
-    residue_volume += advect(layers, band, dt, recipe_.scheme);
+    residue_volume += advect(layers, band, dt, advection_.scheme);
     const std::vector<Region> removed = remove_islands(layers);
     islands.insert(islands.end(), removed.begin(), removed.end());
   }
@@ -244,7 +244,7 @@ class Mover {
   Trial cut_to_end(Trial beyond) {
     constexpr double resolution = 1e-3;  // of the move
     const double narrow = resolution * beyond.dt;
-    const bool is_measured = is_length(*current_step(state_, recipe_).until);
+    const bool is_measured = is_length(*step_.until);
     double before = 0;
     double left_before = is_measured ? left_to_end(state_.layers) : 0;
     double left_beyond = beyond.left;
@@ -270,7 +270,8 @@ class Mover {
   }
 
   State& state_;
-  const Recipe& recipe_;
+  const ProcessStep& step_;
+  const Advection& advection_;
   const Survey& survey_;
   Move& result_;
   FacetTree facets_;
@@ -290,40 +291,37 @@ Move end_before_it_begins(State& state, const ProcessStep& step) {
 
 }  // namespace
 
-State start_state(const Recipe& recipe) {
-  if (recipe.frame.images() > 1) {
-    Recipe whole = recipe;
-    whole.frame = whole_of(recipe.frame);
-    return part_of(start_state(whole), {recipe.frame.half, recipe.frame.diagonal});
+State start_state(const Frame& frame, const StartGeometry& start) {
+  if (frame.images() > 1)
+    return part_of(start_state(whole_of(frame), start), {frame.half, frame.diagonal});
+  if (start.state) {
+    const State& left = *start.state->state;
+    return {.layers = left.layers.copy(),
+            .origin = {left.time, left.time_step},
+            .time = left.time,
+            .step_start = left.time,
+            .time_step = left.time_step,
+            .voids = left.voids,
+            .feet_are_rounded = left.feet_are_rounded,
+            .mesh = left.mesh,
+            .coverages = left.coverages};
   }
-  if (recipe.start) {
-    const State& start = *recipe.start->state;
-    return {.layers = start.layers.copy(),
-            .origin = {start.time, start.time_step},
-            .time = start.time,
-            .step_start = start.time,
-            .time_step = start.time_step,
-            .voids = start.voids,
-            .feet_are_rounded = start.feet_are_rounded,
-            .mesh = start.mesh,
-            .coverages = start.coverages};
-  }
-  State state{.layers = build_layers(recipe.frame, recipe.geometry)};
+  State state{.layers = build_layers(frame, start.shapes)};
   count_islands(state, remove_islands(state.layers));
   return state;
 }
 
 State prepared_state(const Recipe& recipe) {
-  State state = start_state(recipe);
-  while (!finished(state, recipe) && current_step(state, recipe).operation) {
-    begin_step(state, recipe);
-    act_at_once(state, recipe, current_step(state, recipe));
+  State state = start_state(recipe.domain.frame, recipe.start);
+  while (!finished(state, recipe.steps) && current_step(state, recipe.steps).operation) {
+    begin_step(state, recipe.steps);
+    act_at_once(state, current_step(state, recipe.steps), recipe.materials);
   }
   return state;
 }
 
-void begin_step(State& state, const Recipe& recipe) {
-  const ProcessStep& step = current_step(state, recipe);
+void begin_step(State& state, std::span<const ProcessStep> steps) {
+  const ProcessStep& step = current_step(state, steps);
   if (step.deposits) {
     // In cycles films that were stripped would pile up.
     if (state.layers.stack.back().material != *step.deposits) remove_empty_layers(state.layers);
@@ -359,16 +357,16 @@ VoidChanges note_voids(State& state, const OpenGas& gas) {
 }
 
 Move advance(State& state, const Recipe& recipe, const Survey& survey, double time_limit) {
-  const ProcessStep& step = current_step(state, recipe);
-  if (step.operation) return act_at_once(state, recipe, step);
+  const ProcessStep& step = current_step(state, recipe.steps);
+  if (step.operation) return act_at_once(state, step, recipe.materials);
   Move move;
-  Mover mover(state, recipe, survey, move);
+  Mover mover(state, step, survey, recipe.advection, move);
   const bool waits = step.until && !state.progress.reached;
   if (waits && state.time == state.step_start &&
-      mover.left_to_end(state.layers) <= end_tolerance * recipe.frame.spacing) {
+      mover.left_to_end(state.layers) <= end_tolerance * state.layers.frame.spacing) {
     return end_before_it_begins(state, step);
   }
-  const double target = next_moment(state, recipe, time_limit);
+  const double target = next_moment(state, step, time_limit);
   const double left = target - state.time;
   const double dt = cut_to(left, survey.longest_dt);
   bool reached = false;
@@ -383,8 +381,8 @@ Move advance(State& state, const Recipe& recipe, const Survey& survey, double ti
   state.feet_are_rounded = state.feet_are_rounded || rounds_feet(survey);
 
   state.coverages = coverages_of(survey, *step.model);
-  state.mesh = mesh_of(survey, recipe);
-  state.earlier = earlier_flux(survey, recipe, move.dt);
+  state.mesh = mesh_of(survey, recipe.flux);
+  state.earlier = earlier_flux(survey, recipe.flux, move.dt);
   state.time = move.dt == left ? target : state.time + move.dt;
   ++state.time_step;
   if (reached) state.progress.reached = state.time;

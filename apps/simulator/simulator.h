@@ -16,9 +16,9 @@ struct Move {
   StageTimer timer;
 };
 
-/// The start geometry of a recipe, without solid that nothing joins to the wafer; or the state that
+/// A start geometry, without solid that nothing joins to the wafer; or the state that
 /// it starts from.
-State start_state(const Recipe& recipe);
+State start_state(const Frame& frame, const StartGeometry& start);
 
 /// The start geometry with what the first steps of a recipe do to it at once, before any that takes
 /// time steps.
@@ -26,7 +26,7 @@ State prepared_state(const Recipe& recipe);
 
 /// Opens the layer that the current step deposits, if it is not there yet, and notes where its end
 /// condition measures from. Before every survey.
-void begin_step(State& state, const Recipe& recipe);
+void begin_step(State& state, std::span<const ProcessStep> steps);
 
 /// What has become of closed voids since the survey before.
 struct VoidChanges {

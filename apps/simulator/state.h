@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "apps/simulator/coverages.h"
@@ -84,19 +87,66 @@ struct State {
   EarlierFlux earlier{};          ///< on its facets, likewise
 };
 
+/// A member of a state and its name in checkpoints.
+template <class T>
+struct StateField {
+  const char* name;
+  T& value;
+};
+template <class T>
+StateField(const char*, T&) -> StateField<T>;
+
+/// All members of a state, const or not: what copies, saves, reads or mirrors a state goes through
+/// this list. A member that is added and not listed does not compile.
+template <class S>
+auto fields_of(S& state) {
+  auto& [layers, origin, time, step, step_start, progress, repeat_start, ends, time_step, voids,
+         islands, residue_volume, feet_are_rounded, mesh, coverages, earlier] = state;
+  return std::tuple(
+      StateField{"layers", layers}, StateField{"origin", origin}, StateField{"time_s", time},
+      StateField{"step", step}, StateField{"step_start_s", step_start},
+      StateField{"step_progress", progress}, StateField{"repeat_start_height_nm", repeat_start},
+      StateField{"step_ends", ends}, StateField{"time_step", time_step}, StateField{"voids", voids},
+      StateField{"islands", islands}, StateField{"residue_volume_nm3", residue_volume},
+      StateField{"feet_are_rounded", feet_are_rounded}, StateField{"mesh", mesh},
+      StateField{"coverages", coverages}, StateField{"earlier_flux", earlier});
+}
+
+/// A state whose members are each made from that of another one.
+template <class Make>
+State made_from(const State& state, const Make& make) {
+  State made;
+  const auto from = fields_of(state);
+  const auto to = fields_of(made);
+  [&]<std::size_t... n>(std::index_sequence<n...>) {
+    ((std::get<n>(to).value = make(std::get<n>(from).value)), ...);
+  }
+  (std::make_index_sequence<std::tuple_size_v<decltype(from)>>());
+  return made;
+}
+
+/// Makes a member as it is; layers are copied.
+struct CopyOf {
+  Layers operator()(const Layers& layers) const { return layers.copy(); }
+  template <class T>
+  T operator()(const T& value) const {
+    return value;
+  }
+};
+
 /// All of a state, with layers of its own.
-State copy_of(const State& state);
+inline State copy_of(const State& state) { return made_from(state, CopyOf()); }
 
 /// The step that the next time step belongs to; the last one when the recipe is complete.
-const ProcessStep& current_step(const State& state, const Recipe& recipe);
+const ProcessStep& current_step(const State& state, std::span<const ProcessStep> steps);
 
 /// True when the last step of the recipe is complete.
-bool finished(const State& state, const Recipe& recipe);
+bool finished(const State& state, std::span<const ProcessStep> steps);
 
 /// The next moment after that of the state at which results are wanted; infinity if there is none.
 ///
 /// Units: s of process time.
-double next_output(const State& state, const Recipe& recipe);
+double next_output(const State& state, double every);
 
 /// When over-etch is over; infinity before the end condition holds. Units: s of process time.
 double end_of_over_etch(const State& state, const ProcessStep& step);
@@ -104,12 +154,12 @@ double end_of_over_etch(const State& state, const ProcessStep& step);
 /// When the step ends, as far as it is known. Units: s of process time.
 double end_of_step(const State& state, const ProcessStep& step);
 
-/// The end of the current step, or the time limit if that is before it.
+/// The end of a step, or the time limit if that is before it.
 ///
 /// Moments are set, not summed, where one is hit: no rounding error can leave a remainder. A limit
 /// within rounding of the end of a step is the end of the step.
 /// Units: s of process time.
-double next_moment(const State& state, const Recipe& recipe, double time_limit);
+double next_moment(const State& state, const ProcessStep& step, double time_limit);
 
 /// A time step that is cut to what is left to a limit; the last two before it share what is left,
 /// so that none is a tiny remainder. Units: s.

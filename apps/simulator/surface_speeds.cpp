@@ -112,44 +112,45 @@ std::size_t layer_of(const State& state, MaterialId material) {
 }
 
 [[noreturn]] void refuse_speed(const std::string& what, std::size_t facet, MaterialId material,
-                               const Survey& survey, const State& state, const Recipe& recipe) {
-  const ProcessStep& step = current_step(state, recipe);
-  const Vec3f r = survey.facets.vertices[survey.facets.triangles[facet][0]];
-  const std::string formula = step.model->formula(material);
+                               const TriMesh& facets, const SurfaceModel& model,
+                               const Materials& materials) {
+  const Vec3f r = facets.vertices[facets.triangles[facet][0]];
+  const std::string formula = model.formula(material);
   throw NumericalError(fmt::format("{} on facet {} at ({:g}, {:g}, {:g}) nm, material {}{}", what,
-                                   facet, r.x, r.y, r.z, recipe.materials[material].name,
+                                   facet, r.x, r.y, r.z, materials[material].name,
                                    formula.empty() ? "" : fmt::format(", rate \"{}\"", formula)));
 }
 
 // Of all layers: one that is not seen may come to light within the time step. And a step that
 // deposits nothing must not let anything grow: what grew would be of which material?
-void require_sound_speeds(const Survey& survey, const State& state, const Recipe& recipe) {
-  const ProcessStep& step = current_step(state, recipe);
+void require_sound_speeds(const Survey& survey, const State& state, const ProcessStep& step,
+                          const Materials& materials) {
   for (std::size_t f = 0; f < survey.facets.triangles.size(); ++f) {
     const std::size_t seen = layer_of(state, survey.facets.materials[f]);
     for (std::size_t k = 0; k < survey.speeds_of_layers.size(); ++k) {
       const MaterialId material = state.layers.stack[k].material;
       for (const float speed : survey.speeds_of_layers[k].speed[f]) {
         if (!std::isfinite(speed))
-          refuse_speed("speed is not finite", f, material, survey, state, recipe);
+          refuse_speed("speed is not finite", f, material, survey.facets, *step.model, materials);
         if (k != seen || speed <= 0 || step.deposits) continue;
         refuse_speed(fmt::format("the surface grows, by {:g} nm/s, and the step names no material "
                                  "that is deposited,",
                                  speed),
-                     f, material, survey, state, recipe);
+                     f, material, survey.facets, *step.model, materials);
       }
     }
   }
 }
 
-Growth growth_of(const Survey& survey, const State& state, const Recipe& recipe) {
+Growth growth_of(const Survey& survey, const State& state, std::size_t material_count) {
+  const Frame& frame = state.layers.frame;
   const std::vector<float> speeds = facet_speeds(state, survey);
-  const std::vector<double> areas = areas_around(survey.facets, recipe.frame);
+  const std::vector<double> areas = areas_around(survey.facets, frame);
   Growth growth;
-  growth.etched.resize(recipe.materials.size());
-  growth.area_of.resize(recipe.materials.size());
+  growth.etched.resize(material_count);
+  growth.area_of.resize(material_count);
   for (std::size_t f = 0; f < speeds.size(); ++f) {
-    const double area = recipe.frame.facet_images() * areas[f];
+    const double area = frame.facet_images() * areas[f];
     growth.area_of[survey.facets.materials[f]] += area;
     growth.net += area * speeds[f];
     growth.area += area;
@@ -180,8 +181,8 @@ std::vector<std::span<const float>> tallies_on_facets(std::span<const FluxField>
   return tallies;
 }
 
-void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
-  const ProcessStep& step = current_step(state, recipe);
+void find_speeds(const State& state, const ProcessStep& step, const Materials& materials,
+                 Survey& result) {
   if (!step.model) return;
   const auto measurement = result.timer.measure("map");
   result.factors = step.factors;
@@ -189,24 +190,24 @@ void find_speeds(const State& state, const Recipe& recipe, Survey& result) {
       state.layers.stack,
       {SmoothCorners(result.facets), tallies_on_facets(result.flux), result.coverages}, *step.model,
       result.factors);
-  require_sound_speeds(result, state, recipe);
-  result.growth = growth_of(result, state, recipe);
+  require_sound_speeds(result, state, step, materials);
+  result.growth = growth_of(result, state, materials.size());
 }
 
-void find_change(const State& state, const Recipe& recipe, Survey& result) {
+void find_change(const State& state, const ProcessStep& step, Survey& result) {
   const EarlierFlux& earlier = state.earlier;
-  if (recipe.carry_within <= 0 || earlier.tallies.empty()) return;
+  if (earlier.tallies.empty()) return;
   const auto measurement = result.timer.measure("map");
   const std::vector<std::span<const float>> flux(earlier.tallies.begin(), earlier.tallies.end());
   const std::vector<LayerSpeeds> before = speeds_at_corners(
       state.layers.stack, {SmoothCorners(state.mesh.facets), flux, state.coverages.values},
-      *current_step(state, recipe).model, result.factors);
+      *step.model, result.factors);
   std::vector<std::size_t> layers;
   for (const MaterialId material : result.facets.materials)
     layers.push_back(layer_of(state, material));
   result.change = speed_change({state.mesh.facets, before}, *tree_of(state.mesh),
                                {result.facets, result.speeds_of_layers}, layers, result.factors,
-                               earlier.dt, recipe.frame.spacing);
+                               earlier.dt, state.layers.frame.spacing);
 }
 
 std::vector<float> facet_speeds(const State& state, const Survey& survey) {

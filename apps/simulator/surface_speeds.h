@@ -13,10 +13,11 @@ namespace scarp {
 ///
 /// Throws: NumericalError with the place when a speed is not finite, or when the surface
 ///         grows in a step that deposits nothing.
-void find_speeds(const State& state, const Recipe& recipe, Survey& result);
+void find_speeds(const State& state, const ProcessStep& step, const Materials& materials,
+                 Survey& result);
 
 /// Compares them with those of the time step before, if it was of the same step of the recipe.
-void find_change(const State& state, const Recipe& recipe, Survey& result);
+void find_change(const State& state, const ProcessStep& step, Survey& result);
 
 /// The speed of every facet, of the layer that is seen there. Units: nm/s.
 std::vector<float> facet_speeds(const State& state, const Survey& survey);

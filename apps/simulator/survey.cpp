@@ -42,32 +42,34 @@ double solid_volume(const TriMesh& surface, const OpenGas& gas, const Frame& fra
 }
 
 // Gas that no path joins to the source sees no particle and does not move: its surface is left out.
-TriMesh exposed_surface(const State& state, const Recipe& recipe, Survey& result) {
+TriMesh exposed_surface(const State& state, Survey& result) {
   const auto measurement = result.timer.measure("surface");
   std::vector<Region> known;
   for (const VoidClosure& each : state.voids) known.push_back(each.region);
   result.gas = open_gas(state.layers, known);
   TriMesh surface = extract_surface(state.layers, result.gas);
-  const Sides sides = recipe.frame.sides();
-  if (sides.diagonal) surface = below_diagonal(surface, sides, recipe.frame.spacing);
+  const Frame& frame = state.layers.frame;
+  const Sides sides = frame.sides();
+  if (sides.diagonal) surface = below_diagonal(surface, sides, frame.spacing);
   if (surface.triangles.empty()) {
     throw NumericalError("no surface is left that the source can see");
   }
   result.vertices_full = surface.vertices.size();
   result.facets_full = surface.triangles.size();
   result.extent = bounding_box(surface);
-  result.volume = solid_volume(surface, result.gas, recipe.frame);
+  result.volume = solid_volume(surface, result.gas, frame);
   return surface;
 }
 
 // How far the facets may lie from the surface; a film loses none of its thickness by those that it
 // is seen on. Units: nm.
-double simplify_bound(const State& state, const Recipe& recipe, SimplifyChoice choice) {
+double simplify_bound(const Layers& layers, const Simplification& simplification,
+                      SimplifyChoice choice) {
   constexpr double part_of_film = 0.05;
   constexpr float least_film = 0.5F;  // spacings
-  if (!recipe.simplify || choice != SimplifyChoice::simplify) return 0;
-  const double of_film = part_of_film * thinnest_film(state.layers, least_film);
-  return std::min(recipe.simplify->max_error.value_or(infinity), of_film);
+  if (!simplification.options || choice != SimplifyChoice::simplify) return 0;
+  const double of_film = part_of_film * thinnest_film(layers, least_film);
+  return std::min(simplification.options->max_error.value_or(infinity), of_film);
 }
 
 std::vector<Species> species_of(const ProcessStep& step) {
@@ -77,19 +79,17 @@ std::vector<Species> species_of(const ProcessStep& step) {
 // Where all rays that were sent can serve again. Elsewhere there is little to win, and fluxes of a
 // surface that was a tenth of a spacing further out etch a Bosch trench less below its mask, by
 // 0.08 spacings a cycle.
-bool keeps_hits(const State& state, const Recipe& recipe) {
-  const std::vector<Species> species = species_of(current_step(state, recipe));
-  return !species.empty() && recipe.flux.engine != FluxOptions::Engine::forward &&
+bool keeps_hits(const ProcessStep& step, FluxOptions::Engine engine) {
+  const std::vector<Species> species = species_of(step);
+  return !species.empty() && engine != FluxOptions::Engine::forward &&
          std::ranges::all_of(species, can_keep_hits);
 }
 
 // The mesh of the time step before, with the materials that are seen now, if it is as good as one
 // that is made now.
-bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe, Survey& result) {
-  const KeptMesh& kept = state.mesh;
-  if (recipe.keep_mesh_within <= 0 || !keeps_hits(state, recipe)) return false;
+bool keep_mesh(const TriMesh& surface, const KeptMesh& kept, double within, Survey& result) {
   if (kept.facets.triangles.empty() || kept.bound > result.simplify_bound) return false;
-  auto materials = materials_if_close(kept.facets, surface, kept.bound + recipe.keep_mesh_within);
+  auto materials = materials_if_close(kept.facets, surface, kept.bound + within);
   if (!materials) return false;
   result.facets = kept.facets;
   result.facets.materials = std::move(*materials);
@@ -100,21 +100,6 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
   result.hits = kept.hits ? kept.hits : keep_hits();
   result.tree = kept.tree;
   return true;
-}
-
-void make_facets(TriMesh surface, const State& state, const Recipe& recipe, Survey& result) {
-  const auto measurement = result.timer.measure("simplify");
-  result.simplify_choice = simplify_choice(recipe, current_step(state, recipe), result.facets_full);
-  result.simplify_bound = simplify_bound(state, recipe, result.simplify_choice);
-  if (keep_mesh(surface, state, recipe, result)) return;
-  result.made_at = state.time_step;
-  result.facets = std::move(surface);
-  if (!recipe.simplify || result.simplify_choice != SimplifyChoice::simplify) return;
-  SimplifyOptions options = *recipe.simplify;
-  if (options.max_error) options.max_error = result.simplify_bound;
-  SimplifyResult coarse = simplify(result.facets, options);
-  result.simplify_max_distance = coarse.max_distance;
-  result.facets = std::move(coarse.mesh);
 }
 
 // What the model lets the facets send out; refers to all of them.
@@ -148,27 +133,6 @@ std::vector<FluxField> solve_with(Coverages& coverages, std::span<const Species>
   return flux;
 }
 
-// The flux on a surface that it covers; where it was solved before, on from the coverages then.
-std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
-                                     const State& state, const Recipe& recipe, Survey& result) {
-  const SurfaceModel& model = *current_step(state, recipe).model;
-  if (model.coverages().empty())
-    return solve_flux(result.facets, species, options, {},
-                      emission_from(result.facets, model, species, result.coverages));
-  if (!model.phases().empty()) {
-    CoverageCycle cycle(model, result.facets, recipe.coverages);
-    return solve_with(cycle, species, options, model, result);
-  }
-  if (result.coverages.empty() && state.coverages.names == model.coverages()) {
-    result.coverages = carried(state.coverages.values, state.mesh.facets, result.facets,
-                               (1 + most_moves * recipe.cfl) * recipe.frame.spacing, recipe.frame);
-    result.carried_areas =
-        covered_areas(areas_around(result.facets, recipe.frame), result.coverages);
-  }
-  CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
-  return solve_with(iteration, species, options, model, result);
-}
-
 // Particles that slip through the surface make every number wrong without showing it.
 void require_nothing_lost(std::span<const FluxField> flux) {
   constexpr double most_lost = 1e-4;
@@ -198,44 +162,18 @@ FluxField dissolved(const State& state, const SurfaceModel& model, const Solute&
   return field;
 }
 
-void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
-  const auto measurement = result.timer.measure("flux");
-  const auto& model = current_step(state, recipe).model;
-  if (const auto solute = model ? model->solute() : std::nullopt) {
-    result.flux = {dissolved(state, *model, *solute, result.facets)};
-    return;
-  }
-  const std::vector<Species> species = species_of(current_step(state, recipe));
-  if (species.empty()) return;
-  options.time_step = result.made_at;
-  options.hits = result.hits;
-  std::vector<FluxField> flux = solve_covered(species, options, state, recipe, result);
-  for (std::size_t i = 0; i < result.flux.size(); ++i) {
-    flux[i].rays += result.flux[i].rays;
-    flux[i].segments += result.flux[i].segments;
-  }
-  result.flux = std::move(flux);
-  require_nothing_lost(result.flux);
-}
-
 // Of the flux that tells what the wanted error of the position asks for.
 constexpr double first_flux_error = 0.1;
 
 // As far as the flux is carried on the surface as it moves: at least through one move, and so far
 // that what it will have changed by then, as far as that is known, moves it by no more than was
 // asked for.
-double longest_time_step(const State& state, const Recipe& recipe, const Survey& now) {
-  const double stable =
-      stable_time_step(state.layers, now.speeds_of_layers, now.factors, recipe.cfl);
+double longest_time_step(const State& state, double cfl, double carry_within, const Survey& now) {
+  const double stable = stable_time_step(state.layers, now.speeds_of_layers, now.factors, cfl);
   if (!now.change) return stable;
-  const double within = std::sqrt(2 * recipe.carry_within / now.change->typical);
+  const double within = std::sqrt(2 * carry_within / now.change->typical);
   const double moves = now.factors.empty() ? most_moves : most_moves_with_factors;
   return std::clamp(std::min(within, 2 * state.earlier.dt), stable, moves * stable);
-}
-
-double planned_time_step(const State& state, const Recipe& recipe, const Survey& now) {
-  const double left = next_moment(state, recipe, next_output(state, recipe)) - state.time;
-  return cut_to(left, now.longest_dt);
 }
 
 // How far a unit of a tally moves each facet in a time step, by differences about the flux that is
@@ -291,60 +229,143 @@ std::vector<std::vector<std::vector<float>>> responses(const SurfaceModel& model
 }
 
 // Beams are found without rays that could be fewer or more.
-bool aims_at_position(const State& state, const Recipe& recipe) {
-  const std::vector<Species> species = species_of(current_step(state, recipe));
-  return recipe.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
+bool aims_at_position(const ProcessStep& step, const FluxPlan& plan) {
+  const std::vector<Species> species = species_of(step);
+  return plan.position_error > 0 && std::ranges::any_of(species, [](const Species& each) {
            return each.source.kind != SourceLobe::Kind::beam;
          });
 }
 
-// Speeds, and how far they carry.
-void look_ahead(const State& state, const Recipe& recipe, Survey& result) {
-  find_speeds(state, recipe, result);
-  find_change(state, recipe, result);
-  result.longest_dt = std::min(result.longest_dt, longest_time_step(state, recipe, result));
-}
-
-// The flux of a survey again, to the error that a rough one shows to be needed.
-void refine_to_position(const State& state, const Recipe& recipe, Survey& result) {
-  result.planned_dt = planned_time_step(state, recipe, result);
-  FluxOptions options = recipe.flux;
-  options.responses = responses(*current_step(state, recipe).model, result);
-  options.target_error = recipe.position_error / std::sqrt(static_cast<double>(result.flux.size()));
-  trace(state, recipe, options, result);
-  look_ahead(state, recipe, result);
-}
-
 // Beams are found quickly, and their shadows have sharp edges.
-bool carries_flux(const Survey& survey, const Recipe& recipe) {
+bool carries_flux(const Survey& survey, const FluxPlan& plan) {
   const auto is_beam = [](const FluxField& field) { return field.engine == FluxEngine::beam; };
-  return recipe.carry_within > 0 && !std::ranges::all_of(survey.flux, is_beam);
+  return plan.carry_within > 0 && !std::ranges::all_of(survey.flux, is_beam);
 }
 
-Survey survey_now(const State& state, const Recipe& recipe) {
-  Survey result;
-  if (const auto& model = current_step(state, recipe).model)
-    result.longest_dt = model->longest_time_step();
-  TriMesh surface = exposed_surface(state, recipe, result);
-  make_facets(std::move(surface), state, recipe, result);
-  if (!result.tree) {
-    const auto measurement = result.timer.measure("map");
-    result.tree = std::make_shared<const TriangleTree>(result.facets);
+// The stages of a survey, each with what the ones before it found.
+class Surveyor {
+ public:
+  Surveyor(const State& state, const Recipe& recipe)
+      : state_(state), recipe_(recipe), step_(current_step(state, recipe.steps)) {
+    if (step_.model) result_.longest_dt = step_.model->longest_time_step();
   }
-  FluxOptions options = recipe.flux;
-  const bool refines = aims_at_position(state, recipe);
-  if (refines) options.target_error = first_flux_error;
-  trace(state, recipe, options, result);
-  look_ahead(state, recipe, result);
-  if (refines) refine_to_position(state, recipe, result);
-  return result;
-}
+
+  Survey survey() {
+    make_facets(exposed_surface(state_, result_));
+    result_.facet_distance = result_.simplify_bound + recipe_.flux.keep_mesh_within;
+    FluxOptions options = recipe_.flux.options;
+    const bool refines = aims_at_position(step_, recipe_.flux);
+    if (refines) options.target_error = first_flux_error;
+    trace(options);
+    look_ahead();
+    if (refines) refine_to_position();
+    return std::move(result_);
+  }
+
+ private:
+  void make_facets(TriMesh surface) {
+    find_facets(std::move(surface));
+    if (result_.tree) return;
+    const auto measurement = result_.timer.measure("map");
+    result_.tree = std::make_shared<const TriangleTree>(result_.facets);
+  }
+
+  void find_facets(TriMesh surface) {
+    const auto measurement = result_.timer.measure("simplify");
+    const Simplification& simplification = recipe_.simplification;
+    result_.simplify_choice = simplify_choice(simplification, step_, result_.facets_full);
+    result_.simplify_bound = simplify_bound(state_.layers, simplification, result_.simplify_choice);
+    const double within = recipe_.flux.keep_mesh_within;
+    if (within > 0 && keeps_hits(step_, recipe_.flux.options.engine) &&
+        keep_mesh(surface, state_.mesh, within, result_)) {
+      return;
+    }
+    result_.made_at = state_.time_step;
+    result_.facets = std::move(surface);
+    if (!simplification.options || result_.simplify_choice != SimplifyChoice::simplify) return;
+    SimplifyOptions options = *simplification.options;
+    if (options.max_error) options.max_error = result_.simplify_bound;
+    SimplifyResult coarse = simplify(result_.facets, options);
+    result_.simplify_max_distance = coarse.max_distance;
+    result_.facets = std::move(coarse.mesh);
+  }
+
+  void trace(FluxOptions options) {
+    const auto measurement = result_.timer.measure("flux");
+    if (const auto solute = step_.model ? step_.model->solute() : std::nullopt) {
+      result_.flux = {dissolved(state_, *step_.model, *solute, result_.facets)};
+      return;
+    }
+    const std::vector<Species> species = species_of(step_);
+    if (species.empty()) return;
+    options.time_step = result_.made_at;
+    options.hits = result_.hits;
+    std::vector<FluxField> flux = solve_covered(species, options);
+    for (std::size_t i = 0; i < result_.flux.size(); ++i) {
+      flux[i].rays += result_.flux[i].rays;
+      flux[i].segments += result_.flux[i].segments;
+    }
+    result_.flux = std::move(flux);
+    require_nothing_lost(result_.flux);
+  }
+
+  // The flux on a surface that it covers; where it was solved before, on from the coverages then.
+  std::vector<FluxField> solve_covered(std::span<const Species> species,
+                                       const FluxOptions& options) {
+    const SurfaceModel& model = *step_.model;
+    const TriMesh& facets = result_.facets;
+    if (model.coverages().empty())
+      return solve_flux(facets, species, options, {},
+                        emission_from(facets, model, species, result_.coverages));
+    if (!model.phases().empty()) {
+      CoverageCycle cycle(model, facets, recipe_.flux.coverages);
+      return solve_with(cycle, species, options, model, result_);
+    }
+    if (result_.coverages.empty() && state_.coverages.names == model.coverages()) carry_coverages();
+    CoverageIteration iteration(model, facets, result_.coverages, recipe_.flux.coverages);
+    return solve_with(iteration, species, options, model, result_);
+  }
+
+  void carry_coverages() {
+    const Frame& frame = state_.layers.frame;
+    const double reach = (1 + most_moves * recipe_.advection.cfl) * frame.spacing;
+    result_.coverages =
+        carried(state_.coverages.values, state_.mesh.facets, result_.facets, reach, frame);
+    result_.carried_areas = covered_areas(areas_around(result_.facets, frame), result_.coverages);
+  }
+
+  // Speeds, and how far they carry.
+  void look_ahead() {
+    const double carry_within = recipe_.flux.carry_within;
+    find_speeds(state_, step_, recipe_.materials, result_);
+    if (carry_within > 0) find_change(state_, step_, result_);
+    const double longest = longest_time_step(state_, recipe_.advection.cfl, carry_within, result_);
+    result_.longest_dt = std::min(result_.longest_dt, longest);
+  }
+
+  // The flux again, to the error that a rough one shows to be needed.
+  void refine_to_position() {
+    const double end = next_moment(state_, step_, next_output(state_, recipe_.outputs.every));
+    result_.planned_dt = cut_to(end - state_.time, result_.longest_dt);
+    FluxOptions options = recipe_.flux.options;
+    options.responses = responses(*step_.model, result_);
+    options.target_error =
+        recipe_.flux.position_error / std::sqrt(static_cast<double>(result_.flux.size()));
+    trace(options);
+    look_ahead();
+  }
+
+  const State& state_;
+  const Recipe& recipe_;
+  const ProcessStep& step_;
+  Survey result_;
+};
 
 }  // namespace
 
-KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
+KeptMesh mesh_of(const Survey& survey, const FluxPlan& plan) {
   const bool is_needed =
-      recipe.keep_mesh_within > 0 || carries_flux(survey, recipe) || !survey.coverages.empty();
+      plan.keep_mesh_within > 0 || carries_flux(survey, plan) || !survey.coverages.empty();
   if (!is_needed) return {};
   return {.facets = survey.facets,
           .made_at = survey.made_at,
@@ -354,8 +375,8 @@ KeptMesh mesh_of(const Survey& survey, const Recipe& recipe) {
           .tree = survey.tree};
 }
 
-EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) {
-  if (!carries_flux(survey, recipe)) return {};
+EarlierFlux earlier_flux(const Survey& survey, const FluxPlan& plan, double dt) {
+  if (!carries_flux(survey, plan)) return {};
   EarlierFlux earlier{.dt = dt};
   for (const std::span<const float> tally : tallies_on_facets(survey.flux))
     earlier.tallies.emplace_back(tally.begin(), tally.end());
@@ -369,10 +390,11 @@ SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
 
 Survey survey(const State& state, const Recipe& recipe) {
   try {
-    return survey_now(state, recipe);
+    return Surveyor(state, recipe).survey();
   } catch (const NumericalError& error) {
     throw NumericalError(fmt::format("time step {} of step \"{}\", t = {:g} s: {}", state.time_step,
-                                     current_step(state, recipe).name, state.time, error.what()));
+                                     current_step(state, recipe.steps).name, state.time,
+                                     error.what()));
   }
 }
 

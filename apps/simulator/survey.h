@@ -46,6 +46,7 @@ struct Survey {
   TriMesh facets;
   std::uint32_t made_at = 0;         ///< the time step that the facets were made in
   double simplify_bound = 0;         ///< on the distance between facets and surface then; nm
+  double facet_distance = 0;         ///< the same now, of a mesh that may have been kept; nm
   std::shared_ptr<KeptHits> hits{};  ///< of a mesh that was kept before
   std::shared_ptr<const TriangleTree> tree{};  ///< of the facets
   std::vector<FluxField> flux;
@@ -69,7 +70,7 @@ struct Survey {
 };
 
 /// Extracts and simplifies the surface, unless that of the time step before is still close to it
-/// (see Recipe::keep_mesh_within), solves the flux on it and asks the model for speeds.
+/// (see FluxPlan::keep_mesh_within), solves the flux on it and asks the model for speeds.
 ///
 /// With a target in position, a flux of a tenth of the accuracy tells how far the surface will move
 /// until the end of the time step, and what each tally does to that; the flux is then solved to the
@@ -81,12 +82,12 @@ Survey survey(const State& state, const Recipe& recipe);
 
 /// The mesh of a survey for the next one; nothing where meshes are not kept, no flux is carried and
 /// nothing covers it.
-KeptMesh mesh_of(const Survey& survey, const Recipe& recipe);
+KeptMesh mesh_of(const Survey& survey, const FluxPlan& plan);
 
 /// What arrives on that mesh in a time step of dt, for the next survey; nothing where the flux is
 /// solved anew before every move, as that of beams is: it is found quickly, and its shadows have
 /// sharp edges.
-EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt);
+EarlierFlux earlier_flux(const Survey& survey, const FluxPlan& plan, double dt);
 
 /// What covers the surface of a survey, for the next one.
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model);

@@ -14,8 +14,8 @@ namespace scarp {
 
 namespace {
 
-bool has_source_map(const Recipe& recipe) {
-  return std::ranges::any_of(recipe.steps, [](const ProcessStep& step) {
+bool has_source_map(std::span<const ProcessStep> steps) {
+  return std::ranges::any_of(steps, [](const ProcessStep& step) {
     return step.model && std::ranges::any_of(step.model->species(), [](const Species& species) {
              return !species.source.map.empty();
            });
@@ -40,17 +40,50 @@ bool is_upright(const SurfaceModel& model) {
          });
 }
 
-bool is_upright(const Recipe& recipe) {
+bool is_upright(std::span<const ProcessStep> steps) {
   return std::ranges::all_of(
-      recipe.steps, [](const ProcessStep& step) { return !step.model || is_upright(*step.model); });
+      steps, [](const ProcessStep& step) { return !step.model || is_upright(*step.model); });
 }
+
+// Voids have to be looked for anew, and what is known on facets is known of all of them.
+struct NothingOnFacets : CopyOf {
+  using CopyOf::operator();
+  std::vector<VoidClosure> operator()(const std::vector<VoidClosure>&) const { return {}; }
+  EarlierFlux operator()(const EarlierFlux&) const { return {}; }
+};
+
+struct PartOf : NothingOnFacets {
+  MirrorPlanes planes;
+
+  using NothingOnFacets::operator();
+  Layers operator()(const Layers& layers) const { return part_of(layers, planes); }
+  KeptMesh operator()(const KeptMesh&) const { return {}; }
+  SurfaceCoverages operator()(const SurfaceCoverages&) const { return {}; }
+};
+
+struct WholeOf : NothingOnFacets {
+  Frame part;
+
+  using NothingOnFacets::operator();
+  Layers operator()(const Layers& layers) const { return with_images(layers); }
+  KeptMesh operator()(const KeptMesh& mesh) const {
+    return {.facets = with_images(mesh.facets, part),
+            .made_at = mesh.made_at,
+            .bound = mesh.bound,
+            .max_distance = mesh.max_distance};
+  }
+  SurfaceCoverages operator()(SurfaceCoverages coverages) const {
+    for (std::vector<float>& values : coverages.values) values = with_images(values, part);
+    return coverages;
+  }
+};
 
 }  // namespace
 
 FoundPlanes mirror_planes(const Recipe& recipe) {
-  const Frame& frame = recipe.frame;
-  const bool has_map = has_source_map(recipe);
-  const Layers layers = start_state(recipe).layers;
+  const Frame& frame = recipe.domain.frame;
+  const bool has_map = has_source_map(recipe.steps);
+  const Layers layers = start_state(frame, recipe.start).layers;
   FoundPlanes found;
   auto& [across, diagonal] = found.planes;
   for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
@@ -67,7 +100,7 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
     across[axis] = hindrance.empty();
   }
   if (across[0] && across[1] && frame.cells[0] == frame.cells[1]) {
-    if (!is_upright(recipe)) {
+    if (!is_upright(recipe.steps)) {
       found.diagonal_hindrance = "a step has a crystal, a bath or a source that leans";
     } else if (!is_diagonally_symmetric(layers)) {
       found.diagonal_hindrance = "the start is not its own mirror image";
@@ -79,9 +112,9 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
   return found;
 }
 
-std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
+std::string symmetry_text(const Domain& domain, const FoundPlanes& found) {
   const auto& [x, y] = found.planes.across;
-  if (recipe.frame.axisymmetric) return "runs on a section from the axis on";
+  if (domain.frame.axisymmetric) return "runs on a section from the axis on";
   if (x || y) {
     const bool diagonal = found.planes.diagonal;
     const std::string which = fmt::format("on the {} of the domain beyond the mirror plane{}",
@@ -93,52 +126,39 @@ std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
                                           : x      ? " x = 0"
                                                    : " y = 0");
     const std::string whether =
-        recipe.uses_symmetry ? "runs " : "domain.symmetry = \"auto\" would run ";
+        domain.uses_symmetry ? "runs " : "domain.symmetry = \"auto\" would run ";
     const std::string& hindrance = found.diagonal_hindrance;
     return whether + which + (hindrance.empty() ? "" : "; x = y is none: " + hindrance);
   }
-  if (!recipe.uses_symmetry) return "";
+  if (!domain.uses_symmetry) return "";
   const bool is_same = found.hindrance[0] == found.hindrance[1];
   std::string text = "runs on the whole domain, there is no mirror plane: ";
-  if (recipe.frame.two_dimensional || is_same) return text + found.hindrance[0];
+  if (domain.frame.two_dimensional || is_same) return text + found.hindrance[0];
   return text + "along x " + found.hindrance[0] + ", along y " + found.hindrance[1];
 }
 
-Recipe on_part(const Recipe& recipe, const FoundPlanes& found) {
-  Recipe part = recipe;
-  if (!recipe.uses_symmetry) return part;
-  part.frame = part_of(recipe.frame, found.planes);
-  part.flux.sides = part.frame.sides();
-  if (part.simplify) part.simplify->sides = part.frame.sides();
-  for (ProcessStep& step : part.steps) {
-    move_to_part(step.until, part.frame);
-    move_to_part(step.begins_repeat, part.frame);
-    if (step.round_end) move_to_part(step.round_end->until, part.frame);
+Recipe on_part(Recipe recipe, const FoundPlanes& found) {
+  if (!recipe.domain.uses_symmetry) return recipe;
+  Frame& frame = recipe.domain.frame;
+  frame = part_of(frame, found.planes);
+  recipe.flux.options.sides = frame.sides();
+  if (recipe.simplification.options) recipe.simplification.options->sides = frame.sides();
+  for (ProcessStep& step : recipe.steps) {
+    move_to_part(step.until, frame);
+    move_to_part(step.begins_repeat, frame);
+    if (step.round_end) move_to_part(step.round_end->until, frame);
   }
-  return part;
+  return recipe;
 }
 
 State part_of(const State& whole, const MirrorPlanes& planes) {
-  State part = copy_of(whole);
-  part.layers = part_of(whole.layers, planes);
-  part.voids.clear();
-  part.mesh = {};
-  part.coverages = {};
-  part.earlier = {};
-  return part;
+  return made_from(whole, PartOf({}, planes));
 }
 
 State whole_of(State state) {
   const Frame frame = state.layers.frame;
   if (frame.images() == 1) return state;
-  state.layers = with_images(state.layers);
-  state.voids.clear();
-  state.mesh.facets = with_images(state.mesh.facets, frame);
-  state.mesh.hits = {};
-  state.mesh.tree = {};
-  state.earlier = {};
-  for (std::vector<float>& values : state.coverages.values) values = with_images(values, frame);
-  return state;
+  return made_from(state, WholeOf({}, frame));
 }
 
 }  // namespace scarp

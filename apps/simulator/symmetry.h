@@ -24,12 +24,12 @@ struct FoundPlanes {
 };
 FoundPlanes mirror_planes(const Recipe& recipe);
 
-/// What a recipe makes of its mirror planes, or could; empty in two dimensions without one.
-std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found);
+/// What a domain makes of its mirror planes, or could; empty in two dimensions without one.
+std::string symmetry_text(const Domain& domain, const FoundPlanes& found);
 
 /// The recipe on the part of its domain beyond the planes of symmetry, where it asks for them; as
 /// it is otherwise.
-Recipe on_part(const Recipe& recipe, const FoundPlanes& found);
+Recipe on_part(Recipe recipe, const FoundPlanes& found);
 
 /// The part of a state beyond planes of symmetry, without what is known on facets.
 State part_of(const State& whole, const MirrorPlanes& planes);

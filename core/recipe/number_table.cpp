@@ -8,7 +8,6 @@
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/recipe/csv.h"
-#include "core/system/read_file.h"
 #include "core/trimmed.h"
 
 namespace scarp {
@@ -82,9 +81,10 @@ std::vector<double> NumberTable::column(std::size_t index) const {
   return numbers;
 }
 
-NumberTable read_csv(const std::filesystem::path& file, std::span<const Column> columns) {
+NumberTable read_csv(const std::filesystem::path& file, std::string_view content,
+                     std::span<const Column> columns) {
   NumberTable table{.values = {}, .file = shown(file)};
-  std::vector<CsvLine> lines = parse_csv(read_file(file));
+  std::vector<CsvLine> lines = parse_csv(content);
   if (lines.empty()) lines.push_back({.number = 1, .cells = {}});
   std::vector<std::string> units;
   for (const CsvLine& line : lines) {

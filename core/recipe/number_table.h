@@ -33,10 +33,11 @@ struct NumberTable {
   std::vector<double> column(std::size_t index) const;
 };
 
-/// Reads a CSV file whose first line is csv_head(); columns of quantities may have other units of
+/// Reads CSV whose first line is csv_head(); columns of quantities may have other units of
 /// their kind, those of numbers may say in brackets what they are of.
 ///
-/// Throws: InputError with file:line. Limits are not looked at.
-NumberTable read_csv(const std::filesystem::path& file, std::span<const Column> columns);
+/// file is its name in messages. Throws: InputError with file:line. Limits are not looked at.
+NumberTable read_csv(const std::filesystem::path& file, std::string_view content,
+                     std::span<const Column> columns);
 
 }  // namespace scarp

@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t most_lines = 100;
 
 std::string formatted(const TomlPlace& place, const std::string& file) {
-  if (!place.source.empty()) return place.source + ": ";
-  return file + ':' + std::to_string(place.line) + ':' + std::to_string(place.column) + ": ";
+  if (!place.source.empty()) return place.source;
+  return file + ':' + std::to_string(place.line) + ':' + std::to_string(place.column);
 }
 
 }  // namespace
@@ -45,27 +45,23 @@ bool RecipeErrors::ok(std::string_view path) const {
   return true;
 }
 
-std::vector<std::string> RecipeErrors::lines() const {
+std::vector<Problem> RecipeErrors::problems() const {
   std::vector<Entry> sorted = entries_;
   const auto key = [](const Entry& entry) {
     return std::tuple(entry.place.source, entry.place.line, entry.place.column);
   };
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
-  std::vector<std::string> lines;
+  std::vector<Problem> problems;
   for (const Entry& entry : std::span(sorted).first(std::min(sorted.size(), most_lines))) {
-    const std::string path = entry.path.empty() ? "" : repeated(entry.path) + ": ";
-    lines.push_back(formatted(entry.place, file_) + path + entry.text);
+    const std::string path = entry.path.empty() ? "" : ": " + repeated(entry.path);
+    problems.push_back(problem_at(formatted(entry.place, file_) + path, entry.text));
   }
   if (sorted.size() > most_lines)
-    lines.push_back("... and " + std::to_string(sorted.size() - most_lines) + " more");
-  return lines;
-}
-
-std::string RecipeErrors::text() const {
-  std::string text;
-  for (const std::string& line : lines()) text.append(text.empty() ? "" : "\n").append(line);
-  return text;
+    problems.push_back({.place = "",
+                        .what = "... and " + std::to_string(sorted.size() - most_lines) + " more",
+                        .remedy = ""});
+  return problems;
 }
 
 }  // namespace scarp

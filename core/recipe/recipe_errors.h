@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/recipe/toml.h"
 
 namespace scarp {
@@ -30,11 +31,9 @@ class RecipeErrors {
   /// No error at the path nor within it.
   bool ok(std::string_view path) const;
 
-  /// One line per error, by line of the file, those of the command line last. Of very many, the
+  /// By line of the file, those of the command line last. Of very many, the
   /// first hundred and how many there are.
-  std::string text() const;
-  /// The same as a list.
-  std::vector<std::string> lines() const;
+  std::vector<Problem> problems() const;
 
  private:
   std::string file_;

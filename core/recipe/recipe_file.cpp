@@ -14,6 +14,10 @@ namespace scarp {
 
 namespace detail {
 
+std::string content_of(const RecipeContent& content, const std::string& name) {
+  return content.load_file ? content.load_file(name) : read_file(content.folder / name);
+}
+
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text.append(text.empty() ? "" : ", ").append(name);
@@ -138,20 +142,18 @@ void add_unknown_keys(const RecipeNode& node, RecipeErrors& errors,
 
 }  // namespace
 
-RecipeFile::RecipeFile(const std::filesystem::path& path, std::span<const std::string> overrides)
-    : RecipeFile(read_file(path), shown(path), overrides) {}
-
-RecipeFile::RecipeFile(std::string_view text, const std::string& name,
-                       std::span<const std::string> overrides)
-    : content_(new RecipeContent{.toml = parse_toml(text, name),
-                                 .errors = RecipeErrors(name),
-                                 .warnings = RecipeErrors(name),
-                                 .record = {},
-                                 .nodes = {}}) {
-  if (content_->toml.entries.empty()) {
-    throw InputError(name + ": the recipe is empty; start from one in configs/");
-  }
-  for (const std::string& change : overrides) apply_override(content_->toml, change);
+RecipeFile::RecipeFile(const RecipeSource& source) {
+  const std::string name = shown(source.name);
+  content_.reset(new RecipeContent{.toml = parse_toml(source.text, name),
+                                   .folder = source.folder,
+                                   .load_file = source.load_file,
+                                   .errors = RecipeErrors(name),
+                                   .warnings = RecipeErrors(name),
+                                   .record = {},
+                                   .nodes = {}});
+  if (content_->toml.entries.empty())
+    throw InputError({problem_at(name, "the recipe is empty; start from one in configs/")});
+  for (const std::string& change : source.overrides) apply_override(content_->toml, change);
   content_->nodes.push_back(
       {.content = content_.get(), .record = &content_->record, .toml = &content_->toml});
 }
@@ -169,10 +171,14 @@ void RecipeFile::finish() const {
   std::set<std::string> misspelt;
   for (const RecipeNode& node : content_->nodes) add_unknown_keys(node, errors, misspelt);
   errors.forget_missing(misspelt);
-  if (!errors.empty()) throw InputError(errors.text());
+  if (!errors.empty()) throw InputError(errors.problems());
 }
 
-std::vector<std::string> RecipeFile::warnings() const { return content_->warnings.lines(); }
+std::vector<std::string> RecipeFile::warnings() const {
+  std::vector<std::string> lines;
+  for (const Problem& doubt : content_->warnings.problems()) lines.push_back(doubt.text());
+  return lines;
+}
 
 std::string RecipeFile::resolved() const { return content_->record.toml(); }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
@@ -8,6 +9,7 @@
 
 #include "core/recipe/recipe_errors.h"
 #include "core/recipe/recipe_record.h"
+#include "core/recipe/recipe_source.h"
 #include "core/recipe/toml.h"
 
 // What stands behind RecipeFile and RecipeTable; only their sources include it.
@@ -30,11 +32,16 @@ struct RecipeNode {
 
 struct RecipeContent {
   TomlValue toml;
+  std::filesystem::path folder;
+  LoadFile load_file;
   RecipeErrors errors;
   RecipeErrors warnings;
   RecipeRecord record;
   std::deque<RecipeNode> nodes;  ///< grows without moving what handles point at
 };
+
+/// A file by the name that a recipe gives it, from its folder if that is where they are.
+std::string content_of(const RecipeContent& content, const std::string& name);
 
 /// "step[0].duration"
 inline std::string inner_path(const RecipeNode& node, std::string_view key) {

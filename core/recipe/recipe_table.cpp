@@ -260,19 +260,19 @@ std::vector<std::vector<std::array<double, 2>>> RecipeTable::polygons(std::strin
   return all;
 }
 
-std::string RecipeTable::file(std::string_view key, const std::filesystem::path& folder) const {
+std::string RecipeTable::file(std::string_view key) const {
   const std::string name = text(key);
-  if (name.empty()) return {};
-  const std::filesystem::path path = std::filesystem::absolute(folder / name).lexically_normal();
+  if (name.empty() || node_->content->load_file) return name;
+  const std::filesystem::path path =
+      std::filesystem::absolute(node_->content->folder / name).lexically_normal();
   node_->record->set(key, toml_string(path.string()));
   return path.string();
 }
 
-void RecipeTable::record_content(std::string_view key, const std::string& file,
-                                 std::string_view content) const {
-  Hash hash;
-  hash.add(content);
-  node_->record->set(key, toml_string(file) + "  # holds " + hash.hex());
+std::string RecipeTable::content(std::string_view key, const std::string& file) const {
+  std::string content = detail::content_of(*node_->content, file);
+  node_->record->set(key, toml_string(file) + "  # holds " + hash_of(content));
+  return content;
 }
 
 std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size) const {
@@ -288,13 +288,12 @@ std::vector<std::string> RecipeTable::texts(std::string_view key, ListSize size)
 }
 
 std::optional<NumberTable> RecipeTable::number_table(std::string_view key,
-                                                     std::span<const Column> columns,
-                                                     const std::filesystem::path& folder) const {
+                                                     std::span<const Column> columns) const {
   const auto item = find(*node_, key);
   if (!item) return std::nullopt;
   std::optional<NumberTable> table;
   if (item->value.kind == TomlValue::Kind::text) {
-    table = read_csv_noted(*item, columns, folder);
+    table = read_csv_noted(*item, columns, *node_->content);
     if (table) node_->record->set(key, format_rows(*table, columns));
   } else if (item->value.is_list()) {
     table = read_rows(*item, columns);

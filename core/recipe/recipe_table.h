@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "core/material.h"
 #include "core/recipe/number_table.h"
 #include "core/recipe/quantity.h"
+#include "core/recipe/recipe_source.h"
 
 namespace scarp {
 
@@ -78,23 +78,22 @@ class RecipeTable {
   /// Polygons of at least three points, each up to a metre away: one, [["0 um", "0 um"], ...], or a
   /// list of such lists.
   std::vector<std::vector<std::array<double, 2>>> polygons(std::string_view key) const;
-  /// The name of a file, relative to the given folder; recorded as an absolute path, so that the
-  /// resolved recipe finds it from anywhere.
-  std::string file(std::string_view key, const std::filesystem::path& folder) const;
-  /// Records a hash of what a file holds, as a comment behind its name: with another content the
-  /// resolved recipe is another one.
-  void record_content(std::string_view key, const std::string& file,
-                      std::string_view content) const;
+  /// The name of a file; of one in a folder its absolute path, so that the resolved recipe finds it
+  /// from anywhere.
+  std::string file(std::string_view key) const;
+  /// What such a file holds. Its hash is recorded as a comment behind the name: with another
+  /// content the resolved recipe is another one. Throws: InputError if it cannot be read.
+  std::string content(std::string_view key, const std::string& file) const;
   std::vector<std::string> texts(std::string_view key, ListSize size = {}) const;
 
-  /// A table of numbers: a list of rows, [["0 deg", 1], ["90 deg", 0]], or the name of a CSV file
-  /// relative to the given folder, whose first line is csv_head(). Recorded as rows, so that the
+  /// A table of numbers: a list of rows, [["0 deg", 1], ["90 deg", 0]], or the name of a CSV file,
+  /// whose first line is csv_head(). Recorded as rows, so that the
   /// resolved recipe needs no file.
   ///
   /// Rows ascend by their first number, those with the same by their second, and so on; no two
   /// agree in all but the last. Nothing if there is no such key, or something is wrong with it.
-  std::optional<NumberTable> number_table(std::string_view key, std::span<const Column> columns,
-                                          const std::filesystem::path& folder) const;
+  std::optional<NumberTable> number_table(std::string_view key,
+                                          std::span<const Column> columns) const;
   /// Notes that a row of it is wrong.
   void row_error(std::string_view key, const NumberTable& table, std::size_t row,
                  std::string_view text) const;
@@ -178,15 +177,9 @@ class RecipeTable {
 /// A recipe as it stands in its file, with what was changed on the command line.
 class RecipeFile {
  public:
-  /// Overrides are PATH=VALUE with VALUE in TOML: `domain.spacing="0.4 um"`.
-  ///
-  /// Throws: InputError with file:line:column if the file cannot be read or is not TOML, or an
-  /// override is not what it should be.
-  explicit RecipeFile(const std::filesystem::path& path,
-                      std::span<const std::string> overrides = {});
-  /// From a text; name stands for the file in messages.
-  RecipeFile(std::string_view text, const std::string& name,
-             std::span<const std::string> overrides = {});
+  /// Throws: InputError with file:line:column if the text is not TOML, or an override is not what
+  /// it should be.
+  explicit RecipeFile(const RecipeSource& source);
   ~RecipeFile();
   RecipeFile(RecipeFile&&) noexcept;
   RecipeFile& operator=(RecipeFile&&) noexcept;
@@ -196,7 +189,7 @@ class RecipeFile {
   /// True while nothing is wrong; keys that nobody asked for are found by finish() only.
   bool ok() const;
 
-  /// Call it when all has been read. Throws: InputError with one line per error, by line of file.
+  /// Call it when all has been read. Throws: InputError with all problems, by line of file.
   void finish() const;
 
   /// What is allowed and doubtful, a line each, by line of file.

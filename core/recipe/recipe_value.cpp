@@ -228,9 +228,11 @@ std::optional<NumberTable> read_rows(const Item& item, std::span<const Column> c
 }
 
 std::optional<NumberTable> read_csv_noted(const Item& item, std::span<const Column> columns,
-                                          const std::filesystem::path& folder) {
+                                          const RecipeContent& content) {
   try {
-    NumberTable table = read_csv(folder / item.value.text, columns);
+    const std::string& name = item.value.text;
+    NumberTable table =
+        read_csv((content.folder / name).string(), content_of(content, name), columns);
     if (table.values.size() >= 2 && table.values.size() <= most_rows) return table;
     note(item, table.file + ": has " + counted(table.values.size(), "row", "rows") +
                    " of numbers; 2 to " + std::to_string(most_rows) + " are wanted");

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +13,7 @@
 #include "core/recipe/number_table.h"
 #include "core/recipe/quantity.h"
 #include "core/recipe/recipe_errors.h"
+#include "core/recipe/recipe_node.h"
 #include "core/recipe/recipe_table.h"
 #include "core/recipe/toml.h"
 
@@ -71,7 +71,7 @@ std::vector<std::array<double, 2>> read_polygon(const Item& item);
 /// Rows of numbers that stand in the recipe, and those of the CSV file that it names.
 std::optional<NumberTable> read_rows(const Item& item, std::span<const Column> columns);
 std::optional<NumberTable> read_csv_noted(const Item& item, std::span<const Column> columns,
-                                          const std::filesystem::path& folder);
+                                          const RecipeContent& content);
 
 /// The rows as a recipe would hold them.
 std::string format_rows(const NumberTable& table, std::span<const Column> columns);

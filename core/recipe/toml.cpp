@@ -94,9 +94,9 @@ class DepthCheck {
     const std::string_view before = text_.substr(0, at_);
     const auto line = 1 + std::count(before.begin(), before.end(), '\n');
     const std::size_t column = at_ - (before.rfind('\n') + 1) + 1;
-    throw InputError(name_ + ':' + std::to_string(line) + ':' + std::to_string(column) +
-                     ": more than " + std::to_string(max_toml_depth) +
-                     " levels of tables or lists within each other");
+    throw InputError({problem_at(name_ + ':' + std::to_string(line) + ':' + std::to_string(column),
+                                 "more than " + std::to_string(max_toml_depth) +
+                                     " levels of tables or lists within each other")});
   }
 
   /// At a quote: to behind the string. One that does not end is left to the parser.
@@ -173,9 +173,10 @@ TomlValue parse_toml(std::string_view text, const std::string& name) {
     return converted(toml::parse(text));
   } catch (const toml::parse_error& error) {
     const TomlPlace place = place_of(error.source());
-    throw InputError(name + ':' + std::to_string(place.line) + ':' + std::to_string(place.column) +
-                     ": " + std::string(error.description()) +
-                     remedy(error.description(), line_of(text, place.line)));
+    throw InputError(
+        {problem_at(name + ':' + std::to_string(place.line) + ':' + std::to_string(place.column),
+                    std::string(error.description()) +
+                        remedy(error.description(), line_of(text, place.line)))});
   }
 }
 

@@ -160,7 +160,7 @@ class Reader {
     if (!stands_in(table, by_energy)) {
       law.amplitude = read_value(table, inner(yield_amplitude));
       law.threshold = read_value(table, inner(yield_threshold));
-    } else if (const auto rows = read_table(table, by_energy, scope_)) {
+    } else if (const auto rows = table.number_table(by_energy.name, by_energy.columns)) {
       for (const std::vector<double>& row : rows->values)
         law.table.push_back({row[0], AngleTable::sum({&law.factor, 1}, {&row[1], 1})});
     }
@@ -170,7 +170,7 @@ class Reader {
   AngleTable read_angular_factor(const RecipeTable& table) const {
     enum class Angular { cosine, sputter, enhanced };
     const Parameter by_angle = inner(yield_angular_table);
-    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle, scope_);
+    if (stands_in(table, by_angle)) return read_angle_table(table, by_angle);
     const auto angular = table.choice<Angular>("angular",
                                                {{"cosine", Angular::cosine},
                                                 {"sputter", Angular::sputter},
@@ -186,7 +186,7 @@ class Reader {
   std::vector<YieldLaw::AtEnergy> read_yields(const RecipeTable& table,
                                               const Parameter& parameter) const {
     std::vector<YieldLaw::AtEnergy> yields;
-    const auto rows = read_table(table, parameter, scope_);
+    const auto rows = table.number_table(parameter.name, parameter.columns);
     for (std::size_t first = 0; rows && first < rows->values.size();) {
       const double energy = rows->values[first][0];
       std::vector<double> angles;

@@ -71,8 +71,8 @@ target_error = )" +
 }
 
 Survey first_survey(const Recipe& recipe) {
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   return survey(state, recipe);
 }
 
@@ -104,10 +104,10 @@ TEST(AldRun, AnOpenWaferGrowsByTheCoverageOfItsCycles) {
              saturated * std::exp(-desorption / sites * 0.05)},
         Case{"cycles = 200\nsticking = 0.01\nflux = \"1e19 /cm2/s\"\n", saturated}}) {
     const Recipe recipe = read_text(wafer(each.keys));
-    State state = start_state(recipe);
-    begin_step(state, recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
+    begin_step(state, recipe.steps);
     const double start = highest_point(state.layers);
-    while (!finished(state, recipe)) {
+    while (!finished(state, recipe.steps)) {
       const Survey now = survey(state, recipe);
       for (const float theta : now.coverages[0]) EXPECT_NEAR(theta, each.theta, 2e-4) << each.keys;
       advance(state, recipe, now, 1e9);
@@ -123,9 +123,9 @@ TEST(AldRun, AnOpenWaferGrowsByTheCoverageOfItsCycles) {
 TEST(AldRun, CyclesAtOnceLimitTheTimeStep) {
   const auto time_steps_of = [](const std::string& keys) {
     const Recipe recipe = read_text(wafer(keys));
-    State state = start_state(recipe);
-    begin_step(state, recipe);
-    while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), 1e9);
+    State state = start_state(recipe.domain.frame, recipe.start);
+    begin_step(state, recipe.steps);
+    while (!finished(state, recipe.steps)) advance(state, recipe, survey(state, recipe), 1e9);
     return state.time_step;
   };
   EXPECT_EQ(time_steps_of("cycles = 40\ncycles_at_once = 5\n"), 8U);

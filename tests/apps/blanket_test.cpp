@@ -133,12 +133,12 @@ TEST_P(BlanketWafer, MovesAtTheRateOfTheFormulas) {
       " /cm3\"\n[[geometry]]\nshape = \"wafer\"\nmaterial = \"" + blanket.wafer +
       "\"\n[[step]]\nduration = \"" + std::to_string(way / std::abs(blanket.rate)) + " s\"\n" +
       blanket.step);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   const double before = highest_point(state.layers);
   double error = 0;
   double lowest = 0;
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     for (const FluxField& flux : now.flux) error = std::max(error, flux.error);
     advance(state, recipe, now, std::numeric_limits<double>::infinity());

@@ -37,8 +37,8 @@ TEST(Bosch, OfAnOpenWaferIsWhatItsRatesMake) {
   ASSERT_NE(mask, std::string::npos);
   std::ofstream(folder / "flat.toml") << text.substr(0, mask) << text.substr(rest);
   const Recipe recipe =
-      read_recipe(folder / "flat.toml",
-                  {"domain.extent=[\"200 nm\"]", "step[0].repeat=1", "output.every=\"0 s\""});
+      read_recipe(recipe_in(folder / "flat.toml", {"domain.extent=[\"200 nm\"]", "step[0].repeat=1",
+                                                   "output.every=\"0 s\""}));
   ASSERT_EQ(run(recipe, folder / "out", {}), RunEnd::complete);
 
   const double surface = highest_point(layers_after(folder / "out", 0));
@@ -76,12 +76,12 @@ double innermost(const std::vector<Polyline>& lines, double lower, double upper)
 // etch follows the film on the arc above, a radian far.
 TEST(Bosch, LeavesArcsAndCusps) {
   const TemporaryFolder folder;
-  const Recipe recipe =
-      read_recipe(config("bosch_emulation.toml"), {"step[0].repeat=3", "output.every=\"0 s\""});
+  const Recipe recipe = read_recipe(
+      recipe_in(config("bosch_emulation.toml"), {"step[0].repeat=3", "output.every=\"0 s\""}));
   ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
   const Layers layers = read_checkpoint(folder / "state_0012.vdb").layers;
   const std::vector<Polyline> silicon = cross_section(layers, 1, 0.0).front();
-  const double spacing = recipe.frame.spacing;
+  const double spacing = recipe.domain.frame.spacing;
   const double arc = 500;
   for (const double floor : {-500.0, -1000.0}) {
     EXPECT_NEAR(rightmost(silicon, floor - 100, floor + 100), 950 + arc, spacing) << floor;

@@ -32,7 +32,7 @@ model = "cf4_o2"
 duration = "1 s"
 sticking_in_balance = true
 )");
-  const State state = start_state(recipe);
+  const State state = start_state(recipe.domain.frame, recipe.start);
   const Survey now = survey(state, recipe);
   EXPECT_TRUE(now.coverage_fit.reached);
   double least = 1;
@@ -40,7 +40,7 @@ sticking_in_balance = true
     const auto flux = [&](std::size_t gas) { return now.flux[gas].arrivals().mean[f]; };
     const auto theta = [&](std::size_t gas) { return static_cast<double>(now.coverages[gas][f]); };
     const double bare = 1 - theta(0) - theta(1) - theta(2);
-    const double tolerance = 3 * recipe.coverages.tolerance;
+    const double tolerance = 3 * recipe.flux.coverages.tolerance;
     const double k = 300 * std::exp(0.4675 * 0.3);
     EXPECT_NEAR(0.7 * 500 * flux(0) * bare, k * theta(0), tolerance * (350 * flux(0) + k));
     EXPECT_NEAR(50 * flux(1) * bare, (0.04 + 500 * flux(0)) * theta(1),

@@ -17,6 +17,7 @@
 #include "apps/run/restart.h"
 #include "apps/run/results.h"
 #include "apps/run/run.h"
+#include "apps/simulator/state_file.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 
@@ -222,11 +223,11 @@ TEST_F(Checkpoints, OneBeforeADamagedOneIsKept) {
   fs::resize_file(folder_ / "r" / interrupted_state, 3000);
   const fs::path before = folder_ / "r" / earlier_interrupted_state;
   const std::string good = read_file(before);
-  ResultFolder folder(folder_ / "r");
-  const auto state = folder.resume(known, {});
+  ResultFolder folder(folder_ / "r", known);
+  const auto state = folder.resume({});
   ASSERT_TRUE(state);
   EXPECT_EQ(folder.last_checkpoint(), before);
-  folder.write_checkpoint(*state, known);
+  folder.write_checkpoint(*state);
   EXPECT_EQ(read_file(before), good);
   EXPECT_EQ(saved_time_step(known), state->time_step);
 }

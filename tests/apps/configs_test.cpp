@@ -76,7 +76,7 @@ TEST_P(Configs, RunsAtACoarseSpacing) {
   std::vector<std::string> wanted = overrides->second;
   wanted.emplace_back("flux.target_error=0.1");
   const TemporaryFolder folder;
-  const Recipe recipe = read_recipe(configs / (GetParam() + ".toml"), wanted);
+  const Recipe recipe = read_recipe(recipe_in(configs / (GetParam() + ".toml"), wanted));
   const CostEstimate expected =
       estimate_cost(on_part(recipe, mirror_planes(recipe)), {}, write_trial_output);
   ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);

@@ -20,8 +20,8 @@ namespace {
 using exact::Stated;
 
 Recipe hole_with_seed(std::uint64_t seed) {
-  return read_recipe(std::filesystem::path(SCARP_SOURCE_DIR) / "configs/sf6_o2_hole.toml",
-                     {"flux.seed=" + std::to_string(seed)});
+  return read_recipe(recipe_in(std::filesystem::path(SCARP_SOURCE_DIR) / "configs/sf6_o2_hole.toml",
+                               {"flux.seed=" + std::to_string(seed)}));
 }
 
 // Of patches that do not face up to the source alone.
@@ -29,7 +29,7 @@ enum Place : std::size_t { top, middle, bottom, place_count };
 
 std::array<std::vector<std::size_t>, place_count> places_of(const Survey& now,
                                                             const Recipe& recipe) {
-  const RayScene scene(now.facets, recipe.frame.sides(), recipe.frame.spacing);
+  const RayScene scene(now.facets, recipe.domain.frame.sides(), recipe.domain.frame.spacing);
   const Patches patches(now.facets, scene);
   std::array<std::vector<std::size_t>, place_count> places;
   for (std::size_t p = 0; p < patches.list().size(); ++p) {
@@ -55,8 +55,8 @@ void expect_near_one(const exact::Calibration& c, const std::string& what) {
 
 TEST(SlowErrorBarsOfRuns, AreTrueInAHoleWhoseWallsAreCovered) {
   Recipe recipe = hole_with_seed(1);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   std::array<std::vector<Stated>, 2> on_patches;  // of fluorine and oxygen
   std::array<std::vector<Stated>, 2> of_balance;
   std::array<std::vector<std::size_t>, place_count> places;

@@ -225,7 +225,7 @@ TEST_F(Faults, ARunThatTakesMoreMemoryThanItMayIsRefusedBeforeAnythingIsLost) {
 
 // No flux is solved only to be thrown away.
 TEST_F(Faults, ARunThatIsToStopSolvesNoFurtherFlux) {
-  const Recipe recipe = read_recipe(folder_ / "r.toml", {});
+  const Recipe recipe = read_recipe(recipe_in(folder_ / "r.toml"));
   std::atomic<bool> stop = false;
   RunOptions options;
   options.stop = &stop;
@@ -261,14 +261,14 @@ etch_rate = { Si = "1 nm/s", mask = "0 nm/s" }
 [flux]
 engine = "gather"
 )");
-  recipe.flux.memory_limit = 0;
+  recipe.flux.options.memory_limit = 0;
   try {
     run(recipe, folder_ / "d", {});
     FAIL();
   } catch (const InputError& error) {
     const std::string_view message = error.what();
     const std::string_view least = "allow at least ";
-    recipe.flux.memory_limit =
+    recipe.flux.options.memory_limit =
         std::stoull(std::string(message.substr(message.find(least) + least.size())));
   }
   EXPECT_THAT([&] { run(recipe, folder_ / "d", {}); },
@@ -279,7 +279,7 @@ engine = "gather"
 }
 
 TEST_F(Faults, ARunThatComesToTakeMoreMemoryEndsWithACheckpoint) {
-  const Recipe recipe = read_recipe(folder_ / "r.toml", {});
+  const Recipe recipe = read_recipe(recipe_in(folder_ / "r.toml"));
   RunOptions options;
   options.memory_limit_mb = peak_memory_mb() + 100;
   std::vector<char> ballast;

@@ -6,12 +6,12 @@ namespace scarp {
 
 /// The state when a recipe is complete.
 inline State final_state(const Recipe& recipe) {
-  State state = start_state(recipe);
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     note_voids(state, now.gas);
-    advance(state, recipe, now, next_output(state, recipe));
+    advance(state, recipe, now, next_output(state, recipe.outputs.every));
   }
   return state;
 }

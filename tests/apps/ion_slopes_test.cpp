@@ -224,7 +224,8 @@ Taken taken_by_beam(const std::string& scheme, double place) {
       length(place) +
       " }\n[[step]]\nmodel = \"directional\"\nduration = \"400 s\"\n"
       "directional_etch_rate = { SiO2 = \"1 nm/s\", Si = \"0.01 nm/s\", resist = \"0 nm/s\" }\n");
-  const std::vector<double> before = material_volumes(start_state(recipe).layers);
+  const std::vector<double> before =
+      material_volumes(start_state(recipe.domain.frame, recipe.start).layers);
   const State state = final_state(recipe);
   const std::vector<double> after = material_volumes(state.layers);
   const auto area = [&](std::size_t layer) {

@@ -55,7 +55,7 @@ struct Bottom {
 /// Means over the silicon.
 Bottom bottom_of(const std::string& text) {
   const Recipe recipe = read_text(text);
-  const State state = start_state(recipe);
+  const State state = start_state(recipe.domain.frame, recipe.start);
   const Survey now = survey(state, recipe);
   EXPECT_TRUE(now.coverage_fit.reached);
   const std::vector<float> speeds = facet_speeds(state, now);

@@ -98,10 +98,10 @@ Recipe seeded(const std::string& wafer, const std::string& keys) {
       wafer +
       "\"\n[[geometry]]\nshape = \"trench\"\nwidth = \"100 nm\"\ndepth = \"100 nm\"\n"
       "[[step]]\nmodel = \"isotropic\"\nduration = \"10 s\"\netch_rate = \"1 nm/s\"\n");
-  const RecipeFile file("[[step]]\n" + keys, "r.toml");
+  const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
   const StepModel step = seeded_growth_description().read(
       file.root().tables("step")[0],
-      {recipe.materials, {recipe.materials.id(wafer)}, ".", recipe.frame});
+      {recipe.materials, {recipe.materials.id(wafer)}, recipe.domain.frame});
   file.finish();
   recipe.steps[0].model = step.model;
   recipe.steps[0].deposits = step.deposits;

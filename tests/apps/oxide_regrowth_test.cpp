@@ -53,8 +53,8 @@ const std::string rich =
     "boundary_layer = \"1 um\"\n";
 
 Survey first_survey(const Recipe& recipe, State& state) {
-  state = start_state(recipe);
-  begin_step(state, recipe);
+  state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   return survey(state, recipe);
 }
 
@@ -62,7 +62,7 @@ Survey first_survey(const Recipe& recipe, State& state) {
 TEST(OxideRegrowthRun, SilicaIsConserved) {
   for (const std::string& domain : {plane, strip}) {
     const Recipe recipe = read_text(stack(domain, rich));
-    State state = start_state(recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
     const Survey now = first_survey(recipe, state);
     const std::vector<float> speeds = facet_speeds(state, now);
     const std::vector<double> areas = facet_areas(now.facets);
@@ -86,7 +86,7 @@ TEST(OxideRegrowthRun, SilicaIsConserved) {
 TEST(OxideRegrowthRun, AStripIsItsCrossSection) {
   const auto mean_speed = [](const std::string& domain, const char* material) {
     const Recipe recipe = read_text(stack(domain, rich));
-    State state = start_state(recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
     const Survey now = first_survey(recipe, state);
     const std::vector<float> speeds = facet_speeds(state, now);
     const std::vector<double> areas = facet_areas(now.facets);
@@ -142,11 +142,11 @@ TEST(OxideRegrowthRun, BitsDoNotDependOnThreads) {
   const Recipe recipe = read_text(stack(strip, rich));
   const auto hash_after = [&](int threads) {
     const ThreadLimit limit(threads);
-    State state = start_state(recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
     for (int n = 0; n < 2; ++n) {
-      begin_step(state, recipe);
+      begin_step(state, recipe.steps);
       const Survey now = survey(state, recipe);
-      advance(state, recipe, now, next_output(state, recipe));
+      advance(state, recipe, now, next_output(state, recipe.outputs.every));
     }
     return hash(state.layers);
   };

@@ -141,8 +141,8 @@ class SlowRandomStacks : public Program {
     ASSERT_TRUE(std::regex_search(message, found, words)) << message;
     EXPECT_LT(std::stod(found[1]), 0.05 * spacing);
     const double finer = common_extent / std::ceil(common_extent / std::stod(found[2]));
-    EXPECT_NO_THROW(
-        read_recipe(folder_ / "stack.toml", {fmt::format("domain.spacing=\"{:.17g} nm\"", finer)}));
+    EXPECT_NO_THROW(read_recipe(
+        recipe_in(folder_ / "stack.toml", {fmt::format("domain.spacing=\"{:.17g} nm\"", finer)})));
   }
 
   nlohmann::json volumes(const std::string& state) const {

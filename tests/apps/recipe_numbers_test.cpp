@@ -35,7 +35,7 @@ TEST_P(RecipeNumbers, AreRefusedWhereTheyAreNone) {
   std::set<std::string> known;
   for (const fs::path& file : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {
     // With what it leaves to defaults.
-    const std::string text = read_recipe(file, {}).resolved;
+    const std::string text = read_recipe(recipe_in(file)).resolved;
     const std::regex number(R"re((= |\[|, |")(-?[0-9][0-9.e+-]*)(?=[ ",\]%}\n]|$))re");
     for (auto found = std::sregex_iterator(text.begin(), text.end(), number);
          found != std::sregex_iterator(); ++found) {

@@ -76,7 +76,7 @@ std::string resolved(const std::string& text) {
   const TemporaryFolder folder;
   const fs::path file = folder / "recipe.toml";
   std::ofstream(file) << text;
-  return read_recipe(file, {}).resolved;
+  return read_recipe(recipe_in(file)).resolved;
 }
 
 TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
@@ -144,8 +144,8 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
     std::set<std::string> read{"shape"};
     sections[shape.section].emplace("shape", "");
     for (const std::string& text : shape.texts) {
-      const RecipeFile file("[[geometry]]\n" + text, "r.toml");
-      read_geometry(file.root().tables("geometry"), Materials(), Frame{}, "/");
+      const RecipeFile file({"[[geometry]]\n" + text, "r.toml"});
+      read_geometry(file.root().tables("geometry"), Materials(), Frame{});
       const Keys given = tables_of("[[geometry]]\n" + text);
       for (const auto& [table, keys] : tables_of(file.resolved())) {
         if (table != "[[geometry]]") read.insert(table.substr(10, table.size() - 11));
@@ -195,7 +195,7 @@ TEST(RecipeReference, HasTheKeysOfSteps) {
                                        "material", "at",        "over_etch"};
   EXPECT_EQ(keys_of(sections.at("[step.until]")), of_until);
   EXPECT_THAT(sections.at("[step.until]").at("over_etch"), HasSubstr("`\"0 %\"`"));
-  const RecipeFile file("[until]\ngone = \"Si\"\n", "r.toml");
+  const RecipeFile file({"[until]\ngone = \"Si\"\n", "r.toml"});
   read_end_condition(file.root().table("until"), Materials(), {});
   EXPECT_THAT(file.resolved(), HasSubstr("over_etch = \"0 %\"\n"));
 }

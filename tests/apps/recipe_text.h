@@ -30,7 +30,7 @@ etch_rate = "1 nm/s"
 inline Recipe read_text(const std::string& text) {
   const TemporaryFolder folder;
   std::ofstream(folder / "r.toml") << text;
-  return read_recipe(folder / "r.toml", {});
+  return read_recipe(recipe_in(folder / "r.toml"));
 }
 
 }  // namespace scarp

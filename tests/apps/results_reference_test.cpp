@@ -71,7 +71,7 @@ class ResultsReference : public ::testing::Test {
   void SetUp() override {
     const fs::path file = folder_ / "void.toml";
     std::ofstream(file) << recipe_with_void;
-    run(read_recipe(file, {}), results(), {});
+    run(read_recipe(recipe_in(file)), results(), {});
   }
 
   fs::path results() const { return folder_ / "results"; }
@@ -212,7 +212,7 @@ rays = 1000
 TEST_F(ResultsReference, HasTheArraysOfSurfaces) {
   const fs::path file = results() / "ion.toml";
   std::ofstream(file) << recipe_with_ion;
-  run(read_recipe(file, {}), results() / "ion", {});
+  run(read_recipe(recipe_in(file)), results() / "ion", {});
   const std::set<std::string> arrays = arrays_of(results() / "ion" / "surface_0001.vtp");
   std::set<std::string> described_arrays = described("surface_NNNN.vtp");
   for (const char* name : {"coverage_NAME", "concentration_NAME"})
@@ -231,7 +231,7 @@ TEST_F(ResultsReference, HasTheArraysOfCoverages) {
   text.replace(text.find("[[step]]"), std::string::npos,
                "[flux]\nrays = 1000\n[[step]]\nmodel = \"sf6_o2\"\nduration = \"0.1 s\"\n");
   std::ofstream(file) << text;
-  run(read_recipe(file, {}), results() / "covered", {});
+  run(read_recipe(recipe_in(file)), results() / "covered", {});
   const std::set<std::string> arrays = arrays_of(results() / "covered" / "surface_0001.vtp");
   for (const char* name : {"coverage_F", "coverage_O"}) EXPECT_TRUE(arrays.contains(name)) << name;
   const std::set<std::string> names = columns("covered/metrics.csv");
@@ -246,7 +246,7 @@ TEST_F(ResultsReference, HasTheArrayOfASolute) {
                "[[step]]\nmodel = \"oxide_regrowth\"\nduration = \"0.1 s\"\nmaterial = \"SiO2\"\n"
                "settling_rate = \"1 nm/s\"\nsettles_on = [\"Si\"]\n");
   std::ofstream(file) << text;
-  run(read_recipe(file, {}), results() / "bath", {});
+  run(read_recipe(recipe_in(file)), results() / "bath", {});
   const std::set<std::string> arrays = arrays_of(results() / "bath" / "surface_0001.vtp");
   EXPECT_TRUE(arrays.contains("concentration_silica"));
   EXPECT_FALSE(arrays.contains("flux"));

@@ -53,15 +53,15 @@ struct Milled {
 
 Milled mill(const std::string& text) {
   const Recipe recipe = read_text(text);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   Milled milled{.volume = volume(state.layers)};
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     const double left =
         static_cast<double>(now.facets.triangles.size()) / static_cast<double>(now.facets_full);
     milled.least_simplified = std::min(milled.least_simplified, 1 - left);
-    advance(state, recipe, now, next_output(state, recipe));
+    advance(state, recipe, now, next_output(state, recipe.outputs.every));
   }
   milled.volume -= volume(state.layers);
   return milled;
@@ -83,16 +83,16 @@ TEST(MilledRidge, LosesAsMuchOnSimplifiedFacets) {
 // cell: with one seed three creases of one of them meet there, with the other a single one ends.
 TEST(RoughRidge, LosesNoParticle) {
   for (const std::string seed : {"230", "20"}) {
-    const Recipe recipe =
-        read_recipe(std::string(SCARP_SOURCE_DIR) + "/tests/bench/runs/verdict_ridge.toml",
-                    {"flux.engine=\"forward\"", "flux.rays=300", "flux.seed=" + seed,
-                     "simplify.enabled=false"});
-    State state = start_state(recipe);
-    while (!finished(state, recipe)) {
-      begin_step(state, recipe);
+    const Recipe recipe = read_recipe(
+        recipe_in(std::string(SCARP_SOURCE_DIR) + "/tests/bench/runs/verdict_ridge.toml",
+                  {"flux.engine=\"forward\"", "flux.rays=300", "flux.seed=" + seed,
+                   "simplify.enabled=false"}));
+    State state = start_state(recipe.domain.frame, recipe.start);
+    while (!finished(state, recipe.steps)) {
+      begin_step(state, recipe.steps);
       const Survey now = survey(state, recipe);
       EXPECT_EQ(now.flux.at(0).audit.lost(), 0) << seed << ' ' << state.time_step;
-      advance(state, recipe, now, next_output(state, recipe));
+      advance(state, recipe, now, next_output(state, recipe.outputs.every));
     }
   }
 }

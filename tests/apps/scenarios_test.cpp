@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Recipe config_of(const std::string& name, const std::vector<std::string>& changes) {
-  return read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs" / (name + ".toml"), changes);
+  return read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / "configs" / (name + ".toml"), changes));
 }
 
 /// The outlines of the layers at the end of a run, from the lowest up, and what it says of itself.
@@ -76,8 +76,8 @@ TEST(Scenarios, AtTheStartOfTrenchDepositionTheFluxIsThatOfRadiosity) {
   const Recipe recipe = config_of("trench_deposition",
                                   {"domain.mode=\"2d\"", "domain.extent=[\"10 um\"]",
                                    "domain.boundary=[\"reflective\"]", "flux.target_error=0.002"});
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   const Survey now = survey(state, recipe);
   const std::vector<float>& flux = now.flux.front().arrivals().mean;
   const auto mean_at = [&](double x, double z) {
@@ -113,7 +113,7 @@ TEST(Scenarios, OxideOpeningEndsByItsEndpointAndOverEtchesByArithmetic) {
   EXPECT_EQ(step["ended_by"], "exposed");
   // A thousandth of a spacing of film counts as none, a thousandth of a time step is not told from
   // another.
-  const double tolerance = 1e-3 * recipe.frame.spacing / 2.2 + 1e-3;
+  const double tolerance = 1e-3 * recipe.domain.frame.spacing / 2.2 + 1e-3;
   EXPECT_NEAR(step["reached_s"].get<double>(), through, tolerance);
   EXPECT_NEAR(step["end_s"].get<double>(), end, 1.32 * tolerance);
   // A flat floor but for its corners.
@@ -123,7 +123,7 @@ TEST(Scenarios, OxideOpeningEndsByItsEndpointAndOverEtchesByArithmetic) {
   // The wall goes sideways from when the floor has come by; nearest to the resist it keeps a notch.
   for (double z = 20; z < 195; z += 5) {
     const double undercut = half_gap(run.outlines[1], z) - 40;
-    EXPECT_NEAR(undercut, 0.2 * (end - (200 - z) / 2.2), 0.2 * recipe.frame.spacing) << z;
+    EXPECT_NEAR(undercut, 0.2 * (end - (200 - z) / 2.2), 0.2 * recipe.domain.frame.spacing) << z;
   }
 }
 
@@ -169,12 +169,12 @@ TEST(Scenarios, PecvdTeosClosesOverAVoid) {
 // climbed to 47 and 37 nm at the last two places.
 TEST(Scenarios, PolymerDoesNotClimbAMaskThatIonsSee) {
   for (const std::string width : {"400 nm", "404 nm", "406 nm", "409 nm"}) {
-    const Recipe recipe =
-        read_recipe(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs/fluorocarbon_hole.toml",
-                    {"domain.mode=\"2d\"", "domain.extent=[\"900 nm\"]", "simplify.l_max=0",
-                     "geometry[1].opening={ shape = \"trench\", width = \"" + width + "\" }",
-                     "step[0].duration=\"15 s\"", "step[0].etchant_flux=\"5e17 /cm2/s\"",
-                     "step[0].polymer_flux=\"1e17 /cm2/s\""});
+    const Recipe recipe = read_recipe(
+        recipe_in(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs/fluorocarbon_hole.toml",
+                  {"domain.mode=\"2d\"", "domain.extent=[\"900 nm\"]", "simplify.l_max=0",
+                   "geometry[1].opening={ shape = \"trench\", width = \"" + width + "\" }",
+                   "step[0].duration=\"15 s\"", "step[0].etchant_flux=\"5e17 /cm2/s\"",
+                   "step[0].polymer_flux=\"1e17 /cm2/s\""}));
     const Finished etched(recipe);
     const std::vector<Polyline>& film = etched.outlines.back();
     const double wall = 0.5 * std::stod(width);
@@ -184,7 +184,7 @@ TEST(Scenarios, PolymerDoesNotClimbAMaskThatIonsSee) {
       for (const double x : places_at(film, z))
         if (std::abs(x) < mask - 1) top = z;
     }
-    EXPECT_LT(top, 2 * recipe.frame.spacing) << width;
+    EXPECT_LT(top, 2 * recipe.domain.frame.spacing) << width;
     EXPECT_GT(top, 0) << width;
   }
 }

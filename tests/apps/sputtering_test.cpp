@@ -49,8 +49,8 @@ TEST_P(MilledWafer, GoesAtItsRate) {
         domain(dimensions) + wafer + "[flux]\nrays = 100000\n" +
         step_of("ion_milling", "duration = \"1 s\"\netch_rate = \"2 nm/s\"\nmaterial = \"Si\"\n" +
                                    GetParam().keys));
-    State state = start_state(recipe);
-    begin_step(state, recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     const std::vector<float> speeds = facet_speeds(state, now);
     const std::vector<double> areas = facet_areas(now.facets);
@@ -208,8 +208,8 @@ constexpr const char* beam = "[[step.ion]]\nsource_power = 1e6\nsticks_to = \"90
 TEST(Redeposition, OnAWallIsThatOfTheFloorInSight) {
   for (const std::string& geometry : {plane, strip}) {
     const Recipe recipe = read_text(milled(geometry, std::string("duration = \"1 s\"\n") + beam));
-    State state = start_state(recipe);
-    begin_step(state, recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     const std::vector<float> speeds = facet_speeds(state, now);
     const std::vector<double> areas = facet_areas(now.facets);
@@ -242,8 +242,8 @@ TEST(Redeposition, ConservesAtoms) {
       const Recipe recipe =
           read_text(milled(geometry, "duration = \"1 s\"\nredeposition_sticking = " + sticking +
                                          "\n[[step.ion]]\nsource_power = 100\n"));
-      State state = start_state(recipe);
-      begin_step(state, recipe);
+      State state = start_state(recipe.domain.frame, recipe.start);
+      begin_step(state, recipe.steps);
       const Survey now = survey(state, recipe);
       const std::vector<double> areas = facet_areas(now.facets);
       const FluxField& atoms = now.flux.back();
@@ -280,17 +280,17 @@ TEST(Redeposition, LeavesTheVolumeThatDoesNotEscape) {
     Recipe recipe = read_text(
         milled(geometry,
                std::string("duration = \"20 s\"\nangular_polynomial = [[0, 1], [1, 0]]\n") + beam));
-    recipe.flux.target_error = 0.03;
-    State state = start_state(recipe);
+    recipe.flux.options.target_error = 0.03;
+    State state = start_state(recipe.domain.frame, recipe.start);
     const auto volume = [&state] {
       const std::vector<double> each = material_volumes(state.layers);
       return std::accumulate(each.begin(), each.end(), 0.0);
     };
     const double before = volume();
-    begin_step(state, recipe);
+    begin_step(state, recipe.steps);
     double escaped = 0;
     double sputtered = 0;
-    while (!finished(state, recipe)) {
+    while (!finished(state, recipe.steps)) {
       const Survey now = survey(state, recipe);
       const std::vector<double> areas = facet_areas(now.facets);
       const double flat = now.factors.front().value({0, 0, 1});
@@ -312,8 +312,8 @@ TEST(Redeposition, LeavesTheVolumeThatDoesNotEscape) {
 /// The mean speed of facets that are taken, by area. Units: nm/s.
 template <class Taken>
 double mean_speed(const Recipe& recipe, const Taken& taken) {
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   const Survey now = survey(state, recipe);
   const std::vector<float> speeds = facet_speeds(state, now);
   const std::vector<double> areas = facet_areas(now.facets);

@@ -44,8 +44,8 @@ struct Covered {
   std::vector<float> speeds;
 
   explicit Covered(const Recipe& recipe) {
-    State state = start_state(recipe);
-    begin_step(state, recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
+    begin_step(state, recipe.steps);
     survey = scarp::survey(state, recipe);
     speeds = facet_speeds(state, survey);
   }
@@ -95,7 +95,7 @@ TEST(Teos, CoverageFitsTheFluxOnEveryFacet) {
     const std::vector<float>& flux = tally.mean;
     for (std::size_t f = 0; f < flux.size(); ++f)
       EXPECT_NEAR(found.survey.coverages[0][f], std::min(1.0F, flux[f]),
-                  2 * recipe.coverages.tolerance);
+                  2 * recipe.flux.coverages.tolerance);
     // Again with the sticking that follows, by itself.
     Species fixed = recipe.steps[0].model->species().front();
     fixed.sticking.clear();
@@ -105,7 +105,7 @@ TEST(Teos, CoverageFitsTheFluxOnEveryFacet) {
       fixed.sticking.push_back(static_cast<float>(
           std::min(1.0, 0.2 * std::pow(found.survey.coverages[0][f], std::stod(order) - 1))));
     }
-    FluxOptions options = recipe.flux;
+    FluxOptions options = recipe.flux.options;
     options.target_error = 0.003;
     const FluxField again = solve_flux(facets, {&fixed, 1}, options).front();
     double off = 0;
@@ -116,7 +116,7 @@ TEST(Teos, CoverageFitsTheFluxOnEveryFacet) {
     }
     const auto count = static_cast<double>(flux.size());
     EXPECT_LT(off / count, 0.02) << order;
-    EXPECT_LT(off, 1.2 * stated + recipe.coverages.tolerance * count) << order;
+    EXPECT_LT(off, 1.2 * stated + recipe.flux.coverages.tolerance * count) << order;
   }
 }
 

@@ -107,8 +107,8 @@ class TrenchGrowth : public ::testing::TestWithParam<Growing> {
         "geometry[1].depth=\"" + std::to_string(4 * growth.aspect) + " um\"",
         std::string("step[0].sticking=") + growth.sticking, "step[0].duration=\"2 min\""};
     changes.insert(changes.end(), growth.changes.begin(), growth.changes.end());
-    const Recipe recipe =
-        read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml", changes);
+    const Recipe recipe = read_recipe(
+        recipe_in(fs::path(SCARP_SOURCE_DIR) / "configs/trench_deposition.toml", changes));
     ASSERT_EQ(run(recipe, folder, {}), RunEnd::complete);
 
     const auto expected = reference(growth);

@@ -116,23 +116,24 @@ Case of_recipe(const std::string& name, const std::string& file, double time,
               of_seed.push_back(settings.rays > 0
                                     ? fmt::format("flux.rays={}", settings.rays)
                                     : fmt::format("flux.target_error={}", settings.target));
-              return read_recipe(fs::path(SCARP_SOURCE_DIR) / file, of_seed);
+              return read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / file, of_seed));
             };
             const Recipe first = read(1'000'000);
-            auto state = std::make_shared<State>(start_state(first));
+            auto state = std::make_shared<State>(start_state(first.domain.frame, first.start));
             while (state->time < time) {
-              begin_step(*state, first);
+              begin_step(*state, first.steps);
               const Survey now = survey(*state, first);
               note_voids(*state, now.gas);
               advance(*state, first, now, time);
             }
-            begin_step(*state, first);
+            begin_step(*state, first.steps);
             return Sampler([=](std::uint64_t seed) {
               const Recipe recipe = read(seed);
               Survey now = survey(*state, recipe);
               Sample sample;
-              sample.options = recipe.flux;
-              const std::vector<Species> species = current_step(*state, recipe).model->species();
+              sample.options = recipe.flux.options;
+              const std::vector<Species> species =
+                  current_step(*state, recipe.steps).model->species();
               for (std::size_t k = 0; k < species.size(); ++k) {
                 if (now.flux[k].engine != FluxEngine::gather) continue;
                 sample.names.push_back(species[k].name);

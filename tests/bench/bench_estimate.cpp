@@ -51,7 +51,7 @@ struct Row {
 };
 
 Row measure(const fs::path& file) {
-  const Recipe recipe = read_recipe(file, {});
+  const Recipe recipe = read_recipe(recipe_in(file));
   const CostEstimate expected =
       estimate_cost(on_part(recipe, mirror_planes(recipe)), {}, write_trial_output);
   const TemporaryFolder folder;

@@ -121,15 +121,16 @@ const std::string errors_name = "errors";
 
 Json summary_of(const Case& of, const std::string& scheme, double spacing, double place) {
   const TemporaryFolder folder;
-  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs" / of.recipe,
-                                    {fmt::format("domain.spacing=\"{} nm\"", spacing),
-                                     fmt::format("advection.scheme=\"{}\"", scheme),
-                                     fmt::format("{}=\"{} nm\"", of.center, place * spacing)});
+  const Recipe recipe =
+      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs" / of.recipe,
+                            {fmt::format("domain.spacing=\"{} nm\"", spacing),
+                             fmt::format("advection.scheme=\"{}\"", scheme),
+                             fmt::format("{}=\"{} nm\"", of.center, place * spacing)}));
   run(recipe, folder / "run", {});
   std::ifstream file(folder / "run" / "summary.json");
   Json summary = Json::parse(file);
   summary["volumes_after"] = summary["metrology"]["volumes_nm3"];
-  const Layers start = start_state(recipe).layers;
+  const Layers start = start_state(recipe.domain.frame, recipe.start).layers;
   const std::vector<double> volumes = material_volumes(start);
   for (std::size_t n = 0; n < volumes.size(); ++n)
     summary["volumes_before"][recipe.materials[start.stack[n].material].name] = volumes[n];

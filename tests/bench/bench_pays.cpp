@@ -96,7 +96,7 @@ const std::vector<Case> all_cases{
 Recipe recipe_of(const Case& of, const Overrides& changes) {
   Overrides overrides = of.settings;
   overrides.insert(overrides.end(), changes.begin(), changes.end());
-  return read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, overrides);
+  return read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, overrides));
 }
 
 // --- what is kept --------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ void run_seed(const Case& of, int seed, const TriMesh& reference, Measured& meas
   changes.push_back(fmt::format("advection.cfl={}", cfl));
   const Recipe recipe = recipe_of(of, changes);
   const WholeRun run = run_to_end(recipe);
-  measured.add(run, distance_between(run.surface, reference, recipe.frame.spacing));
+  measured.add(run, distance_between(run.surface, reference, recipe.domain.frame.spacing));
   tell(of, measured, seed, run);
 }
 

@@ -115,7 +115,7 @@ struct Finished {
 Finished finished_run(const Case& of, const Overrides& changes) {
   Overrides overrides = of.settings;
   overrides.insert(overrides.end(), changes.begin(), changes.end());
-  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, overrides);
+  const Recipe recipe = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, overrides));
   const TemporaryFolder folder;
   scarp::run(recipe, folder, {});
   const SavedWafer wafer = read_wafer(newest_state(folder));
@@ -146,7 +146,7 @@ void print(const Row& row) {
 /// Time and memory by spacing, coarse first: the peak of the process is then that of the last run.
 nlohmann::ordered_json scaling_of(const Case& of, bool quiet) {
   const double spacing =
-      read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
+      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).frame.spacing;
   double last_seconds = 0;
   double last_mb = 0;
   double most_time = 0;
@@ -193,7 +193,7 @@ const std::vector<Knob> knobs{{"flux.target_error", {0.25, 0.5, 1, 2, 4}, true},
 /// Error against work for every knob; prints each point.
 Plot knees_of(const Case& of, const TriMesh& reference) {
   constexpr int seeds = 4;
-  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings);
+  const Recipe recipe = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings));
   const auto mean_of = [&](const Overrides& changes) {
     std::pair<double, double> mean;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -201,7 +201,7 @@ Plot knees_of(const Case& of, const TriMesh& reference) {
       with_seed.push_back(fmt::format("flux.seed={}", seed));
       const Finished run = finished_run(of, with_seed);
       mean.first += run.seconds / seeds;
-      mean.second += distance_between(run.surface, reference, recipe.frame.spacing) / seeds;
+      mean.second += distance_between(run.surface, reference, recipe.domain.frame.spacing) / seeds;
     }
     return mean;
   };
@@ -213,7 +213,7 @@ Plot knees_of(const Case& of, const TriMesh& reference) {
   for (const Knob& knob : knobs) {
     Series series{.name = knob.path, .points = {}};
     for (const double value : knob.values) {
-      const double set = knob.is_relative ? value * recipe.flux.target_error : value;
+      const double set = knob.is_relative ? value * recipe.flux.options.target_error : value;
       const auto [work, off] = mean_of({fmt::format("{}={}", knob.path, set)});
       fmt::print("  {:24} {:8.4g} {:8.2f} times the work {:8.3f} spacings off\n", knob.path, set,
                  work / seconds, off);
@@ -233,7 +233,7 @@ TriMesh reference_of(const Case& of) {
 
 nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
   const double spacing =
-      read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).frame.spacing;
+      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).frame.spacing;
   const TriMesh reference = reference_of(of);
   const auto run_with = [&](const std::string& name, const Overrides& changes) {
     Row row{.name = name, .run = {}};
@@ -263,7 +263,7 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
                                 {"plain_error", loop.error.mean}};
   if (settings.equal_error) {
     Row equal = loop;
-    double cfl = read_recipe(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings).cfl;
+    double cfl = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).cfl;
     for (int halving = 0; halving < 3 && equal.error.mean > ours.error.mean; ++halving) {
       cfl /= 2;
       Overrides shorter = plain_of_case;

@@ -134,8 +134,8 @@ class Runner {
       Overrides overrides = case_.settings;
       overrides.insert(overrides.end(), changes.begin(), changes.end());
       overrides.push_back(fmt::format("flux.seed={}", ++seed_));
-      const Recipe recipe =
-          read_recipe(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs" / case_.recipe, overrides);
+      const Recipe recipe = read_recipe(
+          recipe_in(fs::path(SCARP_SOURCE_DIR) / "tests/bench/runs" / case_.recipe, overrides));
       const fs::path where = folder / fmt::format("{}_{}", name, n);
       run(recipe, where, {});
       group.runs.push_back(read_run(where));

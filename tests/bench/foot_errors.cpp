@@ -88,8 +88,8 @@ std::vector<std::string> overrides_of(const Process& process, Kind kind, double 
 
 FootRun run_of(const Process& process, Kind kind, double across, double place) {
   const TemporaryFolder folder;
-  const Recipe recipe = read_recipe(fs::path(SCARP_SOURCE_DIR) / process.recipe,
-                                    overrides_of(process, kind, across, place));
+  const Recipe recipe = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / process.recipe,
+                                              overrides_of(process, kind, across, place)));
   run(recipe, folder / "run", {});
   std::ifstream file(folder / "run" / "summary.json");
   const Json metrology = Json::parse(file)["metrology"];
@@ -98,7 +98,7 @@ FootRun run_of(const Process& process, Kind kind, double across, double place) {
     return json[name].is_number() ? json[name].get<double>() : otherwise;
   };
   // Where no error is stated lengths have that of all metrology.
-  const double usual = 0.1 * recipe.frame.spacing;
+  const double usual = 0.1 * recipe.domain.frame.spacing;
   return {.across = across,
           .place = place,
           .openings = metrology["openings"],

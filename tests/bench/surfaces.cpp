@@ -50,15 +50,15 @@ TriMesh run_surface(const std::filesystem::path& folder, const std::string& name
     return read_mesh(kept);
   }
   fmt::print(stderr, "running {} (once; takes a minute or more)\n", file.string());
-  const Recipe recipe = read_recipe(file, {});
-  State state = start_state(recipe);
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  const Recipe recipe = read_recipe(recipe_in(file));
+  State state = start_state(recipe.domain.frame, recipe.start);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     advance(state, recipe, survey(state, recipe), std::numeric_limits<double>::infinity());
   }
   TriMesh mesh = extract_surface(state.layers);
   mesh.materials.clear();
-  for (Vec3f& r : mesh.vertices) r = r / static_cast<float>(recipe.frame.spacing);
+  for (Vec3f& r : mesh.vertices) r = r / static_cast<float>(recipe.domain.frame.spacing);
   fs::create_directories(kept.parent_path());
   write_mesh(kept, mesh);
   return mesh;

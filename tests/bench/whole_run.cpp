@@ -20,14 +20,14 @@ void add_stages(const StageTimer& wall, double cpu, StageTimer& stages) {
 }
 
 Recipe on_its_part(const Recipe& recipe) {
-  return on_part(recipe, recipe.uses_symmetry ? mirror_planes(recipe) : FoundPlanes{});
+  return on_part(recipe, recipe.domain.uses_symmetry ? mirror_planes(recipe) : FoundPlanes{});
 }
 
 }  // namespace
 
 WholeRun run_to_end(const Recipe& given) {
   const Recipe recipe = on_its_part(given);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   WholeRun run;
   const auto timed = [&](const auto& call) {
     const double start = cpu_seconds();
@@ -37,13 +37,13 @@ WholeRun run_to_end(const Recipe& given) {
     add_stages(result.timer, cpu, run.stages);
     return result;
   };
-  for (; !finished(state, recipe); ++run.time_steps) {
-    begin_step(state, recipe);
+  for (; !finished(state, recipe.steps); ++run.time_steps) {
+    begin_step(state, recipe.steps);
     const Survey now = timed([&] { return survey(state, recipe); });
     note_voids(state, now.gas);
     run.facets += static_cast<double>(now.facets.triangles.size());
     for (const FluxField& flux : now.flux) run.rays += static_cast<double>(flux.rays);
-    timed([&] { return advance(state, recipe, now, next_output(state, recipe)); });
+    timed([&] { return advance(state, recipe, now, next_output(state, recipe.outputs.every)); });
   }
   run.facets /= static_cast<double>(run.time_steps);
   const State whole = whole_of(std::move(state));

@@ -5,5 +5,5 @@ using namespace scarp;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile file(".toml");
-  return fuzz::read_or_refuse([&] { read_recipe(file.with(data, size), {}); });
+  return fuzz::read_or_refuse([&] { read_recipe(recipe_in(file.with(data, size))); });
 }

@@ -17,7 +17,7 @@ namespace scarp {
 inline StepModel read_step(const std::string& model, const std::string& keys,
                            bool two_dimensional = false,
                            const std::vector<std::string>& wafer = {"Si", "SiO2"}) {
-  const RecipeFile file("[[step]]\n" + keys, "r.toml");
+  const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
   const Materials materials;
   const Frame frame{
       .spacing = 10, .cells = {10, two_dimensional ? 1 : 10}, .two_dimensional = two_dimensional};
@@ -27,7 +27,7 @@ inline StepModel read_step(const std::string& model, const std::string& keys,
     if (std::ranges::find(reachable, id) == reachable.end()) reachable.push_back(id);
   }
   StepModel step =
-      find_model(model)->read(file.root().tables("step")[0], {materials, reachable, ".", frame});
+      find_model(model)->read(file.root().tables("step")[0], {materials, reachable, frame});
   file.finish();
   return step;
 }

@@ -12,7 +12,7 @@ namespace {
 
 /// The errors of a step that is read by a model, as a user sees them.
 std::string errors(const std::string& model, const std::string& keys) {
-  const RecipeFile file("[[step]]\n" + keys, "r.toml");
+  const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
   const Materials materials;
   const RecipeTable step = file.root().tables("step")[0];
   find_model(model)->read(step, {materials, {materials.id("Si"), materials.id("resist")}});

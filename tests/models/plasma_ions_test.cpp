@@ -25,7 +25,7 @@ struct IonsOfStep {
   PlasmaIons ions;
 
   explicit IonsOfStep(const std::string& keys) {
-    const RecipeFile file("[[step]]\n" + keys, "r.toml");
+    const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
     const Materials materials;
     const std::vector<YieldLaw> yields{{.name = "etched"}, {.name = "sputtered"}};
     const RecipeTable step = file.root().tables("step")[0];

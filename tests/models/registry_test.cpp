@@ -105,7 +105,7 @@ TEST(Registry, WrapsPagesToTheirWidth) {
 
 TEST(Registry, NamesTheModelThatIsWrongAndLeavesItsKeys) {
   const auto errors = [](const std::string& text) -> std::string {
-    const RecipeFile file(text, "r.toml");
+    const RecipeFile file({text, "r.toml"});
     const Materials materials;
     EXPECT_EQ(read_model(file.root().tables("step")[0], {materials, {}}).model, nullptr);
     try {
@@ -209,10 +209,10 @@ TEST(Registry, ReadsEveryParameterOfItsPage) {
     if (model.acts_at_once) continue;  // those have tests of their own
     for (const std::string leave_out : {"growth", "etch"}) {
       for (const bool with_replacements : {false, true}) {
-        const RecipeFile file(step_with_all(model, leave_out, with_replacements), "r.toml");
+        const RecipeFile file({step_with_all(model, leave_out, with_replacements), "r.toml"});
         const StepModel step =
             model.read(file.root().tables("step")[0],
-                       {materials, {materials.id("Si")}, ".", {.spacing = 1, .cells = {9, 9}}});
+                       {materials, {materials.id("Si")}, {.spacing = 1, .cells = {9, 9}}});
         EXPECT_NE(step.model, nullptr);
         EXPECT_FALSE(step.operation.has_value());
         EXPECT_NO_THROW(file.finish()) << model.name;

@@ -24,7 +24,7 @@ CostEstimate estimate(std::initializer_list<const char*> steps) {
            "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
     for (const char* step : steps) out << step;
   }
-  return estimate_cost(read_recipe(file, {}));
+  return estimate_cost(read_recipe(recipe_in(file)));
 }
 
 CostEstimate estimate_of_width(int spacings) {
@@ -171,8 +171,8 @@ TEST(Estimate, TakesIonsAtTheirMeanEnergyAndKinksAtTheirSpeed) {
 // The trench is deeper by each cycle, and so is the surface on which the run goes ahead to the last
 // one. Fluxes take 135 000 rays on average, by those of the first cycle it would be 17 000.
 TEST(SlowEstimate, GoesAheadToTheLastCycleOfADeepTrench) {
-  const CostEstimate cost =
-      estimate_cost(read_recipe(fs::path(SCARP_SOURCE_DIR) / "configs/bosch_trench.toml", {}));
+  const CostEstimate cost = estimate_cost(
+      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / "configs/bosch_trench.toml")));
   EXPECT_GT(cost.rays_per_time_step, 135e3 / 2);
   EXPECT_LT(cost.rays_per_time_step, 135e3 * 2);
 }

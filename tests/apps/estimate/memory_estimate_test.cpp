@@ -73,7 +73,7 @@ TEST(MemoryEstimate, KnowsFacetsFromTheGrid) {
                                    "extent = [\"200 nm\", \"200 nm\"]\n[simplify]\nenabled = "
                                    "false\n"}) {
     const Recipe recipe = read_text("[domain]\nspacing = \"10 nm\"\n" + domain + trench);
-    const State state = start_state(recipe);
+    const State state = start_state(recipe.domain.frame, recipe.start);
     const RunSize size = size_from_grid(state.layers, recipe);
     const auto facets = static_cast<double>(survey(state, recipe).facets_full);
     EXPECT_NEAR(size.facets_full, facets, 0.2 * facets);
@@ -86,9 +86,9 @@ TEST(MemoryEstimate, HitsStayWithinTheirLimit) {
       "[domain]\nspacing = \"10 nm\"\nextent = [\"200 nm\"]\nmode = \"2d\"\n[[geometry]]\n"
       "shape = \"wafer\"\nmaterial = \"Si\"\n[flux]\nmemory_limit = \"80 MB\"\n[[step]]\nmodel = "
       "\"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
-  const State state = start_state(recipe);
+  const State state = start_state(recipe.domain.frame, recipe.start);
   const auto flux = [&](double rays) {
-    return expected_memory(state.layers, recipe, {.kept_rays = rays}).flux;
+    return expected_memory(state.layers, recipe.steps, {.kept_rays = rays}).flux;
   };
   EXPECT_NEAR(flux(1 << 20), 18, 1e-9);
   EXPECT_NEAR(flux(1e9), 90, 1e-9);
@@ -110,15 +110,15 @@ TEST(MemoryEstimate, IsAtLeastThatOfAFlatWafer) {
     for (const std::string& geometry : {wafer, wafer + layer, wafer + layer + trench}) {
       const Recipe given = read_text("[domain]\nspacing = \"5 nm\"\n" + domain + geometry + step);
       const Recipe recipe =
-          on_part(given, given.uses_symmetry ? mirror_planes(given) : FoundPlanes{});
-      const State state = start_state(recipe);
+          on_part(given, given.domain.uses_symmetry ? mirror_planes(given) : FoundPlanes{});
+      const State state = start_state(recipe.domain.frame, recipe.start);
       const MemoryEstimate expected =
-          expected_memory(state.layers, recipe, size_from_grid(state.layers, recipe));
+          expected_memory(state.layers, recipe.steps, size_from_grid(state.layers, recipe));
       const MemoryEstimate least = least_memory(given);
       EXPECT_LE(least.grid, expected.grid) << domain << geometry;
       EXPECT_LE(least.mesh, expected.mesh) << domain << geometry;
       EXPECT_LE(least.total(), expected.total()) << domain << geometry;
-      if (geometry == wafer && !recipe.frame.two_dimensional) {
+      if (geometry == wafer && !recipe.domain.frame.two_dimensional) {
         EXPECT_GT(least.total() - least.program, 0.5 * (expected.total() - expected.program))
             << domain;
       }

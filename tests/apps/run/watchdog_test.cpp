@@ -38,18 +38,18 @@ std::string messages_of(const std::string& text, const std::function<void(Survey
   const Recipe recipe = read_text(text);
   std::ostringstream messages;
   Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   while (true) {
     Survey now = survey(state, recipe);
     Survey shown = survey(state, recipe);
     change(shown);
     watchdog.look_at(state, shown);
-    if (finished(state, recipe)) break;
+    if (finished(state, recipe.steps)) break;
     const std::size_t step = state.step;
     const Move move = advance(state, recipe, now, no_limit);
     watchdog.note(shown, move, step);
-    if (!finished(state, recipe)) begin_step(state, recipe);
+    if (!finished(state, recipe.steps)) begin_step(state, recipe.steps);
   }
   watchdog.sum_up();
   return messages.str();
@@ -59,12 +59,12 @@ std::string messages_of(const std::string& text, const std::function<void(Survey
 TEST(Watchdog, IsSilentWhereTheSolidGrowsByWhatSpeedsSay) {
   EXPECT_EQ(messages_of(growing_film("1 nm/s"), [](Survey&) {}), "");
   const Recipe recipe = read_text(growing_film("1 nm/s"));
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   const Survey first = survey(state, recipe);
   EXPECT_NEAR(first.growth.net, 200 * 10 * 1.0, 1e-3);
   EXPECT_EQ(first.growth.gross, first.growth.net);
-  while (!finished(state, recipe)) advance(state, recipe, survey(state, recipe), no_limit);
+  while (!finished(state, recipe.steps)) advance(state, recipe, survey(state, recipe), no_limit);
   EXPECT_NEAR(survey(state, recipe).volume - first.volume, 200 * 10 * 20.0, 1);
 }
 
@@ -159,8 +159,8 @@ TEST(Watchdog, TakesNoValidMeshForUnbalancedByChance) {
 // Of a step of 20 s: 5 nm at 1e8 nm/s are four hundred million.
 TEST(Watchdog, EndsARunWhoseTimeStepsHaveCollapsed) {
   const Recipe recipe = read_text(growing_film("1 nm/s"));
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   std::ostringstream messages;
   Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
   const auto look_at_speeds = [&](float factor) {
@@ -185,10 +185,10 @@ TEST(Watchdog, EndsARunWhoseTimeStepsHaveCollapsed) {
 // What the watchdog says of a surface whose phi is this, at two moments.
 std::string messages_of_phi(const std::function<double(Vec3d)>& distance) {
   const Recipe recipe = read_text(growing_film("1 nm/s"));
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   const Survey now = survey(state, recipe);
-  state.layers.top() = LevelSet(recipe.frame, distance, -200, 200, 4);
+  state.layers.top() = LevelSet(recipe.domain.frame, distance, -200, 200, 4);
   std::ostringstream messages;
   Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
   watchdog.look_at(state, now);

@@ -16,6 +16,7 @@
 #include "apps/run/restart.h"
 #include "apps/run/run.h"
 #include "apps/simulator/simulator.h"
+#include "apps/simulator/state_file.h"
 #include "core/parallel.h"
 #include "core/system/temporary_folder.h"
 #include "levelset/grid/checkpoint.h"
@@ -91,10 +92,10 @@ double largest_difference(const std::vector<std::vector<float>>& a,
 // The balance with the numbers of sf6_o2 written out, on every facet of the hole.
 TEST(Coverages, BalanceTheFluxOnEveryFacetOfAHole) {
   const Recipe recipe = read_text(small_hole);
-  const State state = start_state(recipe);
+  const State state = start_state(recipe.domain.frame, recipe.start);
   const Survey now = survey(state, recipe);
   EXPECT_TRUE(now.coverage_fit.reached);
-  EXPECT_LE(now.coverage_fit.change, recipe.coverages.tolerance);
+  EXPECT_LE(now.coverage_fit.change, recipe.flux.coverages.tolerance);
   EXPECT_GT(now.coverage_fit.iterations, 1);
   const auto flux = tallies_of(now);
   double least = 1;
@@ -107,7 +108,7 @@ TEST(Coverages, BalanceTheFluxOnEveryFacetOfAHole) {
     const double leaves_p = 0.04 + 10 * flux[4][f];
     const double bare = 1 - e - p;
     // To the tolerance of a coverage, which the site feels by all that arrives and leaves.
-    const double tolerance = 2 * recipe.coverages.tolerance;
+    const double tolerance = 2 * recipe.flux.coverages.tolerance;
     EXPECT_NEAR(arrives_e * bare, leaves_e * e, tolerance * (arrives_e + leaves_e)) << f;
     EXPECT_NEAR(arrives_p * bare, leaves_p * p, tolerance * (arrives_p + leaves_p)) << f;
     least = std::min(least, static_cast<double>(flux[1][f]));
@@ -117,11 +118,11 @@ TEST(Coverages, BalanceTheFluxOnEveryFacetOfAHole) {
 
 TEST(Coverages, DoNotDependOnTheStart) {
   Recipe recipe = read_text(small_hole);
-  recipe.flux.rays =
+  recipe.flux.options.rays =
       100'000;  // how many a target asks for, first rounds say, which do depend on it
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   const Survey from_above = survey(state, recipe);
-  const double tolerance = recipe.coverages.tolerance;
+  const double tolerance = recipe.flux.coverages.tolerance;
   const auto start_with = [&](float etchant, float passivation) {
     const std::size_t count = from_above.facets.triangles.size();
     state.mesh.facets = from_above.facets;
@@ -140,8 +141,8 @@ TEST(Coverages, DoNotDependOnTheStart) {
 
 TEST(Coverages, FitAtOnceWhereTheyAreKnown) {
   Recipe recipe = read_text(small_hole);
-  recipe.flux.target_error = 1;  // one number of rays
-  State state = start_state(recipe);
+  recipe.flux.options.target_error = 1;  // one number of rays
+  State state = start_state(recipe.domain.frame, recipe.start);
   const Survey first = survey(state, recipe);
   EXPECT_GT(first.coverage_fit.iterations, 3);
   state.mesh.facets = first.facets;
@@ -154,7 +155,7 @@ TEST(Coverages, FitAtOnceWhereTheyAreKnown) {
 
 TEST(Coverages, GoFromTimeStepToTimeStep) {
   const Recipe recipe = read_text(small_hole);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   const Survey first = survey(state, recipe);
   advance(state, recipe, first, 0.2);
   EXPECT_EQ(state.coverages.names, (std::vector<std::string>{"F", "O"}));
@@ -165,12 +166,12 @@ TEST(Coverages, GoFromTimeStepToTimeStep) {
   const Survey anew = survey(state, recipe);
   EXPECT_LE(carried_on.coverage_fit.iterations, anew.coverage_fit.iterations);
   EXPECT_LT(largest_difference(carried_on.coverages, anew.coverages),
-            10 * recipe.coverages.tolerance);
+            10 * recipe.flux.coverages.tolerance);
 }
 
 TEST(Coverages, BitsDoNotDependOnThreads) {
   const Recipe recipe = read_text(small_hole);
-  const State state = start_state(recipe);
+  const State state = start_state(recipe.domain.frame, recipe.start);
   std::vector<std::vector<std::vector<float>>> coverages;
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
@@ -396,10 +397,10 @@ TEST(Coverages, EndWithTheStepThatMadeThem) {
        {"model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n",
         "model = \"conformal\"\nthickness = \"30 nm\"\nmaterial = \"SiO2\"\n"}) {
     const Recipe recipe = read_text(flat_wafer + etch + "[[step]]\n" + next);
-    State state = start_state(recipe);
+    State state = start_state(recipe.domain.frame, recipe.start);
     while (state.step == 0) advance(state, recipe, survey(state, recipe), 1e9);
     EXPECT_EQ(state.coverages.names.size(), 2U);
-    begin_step(state, recipe);
+    begin_step(state, recipe.steps);
     advance(state, recipe, survey(state, recipe), 1e9);
     EXPECT_TRUE(state.coverages.names.empty());
   }
@@ -493,7 +494,7 @@ TEST_F(CoveragesOfRuns, ACheckpointWhoseCoveragesAreNotWholeIsPassedOver) {
 // Another coverage, another bit of the state.
 TEST(StateHash, CountsCoverages) {
   const Recipe recipe = read_text(small_hole);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   const std::string without = state_hash(state, recipe.materials);
   state.mesh.facets = {
       .vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}, .materials = {}};

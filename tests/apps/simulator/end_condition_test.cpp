@@ -194,7 +194,7 @@ until = { thickness = "20 nm" }
   double mean = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     Recipe recipe = read_text(text);
-    recipe.flux.seed = static_cast<std::uint64_t>(seed);
+    recipe.flux.options.seed = static_cast<std::uint64_t>(seed);
     mean += final_state(recipe).time / seeds;
   }
   EXPECT_NEAR(mean, 20, 0.01 * 20);

@@ -103,7 +103,7 @@ TEST_F(FluxTargetOfARun, IsNoneOfAFixedNumberOfRays) {
 TEST(FluxTarget, OutOfReachIsSaidBeforeARun) {
   const auto warning_of = [](const std::string& flux) {
     const Recipe recipe = read_text(film_in_trench(flux));
-    return missed_target_warning(estimate_cost(recipe), recipe);
+    return missed_target_warning(estimate_cost(recipe), recipe.flux);
   };
   EXPECT_EQ(warning_of("target_error = 0.02\n"), std::nullopt);
   EXPECT_EQ(warning_of("rays = 4096\n"), std::nullopt);

@@ -179,11 +179,11 @@ TEST_F(KeptMeshes, BitsDoNotDependOnThreads) {
 /// The top layer at the end of the cycles.
 LevelSet final_surface(const std::string& keep, int seed) {
   Recipe recipe = read_text(short_cycles(keep));
-  recipe.flux.seed = static_cast<std::uint64_t>(seed);
-  recipe.flux.target_error = 0.01;
-  State state = start_state(recipe);
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  recipe.flux.options.seed = static_cast<std::uint64_t>(seed);
+  recipe.flux.options.target_error = 0.01;
+  State state = start_state(recipe.domain.frame, recipe.start);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     advance(state, recipe, survey(state, recipe), 1e9);
   }
   return std::move(state.layers.stack.back().phi);

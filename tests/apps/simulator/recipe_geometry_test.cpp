@@ -38,7 +38,7 @@ model = "isotropic"
 duration = "1 s"
 etch_rate = "1 nm/s"
 )";
-    return read_recipe(folder_ / "r.toml", {});
+    return read_recipe(recipe_in(folder_ / "r.toml"));
   }
 
   std::string message(const std::string& geometry) const {
@@ -55,7 +55,7 @@ etch_rate = "1 nm/s"
 
 template <class T>
 const T& second(const Recipe& recipe) {
-  return std::get<T>(recipe.geometry.at(1));
+  return std::get<T>(recipe.start.shapes.at(1));
 }
 
 TEST_F(RecipeGeometry, OpeningsRoundAndRepeat) {

@@ -46,7 +46,7 @@ class RecipeTest : public ::testing::Test {
   Recipe read(const std::string& text, const std::vector<std::string>& overrides = {}) {
     const fs::path file = folder_ / "r.toml";
     std::ofstream(file) << text;
-    return read_recipe(file, overrides);
+    return read_recipe(recipe_in(file, overrides));
   }
 
   // The messages, with the folder cut off.
@@ -76,9 +76,9 @@ class RecipeTest : public ::testing::Test {
 };
 
 TEST_F(RecipeTest, KnowsTheSchemes) {
-  EXPECT_EQ(read(trench_recipe).scheme, Scheme::eno2);
+  EXPECT_EQ(read(trench_recipe).advection.scheme, Scheme::eno2);
   const Recipe recipe = read(trench_recipe, {"advection.scheme=\"weno5\""});
-  EXPECT_EQ(recipe.scheme, Scheme::weno5);
+  EXPECT_EQ(recipe.advection.scheme, Scheme::weno5);
   EXPECT_THAT(recipe.resolved, HasSubstr("scheme = \"weno5\""));
   EXPECT_THAT(message_of(trench_recipe, {"advection.scheme=\"eno3\""}),
               AllOf(HasSubstr("advection.scheme"), HasSubstr("eno2")));
@@ -86,16 +86,16 @@ TEST_F(RecipeTest, KnowsTheSchemes) {
 
 TEST_F(RecipeTest, ReadsTheTrenchInInternalUnits) {
   const Recipe recipe = read(trench_recipe);
-  EXPECT_EQ(recipe.frame.spacing, 100);
-  EXPECT_EQ(recipe.frame.cells, (std::array<int, 2>{100, 100}));
-  ASSERT_EQ(recipe.geometry.size(), 2U);
-  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).width, 4000);
-  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).cut.depth, 8000);
+  EXPECT_EQ(recipe.domain.frame.spacing, 100);
+  EXPECT_EQ(recipe.domain.frame.cells, (std::array<int, 2>{100, 100}));
+  ASSERT_EQ(recipe.start.shapes.size(), 2U);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.start.shapes[1]).width, 4000);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.start.shapes[1]).cut.depth, 8000);
   ASSERT_EQ(recipe.steps.size(), 1U);
   EXPECT_EQ(recipe.steps[0].duration, 96);
   EXPECT_EQ(recipe.steps[0].deposits, recipe.materials.id("SiO2"));
-  ASSERT_TRUE(recipe.simplify.has_value());
-  EXPECT_DOUBLE_EQ(recipe.simplify->l0.value(), 60);
+  ASSERT_TRUE(recipe.simplification.options.has_value());
+  EXPECT_DOUBLE_EQ(recipe.simplification.options->l0.value(), 60);
 }
 
 TEST_F(RecipeTest, NamesAreOneLineThatNoSpreadsheetTakesForAFormula) {
@@ -111,10 +111,10 @@ TEST_F(RecipeTest, NamesAreOneLineThatNoSpreadsheetTakesForAFormula) {
 }
 
 TEST_F(RecipeTest, ReadsTheMemoryLimit) {
-  EXPECT_EQ(read(trench_recipe).flux.memory_limit, std::uint64_t{1} << 30);
-  EXPECT_EQ(
-      read(changed("[[step]]", "[flux]\nmemory_limit = \"64 MB\"\n\n[[step]]")).flux.memory_limit,
-      std::uint64_t{64} << 20);
+  EXPECT_EQ(read(trench_recipe).flux.options.memory_limit, std::uint64_t{1} << 30);
+  EXPECT_EQ(read(changed("[[step]]", "[flux]\nmemory_limit = \"64 MB\"\n\n[[step]]"))
+                .flux.options.memory_limit,
+            std::uint64_t{64} << 20);
 }
 
 TEST_F(RecipeTest, TheResolvedRecipeReadsTheSame) {
@@ -132,12 +132,12 @@ TEST_F(RecipeTest, TheResolvedRecipeHoldsDefaultsThatAreNotNumbers) {
                     HasSubstr("repeat = 1\n"), HasSubstr("curvature_threshold = 0\n"),
                     HasSubstr("remove = 1\n"), HasSubstr("[[step.beam]]\ntilt = \"0 deg\"\n")));
   EXPECT_EQ(read(resolved).resolved, resolved);
-  EXPECT_FALSE(read(resolved).simplify->remove.has_value());
+  EXPECT_FALSE(read(resolved).simplification.options->remove.has_value());
 }
 
 TEST_F(RecipeTest, AnL0AboveTheDefaultOfLMaxRaisesItInTheResolvedRecipe) {
   const Recipe recipe = read(trench_recipe, {"simplify.l0=10"});
-  EXPECT_DOUBLE_EQ(recipe.simplify->l_max, 1000);
+  EXPECT_DOUBLE_EQ(recipe.simplification.options->l_max, 1000);
   EXPECT_THAT(recipe.resolved, HasSubstr("l_max = 10\n"));
 }
 
@@ -146,7 +146,7 @@ TEST_F(RecipeTest, EveryRecipeInConfigsIsAccepted) {
   for (const auto& entry : fs::directory_iterator(fs::path(SCARP_SOURCE_DIR) / "configs")) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
-    EXPECT_NO_THROW(read_recipe(entry.path(), {})) << entry.path();
+    EXPECT_NO_THROW(read_recipe(recipe_in(entry.path()))) << entry.path();
   }
   EXPECT_GE(count, 4);
 }
@@ -155,9 +155,9 @@ TEST_F(RecipeTest, OverridesChangeValues) {
   const Recipe recipe =
       read(trench_recipe, {"domain.spacing=\"0.4 um\"", "geometry[1].width=\"3.2 um\"",
                            "step[0].duration=\"6 s\"", "domain.extent=[\"9.6 um\", \"8 um\"]"});
-  EXPECT_EQ(recipe.frame.spacing, 400);
+  EXPECT_EQ(recipe.domain.frame.spacing, 400);
   EXPECT_EQ(recipe.steps[0].duration, 6);
-  EXPECT_EQ(std::get<TrenchShape>(recipe.geometry[1]).width, 3200);
+  EXPECT_EQ(std::get<TrenchShape>(recipe.start.shapes[1]).width, 3200);
 }
 
 TEST_F(RecipeTest, RepeatedStepsAreWrittenOutInOrder) {
@@ -205,9 +205,9 @@ growth_rate = "1 nm/s"
 TEST_F(RecipeTest, TwoDimensionsHaveOneExtentAndNoSimplification) {
   const Recipe recipe =
       read(changed("extent = [\"10 um\", \"10 um\"]", "extent = [\"10 um\"]\nmode = \"2d\""));
-  EXPECT_TRUE(recipe.frame.two_dimensional);
-  EXPECT_EQ(recipe.frame.cells, (std::array<int, 2>{100, 1}));
-  EXPECT_FALSE(recipe.simplify.has_value());
+  EXPECT_TRUE(recipe.domain.frame.two_dimensional);
+  EXPECT_EQ(recipe.domain.frame.cells, (std::array<int, 2>{100, 1}));
+  EXPECT_FALSE(recipe.simplification.options.has_value());
 }
 
 struct BadRecipe {
@@ -434,7 +434,7 @@ TEST_F(RecipeTest, TheStepsOfAllCyclesAreCounted) {
 
 TEST_F(RecipeTest, AnEmptyOrMissingFileIsRefused) {
   EXPECT_THAT(message_of(""), HasSubstr("r.toml"));
-  EXPECT_THROW(read_recipe(folder_ / "nothing.toml", {}), InputError);
+  EXPECT_THROW(read_recipe(recipe_in(folder_ / "nothing.toml")), InputError);
 }
 
 }  // namespace

@@ -243,21 +243,21 @@ TEST(DearFlux, IsToldWithATargetThatIsNot) {
       "target_error = 0.001\nwarn_above = \"1 h\"\n[[step]]\nmodel = "
       "\"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
   CostEstimate cost{.rays_per_time_step = 1e9, .seconds = 6 * 3600, .flux_seconds = 4 * 3600};
-  EXPECT_THAT(dear_flux_warning(cost, recipe).value_or("nothing"),
+  EXPECT_THAT(expensive_flux_warning(cost, recipe.flux).value_or("nothing"),
               AllOf(HasSubstr("flux.target_error: 0.001 takes about 1e+09 rays per time step"),
                     HasSubstr("4 h on this machine, more than flux.warn_above (1 h)"),
                     HasSubstr("; 0.0022 would not")));
   cost.flux_seconds = 3600;
-  EXPECT_EQ(dear_flux_warning(cost, recipe), std::nullopt);
-  recipe.position_error = 0.02;
+  EXPECT_EQ(expensive_flux_warning(cost, recipe.flux), std::nullopt);
+  recipe.flux.position_error = 0.02;
   cost.flux_seconds = 4 * 3600;
   EXPECT_THAT(
-      dear_flux_warning(cost, recipe).value_or("nothing"),
+      expensive_flux_warning(cost, recipe.flux).value_or("nothing"),
       AllOf(HasSubstr("flux.position_error: 0.02 nm takes"), HasSubstr("; 0.044 nm would")));
   // There is no target.
   cost.flux_seconds = 4 * 3600;
-  recipe.flux.rays = 1000;
-  EXPECT_EQ(dear_flux_warning(cost, recipe), std::nullopt);
+  recipe.flux.options.rays = 1000;
+  EXPECT_EQ(expensive_flux_warning(cost, recipe.flux), std::nullopt);
 }
 
 using RecipeWarnings = Program;
@@ -284,7 +284,7 @@ TEST_P(ShippedRecipes, GiveNoWarning) {
   const std::filesystem::path folder = std::filesystem::path(SCARP_SOURCE_DIR) / GetParam();
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".toml") continue;
-    EXPECT_THAT(read_recipe(entry.path(), {}).warnings, IsEmpty()) << entry.path();
+    EXPECT_THAT(read_recipe(recipe_in(entry.path())).warnings, IsEmpty()) << entry.path();
   }
 }
 

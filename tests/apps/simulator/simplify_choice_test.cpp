@@ -65,7 +65,7 @@ const std::string narrow = "[\"200 nm\", \"100 nm\"]";
 TEST(SimplifyChoice, DependsOnWhatTracesRaysAndOnTheNumberOfFacets) {
   const Recipe recipe = read_text(trench(wide, "\"auto\""));
   const auto choice = [&](std::size_t step, std::size_t facets) {
-    return simplify_choice(recipe, recipe.steps[step], facets);
+    return simplify_choice(recipe.simplification, recipe.steps[step], facets);
   };
   EXPECT_EQ(choice(0, 100000), SimplifyChoice::no_rays);
   EXPECT_EQ(choice(1, 100000), SimplifyChoice::simplify);
@@ -77,17 +77,18 @@ TEST(SimplifyChoice, DependsOnWhatTracesRaysAndOnTheNumberOfFacets) {
 TEST(SimplifyChoice, IsLeftToTheRecipe) {
   for (const char* enabled : {"true", "false"}) {
     const Recipe recipe = read_text(trench(wide, enabled));
-    EXPECT_FALSE(recipe.simplify_where_it_pays);
-    EXPECT_EQ(simplify_choice(recipe, recipe.steps[0], 10), SimplifyChoice::simplify);
+    EXPECT_FALSE(recipe.simplification.where_it_pays);
+    EXPECT_EQ(simplify_choice(recipe.simplification, recipe.steps[0], 10),
+              SimplifyChoice::simplify);
   }
   const Recipe open = read_text(trench(wide, "\"auto\""));
   EXPECT_THAT(open.resolved, HasSubstr("enabled = \"auto\""));
-  EXPECT_TRUE(read_text(open.resolved).simplify_where_it_pays);
-  EXPECT_TRUE(open.simplify.has_value());
+  EXPECT_TRUE(read_text(open.resolved).simplification.where_it_pays);
+  EXPECT_TRUE(open.simplification.options.has_value());
   EXPECT_FALSE(read_text(silicon_wafer +
                          "[simplify]\nenabled = \"auto\"\n[[step]]\nmodel = \"isotropic\"\n"
                          "duration = \"1 s\"\netch_rate = \"1 nm/s\"\n")
-                   .simplify.has_value());
+                   .simplification.options.has_value());
 }
 
 TEST(SimplifyChoice, MemoryIsThatOfTheFullMeshWhereAStepMayHaveIt) {

@@ -27,9 +27,9 @@ namespace {
 /// The layers at the end of a recipe.
 Layers final_layers(const std::string& text) {
   const Recipe recipe = read_text(text);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
-  while (!finished(state, recipe)) {
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
+  while (!finished(state, recipe.steps)) {
     advance(state, recipe, survey(state, recipe), std::numeric_limits<double>::infinity());
   }
   return std::move(state.layers);
@@ -258,12 +258,12 @@ etch_rate = "1 nm/s"
 
 TEST(Void, ClosesInTimeStaysAsItIsAndOpensAgain) {
   const Recipe recipe = read_text(necked_cavity);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   std::vector<Region> seen;
   double closed_at = 0;
   double opened_at = 0;
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     const VoidChanges changes = note_voids(state, now.gas);
     if (!changes.closed.empty() && seen.empty()) closed_at = state.time;
@@ -349,10 +349,10 @@ TEST(LayerSteps, PolishDownToAHeightByAnAmountOrToAMaterial) {
 TEST(LayerSteps, TakeOneTimeStepAndTheirDurationAndOthersGoOn) {
   const Recipe recipe = read_text(isolation + std::string("height = \"6 nm\"\n") + strip_nitride);
   EXPECT_EQ(recipe.steps[0].duration, 0);
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   std::vector<double> times;
-  while (!finished(state, recipe)) {
-    begin_step(state, recipe);
+  while (!finished(state, recipe.steps)) {
+    begin_step(state, recipe.steps);
     const Survey now = survey(state, recipe);
     note_voids(state, now.gas);
     EXPECT_EQ(facet_speeds(state, now).size(), now.facets.triangles.size());
@@ -373,7 +373,7 @@ TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
   const Recipe recipe = read_text(isolation + std::string("removal = \"3 nm\"\n") + strip_nitride);
   const State prepared = prepared_state(recipe);
   EXPECT_EQ(prepared.step, 2U);
-  EXPECT_EQ(start_state(recipe).layers.stack.size(), 2U);
+  EXPECT_EQ(start_state(recipe.domain.frame, recipe.start).layers.stack.size(), 2U);
   ASSERT_EQ(prepared.layers.stack.size(), 3U);
   EXPECT_NEAR(prepared.layers.top().distance({25, 0, 14}), -1e-3, 1e-4);
 }
@@ -412,7 +412,8 @@ TEST(Mask, OfRateZeroLosesNotOneBitInAnHour) {
       "model = \"directional\"\ndirectional_etch_rate = { Si = \"0.1 nm/s\", resist = \"0 nm/s\" "
       "}\n";
   for (const std::string& step : {isotropic, directional}) {
-    const Layers start = start_state(read_text(masked_wafer + step)).layers;
+    const Recipe recipe = read_text(masked_wafer + step);
+    const Layers start = start_state(recipe.domain.frame, recipe.start).layers;
     const Layers end = final_layers(masked_wafer + step);
     int compared = 0;
     for (int i = 0; i <= 80; ++i) {
@@ -490,11 +491,11 @@ TEST(MultiParticle, EtchesAnOpenWaferAtTheKnownRate) {
       const std::string rate = "-1 nm/s / 5.02 * (12 * sputtered + (75 + 12 * etched) * " + f +
                                " / (" + f +
                                " + (300 + 24 * etched) * (1 + 100 * O / (0.04 + 12 * cleaned))))";
-      const Recipe recipe = read_recipe(
+      const Recipe recipe = read_recipe(recipe_in(
           folder / "r.toml",
           {"step[0].rate=\"" + rate + '"',
-           std::string("step[0].ion[0].energy_deviation=\"") + wafer.energy_deviation + '"'});
-      const State state = start_state(recipe);
+           std::string("step[0].ion[0].energy_deviation=\"") + wafer.energy_deviation + '"'}));
+      const State state = start_state(recipe.domain.frame, recipe.start);
       RunningStatistics etched;
       for (const float speed : facet_speeds(state, survey(state, recipe))) etched.add(-speed);
       EXPECT_NEAR(etched.mean(), wafer.rate, 4 * etched.std_error() + 1e-3 * wafer.rate) << domain;
@@ -519,7 +520,7 @@ name = "F"
 std::string failure_of(const std::string& rates) {
   const Recipe recipe = read_text(film_on_silicon + "[step.rate]\n" + rates);
   try {
-    survey(start_state(recipe), recipe);
+    survey(start_state(recipe.domain.frame, recipe.start), recipe);
   } catch (const NumericalError& error) {
     return error.what();
   }
@@ -567,8 +568,8 @@ sticking = 0.3
 /// The first time step of a recipe with these settings in front.
 Survey first_survey(const std::string& settings) {
   const Recipe recipe = read_text(settings + coated_trench);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   return survey(state, recipe);
 }
 
@@ -589,7 +590,7 @@ TEST(PositionError, IsThatOfTheDistanceMovedInATimeStep) {
   // A growth of 1 nm/s: it is the error of the flux, in parts of the source's, times dt.
   const std::vector<float> moved(now.facets.triangles.size(), static_cast<float>(now.planned_dt));
   const Recipe recipe = read_text(coated_trench);
-  FluxOptions options = recipe.flux;
+  FluxOptions options = recipe.flux.options;
   options.target_error = 0.001;
   options.responses = {{moved}};
   const std::vector<FluxField> flux =
@@ -613,11 +614,11 @@ TEST(PositionError, TakesFewerRaysWhereTheSurfaceMovesLittle) {
 TEST(PositionError, HoldsForTheTimeStepThatIsTaken) {
   const Recipe recipe =
       read_text(std::string("[flux]\nposition_error = \"0.002 nm\"\n") + coated_trench);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   for (int n = 0; n < 4; ++n) {
     const Survey now = survey(state, recipe);
-    const Move move = advance(state, recipe, now, next_output(state, recipe));
+    const Move move = advance(state, recipe, now, next_output(state, recipe.outputs.every));
     EXPECT_LE(move.dt, now.planned_dt);
     EXPECT_LE(*position_error(now, move.dt), 0.002);
   }
@@ -645,7 +646,7 @@ rate = "-1 nm/s / max(F - 0.9995, 0)"
 [[step.neutral]]
 name = "F"
 )toml");
-  const Survey now = survey(start_state(recipe), recipe);
+  const Survey now = survey(start_state(recipe.domain.frame, recipe.start), recipe);
   ASSERT_TRUE(position_error(now, now.planned_dt).has_value());
   EXPECT_LE(*position_error(now, now.planned_dt), 0.01);
 }

@@ -153,13 +153,13 @@ Filled run_of(const std::string& duration, const std::string& settings, int seed
                            std::to_string(seed) + "\n" + settings + filling_trench +
                            "duration = \"" + duration + "\"\n";
   const Recipe recipe = read_text(text);
-  State state = start_state(recipe);
-  begin_step(state, recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
+  begin_step(state, recipe.steps);
   Survey now = survey(state, recipe);
   const double before = now.volume;
-  while (!finished(state, recipe)) {
-    advance(state, recipe, now, next_output(state, recipe));
-    if (!finished(state, recipe)) begin_step(state, recipe);
+  while (!finished(state, recipe.steps)) {
+    advance(state, recipe, now, next_output(state, recipe.outputs.every));
+    if (!finished(state, recipe.steps)) begin_step(state, recipe.steps);
     now = survey(state, recipe);
     note_voids(state, now.gas);
   }
@@ -207,14 +207,14 @@ double moves_of_a_flux(const std::string& source_power) {
       "[[step]]\nmodel = \"multi_particle\"\nduration = \"100 s\"\nrate = \"-1 nm/s * Ar\"\n"
       "[[step.ion]]\nname = \"Ar\"\nsticks_to = \"90 deg\"\nsource_power = " +
       source_power + "\n");
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   double begin = 0;
   while (state.time_step < 4) {
     begin = state.time;
-    advance(state, recipe, survey(state, recipe), next_output(state, recipe));
+    advance(state, recipe, survey(state, recipe), next_output(state, recipe.outputs.every));
   }
   constexpr double speed = 1;  // nm/s
-  return (state.time - begin) * speed / (recipe.cfl * recipe.frame.spacing);
+  return (state.time - begin) * speed / (recipe.advection.cfl * recipe.domain.frame.spacing);
 }
 
 // A floor below a narrow lobe leaves walls behind that know only of its edge; others do not.
@@ -255,10 +255,10 @@ duration = "20 s"
 etch_rate = { SiO2 = "1 nm/s", Si = "1 nm/s" }
 sticking = { SiO2 = 0.1, Si = 1 }
 )toml");
-  State state = start_state(recipe);
+  State state = start_state(recipe.domain.frame, recipe.start);
   double seen_at = 0;
-  while (seen_at == 0 && !finished(state, recipe)) {
-    advance(state, recipe, survey(state, recipe), next_output(state, recipe));
+  while (seen_at == 0 && !finished(state, recipe.steps)) {
+    advance(state, recipe, survey(state, recipe), next_output(state, recipe.outputs.every));
     const Survey now = survey(state, recipe);
     if (now.facets.materials.front() == recipe.materials.id("Si")) seen_at = state.time;
   }

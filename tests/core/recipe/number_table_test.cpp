@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/system/temporary_folder.h"
 
 namespace scarp {
 namespace {
@@ -17,11 +16,7 @@ using testing::ElementsAre;
 
 constexpr std::array angles{Column{"angle", Dimension::angle}, Column{"density"}};
 
-NumberTable read(const std::string& csv) {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "t.csv") << csv;
-  return read_csv(folder / "t.csv", angles);
-}
+NumberTable read(const std::string& csv) { return read_csv("t.csv", csv, angles); }
 
 TEST(NumberTable, HoldsTheRowsOfACsvFileInTheUnitsOfTheInside) {
   const NumberTable table = read("# probe\nangle [deg], density [1/sr]\n0,2\n\n90, 1e-1\n");

@@ -30,8 +30,8 @@ std::string message(const std::function<void()>& action) {
 
 std::string override_message(const std::string& change) {
   return message([&] {
-    const RecipeFile file("[domain]\nspacing = \"1 nm\"\n[[step]]\nduration = \"1 s\"\n", "r.toml",
-                          std::vector<std::string>{change});
+    const RecipeFile file({"[domain]\nspacing = \"1 nm\"\n[[step]]\nduration = \"1 s\"\n", "r.toml",
+                           std::vector<std::string>{change}});
     file.root().table("domain").length("spacing");
     for (const RecipeTable& step : file.root().tables("step"))
       step.time("duration", {.minimum = 0});
@@ -40,33 +40,41 @@ std::string override_message(const std::string& change) {
 }
 
 TEST(RecipeFile, SaysWhereTheSyntaxIsWrong) {
-  EXPECT_THAT(message([] { RecipeFile("a = 1\nb = = 2\n", "r.toml"); }),
+  EXPECT_THAT(message([] {
+                RecipeFile({"a = 1\nb = = 2\n", "r.toml"});
+              }),
               testing::StartsWith("r.toml:2:5: "));
-  EXPECT_THAT(message([] { RecipeFile("a = 1\na = 2\n", "r.toml"); }),
+  EXPECT_THAT(message([] {
+                RecipeFile({"a = 1\na = 2\n", "r.toml"});
+              }),
               testing::StartsWith("r.toml:2:"));
-  EXPECT_THAT(message([] { RecipeFile("a = \"\xff\xfe\"\n", "r.toml"); }),
+  EXPECT_THAT(message([] {
+                RecipeFile({"a = \"\xff\xfe\"\n", "r.toml"});
+              }),
               testing::StartsWith("r.toml:1:"));
 }
 
 TEST(RecipeFile, RefusesWhatIsEmptyOrCannotBeRead) {
-  EXPECT_EQ(message([] { RecipeFile("\n# nothing\n", "r.toml"); }),
+  EXPECT_EQ(message([] {
+              RecipeFile({"\n# nothing\n", "r.toml"});
+            }),
             "r.toml: the recipe is empty; start from one in configs/");
-  EXPECT_EQ(message([] { RecipeFile{fs::path("/none/r.toml")}; }),
+  EXPECT_EQ(message([] { RecipeFile(recipe_in("/none/r.toml")); }),
             "/none/r.toml: cannot be read: No such file or directory");
-  EXPECT_EQ(message([] { RecipeFile{fs::temp_directory_path()}; }),
+  EXPECT_EQ(message([] { RecipeFile(recipe_in(fs::temp_directory_path())); }),
             fs::temp_directory_path().string() +
                 ": cannot be read: it is a folder; give the name of a file");
   const TemporaryFolder folder;
   const fs::path empty = folder / "empty.toml";
   std::ofstream(empty).close();
-  EXPECT_EQ(message([&] { RecipeFile{empty}; }),
+  EXPECT_EQ(message([&] { RecipeFile(recipe_in(empty)); }),
             empty.string() + ": the recipe is empty; start from one in configs/");
 }
 
 /// Whoever runs the tests as root may read anything, so the child process gives that up first.
 [[noreturn]] void read_without_permission(const fs::path& path) {
   if (geteuid() == 0 && seteuid(65534) != 0) std::_Exit(3);
-  std::fputs(message([&] { RecipeFile{path}; }).c_str(), stderr);
+  std::fputs(message([&] { RecipeFile(recipe_in(path)); }).c_str(), stderr);
   std::_Exit(2);
 }
 
@@ -83,14 +91,14 @@ TEST(RecipeFile, SaysThatPermissionIsMissing) {
 TEST(RecipeFile, TakesValuesFromTheCommandLine) {
   const std::vector<std::string> changes{"domain.spacing=\"0.4 um\"", "step[1].duration=\"2 s\"",
                                          "simplify.enabled=false", "domain.extent[0]=\"7 nm\""};
-  const RecipeFile file(R"([domain]
+  const RecipeFile file({R"([domain]
 spacing = "1 nm"
 extent = ["1 nm", "2 nm"]
 [[step]]
 duration = "1 s"
 [[step]]
 )",
-                        "r.toml", changes);
+                         "r.toml", changes});
   const RecipeTable root = file.root();
   EXPECT_EQ(root.table("domain").length("spacing"), 400);
   EXPECT_THAT(root.table("domain").quantities("extent", Dimension::length),
@@ -139,7 +147,7 @@ TEST(RecipeFile, NamesTheCommandLineInErrors) {
 
 TEST(RecipeFile, ErrorsOfTheCommandLineComeLast) {
   const std::vector<std::string> changes{"a=-1"};
-  const RecipeFile file("a = 1\nb = 2\n", "r.toml", changes);
+  const RecipeFile file({"a = 1\nb = 2\n", "r.toml", changes});
   file.root().number("a", {.minimum = 0});
   file.root().number("b", {.maximum = 1});
   EXPECT_EQ(message([&] { file.finish(); }),
@@ -177,7 +185,7 @@ struct Values {
 };
 
 TEST(RecipeFile, ResolvedRecipeIsWrittenOutAndReadsTheSame) {
-  const RecipeFile file(R"(title = "a \"b\" \\ \n \t µ"
+  const RecipeFile file({R"(title = "a \"b\" \\ \n \t µ"
 [[step]]
 sticking = 0.30000000000000004
 [[step.step]]
@@ -187,7 +195,8 @@ duration = "7 h"
 [domain]
 spacing = "0.57 um"
 )",
-                        "r.toml", std::vector<std::string>{"flux.rays=1e3"});
+                         "r.toml",
+                         {"flux.rays=1e3"}});
   const Values values(file);
   EXPECT_EQ(file.resolved(), R"(title = "a \"b\" \\ \n \t µ"
 
@@ -219,7 +228,7 @@ sticking = 0.1
 duration = "1.1 min"
 sticking = 0.1
 )");
-  const RecipeFile again(file.resolved(), "resolved.toml");
+  const RecipeFile again({file.resolved(), "resolved.toml"});
   const Values same(again);
   EXPECT_EQ(same.numbers, values.numbers);
   EXPECT_EQ(same.texts, values.texts);

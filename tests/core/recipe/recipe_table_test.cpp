@@ -20,16 +20,21 @@ enum class Method { paper, length };
 const Choices<Method> methods{{"paper", Method::paper}, {"length", Method::length}};
 
 /// All errors that reading a recipe ends with; empty if there are none.
-std::string errors(std::string_view text, const std::function<void(const RecipeTable&)>& read,
-                   const std::vector<std::string>& overrides = {}) {
+std::string errors(const RecipeSource& source,
+                   const std::function<void(const RecipeTable&)>& read) {
   try {
-    RecipeFile file(text, "r.toml", overrides);
+    RecipeFile file(source);
     read(file.root());
     file.finish();
   } catch (const InputError& error) {
     return error.what();
   }
   return "";
+}
+
+std::string errors(std::string_view text, const std::function<void(const RecipeTable&)>& read,
+                   const std::vector<std::string>& overrides = {}) {
+  return errors({std::string(text), "r.toml", overrides}, read);
 }
 
 void read_spacing(const RecipeTable& root) {
@@ -41,7 +46,7 @@ void read_sticking(const RecipeTable& root) {
 }
 
 TEST(RecipeTable, GivesValuesInTheUnitOfTheInside) {
-  const RecipeFile file(R"(
+  const RecipeFile file({R"(
 title = "a trench"
 [domain]
 spacing = "0.1 um"
@@ -58,7 +63,7 @@ tilt = "90 deg"
 rate = "6 um/min"
 energy = "100 eV"
 )",
-                        "r.toml");
+                         "r.toml"});
   const RecipeTable root = file.root();
   EXPECT_EQ(root.text("title"), "a trench");
   const RecipeTable domain = root.table("domain");
@@ -82,7 +87,7 @@ energy = "100 eV"
 }
 
 TEST(RecipeTable, GivesTheFallbackOfWhatIsNotThere) {
-  const RecipeFile file("[domain]\n", "r.toml");
+  const RecipeFile file({"[domain]\n", "r.toml"});
   const RecipeTable table = file.root().table("simplify");
   EXPECT_EQ(table.number("l0", {.fallback = "0.6"}), 0.6);
   EXPECT_EQ(table.angle("taper", {.fallback = "0 deg"}), 0);
@@ -100,7 +105,7 @@ TEST(RecipeTable, GivesTheFallbackOfWhatIsNotThere) {
 }
 
 TEST(RecipeTable, CountsLengthsInAGivenUnitOrTakesThemWithTheirOwn) {
-  const RecipeFile file("a = 0.6\nb = \"30 nm\"\n", "r.toml");
+  const RecipeFile file({"a = 0.6\nb = \"30 nm\"\n", "r.toml"});
   EXPECT_EQ(file.root().length_or_multiple("a", 50), 30);
   EXPECT_EQ(file.root().length_or_multiple("b", 50), 30);
   EXPECT_EQ(file.root().length_or_multiple("c", 50, {.fallback = "2"}), 100);
@@ -202,8 +207,8 @@ r.toml:12:5: l: a list is not a length; write for example "5 nm")");
 
 TEST(RecipeTable, AWordStandsForNoneOrForAllMaterials) {
   const Materials materials;
-  const RecipeFile file("a = \"Si\"\nb = \"surface\"\nd = [\"Si\", \"W\"]\ne = \"all\"\n",
-                        "r.toml");
+  const RecipeFile file(
+      {"a = \"Si\"\nb = \"surface\"\nd = [\"Si\", \"W\"]\ne = \"all\"\n", "r.toml"});
   EXPECT_EQ(file.root().material_or("surface", "a", materials), materials.id("Si"));
   EXPECT_EQ(file.root().material_or("surface", "b", materials), std::nullopt);
   EXPECT_EQ(file.root().material_or("surface", "c", materials), std::nullopt);
@@ -217,7 +222,7 @@ TEST(RecipeTable, AWordStandsForNoneOrForAllMaterials) {
 }
 
 TEST(RecipeTable, AMissingArrayOfTablesMayHaveOneEntryOfFallbacks) {
-  const RecipeFile file("[[a]]\nx = 1\n[[a]]\nx = 2\n", "r.toml");
+  const RecipeFile file({"[[a]]\nx = 1\n[[a]]\nx = 2\n", "r.toml"});
   EXPECT_EQ(file.root().tables_or_one("a").size(), 2U);
   const auto one = file.root().tables_or_one("b");
   ASSERT_EQ(one.size(), 1U);
@@ -340,7 +345,7 @@ TEST(RecipeErrors, AReaderThatGivesUpLeavesTheRest) {
 }
 
 TEST(RecipeErrors, LetTheReaderGoOnWithAnAllowedValue) {
-  const RecipeFile file("a = 7\nb = \"x\"", "r.toml");
+  const RecipeFile file({"a = 7\nb = \"x\"", "r.toml"});
   const RecipeTable root = file.root();
   EXPECT_EQ(root.number("a", {.fallback = "0.5", .maximum = 1}), 0.5);
   EXPECT_EQ(root.number("a", {.minimum = 8, .maximum = 10}), 9);
@@ -356,11 +361,11 @@ TEST(RecipePerMaterial, TakesOneValueOrATable) {
   const MaterialId oxide = materials.id("SiO2");
   const std::vector<MaterialId> reachable{si, oxide};
   const MaterialScope scope{materials, reachable};
-  const RecipeFile file(R"(one = "2 nm/s"
+  const RecipeFile file({R"(one = "2 nm/s"
 all = { Si = "1 nm/s", default = "3 nm/s" }
 listed = { Si = "1 nm/s", SiO2 = "0 nm/s" }
 )",
-                        "r.toml");
+                         "r.toml"});
   const RecipeTable root = file.root();
   const auto one = root.per_material("one", Dimension::rate, scope);
   EXPECT_EQ(one.size(), materials.size());
@@ -400,12 +405,12 @@ TEST(RecipePerMaterial, SaysWhichMaterialIsWrong) {
 }
 
 TEST(RecipeTable, PolygonsAreOneListOfPointsOrAListOfSuchLists) {
-  const RecipeFile file(
+  const RecipeFile file({
       R"(one = [["0 um", "0 nm"], ["1 um", "0 nm"], ["1 um", "2 um"]]
 two = [[["0 nm", "0 nm"], ["1 nm", "0 nm"], ["0 nm", "1 nm"]],
        [["5 nm", "5 nm"], ["6 nm", "5 nm"], ["6 nm", "6 nm"], ["5 nm", "6 nm"]]]
 )",
-      "r.toml");
+      "r.toml"});
   const auto one = file.root().polygons("one");
   ASSERT_EQ(one.size(), 1U);
   ASSERT_EQ(one[0].size(), 3U);
@@ -415,17 +420,17 @@ two = [[["0 nm", "0 nm"], ["1 nm", "0 nm"], ["0 nm", "1 nm"]],
   EXPECT_EQ(two[1].size(), 4U);
   EXPECT_EQ(two[1][1], (std::array<double, 2>{6, 5}));
   file.finish();
-  const RecipeFile again(file.resolved(), "again.toml");
+  const RecipeFile again({file.resolved(), "again.toml"});
   EXPECT_EQ(again.root().polygons("two"), two);
 }
 
 TEST(RecipeTable, PolygonsThatAreNoneNameThePlace) {
-  const RecipeFile file(
+  const RecipeFile file({
       R"(few = [["0 um", "0 nm"], ["1 um", "0 nm"]]
 flat = [["0 um", "0 nm"], ["1 um", "0 nm", "2 nm"], ["1 um", "2 um"]]
 bare = [["0 um", 7], ["1 um", "0 nm"], ["1 um", "2 um"]]
 )",
-      "r.toml");
+      "r.toml"});
   for (const char* key : {"few", "flat", "bare", "absent"}) file.root().polygons(key);
   try {
     file.finish();
@@ -446,29 +451,29 @@ TEST(RecipeNumberTable, IsAListOfRowsOrACsvFileOfTheSame) {
   const TemporaryFolder folder;
   std::ofstream(folder / "y.csv") << "# measured\n energy [keV], angle [deg], yield [atoms/ion]\n"
                                      "0.02,0,0\n0.02,90,1.5\n\n0.1,0,2e-1\n";
-  const RecipeFile file(R"(file = "y.csv"
+  const RecipeFile file({.text = R"(file = "y.csv"
 list = [["20 eV", "0 deg", 0], ["20 eV", "90 deg", 1.5], ["100 eV", "0 deg", 0.2]]
 )",
-                        "r.toml");
-  const auto list = file.root().number_table("list", yields, folder);
-  const auto csv = file.root().number_table("file", yields, folder);
-  EXPECT_FALSE(file.root().number_table("absent", yields, folder).has_value());
+                         .folder = folder});
+  const auto list = file.root().number_table("list", yields);
+  const auto csv = file.root().number_table("file", yields);
+  EXPECT_FALSE(file.root().number_table("absent", yields).has_value());
   ASSERT_TRUE(list && csv);
   EXPECT_EQ(csv->values, list->values);
   EXPECT_THAT(list->column(0), ElementsAre(20, 20, 100));
   EXPECT_DOUBLE_EQ(list->values[1][1], std::numbers::pi / 2);
   file.finish();
   // The resolved recipe needs no file.
-  const RecipeFile again(file.resolved(), "again.toml");
-  EXPECT_EQ(again.root().number_table("file", yields, "/nowhere")->values, list->values);
+  const RecipeFile again({file.resolved(), "again.toml"});
+  EXPECT_EQ(again.root().number_table("file", yields)->values, list->values);
   EXPECT_EQ(csv_head(yields), "energy [eV],angle [deg],yield");
 }
 
 TEST(RecipeNumberTable, SaysWhichRowIsWrong) {
   const auto expect = [](const std::string& value, const std::string& message) {
-    EXPECT_EQ(errors("t = " + value,
-                     [](const RecipeTable& root) { root.number_table("t", yields, "."); }),
-              message.empty() ? "" : "r.toml:1:" + message)
+    EXPECT_EQ(
+        errors("t = " + value, [](const RecipeTable& root) { root.number_table("t", yields); }),
+        message.empty() ? "" : "r.toml:1:" + message)
         << value;
   };
   const std::string first = "[\"20 eV\", \"0 deg\", 0]";
@@ -487,14 +492,15 @@ TEST(RecipeNumberTable, SaysWhichRowIsWrong) {
 }
 
 TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
-  const TemporaryFolder folder;
   const auto expect = [&](const std::string& csv, const std::string& message) {
-    std::ofstream(folder / "y.csv") << csv;
-    const std::string said = errors("t = \"y.csv\"", [&](const RecipeTable& root) {
-      const auto table = root.number_table("t", yields, folder);
+    const RecipeSource source{.text = "t = \"y.csv\"",
+                              .name = "r.toml",
+                              .load_file = [&](const std::string&) { return csv; }};
+    const std::string said = errors(source, [&](const RecipeTable& root) {
+      const auto table = root.number_table("t", yields);
       if (table) root.row_error("t", *table, 1, "is not liked");
     });
-    EXPECT_EQ(said, "r.toml:1:5: t: " + (folder / "y.csv").string() + ':' + message) << csv;
+    EXPECT_EQ(said, "r.toml:1:5: t: y.csv:" + message) << csv;
   };
   const std::string head = "energy [eV],angle [deg],yield\n";
   const std::string names = "1: has to name the columns: \"energy [eV],angle [deg],yield\"";
@@ -515,16 +521,16 @@ TEST(RecipeNumberTable, SaysWhichLineOfAFileIsWrong) {
   expect(head + "20,0,1\n-30,0,1\n", "3: -30 eV is below 0");
   expect(head + "20,0,1\n20,0,1\n", "3: rows have to ascend by energy, then by angle");
   expect(head + "20,0,1\n\n30,0,1\n", "4: is not liked");
-  EXPECT_THAT(errors("t = \"none.csv\"",
-                     [](const RecipeTable& root) { root.number_table("t", yields, "/nowhere"); }),
-              testing::HasSubstr("t: /nowhere/none.csv: cannot be read: No such file"));
+  EXPECT_THAT(
+      errors("t = \"none.csv\"", [](const RecipeTable& root) { root.number_table("t", yields); }),
+      testing::HasSubstr("t: none.csv: cannot be read: No such file"));
 }
 
 TEST(RecipePerMaterial, TakesNoEmptyTexts) {
   const Materials materials;
   const std::vector<MaterialId> reachable{materials.id("Si")};
   const auto message = [&](const std::string& text) {
-    const RecipeFile file(text, "r.toml");
+    const RecipeFile file({text, "r.toml"});
     file.root().per_material_text("rate", {materials, reachable});
     try {
       file.finish();

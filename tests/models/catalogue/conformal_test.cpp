@@ -19,7 +19,8 @@ std::string errors(const RecipeFile& file) {
 
 TEST(ConformalModel, ReadsThicknessAndMaterial) {
   const RecipeFile file(
-      "[[step]]\nmodel = \"conformal\"\nthickness = \"0.02 um\"\nmaterial = \"SiO2\"\n", "r.toml");
+      {"[[step]]\nmodel = \"conformal\"\nthickness = \"0.02 um\"\nmaterial = \"SiO2\"\n",
+       "r.toml"});
   const Materials materials;
   const StepModel step = read_model(file.root().tables("step")[0], {materials, {}});
   EXPECT_EQ(errors(file), "");
@@ -32,7 +33,7 @@ TEST(ConformalModel, ReadsThicknessAndMaterial) {
 TEST(ConformalModel, NeedsBoth) {
   for (const std::string keys : {"thickness = \"2 nm\"\n", "material = \"SiO2\"\n",
                                  "thickness = \"0 nm\"\nmaterial = \"SiO2\"\n"}) {
-    const RecipeFile file("[[step]]\nmodel = \"conformal\"\n" + keys, "r.toml");
+    const RecipeFile file({"[[step]]\nmodel = \"conformal\"\n" + keys, "r.toml"});
     const Materials materials;
     read_model(file.root().tables("step")[0], {materials, {}});
     EXPECT_NE(errors(file).find("step[0]."), std::string::npos) << keys;

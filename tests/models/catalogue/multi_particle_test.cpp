@@ -315,7 +315,7 @@ TEST(MultiParticle, RefusesDistributionsThatMakeNoSense) {
          "sticking_table[1][1]: 1.1 is outside [0, 1]");
   expect("sticking_table = [[\"9 deg\", 1], [\"90 deg\", 1]]\n",
          "sticking_table: its angles have to go from 0 to 90 deg");
-  expect("source_table = \"absent.csv\"\n", "source_table: ./absent.csv: cannot be read");
+  expect("source_table = \"absent.csv\"\n", "source_table: absent.csv: cannot be read");
 }
 
 TEST(MultiParticle, SaysWhatIsWrong) {

@@ -15,7 +15,7 @@ struct Outcome {
 };
 
 Outcome read(const std::string& keys) {
-  const RecipeFile file("[[step]]\nmodel = \"planarise\"\n" + keys, "r.toml");
+  const RecipeFile file({"[[step]]\nmodel = \"planarise\"\n" + keys, "r.toml"});
   const Materials materials;
   const StepModel step = read_model(file.root().tables("step")[0],
                                     {materials, {materials.id("Si"), materials.id("Si3N4")}});

@@ -268,7 +268,7 @@ TEST(PlasmaEtch, SaysWhatIsWrong) {
 // Values are known of few materials; others have to be given.
 TEST(PlasmaEtch, AMaterialWithoutYieldIsNamed) {
   const auto read = [](const std::string& keys) {
-    const RecipeFile file("[[step]]\n" + keys, "r.toml");
+    const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
     const Materials materials;
     find_model("sf6_o2")->read(file.root().tables("step")[0],
                                {materials, {materials.id("Si"), materials.id("resist")}});

@@ -1,0 +1,175 @@
+#include "apps/run/observer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "apps/simulator/flux_target.h"
+#include "apps/simulator/region_text.h"
+#include "apps/simulator/surface_speeds.h"
+#include "core/printable.h"
+#include "core/recipe/quantity.h"
+
+namespace scarp {
+
+namespace {
+
+std::string necks_left_out_text(const ProcessStep& step, const NecksLeftOut& left_out) {
+  return fmt::format(
+      "step \"{}\": necks are not looked for among {:.2g} nodes below overhangs, from z = {:.4g} "
+      "to "
+      "{:.4g} nm: behind a neck narrower than twice the thickness the film goes on after it is "
+      "shut; choose a larger domain.spacing or a smaller domain",
+      step.name, static_cast<double>(left_out.node_count), left_out.lowest, left_out.highest);
+}
+
+}  // namespace
+
+void Observer::look_at(const State& state, const Survey& now, const VoidChanges& changes) {
+  tell_left_out(state, now);
+  tell_missed_targets(state, now);
+  tell_unfit_coverages(state, now);
+  tell_voids(state, now, changes);
+  note_movement(state, now);
+}
+
+void Observer::look_at(const State& state, const Move& move, std::size_t step) {
+  if (move.necks_left_out.node_count > 0)
+    log_.warn(necks_left_out_text(recipe_.steps[step], move.necks_left_out));
+  if (state.step != step) {
+    tell_end(recipe_.steps[step], state, step);
+    tell_standstill(recipe_.steps[step]);
+    tell_rounds(recipe_.steps[step], state, step);
+  }
+  if (move.islands.empty()) return;
+  log_.info(fmt::format("t = {:.4g} s: {} of solid cut off from the wafer, removed", state.time,
+                        counted(count_of(move.islands), "piece")));
+  tell(move.islands);
+}
+
+void Observer::tell_end(const ProcessStep& step, const State& state, std::size_t number) {
+  if (!step.until) return;
+  const StepEnd& end = state.ends[number];
+  const double start = number > 0 ? state.ends[number - 1].time : state.origin.time;
+  const std::string wanted = text_of(*step.until, recipe_.materials, recipe_.domain.frame);
+  if (end.out_of_time) {
+    log_.warn(fmt::format(
+        "step \"{}\" ended at t = {:.6g} s by its duration of {}, before {}{}; raise its "
+        "duration",
+        step.name, end.time, format_quantity(step.duration, Dimension::time), wanted,
+        end.reached ? fmt::format(" (at {:.6g} s){}", *end.reached, over_etch_text(*step.until))
+                    : ""));
+  } else if (end.time == start) {
+    log_.warn(fmt::format("step \"{}\" took no time: {} when it began, at t = {:.6g} s", step.name,
+                          wanted, end.time));
+  } else {
+    const std::string rest = over_etch_text(*step.until);
+    log_.info(fmt::format("step \"{}\" ended at t = {:.6g} s: {}{}", step.name, end.time, wanted,
+                          rest.empty() ? "" : fmt::format(" at {:.6g} s{}", *end.reached, rest)));
+  }
+}
+
+void Observer::tell_rounds(const ProcessStep& step, const State& state, std::size_t number) {
+  if (!step.round_end) return;
+  const RoundEnd& end = *step.round_end;
+  const std::string wanted = text_of(end.until, recipe_.materials, recipe_.domain.frame);
+  if (state.ends[number].ends_repeat) {
+    log_.info(fmt::format("\"{}\" ended after {} at t = {:.6g} s: {}", end.name,
+                          counted(static_cast<std::size_t>(end.round), "round"), state.time,
+                          wanted));
+  } else if (end.steps_left == 0) {
+    log_.warn(fmt::format("\"{}\" made {} before {}; raise its repeat", end.name,
+                          counted(static_cast<std::size_t>(end.round), "round"), wanted));
+  }
+}
+
+void Observer::note_movement(const State& state, const Survey& now) {
+  if (movement_.step != step_number(state)) movement_ = {.step = step_number(state)};
+  if (movement_.any) return;
+  const std::vector<float> speeds = facet_speeds(state, now);
+  movement_.any = std::ranges::any_of(speeds, [](float speed) { return speed != 0; });
+  if (!movement_.any)
+    movement_.seen.insert(now.facets.materials.begin(), now.facets.materials.end());
+}
+
+// A step that was written in vain; of one that repeats, once.
+void Observer::tell_standstill(const ProcessStep& step) {
+  if (!step.model || movement_.any || movement_.seen.empty()) return;
+  if (!still_models_.insert(step.model.get()).second) return;
+  log_.warn(standstill_text(step, movement_.seen, recipe_.materials));
+}
+
+// Of a step that repeats, once.
+void Observer::tell_left_out(const State& state, const Survey& now) {
+  if (now.simplify_choice == SimplifyChoice::simplify) return;
+  const ProcessStep& step = current_step(state, recipe_.steps);
+  if (!left_out_.emplace(step.model.get(), now.simplify_choice).second) return;
+  log_.info(fmt::format("step \"{}\", t = {:.4g} s: the mesh is not simplified: {}", step.name,
+                        state.time, reason_of(now.simplify_choice)));
+}
+
+void Observer::tell_missed_targets(const State& state, const Survey& now) {
+  if (warned_ == step_number(state)) return;
+  for (const FluxField& flux : now.flux) {
+    if (flux.target_reached()) continue;
+    warned_ = step_number(state);
+    const WantedError wanted = wanted_error(recipe_.flux);
+    const double error =
+        wanted.in_position ? position_error(now, now.longest_dt).value_or(0) : flux.error;
+    const std::string what = fmt::format("the error of the {} is {}, the target {}",
+                                         wanted.in_position ? "position" : "flux",
+                                         wanted.text(error), wanted.text(wanted.value));
+    const TargetKeys keys{.target = wanted.key()};
+    log_.warn(fmt::format("step \"{}\", t = {:.4g} s: {}: {}",
+                          current_step(state, recipe_.steps).name, state.time, what,
+                          missed_target_text(flux, recipe_.flux.options, keys)));
+  }
+}
+
+void Observer::tell_unfit_coverages(const State& state, const Survey& now) {
+  const CoverageFit& fit = now.coverage_fit;
+  if (fit.reached || warned_of_coverages_ == step_number(state)) return;
+  warned_of_coverages_ = step_number(state);
+  const ProcessStep& step = current_step(state, recipe_.steps);
+  const Triangle& corners = now.facets.triangles[fit.facet];
+  const Vec3f r = (now.facets.vertices[corners[0]] + now.facets.vertices[corners[1]] +
+                   now.facets.vertices[corners[2]]) /
+                  3.0F;
+  log_.warn(fmt::format(
+      "step \"{}\", t = {:.4g} s: the coverages of model {} are uncertain by {:.2g} after {} "
+      "iterations, most at ({:.4g}, {:.4g}, {:.4g}) nm, material {}; more than the tolerance of "
+      "{:g}: raise flux.coverage_iterations or flux.coverage_tolerance",
+      step.name, state.time, step.model_name, fit.change, recipe_.flux.coverages.most_iterations,
+      r.x, r.y, r.z, recipe_.materials[now.facets.materials[fit.facet]].name,
+      recipe_.flux.coverages.tolerance));
+}
+
+void Observer::tell_voids(const State& state, const Survey& now, const VoidChanges& changes) {
+  if (changes.opened > 0) {
+    log_.info(fmt::format("t = {:.4g} s: {} opened again, {} closed", state.time,
+                          counted(changes.opened, "void"), count_of(now.gas.voids)));
+  }
+  if (changes.closed.empty()) return;
+  std::vector<Region> closed;
+  for (const std::size_t n : changes.closed) closed.push_back(now.gas.voids[n]);
+  log_.info(fmt::format("t = {:.4g} s: {} closed, {} in all", state.time,
+                        counted(count_of(closed), "void"), count_of(now.gas.voids)));
+  tell(closed);
+}
+
+void Observer::tell(std::span<const Region> regions) {
+  for (const std::string& line : region_lines(recipe_.domain.frame, regions)) log_.info(line);
+}
+
+// The surface at the end of a recipe is that of its last step. From 1.
+std::size_t Observer::step_number(const State& state) const {
+  return std::min(state.step + 1, recipe_.steps.size());
+}
+
+void Observer::tell_loose_shapes(const State& start) const {
+  const std::string text = loose_solid_text(start.layers.frame, start.islands);
+  if (!text.empty()) log_.warn(text);
+}
+
+}  // namespace scarp
