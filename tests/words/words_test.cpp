@@ -73,15 +73,14 @@ PageLines page_lines(const fs::path& page) {
   return lines;
 }
 
-std::string replaced(const std::string& text, const char* pattern, const char* by) {
-  return std::regex_replace(text, std::regex(pattern), by);
-}
-
 /// Text as it is read: a picture is left out, a link is its text, a span of code is one word.
 std::string as_read(const std::string& text) {
-  std::string read = replaced(text, R"(!\[[^\]]*\]\([^)]*\))", "");
-  read = replaced(read, R"(`[^`]*`)", "code");
-  return replaced(read, R"(\[([^\]]*)\]\([^)]*\))", "$1");
+  static const std::regex picture(R"(!\[[^\]]*\]\([^)]*\))");
+  static const std::regex code("`[^`]*`");
+  static const std::regex link(R"(\[([^\]]*)\]\([^)]*\))");
+  std::string read = std::regex_replace(text, picture, "");
+  read = std::regex_replace(read, code, "code");
+  return std::regex_replace(read, link, "$1");
 }
 
 /// The cells of a row of a table.
@@ -95,16 +94,17 @@ std::vector<std::string> cells_of(const std::string& row) {
 /// Paragraphs, items of lists and cells of tables, each on one line. Headings and code are left
 /// out.
 std::vector<std::string> paragraphs(const fs::path& page) {
+  static const std::regex bullet(R"(^\s*(-|\d+\.) )");
   std::vector<std::string> found{""};
   for (const std::string& line : page_lines(page).text) {
     const bool is_row = starts_with(line, "|");
-    const bool is_item = std::regex_search(line, std::regex(R"(^\s*(-|\d+\.) )"));
+    const bool is_item = std::regex_search(line, bullet);
     if (line.empty() || is_row || is_item || starts_with(line, "#")) found.emplace_back();
     if (starts_with(line, "#")) continue;
     if (is_row)
       for (const std::string& cell : cells_of(line)) found.push_back(cell);
     else
-      found.back() += replaced(line, R"(^\s*(-|\d+\.) )", "") + ' ';
+      found.back() += std::regex_replace(line, bullet, "") + ' ';
   }
   return found;
 }
