@@ -28,7 +28,7 @@ bool starts_with(const std::string& text, const std::string& start) {
 
 /// What somebody wrote: neither what builds and runs leave, nor what git holds.
 std::vector<fs::path> written_files() {
-  const std::set<std::string> left_out{"build", "results", "node_modules", ".git", "shared"};
+  const std::set<std::string> left_out{"build", "results", "node_modules", ".git"};
   std::vector<fs::path> files;
   fs::recursive_directory_iterator entry(root);
   for (; entry != fs::recursive_directory_iterator(); ++entry) {
@@ -328,7 +328,7 @@ std::set<std::string> top_folders() {
   std::set<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(root))
     if (entry.is_directory()) names.insert(entry.path().filename().string());
-  for (const char* made : {"build", "results", "shared"}) names.erase(made);
+  for (const char* made : {"build", "results"}) names.erase(made);
   return names;
 }
 
