@@ -7,8 +7,8 @@ target_precompile_headers(standard_headers PRIVATE ${standard_header_names})
 
 # compile_together(TARGET COUNT)
 #
-# Compiles COUNT files of the target as one: what they include is parsed once. Not where CMAKE_UNITY_BUILD is set to OFF: clang-tidy
-# needs the command of each file.
+# Compiles COUNT files of the target as one, so that their includes are parsed once. CMAKE_UNITY_BUILD set to OFF prevents it:
+# clang-tidy needs the command of each file.
 function(compile_together target count)
   if(NOT DEFINED CMAKE_UNITY_BUILD)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
@@ -29,8 +29,8 @@ endfunction()
 
 # scarp_tests(NAME NEEDS ...)
 #
-# All tests/NAME/*_test.cpp, those of rooms as well, in one program. Neighbours in the alphabet are compiled as one file and must not give the same name to two
-# things. A test whose name starts with Slow carries the label slow instead of NAME.
+# All tests/NAME/*_test.cpp, those of rooms as well, in one program. Neighbours in the alphabet are compiled as one file and must
+# not give the same name to two things. A test whose name starts with Slow carries the label slow instead of NAME.
 function(scarp_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
@@ -69,8 +69,8 @@ endfunction()
 
 # scarp_fuzz(NAME NEEDS ...)
 #
-# tests/fuzz/fuzz_NAME.cpp: a reader that is given any bytes. With SCARP_FUZZ a program of libFuzzer; otherwise a test that gives it
-# what tests/fuzz/seeds/NAME and tests/fuzz/found/NAME hold.
+# tests/fuzz/fuzz_NAME.cpp gives any bytes to a reader. With SCARP_FUZZ it is a program of libFuzzer. Otherwise it is a test with
+# the files of tests/fuzz/seeds/NAME and tests/fuzz/found/NAME.
 function(scarp_fuzz name)
   cmake_parse_arguments(PARSE_ARGV 1 fuzz "" "" "NEEDS")
   add_executable(fuzz_${name} fuzz/fuzz_${name}.cpp)
@@ -80,7 +80,8 @@ function(scarp_fuzz name)
     target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
   else()
     target_sources(fuzz_${name} PRIVATE fuzz/replay.cpp)
-    add_test(NAME Fuzz.${name} COMMAND fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/seeds/${name} ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/found/${name})
+    set(inputs ${CMAKE_CURRENT_SOURCE_DIR}/fuzz)
+    add_test(NAME Fuzz.${name} COMMAND fuzz_${name} ${inputs}/seeds/${name} ${inputs}/found/${name})
     set_tests_properties(Fuzz.${name} PROPERTIES LABELS fuzz)
   endif()
 endfunction()
