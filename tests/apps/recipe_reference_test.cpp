@@ -1,5 +1,5 @@
-// docs/recipe.md against the program: every key and every default that a recipe is read with stands
-// there, and no other.
+// docs/recipe.md and docs/models.md against the program: every key and every default that a recipe
+// is read with stands there, and no other.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,13 @@ using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
 
-Keys reference() { return reference_page("recipe.md"); }
+/// The defaults of all keys.
+Keys reference() {
+  constexpr std::size_t default_column = 2;
+  Keys sections = reference_page("recipe.md", default_column);
+  sections.merge(reference_page("models.md", default_column));
+  return sections;
+}
 
 /// The values of a recipe of one table per kind.
 Keys tables_of(const std::string& toml) {
@@ -188,7 +194,8 @@ TEST(RecipeReference, HasTheParametersOfEveryModel) {
 }
 
 TEST(RecipeReference, HasTheKeysOfSteps) {
-  const Keys sections = reference();
+  Keys sections = reference();
+  sections.at("[[step]]").merge(sections.at("Repeats"));
   EXPECT_EQ(keys_of(sections.at("[[step]]")),
             (std::set<std::string>{"model", "name", "duration", "until", "repeat", "step"}));
   const std::set<std::string> of_until{"depth",    "thickness", "exposed",  "gone",

@@ -20,9 +20,23 @@ inline std::set<std::string> keys_of(const std::map<std::string, std::string>& t
   return keys;
 }
 
-/// The rows of the tables of a page in docs, each with its last column, by heading: "[simplify]",
-/// "hole".
-inline Keys reference_page(const std::string& name) {
+/// The cells of a row of a table: "| a | b |".
+inline std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  const std::string between = " | ";
+  std::size_t begin = 2;
+  for (std::size_t end = row.find(between, begin); end != std::string::npos;
+       end = row.find(between, begin)) {
+    cells.push_back(row.substr(begin, end - begin));
+    begin = end + between.size();
+  }
+  if (begin + 2 < row.size()) cells.push_back(row.substr(begin, row.size() - begin - 2));
+  return cells;
+}
+
+/// The rows of the tables of a page in docs, each with one of its columns, by heading:
+/// "[simplify]", "hole". A key is the first column, without its quotes.
+inline Keys reference_page(const std::string& name, std::size_t column = 1) {
   Keys sections;
   std::vector<std::string> headings;
   std::istringstream in(read_file(std::filesystem::path(SCARP_SOURCE_DIR) / "docs" / name));
@@ -33,12 +47,9 @@ inline Keys reference_page(const std::string& name) {
       for (std::string each; std::getline(names >> std::ws, each, ',');) headings.push_back(each);
     }
     if (line.rfind("| `", 0) != 0) continue;
-    const std::string key = line.substr(3, line.find('`', 3) - 3);
-    const std::size_t last = line.rfind(" | ", line.size() - 3);
-    for (const std::string& heading : headings) {
-      std::string& text = sections[heading][key];
-      text += line.substr(last + 3, line.size() - last - 5) + ' ';
-    }
+    const std::vector<std::string> cells = cells_of(line);
+    const std::string key = cells.front().substr(1, cells.front().find('`', 1) - 1);
+    for (const std::string& heading : headings) sections[heading][key] += cells.at(column) + ' ';
   }
   return sections;
 }
