@@ -346,11 +346,7 @@ std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Sp
     refuse_lopsided(each);
     if (!each.emission.empty()) each.emission = revolution.revolved(each.emission);
   }
-  FluxOptions of_quarter = options;
-  of_quarter.axisymmetric = false;
-  of_quarter.two_dimensional = false;
-  of_quarter.sides = revolution.sides();
-  of_quarter.rings = revolution.rings();
+  FluxOptions of_quarter = options.revolved(revolution.sides(), revolution.rings());
   for (std::vector<std::vector<float>>& of_species : of_quarter.responses)
     of_species = revolved(revolution, of_species);
   std::vector<FluxField> fields =

@@ -405,7 +405,7 @@ namespace {
 int coarsening(const Recipe& recipe) {
   constexpr double most_columns = 3e5;
   const Frame& frame = recipe.frame;
-  if (recipe.start || frame.two_dimensional) return 1;
+  if (recipe.start || frame.is_section()) return 1;
   const double columns = static_cast<double>(frame.cells[0]) * frame.cells[1];
   int factor = 1;
   for (int k = 2; columns > most_columns * factor * factor && k < 64; ++k)

@@ -53,7 +53,7 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
   const Layers layers = start_state(recipe).layers;
   FoundPlanes found;
   auto& [across, diagonal] = found.planes;
-  for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
+  for (int axis = 0; axis < frame.lateral_axes(); ++axis) {
     std::string& hindrance = found.hindrance[axis];
     if (frame.boundary[axis] != Boundary::reflective) {
       hindrance = "the sides are not reflective";
@@ -66,7 +66,7 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
     }
     across[axis] = hindrance.empty();
   }
-  if (across[0] && across[1] && frame.cells[0] == frame.cells[1]) {
+  if (across[0] && across[1] && frame.is_square()) {
     if (!is_upright(recipe)) {
       found.diagonal_hindrance = "a step has a crystal, a bath or a source that leans";
     } else if (!is_diagonally_symmetric(layers)) {
@@ -100,7 +100,7 @@ std::string symmetry_text(const Recipe& recipe, const FoundPlanes& found) {
   if (!recipe.uses_symmetry) return "";
   const bool is_same = found.hindrance[0] == found.hindrance[1];
   std::string text = "runs on the whole domain, there is no mirror plane: ";
-  if (recipe.frame.two_dimensional || is_same) return text + found.hindrance[0];
+  if (recipe.frame.is_section() || is_same) return text + found.hindrance[0];
   return text + "along x " + found.hindrance[0] + ", along y " + found.hindrance[1];
 }
 

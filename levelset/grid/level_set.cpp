@@ -28,10 +28,9 @@ struct Sampler {
   const std::function<double(Vec3d)>& distance;
   double overestimate;
 
-  // In two dimensions both rows of nodes ask at the same point.
   Vec3d position(double i, double j, double k) const {
-    return {frame.node_position(0, i), frame.two_dimensional ? 0.0 : frame.node_position(1, j),
-            frame.node_position(2, k)};
+    return frame.in_section(
+        {frame.node_position(0, i), frame.node_position(1, j), frame.node_position(2, k)});
   }
 
   /// In the middle of a cube of nodes, in spacings.

@@ -482,7 +482,7 @@ std::vector<double> section_positions(const Frame& frame, int axis, const Openin
   if (!opening.through[axis])
     return {opening.centre[axis] +
             (opening.centre[axis] < sides.lower[axis] ? sides.width(axis) : 0)};
-  if (frame.two_dimensional) return {0};
+  if (!frame.varies_along(axis)) return {0};
   const int count = std::min(frame.cells[axis], most_sections);
   std::vector<double> positions(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n)

@@ -194,9 +194,9 @@ class Edges {
   template <class Visit>
   void for_each_node_near(const Edge& edge, double most, const Visit& visit) const {
     const Vec3d along = cross(edge.aside, up);
+    const int aside = layers_.frame.varies_along(1) ? reach : 0;
     for (int i = edge.node[0] - reach; i <= edge.node[0] + reach; ++i) {
-      for (int j = edge.node[1] - reach; j <= edge.node[1] + reach; ++j) {
-        if (layers_.frame.two_dimensional && j != edge.node[1]) continue;
+      for (int j = edge.node[1] - aside; j <= edge.node[1] + aside; ++j) {
         for (int k = edge.below - reach; k <= edge.below + reach; ++k) {
           const Node node{i, j, k};
           const Vec3d way = from(edge, node);
@@ -210,6 +210,7 @@ class Edges {
 
   bool is_wide(const Edge& edge) const {
     const Vec3d along = cross(edge.aside, up);
+    const int aside = layers_.frame.varies_along(1) ? reach : 0;
     constexpr auto most = static_cast<int>(least_width);
     for (int i = edge.node[0] - most; i <= edge.node[0] + most; ++i) {
       for (int j = edge.node[1] - most; j <= edge.node[1] + most; ++j) {
@@ -269,6 +270,7 @@ class Edges {
   bool holds(const Edge& edge, const Node& node, const Vec3d& way) const {
     if (dot(way, edge.aside) > 0) {
       const Vec3d along = cross(edge.aside, up);
+      const int aside = layers_.frame.varies_along(1) ? reach : 0;
       return std::abs(dot(along, way)) < own;
     }
     return mask_phi(edge.mask, {node[0], node[1], edge.below}) < 0;

@@ -165,10 +165,7 @@ double Extension::reach_of(const ClosestPoint& point) const {
 }
 
 Extension::Question Extension::question(const NearNode& at) const {
-  // In two dimensions both rows of nodes ask at the same point.
-  const Vec3d r{frame_.node_position(0, at.index[0]),
-                frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
-                frame_.node_position(2, at.index[2])};
+  const Vec3d r = frame_.in_section(frame_.node_position(at.index));
   const double within = limit(*at.phi);
   return {.r = r,
           .gradient = central_gradient(at.phi),
@@ -267,8 +264,8 @@ void Extension::query_leaf(std::size_t n, Block& block,
                       .phi = block.row(i, j) + k};
     // Of what lies beyond the diagonal there are no facets.
     if (frame_.diagonal && at.index[1] > at.index[0]) return;
-    // In two dimensions both rows have the same, however ties fall.
-    if (frame_.two_dimensional && j == 1) {
+    // Both rows of a section have the same, however ties fall.
+    if (at.index[1] >= frame_.own_nodes(1)) {
       const std::size_t to = n * leaf_size + static_cast<std::size_t>(node);
       for (std::vector<float>& field : fields) field[to] = field[to - leaf_edge];
       return;
@@ -304,8 +301,7 @@ TriangleTree::Neighbourhood Extension::neighbourhood(const Leaf& leaf,
   Box box;
   float largest = 0;
   for_each_node(nodes, [&](int node) {
-    const Vec3d r = frame_.node_position(node_at(leaf, node));
-    box.add({r.x, frame_.two_dimensional ? 0.0 : r.y, r.z});
+    box.add(frame_.in_section(frame_.node_position(node_at(leaf, node))));
     largest = std::max(largest, std::abs(leaf.phi[node]));
   });
   return tree_.neighbourhood(box, limit(largest));

@@ -78,8 +78,7 @@ class OpenDistance {
 
   /// At most the limit.
   double nearest(Vec3d r) const {
-    // In two dimensions both rows of nodes ask at the same point.
-    r.y = layers_.frame.two_dimensional ? 0.0 : r.y;
+    r = layers_.frame.in_section(r);
     double distance = tree_.closest(r, limit_).distance;
     for (const Image& image : images_of(layers_.frame, r, limit_))
       distance = std::min(distance, tree_.closest(image.r, limit_).distance);

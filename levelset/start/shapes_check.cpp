@@ -232,7 +232,7 @@ class Checker {
   void row(const std::string& prefix, int along, double centre, double widest, const Repeat& repeat,
            Between between) {
     if (is_lopsided(prefix)) return;
-    if (frame_.two_dimensional && along != 1) {
+    if (!frame_.varies_along(1 - along)) {
       report(prefix + "along", "must be \"y\" in two dimensions");
     } else if (lattice(prefix, repeat)) {
       const int axis = 1 - along;
@@ -292,7 +292,7 @@ class Checker {
                      double widest_radius, const Repeat& repeat, Between between) {
     const bool is_good = feature(prefix + "radius", 2 * radius, between);
     if (is_good && lattice(prefix, repeat)) {
-      for (int axis = 0; axis < (frame_.two_dimensional ? 1 : 2); ++axis) {
+      for (int axis = 0; axis < frame_.lateral_axes(); ++axis) {
         interval({prefix + "radius", prefix + "center", axis, centre[axis], 2 * widest_radius,
                   repeat.count[axis], repeat.pitch[axis], between});
       }
@@ -302,7 +302,7 @@ class Checker {
         report(prefix + "center", "must be on the axis, [0, 0]");
       if (repeat.count[0] != 1 || repeat.count[1] != 1)
         report(prefix + "repeat", "there is room for one on the axis");
-    } else if (frame_.two_dimensional) {
+    } else if (frame_.is_slice()) {
       report(prefix + "shape", "round shapes need three dimensions, or mode = \"axisymmetric\"");
     }
     return is_good;
@@ -370,7 +370,7 @@ class Checker {
   }
 
   void check(const MeshShape& s) {
-    if (frame_.two_dimensional) {
+    if (frame_.is_section()) {
       report("shape", "meshes need three dimensions");
     } else {
       const TriMesh mesh = welded(*s.mesh);
@@ -491,7 +491,7 @@ class Checker {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
     const std::string key = prefix + (is_list ? "points" : "file");
     if (is_lopsided(prefix)) return;
-    if (frame_.two_dimensional) {
+    if (frame_.is_section()) {
       report(prefix + "shape", "polygons need three dimensions");
       return;
     }
