@@ -75,7 +75,7 @@ std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int l
   return all;
 }
 
-void sample_cube(const Band& band, const Leaf& leaf, const Sampler& sampler, const Cube& cube) {
+void sample_cube(const Band& band, Leaf& leaf, const Sampler& sampler, const Cube& cube) {
   // Most of a leaf is far from a surface that runs through it or past it.
   const double middle = sampler.middle(cube);
   const bool is_far = !sampler.near_band(cube, middle);
@@ -90,11 +90,11 @@ void sample_cube(const Band& band, const Leaf& leaf, const Sampler& sampler, con
   }
 }
 
-void sample(const Band& band, const Sampler& sampler) {
+void sample(Band& band, const Sampler& sampler) {
   constexpr int edge = 4;
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = band.leaves()[n];
+      Leaf& leaf = band.leaves()[n];
       for (int part = 0; part < 8; ++part) {
         Cube cube{.origin = leaf.origin, .edge = edge};
         for (int axis = 0; axis < 3; ++axis) cube.origin[axis] += (part >> axis & 1) * edge;

@@ -113,7 +113,7 @@ class Edges {
 
   /// In leaves in which something grows, and those beside: there films are near.
   void find() {
-    const std::vector<Leaf>& leaves = band_.leaves();
+    const std::span<const Leaf> leaves = band_.leaves();
     std::vector<bool> grows(leaves.size(), false);
     for (std::size_t n = 0; n < leaves.size(); ++n) {
       for (const AngularSpeed& part : field_.angular) {
@@ -210,7 +210,6 @@ class Edges {
 
   bool is_wide(const Edge& edge) const {
     const Vec3d along = cross(edge.aside, up);
-    const int aside = layers_.frame.varies_along(1) ? reach : 0;
     constexpr auto most = static_cast<int>(least_width);
     for (int i = edge.node[0] - most; i <= edge.node[0] + most; ++i) {
       for (int j = edge.node[1] - most; j <= edge.node[1] + most; ++j) {
@@ -270,7 +269,6 @@ class Edges {
   bool holds(const Edge& edge, const Node& node, const Vec3d& way) const {
     if (dot(way, edge.aside) > 0) {
       const Vec3d along = cross(edge.aside, up);
-      const int aside = layers_.frame.varies_along(1) ? reach : 0;
       return std::abs(dot(along, way)) < own;
     }
     return mask_phi(edge.mask, {node[0], node[1], edge.below}) < 0;

@@ -139,7 +139,7 @@ class Feet {
     for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
       const Leaf& leaf = band_.leaves()[n];
       gather<1>(
-          band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+          band_, n, [&](std::size_t m) -> const float* { return band_.leaves()[m].phi; }, block);
       for_each_node(next_to_surface(leaf, block), [&](int offset) {
         const float* here = block.row(offset >> 6, (offset >> 3) & 7) + (offset & 7);
         if (!(*here < 0) || mobility_[n * leaf_size + static_cast<std::size_t>(offset)] != 0)

@@ -111,7 +111,7 @@ bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
 void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
   std::vector<float*> held;
   std::vector<float> held_phi;
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; !gas.voids.empty() && node < leaf_size; ++node) {
       if (holds_void(band, gas, node_at(leaf, node))) {
         held.push_back(leaf.phi + node);
@@ -119,7 +119,7 @@ void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
       }
     }
   }
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       float& phi = leaf.phi[node];
       if (std::abs(phi) < LevelSet::half_width) phi = off_surface(phi - thickness);

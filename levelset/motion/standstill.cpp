@@ -68,7 +68,8 @@ class Keeper {
           for (std::size_t n = begin; n < end; ++n) {
             const Leaf& leaf = band_.leaves()[n];
             gather(
-                band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+                band_, n, [&](std::size_t m) -> const float* { return band_.leaves()[m].phi; },
+                block);
             for (int node = 0; node < leaf_size; ++node) {
               const float old = leaf.phi[node];
               to[n][node] = from[n][node];

@@ -203,7 +203,7 @@ class CollapsePasses::Worker {
 
   /// Of an edge that is not free in its places, and its twin edge; after their stars are gathered.
   float second_look_at_tied(std::uint32_t h, std::uint32_t twin, const Placed& placed) {
-    const auto squares = [&](const CollapseChecks& checks) {
+    const auto squares = [&](CollapseChecks& checks) {
       Fan& fan = checks.fan(mesh_);
       const Star& star = checks.star();
       if (all_.points_ != nullptr) {
