@@ -66,8 +66,9 @@ RunSize size_of(double facets, const Recipe& recipe) {
 MemoryEstimate expected_memory(const Layers& layers, const Recipe& recipe, const RunSize& size) {
   double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
   for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
-  const bool has_bath = std::ranges::any_of(
-      recipe.steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+  const bool has_bath = std::ranges::any_of(recipe.steps, [](const ProcessStep& step) {
+    return step.model && step.model->bath() != nullptr;
+  });
   if (has_bath) grid += per_bath_node * bath_nodes(layers);
   return memory_of(grid, recipe, size);
 }

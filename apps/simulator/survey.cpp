@@ -127,8 +127,8 @@ SurfaceEmission emission_from(const TriMesh& facets, const SurfaceModel& model,
   if (std::ranges::find(emission.species, true) == emission.species.end()) return {};
   emission.of = [&](std::span<const std::span<const float>> flux) {
     const std::vector<Vec3f> normals = facet_normals(facets);
-    return model.emission({.material = facets.materials, .normal = normals, .coverages = coverages},
-                          flux);
+    return model.emitter()->emission(
+        {.material = facets.materials, .normal = normals, .coverages = coverages}, flux);
   };
   return emission;
 }
@@ -152,20 +152,20 @@ std::vector<FluxField> solve_with(Coverages& coverages, std::span<const Species>
 std::vector<FluxField> solve_covered(std::span<const Species> species, const FluxOptions& options,
                                      const State& state, const Recipe& recipe, Survey& result) {
   const SurfaceModel& model = *current_step(state, recipe).model;
-  if (model.coverages().empty())
+  if (model.coverages() == nullptr)
     return solve_flux(result.facets, species, options, {},
                       emission_from(result.facets, model, species, result.coverages));
-  if (!model.phases().empty()) {
-    CoverageCycle cycle(model, result.facets, recipe.coverages);
+  if (model.cycle() != nullptr) {
+    CoverageCycle cycle(*model.cycle(), result.facets, recipe.coverages);
     return solve_with(cycle, species, options, model, result);
   }
-  if (result.coverages.empty() && state.coverages.names == model.coverages()) {
+  if (result.coverages.empty() && state.coverages.names == coverage_names(&model)) {
     result.coverages = carried(state.coverages.values, state.mesh.facets, result.facets,
                                (1 + most_moves * recipe.cfl) * recipe.frame.spacing, recipe.frame);
     result.carried_areas =
         covered_areas(areas_around(result.facets, recipe.frame), result.coverages);
   }
-  CoverageIteration iteration(model, result.facets, result.coverages, recipe.coverages);
+  CoverageIteration iteration(*model.balance(), result.facets, result.coverages, recipe.coverages);
   return solve_with(iteration, species, options, model, result);
 }
 
@@ -183,12 +183,11 @@ void require_nothing_lost(std::span<const FluxField> flux) {
 }
 
 // The concentration in a bath as the flux that it is in place of: without rays and errors.
-FluxField dissolved(const State& state, const SurfaceModel& model, const Solute& solute,
-                    const TriMesh& facets) {
+FluxField dissolved(const State& state, const Bath& bath, const TriMesh& facets) {
   const std::vector<Vec3f> normals = facet_normals(facets);
   const std::vector<Exchange> exchange =
-      model.exchange({.material = facets.materials, .normal = normals});
-  Concentration concentration = diffuse(state.layers, facets, exchange, solute);
+      bath.exchange({.material = facets.materials, .normal = normals});
+  Concentration concentration = diffuse(state.layers, facets, exchange, bath.solute());
   FluxField field;
   field.tallies.push_back({.mean = std::move(concentration.at_facets),
                            .std_error = std::vector<float>(facets.triangles.size())});
@@ -201,8 +200,8 @@ FluxField dissolved(const State& state, const SurfaceModel& model, const Solute&
 void trace(const State& state, const Recipe& recipe, FluxOptions options, Survey& result) {
   const auto measurement = result.timer.measure("flux");
   const auto& model = current_step(state, recipe).model;
-  if (const auto solute = model ? model->solute() : std::nullopt) {
-    result.flux = {dissolved(state, *model, *solute, result.facets)};
+  if (model && model->bath() != nullptr) {
+    result.flux = {dissolved(state, *model->bath(), result.facets)};
     return;
   }
   const std::vector<Species> species = species_of(current_step(state, recipe));
@@ -323,8 +322,8 @@ bool carries_flux(const Survey& survey, const Recipe& recipe) {
 
 Survey survey_now(const State& state, const Recipe& recipe) {
   Survey result;
-  if (const auto& model = current_step(state, recipe).model)
-    result.longest_dt = model->longest_time_step();
+  if (const auto& model = current_step(state, recipe).model; model && model->cycle() != nullptr)
+    result.longest_dt = model->cycle()->longest_time_step();
   TriMesh surface = exposed_surface(state, recipe, result);
   make_facets(std::move(surface), state, recipe, result);
   if (!result.tree) {
@@ -364,7 +363,7 @@ EarlierFlux earlier_flux(const Survey& survey, const Recipe& recipe, double dt) 
 
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
   if (survey.coverages.empty()) return {};
-  return {.names = model.coverages(), .values = survey.coverages};
+  return {.names = coverage_names(&model), .values = survey.coverages};
 }
 
 Survey survey(const State& state, const Recipe& recipe) {

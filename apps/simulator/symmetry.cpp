@@ -34,7 +34,7 @@ void move_to_part(std::optional<EndCondition>& condition, const Frame& frame) {
 
 // Whether what a model does is its own mirror image across every upright plane.
 bool is_upright(const SurfaceModel& model) {
-  return model.is_isotropic() && !model.solute() &&
+  return model.angular().is_isotropic() && model.bath() == nullptr &&
          std::ranges::all_of(model.species(), [](const Species& species) {
            return species.source.kind == SourceLobe::Kind::none || species.source.is_upright();
          });

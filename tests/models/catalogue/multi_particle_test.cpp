@@ -258,7 +258,7 @@ TEST(MultiParticle, NeutralsMayLeanLikeIons) {
   const auto source = [](const std::string& keys) {
     const StepModel step = read_step(
         "multi_particle", "rate = \"1 nm/s * g\"\n[[step.neutral]]\nname = \"g\"\n" + keys);
-    EXPECT_EQ(step.model->is_mirror_symmetric(0),
+    EXPECT_EQ(step.model->angular().is_mirror_symmetric(0),
               keys.find("tilt") == std::string::npos || keys.find("rotating") != std::string::npos);
     return step.model->species()[0].source;
   };
