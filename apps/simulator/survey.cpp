@@ -9,6 +9,7 @@
 #include "apps/simulator/region_text.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
+#include "flux/engines/kept_hits.h"
 #include "flux/solve.h"
 #include "levelset/bath/diffusion.h"
 #include "levelset/grid/exposure.h"
@@ -96,8 +97,8 @@ bool keep_mesh(const TriMesh& surface, const State& state, const Recipe& recipe,
   result.made_at = kept.made_at;
   result.simplify_bound = kept.bound;
   result.simplify_max_distance = kept.max_distance;
-  // Most meshes serve once: theirs are not worth the memory.
-  result.hits = kept.hits ? kept.hits : keep_hits();
+  // Most meshes serve once: theirs are not worth the memory. Those of the state stay as they are.
+  result.hits = kept.hits ? std::make_shared<KeptHits>(*kept.hits) : keep_hits();
   result.tree = kept.tree;
   return true;
 }
