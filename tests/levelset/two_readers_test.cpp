@@ -41,8 +41,8 @@ std::vector<float> read(const Layers& layers, float speed) {
                                          CornerSpeeds(count)};
   std::vector<float> values = extend_speeds(layers, gas, surface, speeds, 0.5).speed;
   for (const Vec3f& r : surface.vertices) {
-    values.push_back(static_cast<float>(layers.top().phi.distance(Vec3d(r))));
-    values.push_back(static_cast<float>(layers.top().phi.normal(Vec3d(r)).z));
+    values.push_back(static_cast<float>(layers.top().distance(Vec3d(r))));
+    values.push_back(static_cast<float>(layers.top().normal(Vec3d(r)).z));
   }
   const Metrology metrology = measure(layers);
   values.push_back(static_cast<float>(metrology.openings.size()));
