@@ -24,7 +24,8 @@ const std::string silicon_alone = "etch_rate = { Si = \"2 nm/s\", SiO2 = \"0 nm/
 const std::string parallel = "[[step.ion]]\nsource_power = 1e6\n";
 
 Species ions_of(const std::string& keys) {
-  for (const Species& species : read_step("ion_milling", keys).model->species())
+  const StepModel step = read_step("ion_milling", keys);
+  for (const Species& species : step.model->species())
     if (species.ions) return species;
   return {};
 }
