@@ -40,6 +40,9 @@ struct Sides {
 /// A wafer may be the same all around the axis x = y = 0. The grid is then that of two dimensions,
 /// a section through the axis, and runs go on half of it, from the axis on.
 ///
+/// What depends on the kind of domain (in space, a slice, around an axis) is asked here: no other
+/// file of the numerics reads the two flags.
+///
 /// Units: nm.
 struct Frame {
   double spacing = 0;
@@ -53,6 +56,27 @@ struct Frame {
 
   /// The index of the node, or of the place between two of them, that lies at 0.
   double middle(int axis) const { return axis == 2 || half[axis] ? 0 : 0.5 * cells[axis]; }
+
+  /// Along how many of the lateral axes anything varies: x alone in sections.
+  int lateral_axes() const { return two_dimensional ? 1 : 2; }
+  bool varies_along(int axis) const { return axis == 2 || axis < lateral_axes(); }
+
+  /// Whether facets go across one cell of y, and have no depth to be seen.
+  bool is_section() const { return lateral_axes() == 1; }
+  /// A section of what goes on endlessly along y: volumes are those of a slice one spacing thick.
+  bool is_slice() const { return is_section() && !axisymmetric; }
+  /// Whether x = y could be a plane of symmetry.
+  bool is_square() const { return lateral_axes() == 2 && cells[0] == cells[1]; }
+
+  /// Where a place is looked up: sections are known in the plane y = 0, so that both rows of nodes
+  /// have the same to the last bit. Of a direction, its part in that plane.
+  Vec3d in_section(Vec3d r) const { return is_section() ? Vec3d{r.x, 0, r.z} : r; }
+
+  /// Nodes with values of their own; the second row of a section has those of the first.
+  int own_nodes(int axis) const {
+    if (!varies_along(axis)) return 1;
+    return cells[axis] + (boundary[axis] == Boundary::periodic ? 0 : 1);
+  }
 
   /// Antisymmetric about the middle to the last bit, so that a mirrored geometry gives mirrored
   /// numbers.
@@ -73,6 +97,16 @@ struct Frame {
   /// as a half circle, and another one belongs to its mirror image.
   double around(double x) const {
     return axisymmetric ? std::numbers::pi * std::abs(x) / spacing : 1;
+  }
+
+  /// Of a section through the axis, the frame of the wafer around it, which is as wide either way.
+  Frame revolved() const {
+    Frame frame = *this;
+    frame.cells[1] = cells[0];
+    frame.boundary[1] = boundary[0];
+    frame.two_dimensional = false;
+    frame.axisymmetric = false;
+    return frame;
   }
 
   Sides sides() const {

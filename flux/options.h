@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/frame.h"
@@ -69,6 +70,25 @@ struct FluxOptions {
   /// For solutions on the same mesh, with the same seed and time step, whose species or materials
   /// may differ: rays that were gathered before are not sent again. Changes no bit.
   std::shared_ptr<KeptHits> hits{};
+
+  // What depends on the kind of domain is asked here.
+
+  /// Along how many of the lateral axes rays travel: x alone in sections.
+  int lateral_axes() const { return two_dimensional ? 1 : 2; }
+  bool is_section() const { return lateral_axes() == 1; }
+  /// Whether facets may be joined to elements. Those of sections are strips as long as the domain,
+  /// few as they are, and rings are elements already.
+  bool joins_facets() const { return !is_section() && rings.empty(); }
+  /// Of a section through an axis: those of a part of the wafer around it in space, whose facets
+  /// lie on rings.
+  FluxOptions revolved(const Sides& part, std::vector<std::uint32_t> ring_of_facet) const {
+    FluxOptions options = *this;
+    options.axisymmetric = false;
+    options.two_dimensional = false;
+    options.sides = part;
+    options.rings = std::move(ring_of_facet);
+    return options;
+  }
 };
 
 }  // namespace scarp

@@ -28,13 +28,65 @@ constexpr double on_axis = 2e-3;
 
 std::string text(Vec3f r) { return rounded_place(Vec3d(r)); }
 
+// Where a vertex is seen along y: its radius and height.
+using Place = std::pair<float, float>;
+
+// The vertices of a section, both ends of an edge along y in one place.
+class SectionPlaces {
+ public:
+  explicit SectionPlaces(const TriMesh& section) : section_(section) { find_places(); }
+
+  std::array<Place, 3> of(std::uint32_t facet) const {
+    const Triangle& t = section_.triangles[facet];
+    for (const std::uint32_t v : t) {
+      if (!(section_.vertices[v].x >= 0))
+        throw InputError("flux: a section that is revolved reaches beyond the axis at " +
+                         text(section_.vertices[v]));
+    }
+    return {places_[t[0]], places_[t[1]], places_[t[2]]};
+  }
+
+ private:
+  // Both ends of an edge along y are one place; rounding may have moved them apart.
+  void find_places() {
+    Box box;
+    for (const Vec3f& r : section_.vertices) {
+      places_.emplace_back(r.x, r.z);
+      box.add(Vec3d(r));
+    }
+    std::vector<double> nearest(places_.size(), most_apart * (box.upper.y - box.lower.y));
+    for (const Triangle& t : section_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::array ends{t[k], t[(k + 1) % 3]};
+        for (std::size_t end = 0; end < 2; ++end) {
+          const std::uint32_t here = ends[end];
+          const std::uint32_t there = ends[1 - end];
+          const Vec3f a = section_.vertices[here];
+          const Vec3f b = section_.vertices[there];
+          if (a.y != box.lower.y || b.y != box.upper.y) continue;
+          const double across = static_cast<double>(a.x) - b.x;
+          const double up = static_cast<double>(a.z) - b.z;
+          const double apart = std::sqrt(across * across + up * up);
+          if (apart >= nearest[there]) continue;
+          nearest[there] = apart;
+          places_[there] = {a.x, a.z};
+        }
+      }
+    }
+    for (Place& place : places_)
+      if (place.first < on_axis * (box.upper.y - box.lower.y)) place.first = 0;
+  }
+
+  const TriMesh& section_;
+  std::vector<Place> places_;
+};
+
 }  // namespace
 
 class Revolution::Builder {
  public:
   Builder(const TriMesh& section, double radius, Revolution& result)
-      : section_(section), radius_(static_cast<float>(radius)), result_(result) {
-    find_places();
+      : section_(section), places_(section), radius_(static_cast<float>(radius)), result_(result) {
     // Mirror images about the diagonal to the last bit, and both ends on the mirrors.
     static_assert(slices % 2 == 0);
     for (std::uint32_t k = 0; 2 * k <= slices; ++k) {
@@ -49,7 +101,7 @@ class Revolution::Builder {
     std::vector<std::pair<std::uint32_t, Line>> lines;
     std::vector<std::uint32_t> caps;
     for (std::uint32_t f = 0; f < section_.triangles.size(); ++f) {
-      const auto [a, b, c] = places_of(f);
+      const auto [a, b, c] = places_.of(f);
       if (a == b) {
         lines.push_back({f, {a, c}});
       } else if (b == c) {
@@ -85,7 +137,6 @@ class Revolution::Builder {
     bool faces_up;
     std::uint32_t section_facet;
   };
-  using Place = std::pair<float, float>;
   // What a facet is seen as along y: from the place of two of its corners to that of the third.
   using Line = std::pair<Place, Place>;
 
@@ -99,46 +150,6 @@ class Revolution::Builder {
                                           static_cast<float>(radius * around_[k][1]), height});
     }
     return {radius, height, found->second};
-  }
-
-  // Both ends of an edge along y are one place; rounding may have moved them apart.
-  void find_places() {
-    Box box;
-    for (const Vec3f& r : section_.vertices) {
-      places_.emplace_back(r.x, r.z);
-      box.add(Vec3d(r));
-    }
-    std::vector<double> nearest(places_.size(), most_apart * (box.upper.y - box.lower.y));
-    for (const Triangle& t : section_.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::array ends{t[k], t[(k + 1) % 3]};
-        for (std::size_t end = 0; end < 2; ++end) {
-          const std::uint32_t here = ends[end];
-          const std::uint32_t there = ends[1 - end];
-          const Vec3f a = section_.vertices[here];
-          const Vec3f b = section_.vertices[there];
-          if (a.y != box.lower.y || b.y != box.upper.y) continue;
-          const double across = static_cast<double>(a.x) - b.x;
-          const double up = static_cast<double>(a.z) - b.z;
-          const double apart = std::sqrt(across * across + up * up);
-          if (apart >= nearest[there]) continue;
-          nearest[there] = apart;
-          places_[there] = {a.x, a.z};
-        }
-      }
-    }
-    for (Place& place : places_)
-      if (place.first < on_axis * (box.upper.y - box.lower.y)) place.first = 0;
-  }
-
-  std::array<Place, 3> places_of(std::uint32_t facet) const {
-    const Triangle& t = section_.triangles[facet];
-    for (const std::uint32_t v : t) {
-      if (!(section_.vertices[v].x >= 0))
-        throw InputError("flux: a section that is revolved reaches beyond the axis at " +
-                         text(section_.vertices[v]));
-    }
-    return {places_[t[0]], places_[t[1]], places_[t[2]]};
   }
 
   void add(std::uint32_t facet, const Line& line) {
@@ -193,7 +204,7 @@ class Revolution::Builder {
   // An edge in the middle of the strip has a facet on either side that leads from one end of the
   // way over it to the other; it takes part in none of the rings.
   void find_ring(std::uint32_t facet) {
-    const auto places = places_of(facet);
+    const auto places = places_.of(facet);
     for (std::size_t k = 0; k < 3; ++k) {
       auto found = rings_.find({places[k], places[(k + 1) % 3]});
       if (found == rings_.end()) found = rings_.find({places[(k + 1) % 3], places[k]});
@@ -243,7 +254,7 @@ class Revolution::Builder {
   }
 
   const TriMesh& section_;
-  std::vector<Place> places_;  // of vertices
+  SectionPlaces places_;
   float radius_;
   Revolution& result_;
   std::array<std::array<double, 2>, slices + 1> around_{};
@@ -346,11 +357,7 @@ std::vector<FluxField> solve_revolved(const TriMesh& section, std::span<const Sp
     refuse_lopsided(each);
     if (!each.emission.empty()) each.emission = revolution.revolved(each.emission);
   }
-  FluxOptions of_quarter = options;
-  of_quarter.axisymmetric = false;
-  of_quarter.two_dimensional = false;
-  of_quarter.sides = revolution.sides();
-  of_quarter.rings = revolution.rings();
+  FluxOptions of_quarter = options.revolved(revolution.sides(), revolution.rings());
   for (std::vector<std::vector<float>>& of_species : of_quarter.responses)
     of_species = revolved(revolution, of_species);
   std::vector<FluxField> fields =

@@ -48,7 +48,7 @@ void check_beam(const Species& species, const FluxOptions& options) {
   check(species.source.map.empty(), where + "a beam comes evenly from everywhere, without a map");
   for (int axis = 0; axis < 2; ++axis) {
     const bool tilted = std::abs(d[axis]) > 1e-12 * norm;
-    check(!tilted || !options.two_dimensional || axis == 0,
+    check(!tilted || axis < options.lateral_axes(),
           where + "in two dimensions a beam has to lie in the cross-section");
   }
   for (const float s : species.sticking)

@@ -32,12 +32,14 @@ struct OpenWafers {
 };
 
 void go_through_cycle(const SurfaceModel& model, OpenWafers& wafers) {
-  const std::vector<double> phases = model.phases();
-  if (phases.empty()) return;
-  wafers.coverages.assign(model.coverages().size(), std::vector<float>(wafers.material.size()));
+  const CycledCoverages* const cycle = model.cycle();
+  if (cycle == nullptr) return;
+  const std::vector<double> phases = cycle->phases();
+  wafers.coverages.assign(cycle->coverage_names().size(),
+                          std::vector<float>(wafers.material.size()));
   for (std::size_t phase = 0; phase < phases.size(); ++phase)
     wafers.coverages =
-        model.coverages_after(phases[phase], phase, wafers.points(), wafers.tallies());
+        cycle->coverages_after(phases[phase], phase, wafers.points(), wafers.tallies());
 }
 
 // yield(species, law) is what ions bring of a yield.
@@ -57,10 +59,11 @@ OpenWafers open_wafers(const SurfaceModel& model, std::size_t material_count, co
     for (const YieldLaw& law : species.yields)
       wafers.flux.emplace_back(material_count, static_cast<float>(yield(species, law)));
   }
-  if (const auto solute = model.solute()) {
+  if (const Bath* const bath = model.bath()) {
     wafers.flux.emplace_back();
-    for (const Exchange& wafer : model.exchange(wafers.points()))
-      wafers.flux.back().push_back(static_cast<float>(open_wafer_concentration(*solute, wafer)));
+    const Solute solute = bath->solute();
+    for (const Exchange& wafer : bath->exchange(wafers.points()))
+      wafers.flux.back().push_back(static_cast<float>(open_wafer_concentration(solute, wafer)));
   }
   go_through_cycle(model, wafers);
   return wafers;
@@ -75,7 +78,7 @@ double top_speed(const SurfaceModel& model, std::span<const AngularFactor> facto
         return largest_yield(law, species.ions->energy.mean());
       });
   const std::vector<std::vector<float>> parts =
-      model.amplitudes(wafers.points(), wafers.tallies(), factors);
+      model.angular().amplitudes(wafers.points(), wafers.tallies(), factors);
   const LimitingSpeed limiting_speed(factors);
   double top = 0;
   for (std::size_t m = 0; m < material_count; ++m) {
@@ -99,7 +102,9 @@ double open_wafer_time_steps(const SurfaceModel& model, std::span<const AngularF
                              std::size_t material_count, double duration, double longest_move) {
   constexpr double rounding = 1 - 1e-6;  // of speeds: what they make is no time step more
   const double distance = duration * top_speed(model, factors, material_count);
-  const double at_least = std::ceil(rounding * duration / model.longest_time_step());
+  const double at_least = model.cycle() == nullptr
+                              ? 1
+                              : std::ceil(rounding * duration / model.cycle()->longest_time_step());
   return std::max({1.0, at_least, std::ceil(rounding * distance / longest_move)});
 }
 

@@ -48,7 +48,7 @@ std::optional<std::vector<double>> lines_along_y(const RecipeTable& table, std::
 
 SourceMap read_map(const RecipeTable& table, const StepScope& scope) {
   const std::string_view key = "source_map";
-  const bool by_x = scope.frame.two_dimensional;
+  const bool by_x = scope.frame.is_section();
   const auto rows =
       table.number_table(key, by_x ? std::span<const Column>(density_by_x) : density_by_place);
   if (!rows) return {};

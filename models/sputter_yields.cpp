@@ -120,10 +120,8 @@ Species read_sputtering_ions(const RecipeTable& table, const StepScope& scope,
 }
 
 std::optional<Species> axis_of(const Species& ions, const Frame& frame) {
-  Vec3d direction = ions.source.direction;
-  const bool leans = direction.x != 0 || direction.y != 0;
-  if (ions.source.rotating && leans) return std::nullopt;
-  if (frame.two_dimensional) direction.y = 0;
+  if (ions.source.rotating && !ions.source.is_upright()) return std::nullopt;
+  const Vec3d direction = frame.in_section(ions.source.direction);
   Species axis{.name = "axis_of_" + ions.name,
                .source = {.kind = SourceLobe::Kind::beam, .direction = normalized(direction)}};
   axis.sticking.assign(ions.sticking.size(), 1.0F);

@@ -11,10 +11,23 @@ namespace {
 // Below this part of what the normal could get at best, it tells nothing of what is in sight.
 constexpr double grazing = 0.05;
 
+std::vector<Species> species_of(const Sputtering::Values& values) {
+  std::vector<Species> species;
+  if (values.atoms) species.push_back(*values.atoms);
+  species.insert(species.end(), values.ions.begin(), values.ions.end());
+  for (const std::optional<Species>& axis : values.axes)
+    if (axis) species.push_back(*axis);
+  if (values.sputtered) species.push_back(*values.sputtered);
+  return species;
+}
+
 }  // namespace
 
 // Tallies: atoms from above, ions with their yields, beams along them, sputtered atoms.
-Sputtering::Sputtering(Values values) : values_(std::move(values)) {
+Sputtering::Sputtering(Values values)
+    : SurfaceModel(species_of(values),
+                   {.emitter = values.sputtered ? this : nullptr, .angular = this}),
+      values_(std::move(values)) {
   tally_count_ = values_.atoms ? 1 : 0;
   for (const Species& ion : values_.ions) {
     first_tally_.push_back(tally_count_);
@@ -27,16 +40,6 @@ Sputtering::Sputtering(Values values) : values_(std::move(values)) {
     if (axis) tally_count_ += 2;
   }
   if (values_.sputtered) ++tally_count_;
-}
-
-std::vector<Species> Sputtering::species() const {
-  std::vector<Species> species;
-  if (values_.atoms) species.push_back(*values_.atoms);
-  species.insert(species.end(), values_.ions.begin(), values_.ions.end());
-  for (const std::optional<Species>& axis : values_.axes)
-    if (axis) species.push_back(*axis);
-  if (values_.sputtered) species.push_back(*values_.sputtered);
-  return species;
 }
 
 double Sputtering::loss(const Loss& loss, std::size_t ion,
@@ -73,7 +76,6 @@ std::vector<float> Sputtering::speeds(const SurfacePoints& points,
 
 std::vector<std::vector<float>> Sputtering::emission(
     const SurfacePoints& points, std::span<const std::span<const float>> flux) const {
-  if (!values_.sputtered) return {};
   std::vector<float> emission(points.material.size());
   for (std::size_t p = 0; p < emission.size(); ++p) {
     const Balance here = balance(values_.surfaces[points.material[p]], flux, p);
@@ -86,7 +88,7 @@ bool Sputtering::is_mirror_symmetric(int axis) const {
   return are_mirror_symmetric(species(), axis);
 }
 
-std::vector<AngularFactor> Sputtering::angular_factors() const {
+std::vector<AngularFactor> Sputtering::factors() const {
   std::vector<AngularFactor> all;
   for (const auto& of_ion : values_.factors) all.insert(all.end(), of_ion.begin(), of_ion.end());
   return all;

@@ -24,7 +24,7 @@ namespace scarp {
 /// that tells nothing, a beam along their axis tells whether they are in sight.
 ///
 /// Units: fluxes in 1e15 cm^-2 s^-1, density in 1e22 cm^-3; their quotient is in nm/s.
-class Sputtering final : public SurfaceModel {
+class Sputtering final : public SurfaceModel, public Emitter, public AngularResponse {
  public:
   /// What an ion does to a material.
   struct Loss {
@@ -52,13 +52,12 @@ class Sputtering final : public SurfaceModel {
   };
   explicit Sputtering(Values values);
 
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> emission(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
-  std::vector<AngularFactor> angular_factors() const override;
+  std::vector<AngularFactor> factors() const override;
   std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
                                              std::span<const std::span<const float>> flux,
                                              std::span<const AngularFactor> factors) const override;

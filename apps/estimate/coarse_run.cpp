@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "levelset/surface/resample.h"
 
@@ -20,7 +21,7 @@ constexpr int coarsest = 8;
 
 // A surface has fewer facets, and moves by more in a time step.
 int coarsening(const Frame& frame, double work) {
-  const double wanted = std::pow(work / most_work, frame.two_dimensional ? 1 / 2.0 : 1 / 3.0);
+  const double wanted = std::pow(work / most_work, 1.0 / (1 + frame.lateral_axes()));
   int factor = 1;
   for (int k = 2; k <= coarsest && factor < wanted; ++k)
     if (divides(k, frame)) factor = k;
@@ -29,8 +30,7 @@ int coarsening(const Frame& frame, double work) {
 
 Frame coarser(Frame frame, int factor) {
   frame.spacing *= factor;
-  frame.cells[0] /= factor;
-  if (!frame.two_dimensional) frame.cells[1] /= factor;
+  for (int axis = 0; axis < frame.lateral_axes(); ++axis) frame.cells[axis] /= factor;
   return frame;
 }
 
@@ -45,8 +45,9 @@ State on_grid(const State& state, const Frame& frame) {
 }  // namespace
 
 bool divides(int factor, const Frame& frame) {
-  return frame.cells[0] % factor == 0 && frame.cells[0] / factor >= 2 &&
-         (frame.two_dimensional || (frame.cells[1] % factor == 0 && frame.cells[1] / factor >= 2));
+  const auto cells = std::span(frame.cells).first(static_cast<std::size_t>(frame.lateral_axes()));
+  return std::ranges::all_of(cells,
+                             [&](int count) { return count % factor == 0 && count / factor >= 2; });
 }
 
 Recipe coarser(Recipe recipe, int factor) {

@@ -411,7 +411,7 @@ namespace {
 // coarser by this factor.
 int coarsening(const Frame& frame) {
   constexpr double most_columns = 3e5;
-  if (frame.two_dimensional) return 1;
+  if (frame.is_section()) return 1;
   const double columns = static_cast<double>(frame.cells[0]) * frame.cells[1];
   int factor = 1;
   for (int k = 2; columns > most_columns * factor * factor && k < 64; ++k)

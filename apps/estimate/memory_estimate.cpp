@@ -70,7 +70,7 @@ MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep
   double grid = band_copies * static_cast<double>(layers.top().memory_bytes());
   for (const Layer& layer : layers.stack) grid += static_cast<double>(layer.phi.memory_bytes());
   const bool has_bath = std::ranges::any_of(
-      steps, [](const ProcessStep& step) { return step.model && step.model->solute(); });
+      steps, [](const ProcessStep& step) { return step.model && step.model->bath() != nullptr; });
   if (has_bath) grid += per_bath_node * bath_nodes(layers);
   return memory_of(grid, size);
 }
@@ -79,7 +79,7 @@ MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep
 // cross-section.
 RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
   const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
-  const bool is_half = layers.frame.two_dimensional || layers.frame.diagonal;
+  const bool is_half = layers.frame.is_section() || layers.frame.diagonal;
   return size_of(is_half ? nodes / 2 : nodes, recipe);
 }
 
@@ -90,13 +90,12 @@ MemoryEstimate least_memory(const Recipe& recipe) {
   double places = 1;
   double nodes = 8;
   for (int axis = 0; axis < 2; ++axis) {
-    const bool may_be_half = recipe.domain.uses_symmetry && (axis == 0 || !frame.two_dimensional);
+    const bool may_be_half = recipe.domain.uses_symmetry && frame.varies_along(axis);
     const double cells = may_be_half ? frame.cells[axis] / 2 : frame.cells[axis];
     places *= cells;
     nodes *= 8 * std::ceil(cells / 8);
   }
-  const bool may_be_eighth =
-      recipe.domain.uses_symmetry && !frame.two_dimensional && frame.cells[0] == frame.cells[1];
+  const bool may_be_eighth = recipe.domain.uses_symmetry && frame.is_square();
   const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe);
   return memory_of((band_copies + 1) * sizeof(float) * nodes, size);
 }

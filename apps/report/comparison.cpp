@@ -27,10 +27,9 @@ namespace fs = std::filesystem;
 /// A cross-section of an infinitely long structure fits any slice of it, and one through an axis a
 /// domain that is as wide.
 void require_same_domain(const Frame& a, const Frame& b, const std::string& where) {
-  bool is_same = !(a.two_dimensional && b.two_dimensional) || a.axisymmetric == b.axisymmetric;
-  for (std::size_t axis = 0; axis < (a.two_dimensional || b.two_dimensional ? 1U : 2U); ++axis) {
-    const double difference =
-        a.sides().width(static_cast<int>(axis)) - b.sides().width(static_cast<int>(axis));
+  bool is_same = !(a.is_section() && b.is_section()) || a.is_slice() == b.is_slice();
+  for (int axis = 0; axis < std::min(a.lateral_axes(), b.lateral_axes()); ++axis) {
+    const double difference = a.sides().width(axis) - b.sides().width(axis);
     is_same =
         is_same && a.boundary[axis] == b.boundary[axis] && std::abs(difference) < 1e-6 * a.spacing;
   }
@@ -46,7 +45,7 @@ void lengthen(Snapshot& section, const Sides& slice) {
   for (Vec3f& r : section.surface.vertices)
     r.y = static_cast<float>(slice.lower[1] + longer * (static_cast<double>(r.y) - own.lower[1]));
   for (MetrologyValue& each : section.values) {
-    if (!each.name.ends_with("_nm3") || section.frame.axisymmetric) continue;
+    if (!each.name.ends_with("_nm3") || !section.frame.is_slice()) continue;
     each.value *= longer;
     each.per_nm *= longer;
   }
@@ -65,11 +64,8 @@ void revolve(Snapshot& section) {
     if (!section.surface.materials.empty())
       beyond_axis.materials.push_back(section.surface.materials[f]);
   }
-  Frame& frame = section.frame;
-  frame.two_dimensional = false;
-  frame.axisymmetric = false;
-  frame.cells[1] = frame.cells[0];
-  const Frame quarter = part_of(frame, {.across = {true, true}});
+  section.frame = section.frame.revolved();
+  const Frame quarter = part_of(section.frame, {.across = {true, true}});
   section.surface = with_images(Revolution(beyond_axis, quarter.sides()).mesh(), quarter);
   std::erase_if(section.values,
                 [](const MetrologyValue& each) { return each.name.ends_with("_nm3"); });
@@ -78,7 +74,7 @@ void revolve(Snapshot& section) {
 /// Gives sections the length, or the circles, of a surface between four sides, if there is one;
 /// else all of them that of the first, each having that of its own spacing.
 void make_comparable(std::span<Snapshot> all) {
-  const auto is_section = [](const Snapshot& each) { return each.frame.two_dimensional; };
+  const auto is_section = [](const Snapshot& each) { return each.frame.is_section(); };
   const auto slice = std::ranges::find_if_not(all, is_section);
   const bool has_slice = slice != all.end();
   const Sides sides = (has_slice ? *slice : all.front()).frame.sides();

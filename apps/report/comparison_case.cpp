@@ -90,7 +90,7 @@ std::string scene_of(const ComparisonCase& wanted, const std::string& id, std::s
   for (const std::size_t n : {1, 0}) {
     const SavedWafer wafer = read_wafer(runs[n].outputs.back().state);
     frame = wafer.layers.frame;
-    if (frame.two_dimensional) return "";
+    if (frame.is_section()) return "";
     names[n] = material_names_of(runs[n], wafer);
   }
   Scene scene{.material_names = names[0],

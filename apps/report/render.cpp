@@ -392,7 +392,7 @@ constexpr int most_cells_around_axis = 240;
 
 Image render(const Layers& layers, const RenderOptions& options) {
   if (layers.frame.axisymmetric) return render(revolved(layers, most_cells_around_axis), options);
-  if (layers.frame.two_dimensional) {
+  if (layers.frame.is_section()) {
     throw InputError("a cross-section has no depth to be seen; scarp section draws it");
   }
   return Renderer(layers, options).run();

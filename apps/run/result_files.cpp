@@ -118,8 +118,7 @@ nlohmann::ordered_json repeat_list(const State& state, std::span<const ProcessSt
 std::vector<std::string> coverage_names(std::span<const ProcessStep> steps) {
   std::vector<std::string> names;
   for (const ProcessStep& step : steps) {
-    if (!step.model) continue;
-    for (const std::string& name : step.model->coverages())
+    for (const std::string& name : coverage_names(step.model.get()))
       if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
@@ -135,8 +134,7 @@ std::string area_cells(const Survey& survey, const Frame& frame, const SurfaceMo
                       format_number(images * std::accumulate(areas.begin(), areas.end(), 0.0)) +
                       ',' + format_number(survey.volume) + ',' + format_number(survey.growth.net);
   const std::vector<double> covered = covered_areas(areas, survey.coverages);
-  const std::vector<std::string> known =
-      model == nullptr ? std::vector<std::string>{} : model->coverages();
+  const std::vector<std::string> known = coverage_names(model);
   const auto cell = [&](std::span<const double> of_known, const std::string& name) {
     const auto k = static_cast<std::size_t>(std::ranges::find(known, name) - known.begin());
     return ',' + (k < of_known.size() ? format_number(images * of_known[k]) : "");
@@ -201,9 +199,9 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
   MeshFields fields{
       .facets = {}, .vertices = {}, .material_names = materials.names(), .time = state.time};
   const std::vector<Species> species = step.model ? step.model->species() : std::vector<Species>{};
-  if (const auto solute = step.model ? step.model->solute() : std::nullopt)
-    fields.facets.push_back(
-        {"concentration_" + solute->name, std::span(survey.flux.front().arrivals().mean)});
+  if (step.model && step.model->bath() != nullptr)
+    fields.facets.push_back({"concentration_" + step.model->bath()->solute().name,
+                             std::span(survey.flux.front().arrivals().mean)});
   for (std::size_t s = 0; s < species.size(); ++s) {
     const std::string suffix = species.size() > 1 ? "_" + species[s].name : "";
     fields.facets.push_back({"flux" + suffix, std::span(survey.flux[s].arrivals().mean)});
@@ -216,8 +214,7 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
           {"yield_std_error_" + species[s].yields[k].name, std::span(tally.std_error)});
     }
   }
-  const std::vector<std::string> covers =
-      step.model ? step.model->coverages() : std::vector<std::string>{};
+  const std::vector<std::string> covers = coverage_names(step.model.get());
   for (std::size_t k = 0; k < survey.coverages.size(); ++k)
     fields.facets.push_back({"coverage_" + covers[k], std::span(survey.coverages[k])});
   fields.facets.push_back({"speed_nm_s", std::span(speed)});

@@ -181,7 +181,7 @@ ExitCode write_results(const fs::path& folder, std::span<const ComparisonCase> c
 
 ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions& common) {
   const Recipe recipe = read_runnable(arguments.recipe, arguments.set);
-  if (recipe.domain.frame.two_dimensional && arguments.modes.empty()) {
+  if (recipe.domain.frame.is_section() && arguments.modes.empty()) {
     throw InputError(fmt::format(
         "{}: in two dimensions the mesh is not simplified: there is nothing to compare, but "
         "--modes 3d,{} compares it with the same in three dimensions",

@@ -17,7 +17,7 @@ constexpr double most_shrinkage = 0.2;
 
 }  // namespace
 
-CoverageCycle::CoverageCycle(const SurfaceModel& model, const TriMesh& facets,
+CoverageCycle::CoverageCycle(const CycledCoverages& model, const TriMesh& facets,
                              const CoverageOptions& options)
     : model_(model),
       options_(options),
@@ -66,7 +66,7 @@ bool CoverageCycle::update(std::span<const std::span<const float>> flux,
 }
 
 void CoverageCycle::begin() {
-  coverages_.assign(model_.coverages().size(), std::vector<float>(materials_.size()));
+  coverages_.assign(model_.coverage_names().size(), std::vector<float>(materials_.size()));
   start_ = coverages_;
   phase_ = 0;
   left_ = phases_.front();

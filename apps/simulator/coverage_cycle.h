@@ -20,7 +20,8 @@ namespace scarp {
 class CoverageCycle {
  public:
   /// The model and the mesh have to outlive it. Of the options the tolerance is that of a step.
-  CoverageCycle(const SurfaceModel& model, const TriMesh& facets, const CoverageOptions& options);
+  CoverageCycle(const CycledCoverages& model, const TriMesh& facets,
+                const CoverageOptions& options);
 
   /// For solve_flux; refers to this object.
   StickingFeedback feedback();
@@ -41,7 +42,7 @@ class CoverageCycle {
   std::vector<std::vector<float>> after_step(const Tallies& flux) const;
   double least_step() const;
 
-  const SurfaceModel& model_;
+  const CycledCoverages& model_;
   CoverageOptions options_;
   std::span<const MaterialId> materials_;
   std::vector<Vec3f> normals_;

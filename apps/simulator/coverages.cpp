@@ -175,16 +175,16 @@ CoverageChange largest_change(std::span<const std::vector<float>> before,
   return largest;
 }
 
-std::vector<bool> species_by_coverage(const SurfaceModel& model, const SurfacePoints& points) {
+std::vector<bool> species_by_coverage(const Coverages& model, const SurfacePoints& points) {
   const SurfacePoints point{.material = points.material.first(1), .normal = points.normal.first(1)};
-  const std::vector<std::vector<float>> bare(model.coverages().size(), {0.0F});
+  const std::vector<std::vector<float>> bare(model.coverage_names().size(), {0.0F});
   std::vector<bool> species;
   for (const std::vector<float>& sticking : model.covered_sticking(point, bare))
     species.push_back(!sticking.empty());
   return species;
 }
 
-void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points,
+void set_covered_sticking(const Coverages& model, const SurfacePoints& points,
                           std::span<const std::vector<float>> coverages,
                           std::vector<std::vector<float>>& sticking) {
   // Copied, not moved: the flux refers to these numbers where they are.
@@ -193,7 +193,7 @@ void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points
     if (!covered[species].empty()) sticking[species] = covered[species];
 }
 
-CoverageIteration::CoverageIteration(const SurfaceModel& model, const TriMesh& facets,
+CoverageIteration::CoverageIteration(const BalancedCoverages& model, const TriMesh& facets,
                                      std::vector<std::vector<float>> start,
                                      const CoverageOptions& options)
     : model_(model),

@@ -7,7 +7,7 @@
 
 #include "core/tri_mesh.h"
 #include "flux/solve.h"
-#include "models/surface_model.h"
+#include "models/model_parts.h"
 
 namespace scarp {
 
@@ -68,10 +68,10 @@ CoverageChange largest_change(std::span<const std::vector<float>> before,
                               std::span<const std::vector<float>> after);
 
 /// Which species stick as what covers the surface lets them.
-std::vector<bool> species_by_coverage(const SurfaceModel& model, const SurfacePoints& points);
+std::vector<bool> species_by_coverage(const Coverages& model, const SurfacePoints& points);
 
 /// Sets the sticking of these species.
-void set_covered_sticking(const SurfaceModel& model, const SurfacePoints& points,
+void set_covered_sticking(const Coverages& model, const SurfacePoints& points,
                           std::span<const std::vector<float>> coverages,
                           std::vector<std::vector<float>>& sticking);
 
@@ -88,7 +88,7 @@ class CoverageIteration {
   /// The model and the mesh have to outlive it.
   ///
   /// Shape: the start as SurfaceCoverages::values on these facets, or empty.
-  CoverageIteration(const SurfaceModel& model, const TriMesh& facets,
+  CoverageIteration(const BalancedCoverages& model, const TriMesh& facets,
                     std::vector<std::vector<float>> start, const CoverageOptions& options);
 
   /// For solve_flux; refers to this object.
@@ -104,7 +104,7 @@ class CoverageIteration {
   std::vector<std::vector<float>> sticking_at(std::span<const std::span<const float>> flux) const;
   SurfacePoints points() const { return {.material = facets_.materials, .normal = normals_}; }
 
-  const SurfaceModel& model_;
+  const BalancedCoverages& model_;
   const TriMesh& facets_;
   CoverageOptions options_;
   std::vector<Vec3f> normals_;

@@ -93,7 +93,7 @@ void refuse(const RecipeTable& until, std::string_view key, std::string_view tex
 
 std::optional<Place> read_place(const RecipeTable& until, const Frame& frame) {
   if (!until.has("at")) return std::nullopt;
-  const std::size_t axes = frame.two_dimensional ? 1 : 2;
+  const auto axes = static_cast<std::size_t>(frame.lateral_axes());
   const std::vector<double> at = until.quantities("at", Dimension::length, {axes, axes});
   const Sides sides = frame.sides();
   Place place{};
@@ -114,7 +114,7 @@ std::string place_text(const EndCondition& condition, const Frame& frame) {
   if (!condition.place) return "";
   const auto [x, y] = *condition.place;
   const std::string first = format_quantity(x, Dimension::length);
-  return frame.two_dimensional
+  return frame.is_section()
              ? " at x = " + first
              : fmt::format(" at ({}, {})", first, format_quantity(y, Dimension::length));
 }

@@ -21,7 +21,7 @@ struct KeptMesh {
   double bound = 0;           ///< that the simplification had on the distance to the surface
   double max_distance = 0;    ///< that it found
   /// What rays met on it; not part of a state, since they find it again.
-  std::shared_ptr<KeptHits> hits{};
+  std::shared_ptr<const KeptHits> hits{};
   /// Of the facets; not part of a state either.
   std::shared_ptr<const TriangleTree> tree{};
 };

@@ -386,7 +386,7 @@ class StepReader {
     }
     step.deposits = made.deposits;
     step.model = std::move(made.model);
-    if (step.model) step.factors = step.model->angular_factors();
+    if (step.model) step.factors = step.model->angular().factors();
     step.operation = made.operation;
     if (table.has("until")) step.until = read_until(table, step);
     if (step.deposits &&
@@ -436,7 +436,7 @@ class StepReader {
 
   // How an error of the flux in each part of a cycle adds up is not known.
   void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
-    if (recipe_.flux.position_error == 0 || step.model->phases().empty()) return;
+    if (recipe_.flux.position_error == 0 || step.model->cycle() == nullptr) return;
     table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
                                      "flux.position_error is not known; use flux.target_error",
                                      step.model_name));

@@ -26,7 +26,7 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
                            const Frame& frame) {
   for (int axis = 0; axis < 2; ++axis) {
     const bool periodic = frame.boundary[static_cast<std::size_t>(axis)] == Boundary::periodic;
-    if (periodic || model.is_mirror_symmetric(axis)) continue;
+    if (periodic || model.angular().is_mirror_symmetric(axis)) continue;
     const char name = axis == 0 ? 'x' : 'y';
     const std::string leaning = leaning_tables(table);
     const bool is_crystal = model.species().empty() && leaning.empty();
@@ -61,12 +61,12 @@ void refuse_mirrored_beams(const RecipeTable& table, const SurfaceModel& model,
 void refuse_lopsided(const RecipeTable& table, const SurfaceModel& model) {
   const std::string remedy = "use mode = \"3d\"";
   const std::string leaning = leaning_tables(table);
-  if (!model.is_isotropic()) {
+  if (!model.angular().is_isotropic()) {
     const std::string what = leaning.empty() ? "crystal planes are" : "what is tilted is";
     return table.error(leaning.empty() ? "model" : leaning,
                        what + " not the same all around an axis; " + remedy);
   }
-  if (model.solute())
+  if (model.bath() != nullptr)
     return table.error("model", "baths are not known in mode = \"axisymmetric\"; " + remedy);
   for (const Species& each : model.species()) {
     const SourceLobe& source = each.source;

@@ -144,7 +144,7 @@ class UnheldFilms {
       if (!step.model) continue;
       const double etch = -speeds_.speed(*step.model, film.material);
       const double etch_below = -speeds_.speed(*step.model, below);
-      const bool undercuts = step.model->species().empty() && !step.model->solute() &&
+      const bool undercuts = step.model->species().empty() && step.model->bath() == nullptr &&
                              etch_below * step.duration > spacing &&
                              etch <= withstands * etch_below;
       if (left.empty() && undercuts) {

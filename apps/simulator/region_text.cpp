@@ -8,11 +8,9 @@ namespace scarp {
 
 namespace {
 
-// In two dimensions a volume is that of a slice one spacing thick.
 std::string volume_text(const Frame& frame, double volume) {
-  const bool is_slice = frame.two_dimensional && !frame.axisymmetric;
-  return is_slice ? fmt::format("{:.4g} um^2", 1e-6 * volume / frame.spacing)
-                  : fmt::format("{:.4g} um^3", 1e-9 * volume);
+  return frame.is_slice() ? fmt::format("{:.4g} um^2", 1e-6 * volume / frame.spacing)
+                          : fmt::format("{:.4g} um^3", 1e-9 * volume);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ SectionLine parse_section(std::string_view text, const Frame& frame) {
   const bool is_line = trimmed(text).starts_with("from");
   if (!equation && !is_line) refuse(text, "is no line");
   SectionLine line = equation ? across(text, *equation, sides) : between(text, sides);
-  if (frame.two_dimensional && line.lateral != "x") {
+  if (frame.is_section() && line.lateral != "x") {
     throw InputError(fmt::format("\"{}\": a cross-section has but the section \"y = 0 nm\"", text));
   }
   return line;

@@ -47,7 +47,7 @@ std::vector<SurfaceFlux> fluxes_of(const Survey& survey, const SurfaceModel* mod
   std::vector<std::string> names;
   if (model != nullptr) {
     for (const Species& species : model->species()) names.push_back(species.name);
-    if (const auto solute = model->solute()) names.push_back(solute->name);
+    if (model->bath() != nullptr) names.push_back(model->bath()->solute().name);
   }
   std::vector<SurfaceFlux> fluxes;
   for (std::size_t s = 0; s < survey.flux.size(); ++s) {

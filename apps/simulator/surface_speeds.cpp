@@ -62,7 +62,7 @@ LayerSpeeds parts_of_material(const SeenSurface& seen, const std::vector<Vec3f>&
   const SurfacePoints points{
       .material = everywhere, .normal = normals, .coverages = seen.coverages};
   LayerSpeeds speeds;
-  for (const std::vector<float>& part : model.amplitudes(points, seen.flux, factors))
+  for (const std::vector<float>& part : model.angular().amplitudes(points, seen.flux, factors))
     speeds.parts.push_back(corner_values(seen.facets, part));
   speeds.speed = speeds.parts.front();
   for (std::size_t k = 0; k < factors.size(); ++k) {

@@ -9,6 +9,7 @@
 #include "apps/simulator/region_text.h"
 #include "apps/simulator/surface_speeds.h"
 #include "core/error.h"
+#include "flux/engines/kept_hits.h"
 #include "flux/solve.h"
 #include "levelset/bath/diffusion.h"
 #include "levelset/grid/exposure.h"
@@ -96,8 +97,8 @@ bool keep_mesh(const TriMesh& surface, const KeptMesh& kept, double within, Surv
   result.made_at = kept.made_at;
   result.simplify_bound = kept.bound;
   result.simplify_max_distance = kept.max_distance;
-  // Most meshes serve once: theirs are not worth the memory.
-  result.hits = kept.hits ? kept.hits : keep_hits();
+  // Most meshes serve once: theirs are not worth the memory. Those of the state stay as they are.
+  result.hits = kept.hits ? std::make_shared<KeptHits>(*kept.hits) : keep_hits();
   result.tree = kept.tree;
   return true;
 }
@@ -112,8 +113,8 @@ SurfaceEmission emission_from(const TriMesh& facets, const SurfaceModel& model,
   if (std::ranges::find(emission.species, true) == emission.species.end()) return {};
   emission.of = [&](std::span<const std::span<const float>> flux) {
     const std::vector<Vec3f> normals = facet_normals(facets);
-    return model.emission({.material = facets.materials, .normal = normals, .coverages = coverages},
-                          flux);
+    return model.emitter()->emission(
+        {.material = facets.materials, .normal = normals, .coverages = coverages}, flux);
   };
   return emission;
 }
@@ -147,12 +148,11 @@ void require_nothing_lost(std::span<const FluxField> flux) {
 }
 
 // The concentration in a bath as the flux that it is in place of: without rays and errors.
-FluxField dissolved(const State& state, const SurfaceModel& model, const Solute& solute,
-                    const TriMesh& facets) {
+FluxField dissolved(const State& state, const Bath& bath, const TriMesh& facets) {
   const std::vector<Vec3f> normals = facet_normals(facets);
   const std::vector<Exchange> exchange =
-      model.exchange({.material = facets.materials, .normal = normals});
-  Concentration concentration = diffuse(state.layers, facets, exchange, solute);
+      bath.exchange({.material = facets.materials, .normal = normals});
+  Concentration concentration = diffuse(state.layers, facets, exchange, bath.solute());
   FluxField field;
   field.tallies.push_back({.mean = std::move(concentration.at_facets),
                            .std_error = std::vector<float>(facets.triangles.size())});
@@ -247,7 +247,8 @@ class Surveyor {
  public:
   Surveyor(const State& state, const Recipe& recipe)
       : state_(state), recipe_(recipe), step_(current_step(state, recipe.steps)) {
-    if (step_.model) result_.longest_dt = step_.model->longest_time_step();
+    if (step_.model && step_.model->cycle() != nullptr)
+      result_.longest_dt = step_.model->cycle()->longest_time_step();
   }
 
   Survey survey() {
@@ -292,8 +293,8 @@ class Surveyor {
 
   void trace(FluxOptions options) {
     const auto measurement = result_.timer.measure("flux");
-    if (const auto solute = step_.model ? step_.model->solute() : std::nullopt) {
-      result_.flux = {dissolved(state_, *step_.model, *solute, result_.facets)};
+    if (step_.model && step_.model->bath() != nullptr) {
+      result_.flux = {dissolved(state_, *step_.model->bath(), result_.facets)};
       return;
     }
     const std::vector<Species> species = species_of(step_);
@@ -314,15 +315,15 @@ class Surveyor {
                                        const FluxOptions& options) {
     const SurfaceModel& model = *step_.model;
     const TriMesh& facets = result_.facets;
-    if (model.coverages().empty())
+    if (model.coverages() == nullptr)
       return solve_flux(facets, species, options, {},
                         emission_from(facets, model, species, result_.coverages));
-    if (!model.phases().empty()) {
-      CoverageCycle cycle(model, facets, recipe_.flux.coverages);
+    if (model.cycle() != nullptr) {
+      CoverageCycle cycle(*model.cycle(), facets, recipe_.flux.coverages);
       return solve_with(cycle, species, options, model, result_);
     }
-    if (result_.coverages.empty() && state_.coverages.names == model.coverages()) carry_coverages();
-    CoverageIteration iteration(model, facets, result_.coverages, recipe_.flux.coverages);
+    if (result_.coverages.empty() && state_.coverages.names == coverage_names(&model)) carry_coverages();
+    CoverageIteration iteration(*model.balance(), facets, result_.coverages, recipe_.flux.coverages);
     return solve_with(iteration, species, options, model, result_);
   }
 
@@ -385,7 +386,7 @@ EarlierFlux earlier_flux(const Survey& survey, const FluxPlan& plan, double dt) 
 
 SurfaceCoverages coverages_of(const Survey& survey, const SurfaceModel& model) {
   if (survey.coverages.empty()) return {};
-  return {.names = model.coverages(), .values = survey.coverages};
+  return {.names = coverage_names(&model), .values = survey.coverages};
 }
 
 Survey survey(const State& state, const Recipe& recipe) {

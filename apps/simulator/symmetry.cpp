@@ -34,7 +34,7 @@ void move_to_part(std::optional<EndCondition>& condition, const Frame& frame) {
 
 // Whether what a model does is its own mirror image across every upright plane.
 bool is_upright(const SurfaceModel& model) {
-  return model.is_isotropic() && !model.solute() &&
+  return model.angular().is_isotropic() && model.bath() == nullptr &&
          std::ranges::all_of(model.species(), [](const Species& species) {
            return species.source.kind == SourceLobe::Kind::none || species.source.is_upright();
          });
@@ -86,7 +86,7 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
   const Layers layers = start_state(frame, recipe.start).layers;
   FoundPlanes found;
   auto& [across, diagonal] = found.planes;
-  for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
+  for (int axis = 0; axis < frame.lateral_axes(); ++axis) {
     std::string& hindrance = found.hindrance[axis];
     if (frame.boundary[axis] != Boundary::reflective) {
       hindrance = "the sides are not reflective";
@@ -99,7 +99,7 @@ FoundPlanes mirror_planes(const Recipe& recipe) {
     }
     across[axis] = hindrance.empty();
   }
-  if (across[0] && across[1] && frame.cells[0] == frame.cells[1]) {
+  if (across[0] && across[1] && frame.is_square()) {
     if (!is_upright(recipe.steps)) {
       found.diagonal_hindrance = "a step has a crystal, a bath or a source that leans";
     } else if (!is_diagonally_symmetric(layers)) {
@@ -133,7 +133,7 @@ std::string symmetry_text(const Domain& domain, const FoundPlanes& found) {
   if (!domain.uses_symmetry) return "";
   const bool is_same = found.hindrance[0] == found.hindrance[1];
   std::string text = "runs on the whole domain, there is no mirror plane: ";
-  if (domain.frame.two_dimensional || is_same) return text + found.hindrance[0];
+  if (domain.frame.is_section() || is_same) return text + found.hindrance[0];
   return text + "along x " + found.hindrance[0] + ", along y " + found.hindrance[1];
 }
 

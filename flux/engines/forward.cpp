@@ -72,7 +72,7 @@ class Starts {
   void leave_plane(Vec3d upright, Particle& particle) const {
     RandomStream random = random_.of_ray(particle.ray);
     const Vec3d u = about_lobe_axis(problem_.species.source, upright, random);
-    turn(particle, u, problem_.options.two_dimensional);
+    turn(problem_, particle, u);
     if (problem_.species.ions) {
       const double quantile = random.uniform_double();
       particle.energy = static_cast<float>(problem_.species.ions->energy.quantile(quantile));
@@ -89,7 +89,7 @@ class Starts {
     const auto& [a, b, c] = problem_.scene.corners(f);
     particle.r = weights.x * Vec3d(a) + weights.y * Vec3d(b) + weights.z * Vec3d(c);
     particle.facet = f;
-    turn(particle, sample_cosine(direction, problem_.normal(f)), problem_.options.two_dimensional);
+    turn(problem_, particle, sample_cosine(direction, problem_.normal(f)));
   }
 
   const FluxProblem& problem_;

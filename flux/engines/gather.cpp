@@ -89,8 +89,7 @@ class Gathering {
  private:
   // Whether cells and densities of rays follow what is found, to a target.
   bool is_graded() const {
-    return !widths_.empty() && !options_.two_dimensional && options_.rings.empty() &&
-           options_.rays == 0;
+    return !widths_.empty() && options_.joins_facets() && options_.rays == 0;
   }
   void plan_first_rays();
   bool narrow(std::span<const float> biases, double bias);

@@ -57,7 +57,7 @@ Particle OnwardParticles::start(std::uint64_t k) const {
   const Shot shot = shooter_.shot(arrivals_.lit[lit].name);
   Particle particle{
       .r = shot.ray.r, .facet = shot.ray.from, .ray = (first_ + k) * batch_count + batch};
-  turn(particle, -shot.u, problem_.options.two_dimensional);
+  turn(problem_, particle, -shot.u);
   if (problem_.species.ions) {
     RandomStream random = random_.of_ray(particle.ray);
     const double quantile = random.uniform_double();

@@ -275,8 +275,8 @@ Elements elements_of(const FluxProblem& problem, std::span<const float> widths) 
   }
   // What is seen along a narrow lobe has true errors with blocks of any length.
   const bool joins = !widths.empty();
-  Elements elements(problem.scene, longest_piece_edge, joins && options.two_dimensional);
-  if (joins && !options.two_dimensional) elements.join(problem.mesh, widths);
+  Elements elements(problem.scene, longest_piece_edge, joins && !options.joins_facets());
+  if (joins && options.joins_facets()) elements.join(problem.mesh, widths);
   return elements;
 }
 

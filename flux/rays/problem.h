@@ -38,11 +38,10 @@ struct FluxProblem {
     return map.empty() ? 1 : map.at(r.x / scene.upper().x, r.y / scene.upper().y);
   }
 
-  /// Of a facet; in two dimensions that of the cross-section.
+  /// Of a facet; in sections that of its line.
   Vec3d normal(std::size_t facet) const { return in_section(scene.normal(facet)); }
-  Vec3d in_section(Vec3d n) const {
-    return options.two_dimensional ? project_to_cross_section(n) : n;
-  }
+  /// A direction, or normal, as rays that travel in a section have it.
+  Vec3d in_section(Vec3d n) const { return options.is_section() ? project_to_cross_section(n) : n; }
 };
 
 /// The error of the responses to a problem's tallies, whose spreads are given by number; nothing if

@@ -14,8 +14,8 @@ namespace {
 // that of a turning wafer leans to all.
 std::uint32_t leaning_sides(const SourceLobe& lobe, const FluxOptions& options) {
   std::uint32_t sides = 0;
-  for (std::uint32_t axis = 0; axis < (options.two_dimensional ? 1U : 2U); ++axis) {
-    const bool leans = lobe.direction[static_cast<int>(axis)] != 0 && !lobe.rotating;
+  for (int axis = 0; axis < options.lateral_axes(); ++axis) {
+    const bool leans = lobe.direction[axis] != 0 && !lobe.rotating;
     if (leans && options.sides.boundary[axis] == Boundary::reflective) sides |= 1U << axis;
   }
   return sides;
@@ -165,7 +165,7 @@ void Shooter::aim(std::span<Shot> shots, std::span<const Aim> aims) const {
 
 void Shooter::aim_at(Shot& shot, Vec3d n, Vec3d u) const {
   shot.u = u;
-  shot.ray.u = problem_.options.two_dimensional ? project_to_cross_section(u) : u;
+  shot.ray.u = problem_.in_section(u);
   if (plan_.block_of(shot.name.rank).aims_at_sky) shot.weight = balance(u, n);
 }
 

@@ -152,12 +152,18 @@ struct Weights {
 
 }  // namespace
 
-void turn(Particle& particle, Vec3d u, bool two_dimensional) {
-  if (two_dimensional) {
-    particle.along_slice = static_cast<float>(u.y);
-    u = project_to_cross_section(u);
-  }
-  particle.u = Vec3f(u);
+void turn(const FluxProblem& problem, Particle& particle, Vec3d u) {
+  if (problem.options.is_section()) particle.along_slice = static_cast<float>(u.y);
+  particle.u = Vec3f(problem.in_section(u));
+}
+
+Vec3d direction_of(const FluxProblem& problem, const Particle& particle) {
+  const Vec3d u(particle.u);
+  if (!problem.options.is_section()) return u;
+  const double y = particle.along_slice;
+  Vec3d direction = std::sqrt(1 - y * y) * u;
+  direction.y = y;
+  return direction;
 }
 
 Tracer::Tracer(const FluxProblem& problem)
@@ -321,18 +327,13 @@ void Tracer::send_on_neutrals(Arrivals& arrivals, Pool& pool, Counts& counts) co
     Particle& particle = arrivals.particles[k];
     particle.weight = weights.weight[k];
     ++particle.block;
-    turn(particle, samples.direction(k), problem_.options.two_dimensional);
+    turn(problem_, particle, samples.direction(k));
     pool.add(particle);
   }
 }
 
 Tracer::Impact Tracer::impact_of(const Particle& ion) const {
-  Impact impact{.n = problem_.normal(ion.facet), .d = Vec3d(ion.u)};
-  if (problem_.options.two_dimensional) {
-    const double y = ion.along_slice;
-    impact.d = std::sqrt(1 - y * y) * impact.d;
-    impact.d.y = y;
-  }
+  Impact impact{.n = problem_.normal(ion.facet), .d = direction_of(problem_, ion)};
   impact.half_sine = AngleTable::half_sine(-dot(impact.d, impact.n));
   return impact;
 }
@@ -356,7 +357,7 @@ bool Tracer::send_on_ion(Particle& ion, std::uint32_t sticking, Counts& counts) 
     return false;
   }
   const double cone = ions.cone.at(impact.half_sine);
-  turn(ion, sample_reflection(impact.d, impact.n, cone, random), problem_.options.two_dimensional);
+  turn(problem_, ion, sample_reflection(impact.d, impact.n, cone, random));
   ion.block = random.next_block();
   return true;
 }

@@ -34,8 +34,10 @@ struct alignas(64) Particle {
   std::uint64_t ray = 0;    ///< of the random numbers; its remainder by batch_count is the batch
 };
 
-/// Sets the direction of a particle: of its flight, and, in two dimensions, its own.
-void turn(Particle& particle, Vec3d u, bool two_dimensional);
+/// Sets the direction of a particle: of its flight, and, in sections, its own in space.
+void turn(const FluxProblem& problem, Particle& particle, Vec3d u);
+/// The latter, as turn() was given it.
+Vec3d direction_of(const FluxProblem& problem, const Particle& particle);
 
 /// Follows particles until they stick or leave, and sums up what arrives where.
 ///

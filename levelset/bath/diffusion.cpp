@@ -23,16 +23,14 @@ class BathBox {
  public:
   BathBox(const Layers& layers, const Box& extent, double layer)
       : frame_(layers.frame), lowest_(node_below(extent.lower.z) - 1) {
-    const double wide =
-        std::max(frame_.sides().width(0), frame_.two_dimensional ? 0.0 : frame_.sides().width(1));
+    double wide = 0;
+    for (int axis = 0; axis < frame_.lateral_axes(); ++axis)
+      wide = std::max(wide, frame_.sides().width(axis));
     // Half a spacing of the layer at least remains above the box, if the layer is no thinner.
     const double h = frame_.spacing;
     const int top = std::max(node_below(extent.upper.z) + 1,
                              node_below(extent.upper.z + std::min(wide + 2 * h, layer - 0.5 * h)));
-    for (std::size_t a = 0; a < 2; ++a) {
-      const bool is_single = a == 1 && frame_.two_dimensional;
-      count_[a] = is_single ? 1 : frame_.cells[a] + (is_periodic(a) ? 0 : 1);
-    }
+    for (int axis = 0; axis < 2; ++axis) count_[axis] = frame_.own_nodes(axis);
     count_[2] = top - lowest_ + 1;
     rest_of_layer_ = std::max(layer - (height(count_[2] - 1) - extent.upper.z), 0.0);
     phi_.resize(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2]);
@@ -68,7 +66,7 @@ class BathBox {
   /// The node next to one, mirrored or wrapped; nothing above and below the box, or where a
   /// cross-section has no sides.
   std::optional<Node> beside(Node node, std::size_t axis, int step) const {
-    if (axis == 1 && frame_.two_dimensional) return std::nullopt;
+    if (!varies_along(axis)) return std::nullopt;
     node[axis] += step;
     if (axis < 2) {
       node[axis] = folded(axis, node[axis]);
@@ -81,7 +79,7 @@ class BathBox {
   /// The domain, or the box, ends here.
   bool is_side(const Node& node, std::size_t axis, int step) const {
     if (axis == 2) return step > 0 && node[2] == count_[2] - 1;
-    if (axis == 1 && frame_.two_dimensional) return step < 0;
+    if (!varies_along(axis)) return step < 0;
     return !is_periodic(axis) && node[axis] == (step < 0 ? 0 : count_[axis] - 1);
   }
 
@@ -89,7 +87,7 @@ class BathBox {
   /// spacings: half-way to the next link, or to the surface before that.
   double reach(const Node& a, const Node& b, std::size_t axis, int step) const {
     if (is_side(a, axis, step)) return 0;
-    if (axis == 1 && frame_.two_dimensional) return 1;
+    if (!varies_along(axis)) return 1;
     const std::optional<Node> a_beside = beside(a, axis, step);
     const std::optional<Node> b_beside = beside(b, axis, step);
     if (!a_beside || !b_beside) return 0.5;  // below the box, where there is no bath
@@ -120,6 +118,7 @@ class BathBox {
  private:
   int node_below(double z) const { return static_cast<int>(std::floor(z / frame_.spacing)); }
   double height(int k) const { return frame_.node_position(2, k + lowest_); }
+  bool varies_along(std::size_t axis) const { return frame_.varies_along(static_cast<int>(axis)); }
   bool is_periodic(std::size_t axis) const { return frame_.boundary[axis] == Boundary::periodic; }
 
   int folded(std::size_t axis, int index) const {

@@ -126,8 +126,7 @@ void Band::change_leaves(std::span<const NewLeaf> added, std::span<const std::si
 namespace {
 
 /// Brings values into the band, sets what lies outside the domain, and tells which are active.
-SCARP_VECTOR_KERNEL bool trim_leaf(const Leaf& leaf, const float* values, int i_count,
-                                   int j_count) {
+SCARP_VECTOR_KERNEL bool trim_leaf(Leaf& leaf, const float* values, int i_count, int j_count) {
   bool any = false;
   for (int i = 0; i < leaf_edge; ++i) {
     std::uint64_t word = 0;
@@ -160,7 +159,7 @@ void Band::trim_leaves(const Values& values) {
   std::vector<std::uint8_t> used(leaves_.size());
   parallel_for(leaves_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = leaves_[n];
+      Leaf& leaf = leaves_[n];
       used[n] = trim_leaf(leaf, values(n), node_count_[0] - leaf.origin[0],
                           node_count_[1] - leaf.origin[1]);
     }
@@ -179,14 +178,14 @@ void Band::trim_leaves(const Values& values) {
 }
 
 void Band::trim() {
-  trim_leaves([&](std::size_t n) { return leaves_[n].phi; });
+  trim_leaves([&](std::size_t n) -> const float* { return leaves_[n].phi; });
 }
 
 void Band::trim(const LeafValues& phi) {
   trim_leaves([&](std::size_t n) { return phi[n]; });
 }
 
-LeafValues& Band::scratch(int which) const {
+LeafValues& Band::scratch(int which) {
   scratch_[static_cast<std::size_t>(which)].resize(leaves_.size());
   return scratch_[static_cast<std::size_t>(which)];
 }

@@ -39,11 +39,35 @@ using LeafMask = std::array<std::uint64_t, leaf_edge>;
 /// Indices of a node along x, y and z.
 using Node = std::array<int, 3>;
 
+struct Leaf;
+
+/// A pointer that is as constant as what it is a member of: who only reads a band cannot write to
+/// its nodes.
+template <class T>
+class MemberPointer {
+ public:
+  MemberPointer(T* at = nullptr) : at_(at) {}  // NOLINT(google-explicit-constructor)
+  MemberPointer& operator=(T* at) {
+    at_ = at;
+    return *this;
+  }
+  operator T*() { return at_; }              // NOLINT(google-explicit-constructor)
+  operator const T*() const { return at_; }  // NOLINT(google-explicit-constructor)
+
+ private:
+  // Copies are those of a leaf: one alone would no longer be constant.
+  friend struct Leaf;
+  MemberPointer(const MemberPointer&) = default;
+  MemberPointer& operator=(const MemberPointer&) = default;
+
+  T* at_;
+};
+
 /// One 8x8x8 block of nodes; values and mask live in OpenVDB.
 struct Leaf {
   Node origin{};  ///< the lowest one
-  float* phi = nullptr;
-  std::uint64_t* active = nullptr;  ///< one bit per node, a word per i
+  MemberPointer<float> phi{};
+  MemberPointer<std::uint64_t> active{};  ///< one bit per node, a word per i
 };
 
 /// The node at an offset of a leaf.
@@ -118,7 +142,8 @@ class Band {
   const Frame& frame() const { return frame_; }
 
   /// Ordered by column (x, then y), then upwards.
-  const std::vector<Leaf>& leaves() const { return leaves_; }
+  std::span<const Leaf> leaves() const { return leaves_; }
+  std::span<Leaf> leaves() { return leaves_; }
 
   /// Nodes that are stored along a lateral axis: one less than 0..cells if it is periodic.
   int node_count(int axis) const { return node_count_[axis]; }
@@ -196,7 +221,7 @@ class Band {
   /// Room for values of all leaves beside phi in the tree, for one stage of a time step after the
   /// other; memory is kept, what is in it is not part of the band, nor copied with it. There are
   /// two.
-  LeafValues& scratch(int which) const;
+  LeafValues& scratch(int which);
   void release_scratch() { scratch_ = {}; }
 
   /// Of the state: without scratch.
@@ -231,7 +256,7 @@ class Band {
   std::vector<int> slots_;       ///< what find gives within a column
   std::vector<int> below_;       ///< and below its lowest leaf
   std::vector<std::array<int, 6>> neighbours_;
-  mutable std::array<LeafValues, 2> scratch_;
+  std::array<LeafValues, 2> scratch_;
 };
 
 /// One of the values of all leaves, as Band::node gives phi.

@@ -94,7 +94,7 @@ void carry_outward(const Band& band, std::span<float> values, const Rule& rule) 
   std::vector<LeafMask> asked(count);
   std::vector<std::size_t> first(count + 1, 0);  // of a leaf's answers
   std::vector<float> answers;
-  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
+  const auto in_tree = [&](std::size_t n) -> const float* { return band.leaves()[n].phi; };
   const auto so_far = [&](std::size_t n) { return &values[n * leaf_size]; };
   for (int pass = 0; pass < pass_count; ++pass) {
     parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {

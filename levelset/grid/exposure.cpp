@@ -110,7 +110,7 @@ std::vector<std::uint16_t> exposed_layers(const Layers& layers) {
     for (std::size_t n = begin; n < end; ++n) {
       const Leaf& leaf = band.leaves()[n];
       gather<1>(
-          band, n, [&](std::size_t m) { return band.leaves()[m].phi; }, block);
+          band, n, [&](std::size_t m) -> const float* { return band.leaves()[m].phi; }, block);
       for_each_node(next_to_surface(leaf, block), [&](int node) {
         const int i = node >> 6;
         const int j = (node >> 3) & 7;
@@ -179,7 +179,7 @@ double thinnest_film(const Layers& layers, float least) {
     std::size_t leaf;
     int node;
   };
-  const std::vector<Leaf>& leaves = layers.top().band().leaves();
+  const std::span<const Leaf> leaves = layers.top().band().leaves();
   std::vector<std::vector<Spot>> of_ranges((leaves.size() + grain - 1) / grain);
   parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {

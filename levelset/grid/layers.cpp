@@ -48,7 +48,7 @@ void for_each_cut_edge(const Band& upper, const Band& lower, const Visit& visit)
   for (std::size_t n = 0; n < upper.leaves().size() && goes_on; ++n) {
     const Leaf& leaf = upper.leaves()[n];
     gather<1>(
-        upper, n, [&](std::size_t m) { return upper.leaves()[m].phi; }, block);
+        upper, n, [&](std::size_t m) -> const float* { return upper.leaves()[m].phi; }, block);
     for_each_node(next_to_surface(leaf, block), [&](int offset) {
       const float* phi = block.row(offset >> 6, (offset >> 3) & 7) + (offset & 7);
       if (!(*phi < 0) || !goes_on) return;
@@ -160,13 +160,13 @@ void hand_down_surface(Layers& layers, std::size_t n, float thickness) {
   for (std::size_t l = 0; l < upper.leaves().size(); ++l) {
     const Leaf& leaf = upper.leaves()[l];
     gather<1>(
-        upper, l, [&](std::size_t m) { return upper.leaves()[m].phi; }, block);
+        upper, l, [&](std::size_t m) -> const float* { return upper.leaves()[m].phi; }, block);
     for_each_node(next_to_surface(leaf, block), [&](int offset) {
       const auto [i, j, k] = node_at(leaf, offset);
       const float below = layers.stack[n - 1].phi.node(i, j, k);
       if (below - leaf.phi[offset] > thickness) return;
       for (std::size_t lower = 0; lower + 1 < n; ++lower) {
-        const Band& band = layers.stack[lower].phi.band();
+        Band& band = layers.stack[lower].phi.band();
         const int found = band.find(i >> 3, j >> 3, k >> 3);
         if (found < 0) continue;
         float& phi = band.leaves()[static_cast<std::size_t>(found)].phi[offset];

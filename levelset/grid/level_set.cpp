@@ -28,10 +28,9 @@ struct Sampler {
   const std::function<double(Vec3d)>& distance;
   double overestimate;
 
-  // In two dimensions both rows of nodes ask at the same point.
   Vec3d position(double i, double j, double k) const {
-    return {frame.node_position(0, i), frame.two_dimensional ? 0.0 : frame.node_position(1, j),
-            frame.node_position(2, k)};
+    return frame.in_section(
+        {frame.node_position(0, i), frame.node_position(1, j), frame.node_position(2, k)});
   }
 
   /// In the middle of a cube of nodes, in spacings.
@@ -76,7 +75,7 @@ std::vector<NewLeaf> leaves_near(const Band& band, const Sampler& sampler, int l
   return all;
 }
 
-void sample_cube(const Band& band, const Leaf& leaf, const Sampler& sampler, const Cube& cube) {
+void sample_cube(const Band& band, Leaf& leaf, const Sampler& sampler, const Cube& cube) {
   // Most of a leaf is far from a surface that runs through it or past it.
   const double middle = sampler.middle(cube);
   const bool is_far = !sampler.near_band(cube, middle);
@@ -91,11 +90,11 @@ void sample_cube(const Band& band, const Leaf& leaf, const Sampler& sampler, con
   }
 }
 
-void sample(const Band& band, const Sampler& sampler) {
+void sample(Band& band, const Sampler& sampler) {
   constexpr int edge = 4;
   parallel_for(band.leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = band.leaves()[n];
+      Leaf& leaf = band.leaves()[n];
       for (int part = 0; part < 8; ++part) {
         Cube cube{.origin = leaf.origin, .edge = edge};
         for (int axis = 0; axis < 3; ++axis) cube.origin[axis] += (part >> axis & 1) * edge;

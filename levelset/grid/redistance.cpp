@@ -215,8 +215,8 @@ void for_each_leaf(const Band& band, const HeldNodes& held, const Source& from, 
 
 /// The steps, from the tree to scratch, where the last one ends.
 template <int halo>
-void step_all(const Band& band, const HeldNodes& held, LeafValues& scratch, LeafKernel step_leaf) {
-  const auto in_tree = [&](std::size_t n) { return band.leaves()[n].phi; };
+void step_all(Band& band, const HeldNodes& held, LeafValues& scratch, LeafKernel step_leaf) {
+  const auto in_tree = [&](std::size_t n) -> float* { return band.leaves()[n].phi; };
   const auto aside = [&](std::size_t n) { return scratch[n]; };
   for_each_leaf<1>(band, held, in_tree, aside, extend_leaf);
   static_assert(step_count % 2 == 0);

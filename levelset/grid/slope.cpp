@@ -75,7 +75,7 @@ Slopes slopes_of(const Leaf& leaf, const Block& block) {
 
 SurfaceSlopes surface_slopes(const LevelSet& phi) {
   const Band& band = phi.band();
-  const auto values = [&](std::size_t leaf) { return band.leaves()[leaf].phi; };
+  const auto values = [&](std::size_t leaf) -> const float* { return band.leaves()[leaf].phi; };
   const Slopes slopes = parallel_reduce(
       band.leaves().size(), grain, Slopes{},
       [&](std::size_t begin, std::size_t end) {

@@ -35,7 +35,7 @@ LevelSet rebuilt(const LevelSet& level_set, const Frame& frame, const Places& pl
   band->change_leaves(std::vector<NewLeaf>(leaves.begin(), leaves.end()), {});
   parallel_for(band->leaves().size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = band->leaves()[n];
+      Leaf& leaf = band->leaves()[n];
       const int i_end = std::min(leaf.origin[0] + leaf_edge, band->node_count(0));
       const int j_end = std::min(leaf.origin[1] + leaf_edge, band->node_count(1));
       for (int i = leaf.origin[0]; i < i_end; ++i) {

@@ -31,7 +31,7 @@ double bend(const LevelSet& phi, Vec3d r) {
     part[axis] = index - corner[axis];
   }
   double sum = 0;
-  for (int axis = 0; axis < (frame.two_dimensional ? 1 : 2); ++axis) {
+  for (int axis = 0; axis < frame.lateral_axes(); ++axis) {
     const int a = (axis + 1) % 3;
     const int b = (axis + 2) % 3;
     double second = 0;

@@ -151,47 +151,42 @@ class WaferSurfaces {
   std::optional<std::size_t> top_mask_;
 };
 
-/// Measures one opening in the plane r[axis] = position.
-class SectionMeasurement {
- public:
-  SectionMeasurement(const WaferSurfaces& surfaces, const MetrologyOptions& options, int axis,
-                     double position, const OpeningRow& row)
-      : surfaces_(surfaces),
-        options_(options),
-        h_(surfaces.frame().spacing),
-        axis_(axis),
-        position_(position),
-        row_(row) {
-    for (std::size_t k = 0; k < surfaces.count(); ++k) cuts_.push_back(cut(k));
-  }
+/// The surface of a layer in the section; field and floor are heights seen from above.
+struct SectionCut {
+  std::vector<Polyline> lines;
+  std::array<double, 2> fields{};
+  double field = 0;
+  double floor = 0;
+  std::optional<Contour> contour{};  ///< if it is deep enough to be called an opening
 
-  OpeningMetrology run() const {
-    OpeningMetrology found;
-    const Cut& structure = cuts_[surfaces_.structure()];
-    found.bottom_height = structure.floor;
-    found.lowest_height = structure.contour ? structure.contour->lowest()[1] : structure.floor;
-    if (structure.contour) measure_shape(*structure.contour, structure.field, found);
-    measure_films(found);
-    measure_mask(found);
-    const Cut& exposed = cuts_.back();
-    if (exposed.contour) found.facet_width = facets(*exposed.contour, exposed.field);
-    for (const double height : options_.cd_heights)
-      found.cd_at.push_back(cd_at(height, structure, exposed));
-    return found;
+  double middle() const { return 0.5 * (field + floor); }
+};
+
+/// Cuts the surfaces of layers in the section across an axis.
+class Slicing {
+ public:
+  Slicing(const WaferSurfaces& surfaces, int axis, double position, const OpeningRow& row)
+      : surfaces_(surfaces), axis_(axis), position_(position), row_(row) {}
+
+  SectionCut cut(std::size_t k) const {
+    const Sides sides = surfaces_.frame().sides();
+    const int along = 1 - axis_;
+    const CutPlane plane =
+        CutPlane::across(axis_, just_inside(position_, sides.lower[axis_], sides.upper[axis_]));
+    SectionCut cut{
+        .lines = with_surroundings(bent(surfaces_.slicer(k).cut(plane), plane, surfaces_.phi(k)),
+                                   sides.lower[along], sides.upper[along], sides.boundary[along])};
+    cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
+    cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);
+    cut.floor = height(k, row_.centre);
+    if (is_deep(cut.field - cut.floor, surfaces_.frame().spacing)) {
+      cut.contour =
+          find_contour(cut.lines, row_.centre, cut.middle(), {row_.left_field, row_.right_field});
+    }
+    return cut;
   }
 
  private:
-  /// The surface of a layer in the section; field and floor are heights seen from above.
-  struct Cut {
-    std::vector<Polyline> lines;
-    std::array<double, 2> fields{};
-    double field = 0;
-    double floor = 0;
-    std::optional<Contour> contour{};  ///< if it is deep enough to be called an opening
-
-    double middle() const { return 0.5 * (field + floor); }
-  };
-
   double height(std::size_t k, double lateral) const {
     const Sides sides = surfaces_.frame().sides();
     std::array<double, 2> place{};
@@ -209,80 +204,67 @@ class SectionMeasurement {
     return seen ? seen->height : 0;
   }
 
-  Cut cut(std::size_t k) const {
-    const Sides sides = surfaces_.frame().sides();
-    const int along = 1 - axis_;
-    const CutPlane plane =
-        CutPlane::across(axis_, just_inside(position_, sides.lower[axis_], sides.upper[axis_]));
-    Cut cut{.lines =
-                with_surroundings(bent(surfaces_.slicer(k).cut(plane), plane, surfaces_.phi(k)),
-                                  sides.lower[along], sides.upper[along], sides.boundary[along])};
-    cut.fields = {height(k, row_.left_field), height(k, row_.right_field)};
-    cut.field = 0.5 * (cut.fields[0] + cut.fields[1]);
-    cut.floor = height(k, row_.centre);
-    if (is_deep(cut.field - cut.floor, h_)) {
-      cut.contour =
-          find_contour(cut.lines, row_.centre, cut.middle(), {row_.left_field, row_.right_field});
-    }
-    return cut;
-  }
+  const WaferSurfaces& surfaces_;
+  int axis_;
+  double position_;
+  const OpeningRow& row_;
+};
 
-  void measure_shape(const Contour& contour, double field, OpeningMetrology& found) const {
-    const double lowest = contour.lowest()[1];
-    const double depth = field - lowest;
-    const auto at = [&](double part) { return field - part * depth; };
+/// Depth, widths and walls by the contour of a section. field: its height seen from above.
+class ShapeMeasurement {
+ public:
+  ShapeMeasurement(const Contour& contour, double field, bool feet_are_rounded, double h)
+      : contour_(contour),
+        field_(field),
+        depth_(field - contour.lowest()[1]),
+        feet_are_rounded_(feet_are_rounded),
+        h_(h) {}
+
+  void run(OpeningMetrology& found) const {
+    const auto at = [&](double part) { return field_ - part * depth_; };
     const auto cd = [&](double part) {
-      const std::optional<Gap> gap = contour.gap(at(part));
+      const std::optional<Gap> gap = contour_.gap(at(part));
       return gap ? Value(gap->width()) : std::nullopt;
     };
-    found.depth = depth;
+    found.depth = depth_;
     found.top_cd = cd(cd_depths[0]);
     found.middle_cd = cd(cd_depths[1]);
     found.bottom_cd = cd(cd_depths[2]);
-    found.aspect_ratio = ratio(depth, found.top_cd, 0);
+    found.aspect_ratio = ratio(depth_, found.top_cd, 0);
 
-    measure_necks(contour, field, depth, found);
-    measure_walls(sample_walls(contour, at(angle_depths[0]), at(angle_depths[1]), h_), found);
-    if (const std::optional<Gap> gap = contour.gap(at(cd_depths[2]))) {
-      const Value floor = contour.floor(0.5 * (gap->left + gap->right));
-      if (floor) found.micro_trenching = *floor - lowest;
+    measure_necks(found);
+    measure_walls(sample_walls(contour_, at(angle_depths[0]), at(angle_depths[1]), h_), found);
+    if (const std::optional<Gap> gap = contour_.gap(at(cd_depths[2]))) {
+      const Value floor = contour_.floor(0.5 * (gap->left + gap->right));
+      if (floor) found.micro_trenching = *floor - contour_.lowest()[1];
     }
-    if (options_.feet_are_rounded) {
+    if (feet_are_rounded_) {
       found.depth_error =
-          foot_error(found.micro_trenching.value_or(0), depth, found.bottom_cd.value_or(0), h_);
+          foot_error(found.micro_trenching.value_or(0), depth_, found.bottom_cd.value_or(0), h_);
       if (found.micro_trenching) found.micro_trenching_error = found.depth_error;
     }
-    const auto ripples = [&](std::span<const Contour::Point> wall) {
-      return scallops(wall, at(cd_depths[0]), at(cd_depths[2]), h_);
-    };
-    const std::optional<Scallops> left = ripples(contour.left_wall(at(cd_depths[2])));
-    const std::optional<Scallops> right = ripples(contour.right_wall(at(cd_depths[2])));
-    const auto of = [](const std::optional<Scallops>& each, double Scallops::*member) {
-      return each ? Value((*each).*member) : std::nullopt;
-    };
-    found.scallop_pitch = mean(of(left, &Scallops::pitch), of(right, &Scallops::pitch));
-    found.scallop_amplitude = mean(of(left, &Scallops::amplitude), of(right, &Scallops::amplitude));
+    measure_scallops(found);
   }
 
-  void measure_necks(const Contour& contour, double field, double depth,
-                     OpeningMetrology& found) const {
+ private:
+  void measure_necks(OpeningMetrology& found) const {
     // What bulges over the mouth may stand above the field.
     const auto highest = [](std::span<const Contour::Point> side) {
       double top = -1e300;
       for (const Contour::Point& point : side) top = std::max(top, point[1]);
       return top;
     };
-    const double top = std::min(highest(contour.left_side()), highest(contour.right_side()));
-    const double bottom = field - cd_depths[2] * depth;
-    if (const auto neck = narrowest(sample_walls(contour, top, bottom, h_))) {
+    const double top = std::min(highest(contour_.left_side()), highest(contour_.right_side()));
+    const double bottom = field_ - cd_depths[2] * depth_;
+    if (const auto neck = narrowest(sample_walls(contour_, top, bottom, h_))) {
       found.neck_cd = neck->width;
-      found.neck_depth = field - neck->height;
+      found.neck_depth = field_ - neck->height;
     }
-    const double from = field - cd_depths[0] * depth;
-    const auto bow = widest(sample_walls(contour, from, field - depth, h_));
+    const double from = field_ - cd_depths[0] * depth_;
+    const auto bow = widest(sample_walls(contour_, from, field_ - depth_, h_));
     if (!bow || !found.top_cd) return;
     found.bow = std::max(0.0, bow->width - *found.top_cd);
-    if (*found.bow >= least_bow * h_) found.bow_depth = field - bow->height;
+    if (*found.bow >= least_bow * h_) found.bow_depth = field_ - bow->height;
   }
 
   static void measure_walls(const Walls& walls, OpeningMetrology& found) {
@@ -297,22 +279,119 @@ class SectionMeasurement {
         std::sqrt(0.5 * (left->deviation * left->deviation + right->deviation * right->deviation));
   }
 
-  Value facets(const Contour& contour, double field) const {
-    const std::span<const Contour::Point> right = contour.right_side();
-    const std::vector<Contour::Point> from_above(right.rbegin(), right.rend());
-    return mean(facet_width(contour.left_side(), field, h_), facet_width(from_above, field, h_));
+  void measure_scallops(OpeningMetrology& found) const {
+    const auto at = [&](double part) { return field_ - part * depth_; };
+    const auto ripples = [&](std::span<const Contour::Point> wall) {
+      return scallops(wall, at(cd_depths[0]), at(cd_depths[2]), h_);
+    };
+    const std::optional<Scallops> left = ripples(contour_.left_wall(at(cd_depths[2])));
+    const std::optional<Scallops> right = ripples(contour_.right_wall(at(cd_depths[2])));
+    const auto of = [](const std::optional<Scallops>& each, double Scallops::*member) {
+      return each ? Value((*each).*member) : std::nullopt;
+    };
+    found.scallop_pitch = mean(of(left, &Scallops::pitch), of(right, &Scallops::pitch));
+    found.scallop_amplitude = mean(of(left, &Scallops::amplitude), of(right, &Scallops::amplitude));
   }
 
-  Value cd_at(double height, const Cut& structure, const Cut& exposed) const {
-    const Cut& cut = height < structure.field ? structure : exposed;
+  const Contour& contour_;
+  double field_;
+  double depth_;
+  bool feet_are_rounded_;
+  double h_;
+};
+
+Value mean_facet_width(const Contour& contour, double field, double h) {
+  const std::span<const Contour::Point> right = contour.right_side();
+  const std::vector<Contour::Point> from_above(right.rbegin(), right.rend());
+  return mean(facet_width(contour.left_side(), field, h), facet_width(from_above, field, h));
+}
+
+// The mesh cuts up to a spacing off the foot of a mask that is undercut, and off the wall below.
+// So both are asked further away, and go on from there towards the interface.
+
+/// Widths at the interface between a mask and the walls below it.
+class WidthsAtMask {
+ public:
+  WidthsAtMask(double interface, double h) : interface_(interface), h_(h) {}
+
+  /// Up to a spacing above what was the floor once phi still is the distance to that, and up to two
+  /// the mesh knows of it. Thin masks have no other places.
+  Value of_mask(const Contour& mask) const {
+    const Value far = width(mask, 3);
+    if (far) return along_line(width(mask, 2), far, 2, 3);
+    return along_line(width(mask, 1.25), width(mask, 2.5), 1.25, 2.5);
+  }
+
+  /// By a line, bent as the wall is further down as well. Shallow walls have no place that is
+  /// further away both from the mask and from the floor.
+  Value below(const Contour& walls) const {
+    for (const int first : {2, 1}) {
+      std::array<Value, 4> at;
+      for (int n = 0; n < 4; ++n) at[n] = width(walls, -first - n);
+      if (!at[static_cast<std::size_t>(first)]) continue;
+      const Value straight = along_line(at[0], at[1], first, first + 1);
+      if (!at[2] || !at[3]) return straight;
+      const double upper = *at[0] - 2 * *at[1] + *at[2];
+      const double lower = *at[1] - 2 * *at[2] + *at[3];
+      return *straight + 0.5 * first * (first + 1) * minmod(upper, lower);
+    }
+    return width(walls, -0.75);
+  }
+
+ private:
+  /// How wide an opening is some spacings above an interface.
+  Value width(const Contour& contour, double above) const {
+    const std::optional<Gap> gap = contour.gap(interface_ + above * h_);
+    return gap ? Value(gap->width()) : std::nullopt;
+  }
+
+  /// By the line through the widths at two places.
+  static Value along_line(Value near, Value far, double away, double further) {
+    return near && far ? Value(*near + away / (further - away) * (*near - *far)) : near;
+  }
+
+  double interface_;
+  double h_;
+};
+
+/// Measures one opening in the plane r[axis] = position.
+class SectionMeasurement {
+ public:
+  SectionMeasurement(const WaferSurfaces& surfaces, const MetrologyOptions& options, int axis,
+                     double position, const OpeningRow& row)
+      : surfaces_(surfaces), options_(options), h_(surfaces.frame().spacing), row_(row) {
+    const Slicing slicing(surfaces, axis, position, row_);
+    for (std::size_t k = 0; k < surfaces.count(); ++k) cuts_.push_back(slicing.cut(k));
+  }
+
+  OpeningMetrology run() const {
+    OpeningMetrology found;
+    const SectionCut& structure = cuts_[surfaces_.structure()];
+    found.bottom_height = structure.floor;
+    found.lowest_height = structure.contour ? structure.contour->lowest()[1] : structure.floor;
+    if (structure.contour)
+      ShapeMeasurement(*structure.contour, structure.field, options_.feet_are_rounded, h_)
+          .run(found);
+    measure_films(found);
+    measure_mask(found);
+    const SectionCut& exposed = cuts_.back();
+    if (exposed.contour) found.facet_width = mean_facet_width(*exposed.contour, exposed.field, h_);
+    for (const double height : options_.cd_heights)
+      found.cd_at.push_back(cd_at(height, structure, exposed));
+    return found;
+  }
+
+ private:
+  static Value cd_at(double height, const SectionCut& structure, const SectionCut& exposed) {
+    const SectionCut& cut = height < structure.field ? structure : exposed;
     const std::optional<Gap> gap = cut.contour ? cut.contour->gap(height) : std::nullopt;
     return gap ? Value(gap->width()) : std::nullopt;
   }
 
   /// Between surface k and the one below it.
   FilmMetrology film(std::size_t k) const {
-    const Cut& upper = cuts_[k];
-    const Cut& lower = cuts_[k - 1];
+    const SectionCut& upper = cuts_[k];
+    const SectionCut& lower = cuts_[k - 1];
     FilmMetrology found{.material = surfaces_.material(k)};
     const std::array<double, 2> sides{row_.left_field, row_.right_field};
     double top = 0;
@@ -365,53 +444,16 @@ class SectionMeasurement {
     found.undercut = undercut(*surfaces_.top_mask());
   }
 
-  // The mesh cuts up to a spacing off the foot of a mask that is undercut, and off the wall below.
-  // So both are asked further away, and go on from there towards the interface.
-
-  /// How wide an opening is some spacings above an interface.
-  Value width(const Contour& contour, double interface, double above) const {
-    const std::optional<Gap> gap = contour.gap(interface + above * h_);
-    return gap ? Value(gap->width()) : std::nullopt;
-  }
-
-  /// By the line through the widths at two places.
-  static Value along_line(Value near, Value far, double away, double further) {
-    return near && far ? Value(*near + away / (further - away) * (*near - *far)) : near;
-  }
-
-  /// Up to a spacing above what was the floor once phi still is the distance to that, and up to two
-  /// the mesh knows of it. Thin masks have no other places.
-  Value width_of_mask(const Contour& mask, double interface) const {
-    const Value far = width(mask, interface, 3);
-    if (far) return along_line(width(mask, interface, 2), far, 2, 3);
-    return along_line(width(mask, interface, 1.25), width(mask, interface, 2.5), 1.25, 2.5);
-  }
-
-  /// By a line, bent as the wall is further down as well. Shallow walls have no place that is
-  /// further away both from the mask and from the floor.
-  Value width_below_mask(const Contour& walls, double interface) const {
-    for (const int first : {2, 1}) {
-      std::array<Value, 4> at;
-      for (int n = 0; n < 4; ++n) at[n] = width(walls, interface, -first - n);
-      if (!at[static_cast<std::size_t>(first)]) continue;
-      const Value straight = along_line(at[0], at[1], first, first + 1);
-      if (!at[2] || !at[3]) return straight;
-      const double upper = *at[0] - 2 * *at[1] + *at[2];
-      const double lower = *at[1] - 2 * *at[2] + *at[3];
-      return *straight + 0.5 * first * (first + 1) * minmod(upper, lower);
-    }
-    return width(walls, interface, -0.75);
-  }
-
   Value undercut(std::size_t top_mask) const {
-    const Cut& structure = cuts_[surfaces_.structure()];
+    const SectionCut& structure = cuts_[surfaces_.structure()];
     if (!structure.contour) return std::nullopt;
     const std::optional<Contour> mask =
         find_contour(cuts_[top_mask].lines, row_.centre, structure.field + 0.5 * h_,
                      {row_.left_field, row_.right_field});
     if (!mask) return std::nullopt;
-    const Value above = width_of_mask(*mask, structure.field);
-    const Value below = width_below_mask(*structure.contour, structure.field);
+    const WidthsAtMask widths(structure.field, h_);
+    const Value above = widths.of_mask(*mask);
+    const Value below = widths.below(*structure.contour);
     if (!above || !below) return std::nullopt;
     return 0.5 * (*below - *above);
   }
@@ -419,10 +461,8 @@ class SectionMeasurement {
   const WaferSurfaces& surfaces_;
   const MetrologyOptions& options_;
   double h_;
-  int axis_;
-  double position_;
   OpeningRow row_;
-  std::vector<Cut> cuts_;
+  std::vector<SectionCut> cuts_;
 };
 
 /// The mean of those that are there.
@@ -482,7 +522,7 @@ std::vector<double> section_positions(const Frame& frame, int axis, const Openin
   if (!opening.through[axis])
     return {opening.centre[axis] +
             (opening.centre[axis] < sides.lower[axis] ? sides.width(axis) : 0)};
-  if (frame.two_dimensional) return {0};
+  if (!frame.varies_along(axis)) return {0};
   const int count = std::min(frame.cells[axis], most_sections);
   std::vector<double> positions(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n)

@@ -104,7 +104,7 @@ SCARP_VECTOR_KERNEL void take_over(const float* moved, float* phi) {
   }
 }
 
-void write_back(const Band& band, const LeafValues& values) {
+void write_back(Band& band, const LeafValues& values) {
   parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       take_over(values[n], band.leaves()[n].phi);
@@ -120,7 +120,7 @@ template <class Move>
 double move_band(Layers& layers, const SpeedField& field, float dt, Scheme scheme,
                  const Move& move) {
   Band& band = layers.top().band();
-  const std::vector<Leaf>& leaves = band.leaves();
+  const std::span<Leaf> leaves = band.leaves();
   const std::span<const float> parts = stage_parts(scheme);
   const bool keeps_standing = has_standing_layers(field);
   const bool has_slow = has_slow_layers(field);
@@ -131,10 +131,12 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
     const bool last = stage + 1 == parts.size();
     LeafValues* after = last && stage > 0 && !has_limits ? nullptr : &band.scratch(stage % 2);
     const auto values = [&](std::size_t n) -> const float* {
-      return before == nullptr ? leaves[n].phi : (*before)[n];
+      if (before == nullptr) return leaves[n].phi;
+      return (*before)[n];
     };
-    const auto moved = [&](std::size_t n) {
-      return after == nullptr ? leaves[n].phi : (*after)[n];
+    const auto moved = [&](std::size_t n) -> float* {
+      if (after == nullptr) return leaves[n].phi;
+      return (*after)[n];
     };
     parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
       Block block;
@@ -185,12 +187,12 @@ std::vector<float> values_of(const Band& band) {
   std::vector<float> values;
   values.reserve(band.leaves().size() * leaf_size);
   for (const Leaf& leaf : band.leaves())
-    values.insert(values.end(), leaf.phi, leaf.phi + leaf_size);
+    values.insert(values.end(), leaf.phi + 0, leaf.phi + leaf_size);
   return values;
 }
 
 double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
-  const Band& band = layers.top().band();
+  Band& band = layers.top().band();
   const bool has_layers = layers.stack.size() > 1;
   const std::vector<float> before = has_layers ? values_of(band) : std::vector<float>();
   const std::vector<float> mobility = mobilities(band, field);
@@ -228,7 +230,7 @@ double move_by_normal(Layers& layers, const SpeedField& field, float dt, Scheme 
 /// it is about to open the void.
 class Ceilings {
  public:
-  Ceilings(const Band& band, std::span<const std::uint64_t> closed) {
+  Ceilings(Band& band, std::span<const std::uint64_t> closed) {
     for (std::size_t word = 0; word < closed.size(); ++word) {
       const Leaf& leaf = band.leaves()[word / leaf_edge];
       for_each_bit(closed[word], [&](int bit) {
@@ -237,7 +239,7 @@ class Ceilings {
     }
   }
 
-  void keep() const {
+  void keep() {
     for (const auto& [phi, before] : nodes_) *phi = std::max(*phi, before);
   }
 
@@ -247,7 +249,7 @@ class Ceilings {
     float before;
   };
 
-  void add_next_to(const Band& band, const Node& gas) {
+  void add_next_to(Band& band, const Node& gas) {
     for (int face = 0; face < 6; ++face) {
       Node node = gas;
       node[face / 2] += face % 2 == 0 ? -1 : 1;
@@ -304,7 +306,7 @@ double advect(Layers& layers, const SpeedField& field, double dt, Scheme scheme)
   const Scheme used = by_normal && scheme == Scheme::eno2 ? Scheme::weno5 : scheme;
   const double h = layers.frame.spacing;
   const auto scaled_dt = static_cast<float>(dt / h);
-  const Ceilings ceilings(layers.top().band(), field.closed);
+  Ceilings ceilings(layers.top().band(), field.closed);
   // Crystals are etched by a scheme that is monotone, so of first order; on planes it is exact.
   const Scheme stages = etches_crystal(field) ? Scheme::first_order : used;
   const double residues = by_normal ? move_by_normal(layers, field, scaled_dt, stages)

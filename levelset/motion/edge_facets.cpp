@@ -78,42 +78,15 @@ Vec3d from(const Edge& edge, const Node& node) {
   return way;
 }
 
-class Edges {
+/// Finds the edges of masks near which something grows.
+class EdgeFinder {
  public:
-  Edges(const Layers& layers, const SpeedField& field, const CrystalRates& crystal,
-        const std::vector<float>& mobility)
-      : layers_(layers),
-        field_(field),
-        crystal_(crystal),
-        mobility_(mobility),
-        band_(layers.top().band()) {}
-
-  std::vector<HeldNode> run(float dt) {
-    find();
-    std::erase_if(edges_, [&](Edge& edge) { return !find_plane(edge); });
-    if (edges_.empty()) return {};
-    find_distances();
-    return held(dt);
-  }
-
- private:
-  static constexpr std::size_t missing = std::numeric_limits<std::size_t>::max();
-
-  float phi(std::size_t at) const { return band_.leaves()[at / leaf_size].phi[at % leaf_size]; }
-
-  float mask_phi(std::size_t mask, const Node& node) const {
-    return layers_.stack[mask].phi.node(node[0], node[1], node[2]);
-  }
-
-  /// Where arrays have a node, if the band has it.
-  std::size_t place(const Node& node) const {
-    const NodePlace at = band_.place(node);
-    return at.is_there() && std::abs(phi(at.index())) < LevelSet::half_width ? at.index() : missing;
-  }
+  EdgeFinder(const Layers& layers, const SpeedField& field)
+      : layers_(layers), field_(field), band_(layers.top().band()) {}
 
   /// In leaves in which something grows, and those beside: there films are near.
-  void find() {
-    const std::vector<Leaf>& leaves = band_.leaves();
+  std::vector<Edge> run() {
+    const std::span<const Leaf> leaves = band_.leaves();
     std::vector<bool> grows(leaves.size(), false);
     for (std::size_t n = 0; n < leaves.size(); ++n) {
       for (const AngularSpeed& part : field_.angular) {
@@ -132,8 +105,10 @@ class Edges {
         if (field_.stands_still[mask] && !field_.stands_still[mask - 1])
           find_in(leaves[n].origin, mask);
     }
+    return std::move(edges_);
   }
 
+ private:
   void find_in(const Node& origin, std::size_t mask) {
     const Band& band = layers_.stack[mask].phi.band();
     const int found = band.find(origin[0] >> 3, origin[1] >> 3, origin[2] >> 3);
@@ -189,14 +164,52 @@ class Edges {
     edges_.push_back(edge);
   }
 
+  const Layers& layers_;
+  const SpeedField& field_;
+  const Band& band_;
+  std::vector<Edge> edges_{};
+};
+
+class Edges {
+ public:
+  Edges(const Layers& layers, std::vector<Edge> edges, const CrystalRates& crystal,
+        const std::vector<float>& mobility)
+      : layers_(layers),
+        crystal_(crystal),
+        mobility_(mobility),
+        band_(layers.top().band()),
+        edges_(std::move(edges)) {}
+
+  std::vector<HeldNode> run(float dt) {
+    std::erase_if(edges_, [&](Edge& edge) { return !find_plane(edge); });
+    if (edges_.empty()) return {};
+    find_distances();
+    return held(dt);
+  }
+
+ private:
+  static constexpr std::size_t missing = std::numeric_limits<std::size_t>::max();
+
+  float phi(std::size_t at) const { return band_.leaves()[at / leaf_size].phi[at % leaf_size]; }
+
+  float mask_phi(std::size_t mask, const Node& node) const {
+    return layers_.stack[mask].phi.node(node[0], node[1], node[2]);
+  }
+
+  /// Where arrays have a node, if the band has it.
+  std::size_t place(const Node& node) const {
+    const NodePlace at = band_.place(node);
+    return at.is_there() && std::abs(phi(at.index())) < LevelSet::half_width ? at.index() : missing;
+  }
+
   /// Calls visit(node, its place in arrays, the way there from the edge) for the nodes of the band
   /// near an edge, less than most from it along its line.
   template <class Visit>
   void for_each_node_near(const Edge& edge, double most, const Visit& visit) const {
     const Vec3d along = cross(edge.aside, up);
+    const int aside = layers_.frame.varies_along(1) ? reach : 0;
     for (int i = edge.node[0] - reach; i <= edge.node[0] + reach; ++i) {
-      for (int j = edge.node[1] - reach; j <= edge.node[1] + reach; ++j) {
-        if (layers_.frame.two_dimensional && j != edge.node[1]) continue;
+      for (int j = edge.node[1] - aside; j <= edge.node[1] + aside; ++j) {
         for (int k = edge.below - reach; k <= edge.below + reach; ++k) {
           const Node node{i, j, k};
           const Vec3d way = from(edge, node);
@@ -328,11 +341,10 @@ class Edges {
   }
 
   const Layers& layers_;
-  const SpeedField& field_;
   const CrystalRates& crystal_;
   const std::vector<float>& mobility_;
   const Band& band_;
-  std::vector<Edge> edges_{};
+  std::vector<Edge> edges_;
   std::vector<Fan> fans_{};
   std::vector<float> distance_{};  ///< to the nearest edge
 };
@@ -343,8 +355,8 @@ std::vector<HeldNode> edge_facets(const Layers& layers, const SpeedField& field,
                                   const std::vector<float>& mobility, float dt) {
   if (!field.grows_beside_standing || field.angular.size() != 1) return {};
   const CrystalRates* const crystal = field.angular.front().factor.crystal();
-  return crystal == nullptr ? std::vector<HeldNode>()
-                            : Edges(layers, field, *crystal, mobility).run(dt);
+  if (crystal == nullptr) return {};
+  return Edges(layers, EdgeFinder(layers, field).run(), *crystal, mobility).run(dt);
 }
 
 }  // namespace scarp

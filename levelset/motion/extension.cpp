@@ -50,7 +50,7 @@ class SolidNodes {
         std::find(stands_still.begin(), stands_still.end(), true) != stands_still.end() &&
         std::find(stands_still.begin(), stands_still.end(), false) != stands_still.end();
     if (!both) return;
-    const std::vector<Leaf>& leaves = layers.top().band().leaves();
+    const std::span<const Leaf> leaves = layers.top().band().leaves();
     standing_.resize(leaves.size());
     moving_.resize(leaves.size());
     parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -165,10 +165,7 @@ double Extension::reach_of(const ClosestPoint& point) const {
 }
 
 Extension::Question Extension::question(const NearNode& at) const {
-  // In two dimensions both rows of nodes ask at the same point.
-  const Vec3d r{frame_.node_position(0, at.index[0]),
-                frame_.two_dimensional ? 0.0 : frame_.node_position(1, at.index[1]),
-                frame_.node_position(2, at.index[2])};
+  const Vec3d r = frame_.in_section(frame_.node_position(at.index));
   const double within = limit(*at.phi);
   return {.r = r,
           .gradient = central_gradient(at.phi),
@@ -242,11 +239,10 @@ bool Extension::is_void(const NearNode& at) const {
   return any_gas;
 }
 
-void Extension::query_leaf(std::size_t n, Block& block,
-                           std::vector<std::vector<float>>& fields) const {
+void Extension::query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) {
   const Leaf& leaf = band_.leaves()[n];
   gather<1>(
-      band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+      band_, n, [&](std::size_t m) -> const float* { return band_.leaves()[m].phi; }, block);
   const LeafMask nodes = next_to_surface(leaf, block);
   if (nodes == LeafMask{}) {
     return;
@@ -267,8 +263,8 @@ void Extension::query_leaf(std::size_t n, Block& block,
                       .phi = block.row(i, j) + k};
     // Of what lies beyond the diagonal there are no facets.
     if (frame_.diagonal && at.index[1] > at.index[0]) return;
-    // In two dimensions both rows have the same, however ties fall.
-    if (frame_.two_dimensional && j == 1) {
+    // Both rows of a section have the same, however ties fall.
+    if (at.index[1] >= frame_.own_nodes(1)) {
       const std::size_t to = n * leaf_size + static_cast<std::size_t>(node);
       for (std::vector<float>& field : fields) field[to] = field[to - leaf_edge];
       return;
@@ -304,8 +300,7 @@ TriangleTree::Neighbourhood Extension::neighbourhood(const Leaf& leaf,
   Box box;
   float largest = 0;
   for_each_node(nodes, [&](int node) {
-    const Vec3d r = frame_.node_position(node_at(leaf, node));
-    box.add({r.x, frame_.two_dimensional ? 0.0 : r.y, r.z});
+    box.add(frame_.in_section(frame_.node_position(node_at(leaf, node))));
     largest = std::max(largest, std::abs(leaf.phi[node]));
   });
   return tree_.neighbourhood(box, limit(largest));
@@ -313,7 +308,7 @@ TriangleTree::Neighbourhood Extension::neighbourhood(const Leaf& leaf,
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,
                                                const std::vector<bool>& stands_still,
-                                               bool still_within) const {
+                                               bool still_within) {
   std::vector<std::vector<float>> fields(value_count);
   for (std::vector<float>& field : fields) {
     field.assign(band_.leaves().size() * leaf_size, no_value);
@@ -330,7 +325,8 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
   const SolidNodes solid(layers_, stands_still);
   for (std::vector<float>& field : fields) {
     if (solid.any_standing()) {
-      const std::span<float> past_standing(band_.scratch(0)[0], field.size());
+      room_.resize(band_.leaves().size());
+      const std::span<float> past_standing(room_[0], field.size());
       std::copy(field.begin(), field.end(), past_standing.begin());
       solid.set_standing(past_standing, no_value);
       carry_outward(band_, past_standing, carried_speeds);

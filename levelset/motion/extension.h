@@ -32,6 +32,7 @@ struct FacetTree {
   std::shared_ptr<const TriangleTree> tree;
   std::vector<bool> is_creased;
   KeptFacets kept{};
+  LeafValues room{};  ///< for values of nodes; what is in it does not count
 };
 
 /// A node next to the surface.
@@ -67,6 +68,7 @@ class Extension {
         tree_(*facets.tree),
         is_creased_(facets.is_creased),
         kept_(facets.kept),
+        room_(facets.room),
         distance_(distance),
         values_at_(std::move(values_at)) {}
 
@@ -74,12 +76,12 @@ class Extension {
   ///        empty. With still_within nodes in solid that stands still have values of 0.
   std::vector<std::vector<float>> run(std::size_t value_count,
                                       const std::vector<bool>& stands_still = {},
-                                      bool still_within = false) const;
+                                      bool still_within = false);
 
  private:
   struct Question;
 
-  void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields) const;
+  void query_leaf(std::size_t n, Block& block, std::vector<std::vector<float>>& fields);
   TriangleTree::Neighbourhood neighbourhood(const Leaf& leaf, const LeafMask& nodes) const;
   double limit(float phi) const {
     // A node next to the surface has a vertex on one of its edges, whatever corners facets cut off.
@@ -103,6 +105,7 @@ class Extension {
   const TriangleTree& tree_;
   const std::vector<bool>& is_creased_;
   KeptFacets& kept_;
+  LeafValues& room_;
   double distance_;
   ValuesAt values_at_;
 };

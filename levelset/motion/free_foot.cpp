@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "levelset/grid/band.h"
 #include "levelset/grid/carry.h"
@@ -94,52 +96,18 @@ double height(const Foot& foot, const Node& node) {
   return dot(foot.normal, from(foot, node)) + foot.shift;
 }
 
-class Feet {
+/// Finds feet below the cuts of masks' surfaces.
+class FootFinder {
  public:
-  Feet(const Layers& layers, const SpeedField& field, const CrystalRates& crystal,
-       const std::vector<float>& mobility)
-      : layers_(layers),
-        field_(field),
-        crystal_(crystal),
-        mobility_(mobility),
-        band_(layers.top().band()) {}
+  FootFinder(const Layers& layers, const SpeedField& field, const std::vector<float>& mobility)
+      : layers_(layers), field_(field), mobility_(mobility), band_(layers.top().band()) {}
 
-  FreeFoot run(float dt) {
-    find();
-    add_images();
-    sort_by_columns();
-    find_walls();
-    leave_out_corners();
-    if (feet_.empty()) return {};
-    add_images();
-    sort_by_columns();
-    find_distances();
-    find_shifts();
-    take_slower_walls();
-    return values(dt);
-  }
-
- private:
-  static constexpr std::size_t missing = std::numeric_limits<std::size_t>::max();
-
-  float phi(std::size_t at) const { return band_.leaves()[at / leaf_size].phi[at % leaf_size]; }
-
-  float layer_phi(std::size_t layer, const Node& node) const {
-    return layers_.stack[layer].phi.node(node[0], node[1], node[2]);
-  }
-
-  /// Where arrays have a node, if the band has it.
-  std::size_t place(const Node& node) const {
-    const NodePlace at = band_.place(node);
-    return at.is_there() && std::abs(phi(at.index())) < LevelSet::half_width ? at.index() : missing;
-  }
-
-  void find() {
+  std::vector<Foot> run() {
     Block block;
     for (std::size_t n = 0; n < band_.leaves().size(); ++n) {
       const Leaf& leaf = band_.leaves()[n];
       gather<1>(
-          band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
+          band_, n, [&](std::size_t m) -> const float* { return band_.leaves()[m].phi; }, block);
       for_each_node(next_to_surface(leaf, block), [&](int offset) {
         const float* here = block.row(offset >> 6, (offset >> 3) & 7) + (offset & 7);
         if (!(*here < 0) || mobility_[n * leaf_size + static_cast<std::size_t>(offset)] != 0)
@@ -152,6 +120,12 @@ class Feet {
         }
       });
     }
+    return std::move(feet_);
+  }
+
+ private:
+  float layer_phi(std::size_t layer, const Node& node) const {
+    return layers_.stack[layer].phi.node(node[0], node[1], node[2]);
   }
 
   /// The foot below a cut of a mask's surface, on the edge from a solid node to gas.
@@ -189,6 +163,52 @@ class Feet {
     feet_.push_back(foot);
   }
 
+  const Layers& layers_;
+  const SpeedField& field_;
+  const std::vector<float>& mobility_;
+  const Band& band_;
+  std::vector<Foot> feet_{};
+};
+
+/// Feet with their images beyond the sides, by their places.
+class FootMap {
+ public:
+  FootMap(const Frame& frame, std::vector<Foot> feet) : frame_(frame), feet_(std::move(feet)) {
+    add_images();
+    sort_by_columns();
+  }
+
+  /// Those within the domain first, then images.
+  std::vector<Foot>& feet() { return feet_; }
+  const std::vector<Foot>& feet() const { return feet_; }
+  bool empty() const { return feet_.empty(); }
+
+  /// All feet within corner_reach, and some others.
+  std::vector<std::size_t> beside(const Foot& foot) const {
+    std::vector<std::size_t> found;
+    const auto [x, y] = column(foot);
+    for (int i = x - 1; i <= x + 1; ++i) {
+      for (int j = y - 1; j <= y + 1; ++j) {
+        const auto at = columns_.find({i, j});
+        if (at != columns_.end()) found.insert(found.end(), at->second.begin(), at->second.end());
+      }
+    }
+    return found;
+  }
+
+  /// Gives images the walls of what they are made from, which comes before them.
+  void renew_images() {
+    for (Foot& image : feet_) {
+      if (!image.is_image) continue;
+      const Foot& source = feet_[image.original];
+      image.normal = source.normal;
+      if (image.is_mirrored) image.normal[image.side] = -image.normal[image.side];
+      image.rate = source.rate;
+      image.shift = source.shift;
+    }
+  }
+
+ private:
   /// Columns four spacings wide, so what is nearer than corner_reach is in one beside.
   static std::array<int, 2> column(const Foot& foot) {
     const auto part = [&](int axis) {
@@ -197,12 +217,12 @@ class Feet {
     return {part(0), part(1)};
   }
 
-  /// Feet beyond the sides are beside others, too. Nodes ask only those within.
+  // Feet beyond the sides are beside others, too. Nodes ask only those within.
   void add_images() {
     for (int axis = 0; axis < 2; ++axis) {
       const auto lateral = static_cast<std::size_t>(axis);
-      const int cells = layers_.frame.cells[lateral];
-      const bool mirrors = layers_.frame.boundary[lateral] == Boundary::reflective;
+      const int cells = frame_.cells[lateral];
+      const bool mirrors = frame_.boundary[lateral] == Boundary::reflective;
       const std::size_t count = feet_.size();
       for (const int side : {0, cells}) {
         for (std::size_t f = 0; f < count; ++f) {
@@ -227,81 +247,23 @@ class Feet {
       (*v)[axis] = -(*v)[axis];
   }
 
-  /// Gives images the walls of what they are made from, which comes before them.
-  void renew_images() {
-    for (Foot& image : feet_) {
-      if (!image.is_image) continue;
-      const Foot& source = feet_[image.original];
-      image.normal = source.normal;
-      if (image.is_mirrored) image.normal[image.side] = -image.normal[image.side];
-      image.rate = source.rate;
-      image.shift = source.shift;
-    }
-  }
-
   void sort_by_columns() {
     columns_.clear();
     for (std::size_t f = 0; f < feet_.size(); ++f) columns_[column(feet_[f])].push_back(f);
   }
 
-  /// All feet within corner_reach, and some others.
-  std::vector<std::size_t> beside(const Foot& foot) const {
-    std::vector<std::size_t> found;
-    const auto [x, y] = column(foot);
-    for (int i = x - 1; i <= x + 1; ++i) {
-      for (int j = y - 1; j <= y + 1; ++j) {
-        const auto at = columns_.find({i, j});
-        if (at != columns_.end()) found.insert(found.end(), at->second.begin(), at->second.end());
-      }
-    }
-    return found;
-  }
+  const Frame& frame_;
+  std::vector<Foot> feet_;
+  std::map<std::array<int, 2>, std::vector<std::size_t>> columns_{};
+};
 
-  void find_walls() {
-    // Along a straight edge all feet ask the same.
-    std::array<Vec3d, 3> asked{};
-    Vec3d normal;
-    for (Foot& foot : feet_) {
-      if (foot.is_image) continue;
-      const std::array<Vec3d, 2> ends = asides(foot);
-      const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
-      foot.is_straight = is_straight(foot);
-      if (asks != asked) normal = slowest_between(ends[0], ends[1], foot.up);
-      asked = asks;
-      foot.normal = normal;
-      foot.rate = crystal_.rate(Vec3f(foot.normal)).value;
-    }
-  }
+/// The wall that a crystal leaves below the line of a foot.
+class SlowestWalls {
+ public:
+  explicit SlowestWalls(const CrystalRates& crystal) : crystal_(crystal) {}
 
-  bool is_straight(const Foot& foot) const {
-    return std::ranges::all_of(beside(foot), [&](std::size_t f) {
-      return dot(foot.aside, feet_[f].aside) > 1 - straight;
-    });
-  }
-
-  /// The directions between which those of the edge of an opening lie that are nearer to this foot
-  /// than to others. Planes of all of them begin there, and the slowest is left: that of one foot
-  /// alone would be a plane that etches fast unless the foot lies in the right place.
-  std::array<Vec3d, 2> asides(const Foot& foot) const {
-    const Vec3d along = cross(foot.aside, foot.up);
-    std::array<Vec3d, 2> ends{foot.aside, foot.aside};
-    std::array<double, 2> nearest{apart, apart};
-    for (const std::size_t f : beside(foot)) {
-      const Foot& other = feet_[f];
-      const Vec3d way = from(foot, other.node) + other.offset;
-      const double step = dot(along, way);
-      const std::size_t side = step < 0 ? 0 : 1;
-      const bool bends_around_opening = dot(way, other.aside - foot.aside) < 0;
-      if (step == 0 || !(std::abs(step) < nearest[side]) || dot(way, way) > apart * apart ||
-          !bends_around_opening || dot(foot.aside, other.aside) < least_cosine)
-        continue;
-      nearest[side] = std::abs(step);
-      ends[side] = normalized(foot.aside + other.aside);
-    }
-    return ends;
-  }
-
-  Vec3d slowest_between(const Vec3d& first, const Vec3d& last, const Vec3d& up) const {
+  /// The normal of the slowest one, of lines between two directions. up: normal of the interface.
+  Vec3d between(const Vec3d& first, const Vec3d& last, const Vec3d& up) const {
     const Vec3d middle = first + last;
     const Vec3d half = last - first;
     const auto aside = [&](double part) { return normalized(middle + part * half); };
@@ -336,6 +298,7 @@ class Feet {
     return wall(0.5 * (least + most));
   }
 
+ private:
   // Of the planes through a line along the foot, the one counts that undercuts the mask most
   // slowly. They lean by s = tan(angle to the interface / 2): sines would differ from machine to
   // machine.
@@ -378,21 +341,173 @@ class Feet {
     return leaning(aside, up, 0.5 * (least + most));
   }
 
-  /// A mask has a convex corner where a foot lies behind the line along another one.
-  void leave_out_corners() {
-    constexpr double least_behind = 0.5;
-    std::vector<Foot> kept;
-    for (const Foot& foot : feet_) {
-      if (foot.is_image) continue;
-      const bool is_at_corner = std::ranges::any_of(beside(foot), [&](std::size_t f) {
-        const Foot& other = feet_[f];
-        const Vec3d way = from(foot, other.node) + other.offset;
-        return dot(way, way) < corner_reach * corner_reach &&
-               dot(way, foot.aside) < -least_behind && dot(foot.aside, other.aside) > -0.5;
-      });
-      if (!is_at_corner) kept.push_back(foot);
+  const CrystalRates& crystal_;
+};
+
+bool is_straight(const FootMap& map, const Foot& foot) {
+  return std::ranges::all_of(map.beside(foot), [&](std::size_t f) {
+    return dot(foot.aside, map.feet()[f].aside) > 1 - straight;
+  });
+}
+
+/// The directions between which those of the edge of an opening lie that are nearer to this foot
+/// than to others. Planes of all of them begin there, and the slowest is left: that of one foot
+/// alone would be a plane that etches fast unless the foot lies in the right place.
+std::array<Vec3d, 2> asides(const FootMap& map, const Foot& foot) {
+  const Vec3d along = cross(foot.aside, foot.up);
+  std::array<Vec3d, 2> ends{foot.aside, foot.aside};
+  std::array<double, 2> nearest{apart, apart};
+  for (const std::size_t f : map.beside(foot)) {
+    const Foot& other = map.feet()[f];
+    const Vec3d way = from(foot, other.node) + other.offset;
+    const double step = dot(along, way);
+    const std::size_t side = step < 0 ? 0 : 1;
+    const bool bends_around_opening = dot(way, other.aside - foot.aside) < 0;
+    if (step == 0 || !(std::abs(step) < nearest[side]) || dot(way, way) > apart * apart ||
+        !bends_around_opening || dot(foot.aside, other.aside) < least_cosine)
+      continue;
+    nearest[side] = std::abs(step);
+    ends[side] = normalized(foot.aside + other.aside);
+  }
+  return ends;
+}
+
+void find_walls(FootMap& map, const CrystalRates& crystal) {
+  const SlowestWalls slowest(crystal);
+  // Along a straight edge all feet ask the same.
+  std::array<Vec3d, 3> asked{};
+  Vec3d normal;
+  for (Foot& foot : map.feet()) {
+    if (foot.is_image) continue;
+    const std::array<Vec3d, 2> ends = asides(map, foot);
+    const std::array<Vec3d, 3> asks{ends[0], ends[1], foot.up};
+    foot.is_straight = is_straight(map, foot);
+    if (asks != asked) normal = slowest.between(ends[0], ends[1], foot.up);
+    asked = asks;
+    foot.normal = normal;
+    foot.rate = crystal.rate(Vec3f(foot.normal)).value;
+  }
+}
+
+/// A mask has a convex corner where a foot lies behind the line along another one.
+std::vector<Foot> without_corners(const FootMap& map) {
+  constexpr double least_behind = 0.5;
+  std::vector<Foot> kept;
+  for (const Foot& foot : map.feet()) {
+    if (foot.is_image) continue;
+    const bool is_at_corner = std::ranges::any_of(map.beside(foot), [&](std::size_t f) {
+      const Foot& other = map.feet()[f];
+      const Vec3d way = from(foot, other.node) + other.offset;
+      return dot(way, way) < corner_reach * corner_reach && dot(way, foot.aside) < -least_behind &&
+             dot(foot.aside, other.aside) > -0.5;
+    });
+    if (!is_at_corner) kept.push_back(foot);
+  }
+  return kept;
+}
+
+/// Around an opening the walls that etch slowly spread along its edge: where the wall of a foot
+/// would pass that of one beside it the latter is what is left. Walls are handed on from foot to
+/// foot, as long as something changes.
+void take_slower_walls(FootMap& map) {
+  constexpr int most_rounds = 100;
+  bool changes = true;
+  for (int round = 0; changes && round < most_rounds; ++round) {
+    changes = false;
+    map.renew_images();
+    const std::vector<Foot> before = map.feet();
+    for (std::size_t f = 0; f < before.size(); ++f) {
+      const Foot& here = before[f];
+      if (here.is_image) continue;
+      double least = here.shift - least_gain;
+      const Foot* taken = nullptr;
+      for (const std::size_t other : map.beside(here)) {
+        const Foot& foot = before[other];
+        const Vec3d way = from(foot, here.node) + here.offset;
+        if (dot(way, way) > apart * apart || dot(foot.aside, here.aside) < least_cosine) continue;
+        const double there = dot(foot.normal, way) + foot.shift;
+        if (there < least || (there == least && taken != nullptr && foot.rate < taken->rate)) {
+          least = there;
+          taken = &foot;
+        }
+      }
+      if (taken == nullptr || least < 0) continue;
+      map.feet()[f].normal = taken->normal;
+      map.feet()[f].rate = taken->rate;
+      map.feet()[f].shift = least;
+      changes = true;
     }
-    feet_ = std::move(kept);
+  }
+  for (Foot& foot : map.feet()) {
+    const double start = foot.is_straight ? foot.own_shift : 0;
+    const double most = foot.is_straight ? most_straight_shift : most_shift;
+    foot.holds = foot.shift <= most && foot.most_ahead - start <= ahead;
+  }
+}
+
+/// The nodes of the band around feet.
+class FootNodes {
+ public:
+  FootNodes(const Layers& layers, const std::vector<float>& mobility, FootMap& map)
+      : mobility_(mobility), band_(layers.top().band()), map_(map) {
+    find_distances();
+  }
+
+  /// How far walls have moved from their feet.
+  void find_shifts() {
+    for (Foot& foot : map_.feet()) {
+      if (foot.is_image) continue;
+      double shift = 0;
+      double own_shift = 0;
+      double most_ahead = 0;
+      for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
+        if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
+        const double past = phi(at) - height(foot, node);
+        double& most = way < held ? shift : most_ahead;
+        most = std::max(most, past);
+        if (way < own) own_shift = std::max(own_shift, past);
+      });
+      foot.shift = shift;
+      foot.own_shift = own_shift;
+      foot.most_ahead = most_ahead;
+    }
+  }
+
+  /// What nodes take from the walls of feet.
+  FreeFoot values(float dt) const {
+    FreeFoot free{
+        .phi = std::vector<float>(mobility_.size(), std::numeric_limits<float>::quiet_NaN()),
+        .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
+    for (const Foot& foot : map_.feet()) {
+      if (foot.is_image || !foot.holds) continue;
+      for_each_node_near(foot, held, [&](const Node& node, std::size_t at, double way) {
+        const auto plane = static_cast<float>(height(foot, node));
+        const bool is_masked = mobility_[at] == 0;
+        if (!is_masked && plane > -most_behind) {
+          const float most =
+              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
+          free.most[at] = std::min(free.most[at], most);
+        }
+        if (!(way < own) || !is_nearest(foot, node, at)) return;
+        // Of two that are as near the one that leaves more counts, in whatever order they come.
+        if (is_masked || is_behind(foot, node, at, plane)) {
+          const float there = is_masked ? std::min(plane, most_beside(node)) : plane;
+          free.phi[at] = std::isnan(free.phi[at]) ? there : std::min(free.phi[at], there);
+        }
+      });
+    }
+    return free;
+  }
+
+ private:
+  static constexpr std::size_t missing = std::numeric_limits<std::size_t>::max();
+
+  float phi(std::size_t at) const { return band_.leaves()[at / leaf_size].phi[at % leaf_size]; }
+
+  /// Where arrays have a node, if the band has it.
+  std::size_t place(const Node& node) const {
+    const NodePlace at = band_.place(node);
+    return at.is_there() && std::abs(phi(at.index())) < LevelSet::half_width ? at.index() : missing;
   }
 
   /// Calls visit(node, its place in arrays, its distance from the foot along the line of feet) for
@@ -417,7 +532,7 @@ class Feet {
 
   void find_distances() {
     distance_.assign(mobility_.size(), std::numeric_limits<float>::max());
-    for (const Foot& foot : feet_) {
+    for (const Foot& foot : map_.feet()) {
       if (foot.is_image) continue;
       for_each_node_near(foot, own, [&](const Node& node, std::size_t at, double) {
         const Vec3d way = from(foot, node);
@@ -429,89 +544,6 @@ class Feet {
   bool is_nearest(const Foot& foot, const Node& node, std::size_t at) const {
     const Vec3d way = from(foot, node);
     return static_cast<float>(dot(way, way)) == distance_[at];
-  }
-
-  void find_shifts() {
-    for (Foot& foot : feet_) {
-      if (foot.is_image) continue;
-      double shift = 0;
-      double own_shift = 0;
-      double most_ahead = 0;
-      for_each_node_near(foot, watched, [&](const Node& node, std::size_t at, double way) {
-        if (mobility_[at] == 0 || !(phi(at) < 0) || phi(at) < -next_to_wall) return;
-        const double past = phi(at) - height(foot, node);
-        double& most = way < held ? shift : most_ahead;
-        most = std::max(most, past);
-        if (way < own) own_shift = std::max(own_shift, past);
-      });
-      foot.shift = shift;
-      foot.own_shift = own_shift;
-      foot.most_ahead = most_ahead;
-    }
-  }
-
-  /// Around an opening the walls that etch slowly spread along its edge: where the wall of a foot
-  /// would pass that of one beside it the latter is what is left. Walls are handed on from foot to
-  /// foot, as long as something changes.
-  void take_slower_walls() {
-    constexpr int most_rounds = 100;
-    bool changes = true;
-    for (int round = 0; changes && round < most_rounds; ++round) {
-      changes = false;
-      renew_images();
-      const std::vector<Foot> before = feet_;
-      for (std::size_t f = 0; f < before.size(); ++f) {
-        const Foot& here = before[f];
-        if (here.is_image) continue;
-        double least = here.shift - least_gain;
-        const Foot* taken = nullptr;
-        for (const std::size_t other : beside(here)) {
-          const Foot& foot = before[other];
-          const Vec3d way = from(foot, here.node) + here.offset;
-          if (dot(way, way) > apart * apart || dot(foot.aside, here.aside) < least_cosine) continue;
-          const double there = dot(foot.normal, way) + foot.shift;
-          if (there < least || (there == least && taken != nullptr && foot.rate < taken->rate)) {
-            least = there;
-            taken = &foot;
-          }
-        }
-        if (taken == nullptr || least < 0) continue;
-        feet_[f].normal = taken->normal;
-        feet_[f].rate = taken->rate;
-        feet_[f].shift = least;
-        changes = true;
-      }
-    }
-    for (Foot& foot : feet_) {
-      const double start = foot.is_straight ? foot.own_shift : 0;
-      const double most = foot.is_straight ? most_straight_shift : most_shift;
-      foot.holds = foot.shift <= most && foot.most_ahead - start <= ahead;
-    }
-  }
-
-  FreeFoot values(float dt) const {
-    FreeFoot free{
-        .phi = std::vector<float>(mobility_.size(), std::numeric_limits<float>::quiet_NaN()),
-        .most = std::vector<float>(mobility_.size(), std::numeric_limits<float>::max())};
-    for (const Foot& foot : feet_) {
-      if (foot.is_image || !foot.holds) continue;
-      for_each_node_near(foot, held, [&](const Node& node, std::size_t at, double way) {
-        const auto plane = static_cast<float>(height(foot, node));
-        const bool is_masked = mobility_[at] == 0;
-        if (!is_masked && plane > -most_behind) {
-          const float most =
-              std::max(plane, phi(at)) + static_cast<float>(foot.rate) * mobility_[at] * dt;
-          free.most[at] = std::min(free.most[at], most);
-        }
-        if (!(way < own) || !is_nearest(foot, node, at)) return;
-        // Of two that are as near the one that leaves more counts, in whatever order they come.
-        if (is_masked || is_behind(foot, node, at, plane)) {
-          const float there = is_masked ? std::min(plane, most_beside(node)) : plane;
-          free.phi[at] = std::isnan(free.phi[at]) ? there : std::min(free.phi[at], there);
-        }
-      });
-    }
-    return free;
   }
 
   /// Whether a node of the crystal only knows the foot: the way there leans more than the wall.
@@ -535,15 +567,23 @@ class Feet {
     return most;
   }
 
-  const Layers& layers_;
-  const SpeedField& field_;
-  const CrystalRates& crystal_;
   const std::vector<float>& mobility_;
   const Band& band_;
-  std::vector<Foot> feet_{};
-  std::map<std::array<int, 2>, std::vector<std::size_t>> columns_{};  ///< of feet
+  FootMap& map_;
   std::vector<float> distance_{};  ///< squares of those to the nearest foot
 };
+
+FreeFoot foot_of_crystal(const Layers& layers, const SpeedField& field, const CrystalRates& crystal,
+                         const std::vector<float>& mobility, float dt) {
+  FootMap all(layers.frame, FootFinder(layers, field, mobility).run());
+  find_walls(all, crystal);
+  FootMap map(layers.frame, without_corners(all));
+  if (map.empty()) return {};
+  FootNodes nodes(layers, mobility, map);
+  nodes.find_shifts();
+  take_slower_walls(map);
+  return nodes.values(dt);
+}
 
 }  // namespace
 
@@ -552,7 +592,7 @@ FreeFoot free_foot(const Layers& layers, const SpeedField& field,
   if (!etches_crystal(field)) return {};
   for (const AngularSpeed& part : field.angular) {
     if (const CrystalRates* crystal = part.factor.crystal())
-      return Feet(layers, field, *crystal, mobility).run(dt);
+      return foot_of_crystal(layers, field, *crystal, mobility, dt);
   }
   return {};
 }

@@ -439,7 +439,7 @@ void keep_seen(Layers& layers, const std::array<int, 3>& origin, int node, float
                float now) {
   const auto [i, j, k] = origin;
   for (std::size_t layer = 0; layer + 1 < layers.stack.size(); ++layer) {
-    const Band& band = layers.stack[layer].phi.band();
+    Band& band = layers.stack[layer].phi.band();
     const int found = band.find(i >> 3, j >> 3, k >> 3);
     if (found < 0) continue;
     float& phi = band.leaves()[static_cast<std::size_t>(found)].phi[node];

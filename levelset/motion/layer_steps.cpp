@@ -78,8 +78,7 @@ class OpenDistance {
 
   /// At most the limit.
   double nearest(Vec3d r) const {
-    // In two dimensions both rows of nodes ask at the same point.
-    r.y = layers_.frame.two_dimensional ? 0.0 : r.y;
+    r = layers_.frame.in_section(r);
     double distance = tree_.closest(r, limit_).distance;
     for (const Image& image : images_of(layers_.frame, r, limit_))
       distance = std::min(distance, tree_.closest(image.r, limit_).distance);
@@ -112,7 +111,7 @@ bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
 void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
   std::vector<float*> held;
   std::vector<float> held_phi;
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; !gas.voids.empty() && node < leaf_size; ++node) {
       if (holds_void(band, gas, node_at(leaf, node))) {
         held.push_back(leaf.phi + node);
@@ -120,7 +119,7 @@ void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
       }
     }
   }
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       float& phi = leaf.phi[node];
       if (std::abs(phi) < LevelSet::half_width) phi = off_surface(phi - thickness);

@@ -19,8 +19,6 @@ constexpr float near_surface = 2;
 /// the film once it is thinner than this, in spacings: there both ends of an edge hold it.
 constexpr float residue_thickness = 0.05F;
 
-constexpr int none = -1;
-
 /// New phi of a node.
 struct NewPhi {
   float value;
@@ -29,81 +27,66 @@ struct NewPhi {
   NewPhi(float phi, float thickness = 0) : value(phi), residue(thickness) {}
 };
 
-class Keeper {
- public:
-  Keeper(const Layers& layers, const SpeedField& field, float dt)
-      : layers_(layers),
-        field_(field),
-        stands_still_(field.stands_still),
-        dt_(dt),
-        way_(dt * *std::ranges::max_element(field.fastest_etch)),
-        band_(layers.top().band()) {}
+float steepest(const float* phi) {
+  float slope = 0.5F;  // at least, where two surfaces meet
+  for (const std::ptrdiff_t stride : axis_strides)
+    slope = std::max(slope, 0.5F * std::abs(phi[stride] - phi[-stride]));
+  return slope;
+}
 
-  /// The volume of residues, in spacings cubed.
-  double run(LeafValues& moved, LeafValues& limited) const {
-    const double outside = for_each_near_node(
-        moved, limited, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
-          if (standing_layer_at(at) != none) return wanted;
-          return limit_outside(at, old, not_held_back(at, old, wanted));
-        });
-    const double inside = for_each_near_node(
-        limited, moved, [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
-          const int layer = standing_layer_at(at);
-          if (layer == none) return wanted;
-          return limit_inside(layer, at, old, wanted, limited);
-        });
-    return outside + inside;
+/// The part of a node's cell that lies in the domain.
+double share(const Frame& frame, const Node& at) {
+  double part = 1;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const bool is_side = at[axis] == 0 || at[axis] == frame.cells[axis];
+    if (is_side && frame.boundary[axis] == Boundary::reflective) part *= 0.5;
   }
+  return part;
+}
 
- private:
-  /// Takes new phi over from one array to another and lets keep(node, old phi, new phi) change it
-  /// at nodes near the surface; the volume of residues.
-  template <class Keep>
-  double for_each_near_node(const LeafValues& from, LeafValues& to, const Keep& keep) const {
-    return parallel_reduce(
-        band_.leaves().size(), 8, 0.0,
-        [&](std::size_t begin, std::size_t end) {
-          Block block;
-          double volume = 0;
-          for (std::size_t n = begin; n < end; ++n) {
-            const Leaf& leaf = band_.leaves()[n];
-            gather(
-                band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, block);
-            for (int node = 0; node < leaf_size; ++node) {
-              const float old = leaf.phi[node];
-              to[n][node] = from[n][node];
-              if (!(std::abs(old) < near_surface)) continue;
-              const Node at = node_at(leaf, node);
-              const float* around = block.row(node >> 6, (node >> 3) & 7) + (node & 7);
-              const NewPhi next = keep(at, around, from[n][node]);
-              to[n][node] = next.value;
-              if (next.residue == 0) continue;
-              // Of each row of nodes along the axis that the surface faces most, one is nearest.
-              const float slope = steepest(around);
-              if (std::abs(old + next.value) < slope) volume += share(at) * next.residue / slope;
-            }
+/// Takes new phi over from one array to another and lets keep(node, old phi, new phi) change it
+/// at nodes near the surface; the volume of residues.
+template <class Keep>
+double for_each_near_node(const Layers& layers, const LeafValues& from, LeafValues& to,
+                          const Keep& keep) {
+  const Band& band = layers.top().band();
+  return parallel_reduce(
+      band.leaves().size(), 8, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        Block block;
+        double volume = 0;
+        for (std::size_t n = begin; n < end; ++n) {
+          const Leaf& leaf = band.leaves()[n];
+          gather(
+              band, n, [&](std::size_t m) -> const float* { return band.leaves()[m].phi; }, block);
+          for (int node = 0; node < leaf_size; ++node) {
+            const float old = leaf.phi[node];
+            to[n][node] = from[n][node];
+            if (!(std::abs(old) < near_surface)) continue;
+            const Node at = node_at(leaf, node);
+            const float* around = block.row(node >> 6, (node >> 3) & 7) + (node & 7);
+            const NewPhi next = keep(at, around, from[n][node]);
+            to[n][node] = next.value;
+            if (next.residue == 0) continue;
+            // Of each row of nodes along the axis that the surface faces most, one is nearest.
+            const float slope = steepest(around);
+            if (std::abs(old + next.value) < slope)
+              volume += share(layers.frame, at) * next.residue / slope;
           }
-          return volume;
-        },
-        [](double sum, double part) { return sum + part; });
-  }
+        }
+        return volume;
+      },
+      [](double sum, double part) { return sum + part; });
+}
 
-  static float steepest(const float* phi) {
-    float slope = 0.5F;  // at least, where two surfaces meet
-    for (const std::ptrdiff_t stride : axis_strides)
-      slope = std::max(slope, 0.5F * std::abs(phi[stride] - phi[-stride]));
-    return slope;
-  }
+/// The layers that stand still, as nodes of the band see them.
+class StandingLayers {
+ public:
+  static constexpr int none = -1;
 
-  /// The part of a node's cell that lies in the domain.
-  double share(const Node& at) const {
-    double part = 1;
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const bool is_side = at[axis] == 0 || at[axis] == layers_.frame.cells[axis];
-      if (is_side && layers_.frame.boundary[axis] == Boundary::reflective) part *= 0.5;
-    }
-    return part;
-  }
+  /// way: of what recedes fastest in the time step, in spacings.
+  StandingLayers(const Layers& layers, const std::vector<bool>& stands_still, float way)
+      : layers_(layers), stands_still_(stands_still), way_(way) {}
 
   float phi(int layer, std::array<int, 3> node) const {
     return layers_.stack[static_cast<std::size_t>(layer)].phi.node(node[0], node[1], node[2]);
@@ -119,29 +102,6 @@ class Keeper {
     return none;
   }
 
-  /// Solid at the line where its surface meets a standing layer moves by speed times time at least:
-  /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
-  /// standing layer.
-  float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
-    if (!(*old < 0) || field_.grows_beside_standing) {
-      return wanted;
-    }
-    const float free = *old - dt_ * speed(node);
-    if (free <= wanted) {
-      return wanted;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        std::array<int, 3> gas = node;
-        gas[axis] += step;
-        if (!(old[step * axis_strides[axis]] < 0) && touches_standing(gas)) {
-          return free;
-        }
-      }
-    }
-    return wanted;
-  }
-
   bool touches_standing(std::array<int, 3> node) const {
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
@@ -153,31 +113,6 @@ class Keeper {
       }
     }
     return false;
-  }
-
-  float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }
-
-  /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
-  /// buried interface gets at most its distance to that.
-  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
-    if (wanted < *old) {
-      // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
-      return *old >= 0 && !field_.grows_beside_standing && touches_standing(node)
-                 ? *old - dt_ * speed(node)
-                 : wanted;
-    }
-    if (*old >= 0) {
-      if (const auto kept = phi_at_standing(node, old, wanted)) return *kept;
-    }
-    float limit = wanted;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        const float there = old[step * axis_strides[axis]];
-        if (*old >= 0 && !(there < 0)) continue;
-        limit = std::min(limit, distance_to_buried(node, axis, step, *old));
-      }
-    }
-    return limit;
   }
 
   /// From a node that is, or may become, gas to the interface with a standing layer one node
@@ -201,39 +136,6 @@ class Keeper {
     const float lower = phi(layer - 1, node);
     const float distance = lower > old + same_phi ? -lower : 1 - phi(layer - 1, other);
     return std::clamp(distance, smallest_phi, 1.0F);
-  }
-
-  /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
-  /// buried interface becomes the surface; elsewhere phi stays behind both.
-  NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
-                      const LeafValues& moved) const {
-    if (const auto seen = phi_at_standing(node, old, wanted)) {
-      return wanted < *old ? wanted : *seen;
-    }
-    bool comes_to_light = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int step : {-1, 1}) {
-        const float there = old[step * axis_strides[axis]];
-        std::array<int, 3> other = node;
-        other[axis] += step;
-        comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
-      }
-    }
-    const float inside = phi(layer, node);
-    const float kept =
-        std::min(layer == 0 ? inside : std::max(inside, -phi(layer - 1, node)), -smallest_phi);
-    return comes_to_light ? kept : std::min(wanted, kept);
-  }
-
-  /// Whether a node that was solid is gas now, and nothing is left between it and the interface
-  /// with the standing layer one node further.
-  bool is_bared_from(std::array<int, 3> node, int axis, int step, const LeafValues& moved) const {
-    const float now = new_phi(node, moved);
-    return !(now < 0) && now >= distance_to_buried(node, axis, step, -1) - same_phi;
-  }
-
-  float new_phi(std::array<int, 3> node, const LeafValues& moved) const {
-    return value_at(band_, moved, node);
   }
 
   /// What a node keeps because a standing layer's surface is seen on one of its edges: phi as it
@@ -261,6 +163,7 @@ class Keeper {
     return NewPhi(of_layer, std::min(film, std::max(0.0F, of_layer - wanted)));
   }
 
+ private:
   /// phi of a node once nothing is left between it and a standing layer that is seen on an edge:
   /// that of the layer, or, at its underside, the distance to that, as far as what hangs there is
   /// etched in this time step.
@@ -289,11 +192,125 @@ class Keeper {
   }
 
   const Layers& layers_;
-  const SpeedField& field_;
   const std::vector<bool>& stands_still_;
+  float way_;
+};
+
+class Keeper {
+ public:
+  Keeper(const Layers& layers, const SpeedField& field, float dt)
+      : layers_(layers),
+        field_(field),
+        dt_(dt),
+        band_(layers.top().band()),
+        standing_(layers, field.stands_still, dt * *std::ranges::max_element(field.fastest_etch)) {}
+
+  /// The volume of residues, in spacings cubed.
+  double run(LeafValues& moved, LeafValues& limited) const {
+    const double outside =
+        for_each_near_node(layers_, moved, limited,
+                           [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+                             if (standing_.standing_layer_at(at) != StandingLayers::none)
+                               return wanted;
+                             return limit_outside(at, old, not_held_back(at, old, wanted));
+                           });
+    const double inside =
+        for_each_near_node(layers_, limited, moved,
+                           [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
+                             const int layer = standing_.standing_layer_at(at);
+                             if (layer == StandingLayers::none) return wanted;
+                             return limit_inside(layer, at, old, wanted, limited);
+                           });
+    return outside + inside;
+  }
+
+ private:
+  /// Solid at the line where its surface meets a standing layer moves by speed times time at least:
+  /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
+  /// standing layer.
+  float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
+    if (!(*old < 0) || field_.grows_beside_standing) {
+      return wanted;
+    }
+    const float free = *old - dt_ * speed(node);
+    if (free <= wanted) {
+      return wanted;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> gas = node;
+        gas[axis] += step;
+        if (!(old[step * axis_strides[axis]] < 0) && standing_.touches_standing(gas)) {
+          return free;
+        }
+      }
+    }
+    return wanted;
+  }
+
+  float speed(std::array<int, 3> node) const { return field_.speed[band_.place(node).index()]; }
+
+  /// Gas next to a standing layer's surface keeps phi or loses what grows; what else is next to a
+  /// buried interface gets at most its distance to that.
+  NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
+    if (wanted < *old) {
+      // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
+      return *old >= 0 && !field_.grows_beside_standing && standing_.touches_standing(node)
+                 ? *old - dt_ * speed(node)
+                 : wanted;
+    }
+    if (*old >= 0) {
+      if (const auto kept = standing_.phi_at_standing(node, old, wanted)) return *kept;
+    }
+    float limit = wanted;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        if (*old >= 0 && !(there < 0)) continue;
+        limit = std::min(limit, standing_.distance_to_buried(node, axis, step, *old));
+      }
+    }
+    return limit;
+  }
+
+  /// Inside a standing layer: where its surface was seen phi stays; where it comes to light the
+  /// buried interface becomes the surface; elsewhere phi stays behind both.
+  NewPhi limit_inside(int layer, std::array<int, 3> node, const float* old, float wanted,
+                      const LeafValues& moved) const {
+    if (const auto seen = standing_.phi_at_standing(node, old, wanted)) {
+      return wanted < *old ? wanted : *seen;
+    }
+    bool comes_to_light = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const float there = old[step * axis_strides[axis]];
+        std::array<int, 3> other = node;
+        other[axis] += step;
+        comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
+      }
+    }
+    const float inside = standing_.phi(layer, node);
+    const float kept = std::min(
+        layer == 0 ? inside : std::max(inside, -standing_.phi(layer - 1, node)), -smallest_phi);
+    return comes_to_light ? kept : std::min(wanted, kept);
+  }
+
+  /// Whether a node that was solid is gas now, and nothing is left between it and the interface
+  /// with the standing layer one node further.
+  bool is_bared_from(std::array<int, 3> node, int axis, int step, const LeafValues& moved) const {
+    const float now = new_phi(node, moved);
+    return !(now < 0) && now >= standing_.distance_to_buried(node, axis, step, -1) - same_phi;
+  }
+
+  float new_phi(std::array<int, 3> node, const LeafValues& moved) const {
+    return value_at(band_, moved, node);
+  }
+
+  const Layers& layers_;
+  const SpeedField& field_;
   float dt_;
-  float way_;  ///< of what recedes fastest, in spacings
   const Band& band_;
+  StandingLayers standing_;
 };
 
 }  // namespace

@@ -227,15 +227,131 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
 }
 
 /// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
+class SolidStack {
+ public:
+  /// Adds solid; it joins the top layer if that is of the same material.
+  void grow(MaterialId material, double top, Solid solid) {
+    upper_ = std::max(upper_, top);
+    const bool joins = !parts_.empty() && parts_.back().material == material;
+    if (joins) {
+      parts_.back().top = std::max(parts_.back().top, top);
+    } else {
+      parts_.push_back({.material = material, .top = top});
+    }
+    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, Stack& stack) {
+      const Distance added = solid(r);
+      std::vector<Distance>& all = stack.all;
+      const std::size_t layer = all.size() - (joins ? 1 : 0);
+      for (Beneath& beneath : stack.beneath) {
+        if (beneath.layer >= layer) continue;
+        beneath.solid = intersect(beneath.solid, unite(all[beneath.layer], complement(added)));
+      }
+      if (joins) {
+        all.back() = unite(all.back(), added);
+      } else {
+        all.push_back(all.empty() ? added : unite(all.back(), added));
+      }
+    });
+    parts_.back().operation_count = operations_.size();
+  }
+
+  /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
+  /// only what is no material of their own. The radius is that of the top layer's edges around the
+  /// mouth.
+  void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) {
+    if (last + 1 < parts_.size()) roofed_.insert(last);
+    operations_.push_back([=](Vec3d r, Stack& stack) {
+      std::vector<Distance>& all = stack.all;
+      const Distance open = gone(r);
+      for (std::size_t layer = all.size(); layer-- > first;) {
+        const Distance hole = layer <= last ? open : intersect(open, stack.solid_beneath(last));
+        const bool is_top = layer + 1 == all.size();
+        all[layer] = round_intersect(all[layer], complement(hole), is_top ? radius : 0);
+        if (radius > 0 && !is_top) all[layer] = intersect(all[layer], all.back());
+        if (first > 0) {
+          all[layer] = unite(all[layer], all[first - 1]);
+        }
+      }
+    });
+    for (std::size_t n = first; n < parts_.size(); ++n) {
+      parts_[n].operation_count = operations_.size();
+    }
+  }
+
+  double highest() const {
+    double z = 0;
+    for (const Part& part : parts_) {
+      z = std::max(z, part.top);
+    }
+    return z;
+  }
+
+  double top_of(MaterialId material) const {
+    double z = 0;
+    for (const Part& part : parts_) {
+      z = part.material == material ? part.top : z;
+    }
+    return z;
+  }
+
+  std::size_t layer_count() const { return parts_.size(); }
+  MaterialId material(std::size_t layer) const { return parts_[layer].material; }
+  /// Of all that was added, cut or not.
+  double upper() const { return upper_; }
+  double lower() const { return lower_; }
+  /// Something of the surface lies there.
+  void reach_down_to(double z) { lower_ = std::min(lower_, z); }
+
+  /// Of all so far; there is some.
+  Distance solid_at(Vec3d r) const {
+    Stack stack;
+    for (const std::size_t layer : roofed_) stack.beneath.push_back({.layer = layer});
+    for (const Operation& operation : operations_) operation(r, stack);
+    return stack.all.back();
+  }
+  Layers build(const Frame& frame) const;
+
+ private:
+  struct Part {
+    MaterialId material = 0;
+    double top = 0;
+    std::size_t operation_count = 0;  ///< later ones do not change its layer
+  };
+  /// All but what was added above a layer; what was cut from there since is not counted.
+  struct Beneath {
+    std::size_t layer = 0;
+    Distance solid{.value = -1e300, .normal = {}};
+  };
+  /// What is known at a point.
+  struct Stack {
+    std::vector<Distance> all;     ///< of each layer and those below it
+    std::vector<Beneath> beneath;  ///< of the layers that are cut under others
+
+    const Distance& solid_beneath(std::size_t layer) const {
+      return std::find_if(beneath.begin(), beneath.end(),
+                          [&](const Beneath& b) { return b.layer == layer; })
+          ->solid;
+    }
+  };
+  using Operation = std::function<void(Vec3d, Stack&)>;
+
+  std::vector<Part> parts_;
+  std::vector<Operation> operations_;
+  std::set<std::size_t> roofed_;  ///< layers that are cut under others
+  double lower_ = 0;
+  double upper_ = 0;
+};
+
+/// Adds shapes to a stack, and cuts them out of it.
 class Builder {
  public:
   explicit Builder(const Frame& frame) : frame_(frame) {}
 
-  void apply(const WaferShape& shape) { grow(shape.material, 0, below(0)); }
+  void apply(const WaferShape& shape) { stack_.grow(shape.material, 0, below(0)); }
 
   void apply(const LayerShape& shape) {
-    const double top = highest() + shape.thickness;
-    grow(shape.material, top, below(top));
+    const double top = stack_.highest() + shape.thickness;
+    stack_.grow(shape.material, top, below(top));
   }
 
   void apply(const StackShape& shape) {
@@ -263,14 +379,14 @@ class Builder {
   }
 
   void apply(const FinShape& shape) {
-    const double foot = highest();
+    const double foot = stack_.highest();
     const auto walls = [&](double slope) {
       return slab(1 - shape.along, shape.centre, shape.width, foot, slope);
     };
     Solid ridge =
         repeated(shape.repeat, {shape.centre, shape.centre}, upright_below(walls, -shape.taper));
     const double wider = std::abs(shape.height * std::tan(shape.taper));
-    grow(
+    stack_.grow(
         shape.material, foot + shape.height,
         with_images(frame_,
                     extent_of_slab(1 - shape.along, shape.centre, shape.width, shape.repeat, wider),
@@ -278,22 +394,22 @@ class Builder {
   }
 
   void apply(const MaskShape& shape) {
-    const double foot = highest();
+    const double foot = stack_.highest();
     const double top = foot + shape.thickness;
     const bool opening = shape.outlines == MaskShape::Outlines::opening;
     Solid outline = outline_solid(frame_, shape.outline,
                                   {.foot = foot,
                                    .top = top,
-                                   .lowest = std::min(foot, lower_),
+                                   .lowest = std::min(foot, stack_.lower()),
                                    .slope = opening ? shape.taper : -shape.taper});
     Solid stays = opening ? outside(std::move(outline)) : std::move(outline);
-    grow(shape.material, top, common(below(top), std::move(stays)));
+    stack_.grow(shape.material, top, common(below(top), std::move(stays)));
   }
 
   void apply(const MeshShape& shape) {
     const TriMesh mesh = welded(*shape.mesh);
     const Box box = bounding_box(mesh);
-    lower_ = std::min(lower_, box.lower.z);
+    stack_.reach_down_to(box.lower.z);
     Solid solid = [body = std::make_shared<const MeshSolid>(mesh)](Vec3d r) { return (*body)(r); };
     const bool is_patch = mesh_border(mesh) > 0;
     const Extent extent{{box.lower.x, box.lower.y}, {box.upper.x, box.upper.y}};
@@ -303,115 +419,43 @@ class Builder {
       }
     }
     if (shape.material) {
-      grow(*shape.material, box.upper.z, std::move(solid));
+      stack_.grow(*shape.material, box.upper.z, std::move(solid));
     } else {
-      cut_run(0, parts_.size() - 1, is_patch ? outside(std::move(solid)) : std::move(solid), 0);
+      stack_.cut_run(0, stack_.layer_count() - 1,
+                     is_patch ? outside(std::move(solid)) : std::move(solid), 0);
     }
   }
 
-  Layers build() const;
-
-  /// Of all so far; there is some.
-  Distance solid_at(Vec3d r) const {
-    Stack stack;
-    for (const std::size_t layer : roofed_) stack.beneath.push_back({.layer = layer});
-    for (const Operation& operation : operations_) operation(r, stack);
-    return stack.all.back();
-  }
-  bool is_empty() const { return parts_.empty(); }
+  Layers build() const { return stack_.build(frame_); }
+  const SolidStack& stack() const { return stack_; }
 
  private:
-  struct Part {
-    MaterialId material = 0;
-    double top = 0;
-    std::size_t operation_count = 0;  ///< later ones do not change its layer
-  };
-  /// All but what was added above a layer; what was cut from there since is not counted.
-  struct Beneath {
-    std::size_t layer = 0;
-    Distance solid{.value = -1e300, .normal = {}};
-  };
-  /// What is known at a point.
-  struct Stack {
-    std::vector<Distance> all;     ///< of each layer and those below it
-    std::vector<Beneath> beneath;  ///< of the layers that are cut under others
-
-    const Distance& solid_beneath(std::size_t layer) const {
-      return std::find_if(beneath.begin(), beneath.end(),
-                          [&](const Beneath& b) { return b.layer == layer; })
-          ->solid;
-    }
-  };
-  using Operation = std::function<void(Vec3d, Stack&)>;
-
-  double highest() const {
-    double z = 0;
-    for (const Part& part : parts_) {
-      z = std::max(z, part.top);
-    }
-    return z;
-  }
-
-  double top_of(MaterialId material) const {
-    double z = 0;
-    for (const Part& part : parts_) {
-      z = part.material == material ? part.top : z;
-    }
-    return z;
-  }
-
   double cut_from(const Cut& cut) const {
     if (cut.depth_from) {
-      return top_of(*cut.depth_from);
+      return stack_.top_of(*cut.depth_from);
     }
-    double z = cut.through.empty() ? highest() : -1e300;
+    double z = cut.through.empty() ? stack_.highest() : -1e300;
     for (const MaterialId material : cut.through) {
-      z = std::max(z, top_of(material));
+      z = std::max(z, stack_.top_of(material));
     }
     return z;
-  }
-
-  /// Adds solid; it joins the top layer if that is of the same material.
-  void grow(MaterialId material, double top, Solid solid) {
-    upper_ = std::max(upper_, top);
-    const bool joins = !parts_.empty() && parts_.back().material == material;
-    if (joins) {
-      parts_.back().top = std::max(parts_.back().top, top);
-    } else {
-      parts_.push_back({.material = material, .top = top});
-    }
-    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, Stack& stack) {
-      const Distance added = solid(r);
-      std::vector<Distance>& all = stack.all;
-      const std::size_t layer = all.size() - (joins ? 1 : 0);
-      for (Beneath& beneath : stack.beneath) {
-        if (beneath.layer >= layer) continue;
-        beneath.solid = intersect(beneath.solid, unite(all[beneath.layer], complement(added)));
-      }
-      if (joins) {
-        all.back() = unite(all.back(), added);
-      } else {
-        all.push_back(all.empty() ? added : unite(all.back(), added));
-      }
-    });
-    parts_.back().operation_count = operations_.size();
   }
 
   /// How much wider than at height z a cut is anywhere in the solid.
   double growth_of(const Cut& cut, double z) const {
-    return std::abs(std::tan(cut.taper)) * std::max(cut.depth, upper_ - z);
+    return std::abs(std::tan(cut.taper)) * std::max(cut.depth, stack_.upper() - z);
   }
 
   void cut(const Cut& cut, double z, const Extent& extent, Solid walls) {
-    lower_ = std::min(lower_, z - cut.depth);
+    stack_.reach_down_to(z - cut.depth);
     const Solid gone = with_images(
         frame_, extent, round_common(std::move(walls), above(z - cut.depth), cut.bottom_radius));
     const auto is_cut = [&](std::size_t layer) {
       return cut.through.empty() || std::find(cut.through.begin(), cut.through.end(),
-                                              parts_[layer].material) != cut.through.end();
+                                              stack_.material(layer)) != cut.through.end();
     };
     // Runs of neighbouring layers that are cut, from the top down.
-    for (std::size_t end = parts_.size(); end > 0;) {
+    for (std::size_t end = stack_.layer_count(); end > 0;) {
       if (!is_cut(end - 1)) {
         --end;
         continue;
@@ -420,45 +464,18 @@ class Builder {
       while (first > 0 && is_cut(first - 1)) {
         --first;
       }
-      cut_run(first, end - 1, gone, cut.top_radius);
+      stack_.cut_run(first, end - 1, gone, cut.top_radius);
       end = first;
     }
   }
 
-  /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
-  /// only what is no material of their own. The radius is that of the top layer's edges around the
-  /// mouth.
-  void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) {
-    if (last + 1 < parts_.size()) roofed_.insert(last);
-    operations_.push_back([=](Vec3d r, Stack& stack) {
-      std::vector<Distance>& all = stack.all;
-      const Distance open = gone(r);
-      for (std::size_t layer = all.size(); layer-- > first;) {
-        const Distance hole = layer <= last ? open : intersect(open, stack.solid_beneath(last));
-        const bool is_top = layer + 1 == all.size();
-        all[layer] = round_intersect(all[layer], complement(hole), is_top ? radius : 0);
-        if (radius > 0 && !is_top) all[layer] = intersect(all[layer], all.back());
-        if (first > 0) {
-          all[layer] = unite(all[layer], all[first - 1]);
-        }
-      }
-    });
-    for (std::size_t n = first; n < parts_.size(); ++n) {
-      parts_[n].operation_count = operations_.size();
-    }
-  }
-
   Frame frame_;
-  std::vector<Part> parts_;
-  std::vector<Operation> operations_;
-  std::set<std::size_t> roofed_;  ///< layers that are cut under others
-  double lower_ = 0;
-  double upper_ = 0;
+  SolidStack stack_;
 };
 
-Layers Builder::build() const {
-  Layers layers{.frame = frame_, .stack = {}};
-  const double margin = LevelSet::half_width * frame_.spacing;
+Layers SolidStack::build(const Frame& frame) const {
+  Layers layers{.frame = frame, .stack = {}};
+  const double margin = LevelSet::half_width * frame.spacing;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const auto distance = [&](Vec3d r) {
       Stack stack;
@@ -467,9 +484,9 @@ Layers Builder::build() const {
       for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, stack);
       const Distance& solid = stack.all[k];
       const double limit = most_overestimate * std::abs(solid.bound);
-      return std::clamp(solid.value, -limit, limit) - dilation * frame_.spacing;
+      return std::clamp(solid.value, -limit, limit) - dilation * frame.spacing;
     };
-    LevelSet phi(frame_, distance, lower_ - margin, upper_ + margin, most_overestimate);
+    LevelSet phi(frame, distance, lower_ - margin, upper_ + margin, most_overestimate);
     remove_sheets(phi);
     layers.stack.push_back({parts_[k].material, std::move(phi)});
   }
@@ -596,7 +613,7 @@ std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape>
     for (const TriMesh& body : parts) {
       const double side = mesh.material ? 1 : -1;
       const auto changes = [&](Vec3d r) {
-        return side * builder.solid_at(r).value > flush * frame.spacing;
+        return side * builder.stack().solid_at(r).value > flush * frame.spacing;
       };
       if (BodyPlaces(frame, body).any(changes)) continue;
       const Box box = bounding_box(body);
@@ -614,7 +631,8 @@ std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape>
     }
   };
   for (std::size_t n = 0; n < shapes.size(); ++n) {
-    if (const auto* mesh = std::get_if<MeshShape>(&shapes[n]); mesh && !builder.is_empty()) {
+    if (const auto* mesh = std::get_if<MeshShape>(&shapes[n]);
+        mesh && !builder.stack().layer_count() == 0) {
       look_at(n, *mesh);
     }
     std::visit([&](const auto& s) { builder.apply(s); }, shapes[n]);

@@ -37,35 +37,32 @@ std::string whole_text(double count) {
   return count < 1e15 ? std::to_string(static_cast<long long>(count)) : "more than 1e15";
 }
 
-class Checker {
+bool is_length(double length) { return std::isfinite(length) && length > 0; }
+
+std::string prefix_of(const std::string& key) { return key.substr(0, key.rfind('.') + 1); }
+
+std::string place(Vec3d r) {
+  return '(' + in_nm(r.x) + ", " + in_nm(r.y) + ", " + in_nm(r.z) + ')';
+}
+std::string place(const std::array<double, 2>& corner) {
+  return '(' + in_nm(corner[0]) + ", " + in_nm(corner[1]) + ')';
+}
+
+/// The widest place of an opening whose walls run from the mouth to the depth.
+double widest(double width, const Cut& cut) {
+  return std::max(width, width - 2 * cut.depth * std::tan(cut.taper));
+}
+
+/// What is wrong with the shapes, and the rules for single sizes.
+class ShapeReport {
  public:
   /// Units: the least width of a feature in spacings.
-  Checker(const Frame& frame, double narrowest)
-      : frame_(frame), sides_(frame.sides()), narrowest_(narrowest) {}
+  ShapeReport(const Frame& frame, double narrowest) : frame_(frame), narrowest_(narrowest) {}
 
-  std::vector<ShapeProblem> run(std::span<const Shape> shapes) {
-    if (shapes.empty()) {
-      problems_.push_back({0, "shape", "there is no shape; the first must be a wafer"});
-    }
-    if (shapes.size() > most_shapes) {
-      problems_.push_back({most_shapes, "shape",
-                           "is one of " + std::to_string(shapes.size()) + " shapes, at most " +
-                               std::to_string(most_shapes) +
-                               " can be; draw what is alike with repeat, polygons or a layout"});
-      return std::move(problems_);
-    }
-    for (shape_ = 0; shape_ < shapes.size(); ++shape_) {
-      const bool is_wafer = std::holds_alternative<WaferShape>(shapes[shape_]);
-      if (is_wafer != (shape_ == 0)) {
-        report("shape", is_wafer ? "a wafer can only be the first shape"
-                                 : "the first shape must be a wafer");
-      }
-      std::visit([&](const auto& s) { check(s); }, shapes[shape_]);
-    }
-    return std::move(problems_);
-  }
+  /// Of which shape is spoken from here on.
+  void turn_to(std::size_t shape) { shape_ = shape; }
+  std::vector<ShapeProblem> take() { return std::move(problems_); }
 
- private:
   void report(std::string key, std::string message) {
     problems_.push_back({shape_, std::move(key), std::move(message), false});
   }
@@ -83,8 +80,6 @@ class Checker {
     const std::string count = narrowest_ == thinnest ? "two" : rounded_number(narrowest_);
     return "than " + count + " grid spacings (" + in_nm(narrow()) + ")";
   }
-
-  static bool is_length(double length) { return std::isfinite(length) && length > 0; }
 
   /// A width that is not too narrow: a length, or twice a radius.
   bool feature(const std::string& key, double width, Between between) {
@@ -111,34 +106,30 @@ class Checker {
     return false;
   }
 
-  /// Counts layers that a shape adds.
-  void add_layers(const std::string& key, double count) {
-    const double before = layer_count_;
-    layer_count_ += count;
-    if (layer_count_ > most_layers && before <= most_layers) {
-      report(key, "makes " + whole_text(layer_count_) + " layers with those below; at most " +
-                      std::to_string(most_layers) + " can be told apart");
-    }
-  }
-
-  /// The stack reaches from the lowest cut to the top of what was added.
-  void reach(const std::string& key, double lowest, double highest) {
-    const double limit = most_levels * frame_.spacing;
-    const bool was_fine = highest_ - lowest_ <= limit;
-    lowest_ = std::min(lowest_, lowest);
-    highest_ = std::max(highest_, highest);
-    if (was_fine && highest_ - lowest_ > limit) {
-      report(key, "makes the geometry " + whole_text((highest_ - lowest_) / frame_.spacing) +
-                      " grid spacings high; at most " + whole_text(most_levels) + ": " +
-                      in_nm(limit));
-    }
-  }
-
   bool taper(double angle) {
     const bool is_good = std::abs(angle) < 0.49 * std::numbers::pi;
     if (!is_good) report("taper", "must lie between -88 deg and 88 deg");
     return is_good;
   }
+
+  void radius(const std::string& key, double value, double largest) {
+    if (!(value >= 0 && value <= largest * (1 + 1e-9))) {
+      report(key, "must lie between 0 nm and " + in_nm(std::max(largest, 0.0)));
+    }
+  }
+
+ private:
+  const Frame& frame_;
+  double narrowest_;
+  std::size_t shape_ = 0;
+  std::vector<ShapeProblem> problems_;
+};
+
+/// Where shapes lie between the sides of the domain, copies included.
+class PlaceChecks {
+ public:
+  PlaceChecks(const Frame& frame, ShapeReport& report)
+      : frame_(frame), sides_(frame.sides()), report_(report) {}
 
   /// Where a shape lies along an axis, copies included. key and centre_key are named in messages.
   struct Interval {
@@ -165,12 +156,12 @@ class Checker {
       const std::string allowed =
           in_nm(sides_.lower[s.axis]) + " and " + in_nm(sides_.upper[s.axis]);
       if (s.count > 1) {
-        report(
+        report_.report(
             prefix_of(s.centre_key) + "repeat",
             "puts the centre of a copy outside the domain; they must lie in the domain, between " +
                 allowed);
       } else {
-        report(s.centre_key, "must lie in the domain, between " + allowed);
+        report_.report(s.centre_key, "must lie in the domain, between " + allowed);
       }
       return;
     }
@@ -180,41 +171,40 @@ class Checker {
     // Mirrored at a side, half of it may fill most of the domain: a quarter of a hole.
     const bool is_too_wide = periodic ? s.width >= extent - slack : std::max(left, right) <= slack;
     if (s.count == 1 && is_too_wide) {
-      report(s.key, size_text(s.key, s.width) + " is not narrower than the domain (" +
-                        in_nm(extent) + ")");
+      report_.report(s.key, size_text(s.key, s.width) + " is not narrower than the domain (" +
+                                in_nm(extent) + ")");
       return;
     }
-    if (s.count > 1 && !(s.pitch - s.width >= narrow() * (1 - 1e-9))) {
-      report_narrow(prefix_of(s.centre_key) + "pitch",
-                    "leaves " + in_nm(s.pitch - s.width) +
-                        " between copies at their widest: less " + than_spacings(),
-                    others);
+    if (s.count > 1 && !(s.pitch - s.width >= report_.narrow() * (1 - 1e-9))) {
+      report_.report_narrow(prefix_of(s.centre_key) + "pitch",
+                            "leaves " + in_nm(s.pitch - s.width) +
+                                " between copies at their widest: less " + report_.than_spacings(),
+                            others);
       return;
     }
     for (const double wall :
          {periodic ? left + right : 2 * left, periodic ? left + right : 2 * right}) {
-      if (wall > (periodic && s.count > 1 ? -s.width : 0) && is_narrow(wall)) {
-        report_narrow(s.key,
-                      "leaves " + in_nm(wall) + " to its image beyond a side of the domain: less " +
-                          than_spacings(),
-                      others);
+      if (wall > (periodic && s.count > 1 ? -s.width : 0) && report_.is_narrow(wall)) {
+        report_.report_narrow(s.key,
+                              "leaves " + in_nm(wall) +
+                                  " to its image beyond a side of the domain: less " +
+                                  report_.than_spacings(),
+                              others);
         return;
       }
     }
   }
 
-  static std::string prefix_of(const std::string& key) { return key.substr(0, key.rfind('.') + 1); }
-
   /// Counts and pitches that make sense.
   bool lattice(const std::string& prefix, const Repeat& repeat) {
     for (int axis = 0; axis < 2; ++axis) {
       if (repeat.count[axis] < 1) {
-        report(prefix + "repeat", "must be 1 or more");
+        report_.report(prefix + "repeat", "must be 1 or more");
         return false;
       }
       if (repeat.count[axis] > 1 &&
           !(std::isfinite(repeat.pitch[axis]) && repeat.pitch[axis] > 0)) {
-        report(prefix + "pitch", "must be a length above 0");
+        report_.report(prefix + "pitch", "must be a length above 0");
         return false;
       }
     }
@@ -224,7 +214,7 @@ class Checker {
   /// Whether a shape that is not round meets a frame that goes around an axis.
   bool is_lopsided(const std::string& prefix) {
     if (frame_.axisymmetric)
-      report(prefix + "shape", "is not the same all around the axis; use a round shape");
+      report_.report(prefix + "shape", "is not the same all around the axis; use a round shape");
     return frame_.axisymmetric;
   }
 
@@ -232,8 +222,8 @@ class Checker {
   void row(const std::string& prefix, int along, double centre, double widest, const Repeat& repeat,
            Between between) {
     if (is_lopsided(prefix)) return;
-    if (frame_.two_dimensional && along != 1) {
-      report(prefix + "along", "must be \"y\" in two dimensions");
+    if (!frame_.varies_along(1 - along)) {
+      report_.report(prefix + "along", "must be \"y\" in two dimensions");
     } else if (lattice(prefix, repeat)) {
       const int axis = 1 - along;
       interval({prefix + "width", prefix + "center", axis, centre, widest, repeat.count[axis],
@@ -241,175 +231,26 @@ class Checker {
     }
   }
 
-  /// The widest place of an opening whose walls run from the mouth to the depth.
-  static double widest(double width, const Cut& cut) {
-    return std::max(width, width - 2 * cut.depth * std::tan(cut.taper));
-  }
-
-  void known(const std::string& key, MaterialId material) {
-    if (std::find(materials_.begin(), materials_.end(), material) == materials_.end()) {
-      report(key, "this material is not in the stack below");
-    }
-  }
-
-  /// The narrow end must not close: the floor is at least two spacings wide. What follows from a
-  /// width or a depth that is wrong itself is not told.
-  void cut(const Cut& cut, double width, bool width_is_good) {
-    taper(cut.taper);
-    if (cut.depth_from) {
-      known("depth_from", *cut.depth_from);
-    }
-    for (const MaterialId material : cut.through) {
-      known("through", material);
-    }
-    const double floor = width - 2 * cut.depth * std::tan(cut.taper);
-    const bool depth_is_good = height("depth", cut.depth);
-    reach("depth", highest_ - cut.depth, highest_);
-    if (depth_is_good) radius("top_radius", cut.top_radius, cut.depth);
-    if (depth_is_good && width_is_good) {
-      if (is_narrow(floor)) {
-        report_narrow("taper",
-                      "leaves a floor of " + in_nm(std::max(floor, 0.0)) + " at this depth: less " +
-                          than_spacings(),
-                      Between::walls);
-      } else {
-        radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
-      }
-    }
-    if (cut.top_radius > 0 && !cut.through.empty()) {
-      report("top_radius", "cannot be rounded where only some materials are cut (through)");
-    }
-  }
-
-  void radius(const std::string& key, double value, double largest) {
-    if (!(value >= 0 && value <= largest * (1 + 1e-9))) {
-      report(key, "must lie between 0 nm and " + in_nm(std::max(largest, 0.0)));
-    }
-  }
-
   /// Whether the radius is good.
   bool round_outline(const std::string& prefix, const std::array<double, 2>& centre, double radius,
                      double widest_radius, const Repeat& repeat, Between between) {
-    const bool is_good = feature(prefix + "radius", 2 * radius, between);
+    const bool is_good = report_.feature(prefix + "radius", 2 * radius, between);
     if (is_good && lattice(prefix, repeat)) {
-      for (int axis = 0; axis < (frame_.two_dimensional ? 1 : 2); ++axis) {
+      for (int axis = 0; axis < frame_.lateral_axes(); ++axis) {
         interval({prefix + "radius", prefix + "center", axis, centre[axis], 2 * widest_radius,
                   repeat.count[axis], repeat.pitch[axis], between});
       }
     }
     if (frame_.axisymmetric) {
       if (centre[0] != 0 || centre[1] != 0)
-        report(prefix + "center", "must be on the axis, [0, 0]");
+        report_.report(prefix + "center", "must be on the axis, [0, 0]");
       if (repeat.count[0] != 1 || repeat.count[1] != 1)
-        report(prefix + "repeat", "there is room for one on the axis");
-    } else if (frame_.two_dimensional) {
-      report(prefix + "shape", "round shapes need three dimensions, or mode = \"axisymmetric\"");
+        report_.report(prefix + "repeat", "there is room for one on the axis");
+    } else if (frame_.is_slice()) {
+      report_.report(prefix + "shape",
+                     "round shapes need three dimensions, or mode = \"axisymmetric\"");
     }
     return is_good;
-  }
-
-  void check(const WaferShape& s) { materials_.push_back(s.material); }
-
-  void check(const LayerShape& s) {
-    if (!std::isfinite(s.thickness) || s.thickness <= 0) {
-      report("thickness", "must be a length above 0");
-    }
-    add_layers("thickness", 1);
-    reach("thickness", lowest_, highest_ + s.thickness);
-    materials_.push_back(s.material);
-  }
-
-  void check(const StackShape& s) {
-    if (s.layers.empty()) report("materials", "there is no layer");
-    if (s.count < 1) report("count", "must be 1 or more");
-    for (const LayerShape& layer : s.layers) check(layer);
-    // The first of the copies is counted with its layers.
-    const double copies = std::max(s.count - 1, 0);
-    double thickness = 0;
-    for (const LayerShape& layer : s.layers) thickness += layer.thickness;
-    add_layers("count", copies * static_cast<double>(s.layers.size()));
-    reach("count", lowest_, highest_ + copies * thickness);
-  }
-
-  void check(const TrenchShape& s) {
-    const bool is_good = feature("width", s.width, Between::walls);
-    if (is_good) row("", s.along, s.centre, widest(s.width, s.cut), s.repeat, Between::walls);
-    cut(s.cut, s.width, is_good);
-  }
-
-  void check(const HoleShape& s) {
-    const bool is_good = round_outline("", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut),
-                                       s.repeat, Between::walls);
-    cut(s.cut, 2 * s.radius, is_good);
-  }
-
-  void check(const FinShape& s) {
-    taper(s.taper);
-    const bool width_is_good = feature("width", s.width, Between::sides);
-    if (width_is_good) row("", s.along, s.centre, s.width, s.repeat, Between::sides);
-    const double ridge = s.width - 2 * s.height * std::tan(s.taper);
-    if (height("height", s.height) && width_is_good && is_narrow(ridge)) {
-      report_narrow("taper", "leaves a ridge of less " + than_spacings(), Between::sides);
-    }
-    add_layers("material", 1);
-    reach("height", lowest_, highest_ + s.height);
-    materials_.push_back(s.material);
-  }
-
-  void check(const MaskShape& s) {
-    const bool thickness_is_good = height("thickness", s.thickness);
-    const bool has_growth = taper(s.taper) && thickness_is_good;
-    add_layers("material", 1);
-    reach("thickness", lowest_, highest_ + s.thickness);
-    const bool opening = s.outlines == MaskShape::Outlines::opening;
-    const double growth = has_growth ? (opening ? 1 : -1) * s.thickness * std::tan(s.taper) : 0;
-    const std::string prefix = opening ? "opening." : "resist.";
-    outline_ = opening ? Between::walls : Between::sides;
-    std::visit([&](const auto& outline) { check_outline(prefix, outline, growth); }, s.outline);
-    materials_.push_back(s.material);
-  }
-
-  void check(const MeshShape& s) {
-    if (frame_.two_dimensional) {
-      report("shape", "meshes need three dimensions");
-    } else {
-      const TriMesh mesh = welded(*s.mesh);
-      if (const auto fault = mesh_fault(frame_, mesh)) {
-        report("file", *fault);
-      } else {
-        const Box box = bounding_box(mesh);
-        mesh_size(mesh, box);
-        reach("file", box.lower.z, box.upper.z);
-      }
-    }
-    add_layers("material", s.material ? 1 : 0);
-    if (s.material) materials_.push_back(*s.material);
-  }
-
-  /// Something of a mesh is in the domain, and no body of it is lost between the nodes.
-  void mesh_size(const TriMesh& mesh, const Box& box) {
-    for (int axis = 0; axis < 2; ++axis) {
-      if (box.upper[axis] <= sides_.lower[axis] || box.lower[axis] >= sides_.upper[axis]) {
-        report_outside("file");
-        return;
-      }
-    }
-    if (mesh_border(mesh) > 0) return;
-    if (is_endless("file", {box.lower.x, box.lower.y}, {box.upper.x, box.upper.y})) return;
-    for (const TriMesh& part : separate_parts(mesh)) {
-      const double thick = thickness(part);
-      if (is_narrow(thick)) {
-        const Box body = bounding_box(part);
-        const Vec3d size = body.upper - body.lower;
-        report_narrow("file",
-                      "has a body around " + place(0.5 * (body.lower + body.upper)) + " that is " +
-                          in_nm(thick) + " thick and " + in_nm(std::max({size.x, size.y, size.z})) +
-                          " long, thinner " + than_spacings() +
-                          "; choose a smaller spacing, or another unit if that is wrong",
-                      Between::sides);
-        return;
-      }
-    }
   }
 
   /// So long that its copies beyond periodic sides could not be counted.
@@ -419,9 +260,9 @@ class Checker {
       const double size = upper[axis] - lower[axis];
       const bool is_periodic = frame_.boundary[axis] == Boundary::periodic;
       if (!is_periodic || size <= most_domains * sides_.width(axis)) continue;
-      report(key, "is " + in_nm(size) + " long across a periodic side, more than " +
-                      rounded_number(most_domains) +
-                      " domains; choose another unit or a part of it");
+      report_.report(key, "is " + in_nm(size) + " long across a periodic side, more than " +
+                              rounded_number(most_domains) +
+                              " domains; choose another unit or a part of it");
       return true;
     }
     return false;
@@ -442,82 +283,95 @@ class Checker {
   }
 
   void report_outside(const std::string& key) {
-    report(key, "lies wholly outside the domain, which reaches from " + place(sides_.lower) +
-                    " to " + place(sides_.upper));
+    report_.report(key, "lies wholly outside the domain, which reaches from " +
+                            place(sides_.lower) + " to " + place(sides_.upper));
   }
 
-  // Growth is by how much an outline lies further out at the top of the mask than at its foot.
+ private:
+  const Frame& frame_;
+  Sides sides_;
+  ShapeReport& report_;
+};
 
-  void check_outline(const std::string& prefix, const SlotOutline& s, double growth) {
-    if (!feature(prefix + "width", s.width, outline_)) return;
-    row(prefix, s.along, s.centre, s.width + std::max(2 * growth, 0.0), s.repeat, outline_);
+/// Outlines of masks. Growth is by how much one lies further out at the top of the mask than at its
+/// foot.
+class OutlineChecks {
+ public:
+  /// within: what is inside the outline.
+  OutlineChecks(const Frame& frame, ShapeReport& report, PlaceChecks& places, Between within)
+      : frame_(frame), sides_(frame.sides()), report_(report), places_(places), outline_(within) {}
+
+  void check(const std::string& prefix, const SlotOutline& s, double growth) {
+    if (!report_.feature(prefix + "width", s.width, outline_)) return;
+    places_.row(prefix, s.along, s.centre, s.width + std::max(2 * growth, 0.0), s.repeat, outline_);
     narrow_end(prefix, s.width + 2 * growth);
   }
-  void check_outline(const std::string& prefix, const CircleOutline& s, double growth) {
-    if (round_outline(prefix, s.centre, s.radius, s.radius + std::max(growth, 0.0), s.repeat,
-                      outline_)) {
+  void check(const std::string& prefix, const CircleOutline& s, double growth) {
+    if (places_.round_outline(prefix, s.centre, s.radius, s.radius + std::max(growth, 0.0),
+                              s.repeat, outline_)) {
       narrow_end(prefix, 2 * (s.radius + growth));
     }
   }
-  void check_outline(const std::string& prefix, const RectangleOutline& s, double growth) {
-    if (is_lopsided(prefix) || !lattice(prefix, s.repeat)) return;
+  void check(const std::string& prefix, const RectangleOutline& s, double growth) {
+    if (places_.is_lopsided(prefix) || !places_.lattice(prefix, s.repeat)) return;
     bool is_good = true;
     for (int axis = 0; axis < 2; ++axis) {
-      if (feature(prefix + "size", s.size[axis], outline_)) {
-        interval({prefix + "size", prefix + "center", axis, s.centre[axis],
-                  s.size[axis] + std::max(2 * growth, 0.0), s.repeat.count[axis],
-                  s.repeat.pitch[axis], outline_});
+      if (report_.feature(prefix + "size", s.size[axis], outline_)) {
+        places_.interval({prefix + "size", prefix + "center", axis, s.centre[axis],
+                          s.size[axis] + std::max(2 * growth, 0.0), s.repeat.count[axis],
+                          s.repeat.pitch[axis], outline_});
       } else {
         is_good = false;
       }
     }
     if (is_good) narrow_end(prefix, std::min(s.size[0], s.size[1]) + 2 * growth);
-    radius(prefix + "corner_radius", s.corner_radius, 0.5 * std::min(s.size[0], s.size[1]));
-  }
-
-  /// The outline must not close below the top of the mask.
-  void narrow_end(const std::string& prefix, double width) {
-    if (is_narrow(width)) {
-      report_narrow("taper",
-                    "leaves " + in_nm(std::max(width, 0.0)) + " of the " +
-                        prefix.substr(0, prefix.size() - 1) + " at the top of the mask: less " +
-                        than_spacings(),
-                    outline_);
-    }
+    report_.radius(prefix + "corner_radius", s.corner_radius, 0.5 * std::min(s.size[0], s.size[1]));
   }
 
   /// The walls must stand on their own at the foot and at the top.
-  void check_outline(const std::string& prefix, const PolygonOutline& outline, double growth) {
+  void check(const std::string& prefix, const PolygonOutline& outline, double growth) {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
     const std::string key = prefix + (is_list ? "points" : "file");
-    if (is_lopsided(prefix)) return;
-    if (frame_.two_dimensional) {
-      report(prefix + "shape", "polygons need three dimensions");
+    if (places_.is_lopsided(prefix)) return;
+    if (frame_.is_section()) {
+      report_.report(prefix + "shape", "polygons need three dimensions");
       return;
     }
     if (is_list) {
       if (const auto fault = polygon_fault(outline.loops)) {
-        report(key, *fault);
+        report_.report(key, *fault);
         return;
       }
     }
-    if (is_endless(key, outline.loops)) return;
+    if (places_.is_endless(key, outline.loops)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
     if (foot.empty()) {
-      report_outside(key);
+      places_.report_outside(key);
     } else if (covers_domain(foot)) {
-      report(key, prefix == "opening."
-                      ? "covers the whole domain and leaves nothing of the mask"
-                      : "covers the whole domain; write shape = \"layer\" for that");
-    } else if (const auto fault = thin_feature(frame_, foot, narrow())) {
-      report_narrow(key, *fault, Between::walls);
+      report_.report(key, prefix == "opening."
+                              ? "covers the whole domain and leaves nothing of the mask"
+                              : "covers the whole domain; write shape = \"layer\" for that");
+    } else if (const auto fault = thin_feature(frame_, foot, report_.narrow())) {
+      report_.report_narrow(key, *fault, Between::walls);
     } else if (growth != 0) {
       const std::vector<Loop> top = moved_outwards(foot, growth);
-      if (!same_directions(foot, top) || thin_feature(frame_, top, narrow())) {
-        report_narrow("taper",
-                      "makes the walls of the polygon meet, or nearly, below the top of the mask",
-                      Between::walls);
+      if (!same_directions(foot, top) || thin_feature(frame_, top, report_.narrow())) {
+        report_.report_narrow(
+            "taper", "makes the walls of the polygon meet, or nearly, below the top of the mask",
+            Between::walls);
       }
+    }
+  }
+
+ private:
+  /// The outline must not close below the top of the mask.
+  void narrow_end(const std::string& prefix, double width) {
+    if (report_.is_narrow(width)) {
+      report_.report_narrow("taper",
+                            "leaves " + in_nm(std::max(width, 0.0)) + " of the " +
+                                prefix.substr(0, prefix.size() - 1) +
+                                " at the top of the mask: less " + report_.than_spacings(),
+                            outline_);
     }
   }
 
@@ -536,13 +390,6 @@ class Checker {
       }
     }
     return true;
-  }
-
-  static std::string place(Vec3d r) {
-    return '(' + in_nm(r.x) + ", " + in_nm(r.y) + ", " + in_nm(r.z) + ')';
-  }
-  static std::string place(const std::array<double, 2>& corner) {
-    return '(' + in_nm(corner[0]) + ", " + in_nm(corner[1]) + ')';
   }
 
   bool in_domain(const Point2& point) const {
@@ -569,14 +416,234 @@ class Checker {
 
   const Frame& frame_;
   Sides sides_;
-  double narrowest_;
-  Between outline_ = Between::walls;  ///< what is within the outline of the mask that is checked
-  std::size_t shape_ = 0;
-  std::vector<MaterialId> materials_;
+  ShapeReport& report_;
+  PlaceChecks& places_;
+  Between outline_;
+};
+
+/// What the shapes so far make together: layers, and a height.
+class StackLimits {
+ public:
+  StackLimits(double spacing, ShapeReport& report) : spacing_(spacing), report_(report) {}
+
+  double lowest() const { return lowest_; }
+  double highest() const { return highest_; }
+
+  /// Counts layers that a shape adds.
+  void add_layers(const std::string& key, double count) {
+    const double before = layer_count_;
+    layer_count_ += count;
+    if (layer_count_ > most_layers && before <= most_layers) {
+      report_.report(key, "makes " + whole_text(layer_count_) +
+                              " layers with those below; at most " + std::to_string(most_layers) +
+                              " can be told apart");
+    }
+  }
+
+  /// The stack reaches from the lowest cut to the top of what was added.
+  void reach(const std::string& key, double lowest, double highest) {
+    const double limit = most_levels * spacing_;
+    const bool was_fine = highest_ - lowest_ <= limit;
+    lowest_ = std::min(lowest_, lowest);
+    highest_ = std::max(highest_, highest);
+    if (was_fine && highest_ - lowest_ > limit) {
+      report_.report(key, "makes the geometry " + whole_text((highest_ - lowest_) / spacing_) +
+                              " grid spacings high; at most " + whole_text(most_levels) + ": " +
+                              in_nm(limit));
+    }
+  }
+
+ private:
+  double spacing_;
+  ShapeReport& report_;
   double layer_count_ = 0;
   double lowest_ = 0;
   double highest_ = 0;
-  std::vector<ShapeProblem> problems_;
+};
+
+/// Goes through the shapes from the wafer up, with the stack that they make.
+class Checker {
+ public:
+  /// Units: the least width of a feature in spacings.
+  Checker(const Frame& frame, double narrowest)
+      : frame_(frame),
+        sides_(frame.sides()),
+        report_(frame, narrowest),
+        places_(frame, report_),
+        stack_(frame.spacing, report_) {}
+
+  std::vector<ShapeProblem> run(std::span<const Shape> shapes) {
+    if (shapes.empty()) {
+      report_.report("shape", "there is no shape; the first must be a wafer");
+    }
+    if (shapes.size() > most_shapes) {
+      report_.turn_to(most_shapes);
+      report_.report("shape", "is one of " + std::to_string(shapes.size()) + " shapes, at most " +
+                                  std::to_string(most_shapes) +
+                                  " can be; draw what is alike with repeat, polygons or a layout");
+      return report_.take();
+    }
+    for (std::size_t n = 0; n < shapes.size(); ++n) {
+      report_.turn_to(n);
+      const bool is_wafer = std::holds_alternative<WaferShape>(shapes[n]);
+      if (is_wafer != (n == 0)) {
+        report_.report("shape", is_wafer ? "a wafer can only be the first shape"
+                                         : "the first shape must be a wafer");
+      }
+      std::visit([&](const auto& s) { check(s); }, shapes[n]);
+    }
+    return report_.take();
+  }
+
+ private:
+  void known(const std::string& key, MaterialId material) {
+    if (std::find(materials_.begin(), materials_.end(), material) == materials_.end()) {
+      report_.report(key, "this material is not in the stack below");
+    }
+  }
+
+  /// The narrow end must not close: the floor is at least two spacings wide. What follows from a
+  /// width or a depth that is wrong itself is not told.
+  void cut(const Cut& cut, double width, bool width_is_good) {
+    report_.taper(cut.taper);
+    if (cut.depth_from) {
+      known("depth_from", *cut.depth_from);
+    }
+    for (const MaterialId material : cut.through) {
+      known("through", material);
+    }
+    const double floor = width - 2 * cut.depth * std::tan(cut.taper);
+    const bool depth_is_good = report_.height("depth", cut.depth);
+    stack_.reach("depth", stack_.highest() - cut.depth, stack_.highest());
+    if (depth_is_good) report_.radius("top_radius", cut.top_radius, cut.depth);
+    if (depth_is_good && width_is_good) {
+      if (report_.is_narrow(floor)) {
+        report_.report_narrow("taper",
+                              "leaves a floor of " + in_nm(std::max(floor, 0.0)) +
+                                  " at this depth: less " + report_.than_spacings(),
+                              Between::walls);
+      } else {
+        report_.radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
+      }
+    }
+    if (cut.top_radius > 0 && !cut.through.empty()) {
+      report_.report("top_radius", "cannot be rounded where only some materials are cut (through)");
+    }
+  }
+
+  void check(const WaferShape& s) { materials_.push_back(s.material); }
+
+  void check(const LayerShape& s) {
+    if (!std::isfinite(s.thickness) || s.thickness <= 0) {
+      report_.report("thickness", "must be a length above 0");
+    }
+    stack_.add_layers("thickness", 1);
+    stack_.reach("thickness", stack_.lowest(), stack_.highest() + s.thickness);
+    materials_.push_back(s.material);
+  }
+
+  void check(const StackShape& s) {
+    if (s.layers.empty()) report_.report("materials", "there is no layer");
+    if (s.count < 1) report_.report("count", "must be 1 or more");
+    for (const LayerShape& layer : s.layers) check(layer);
+    // The first of the copies is counted with its layers.
+    const double copies = std::max(s.count - 1, 0);
+    double thickness = 0;
+    for (const LayerShape& layer : s.layers) thickness += layer.thickness;
+    stack_.add_layers("count", copies * static_cast<double>(s.layers.size()));
+    stack_.reach("count", stack_.lowest(), stack_.highest() + copies * thickness);
+  }
+
+  void check(const TrenchShape& s) {
+    const bool is_good = report_.feature("width", s.width, Between::walls);
+    if (is_good)
+      places_.row("", s.along, s.centre, widest(s.width, s.cut), s.repeat, Between::walls);
+    cut(s.cut, s.width, is_good);
+  }
+
+  void check(const HoleShape& s) {
+    const bool is_good = places_.round_outline(
+        "", s.centre, s.radius, 0.5 * widest(2 * s.radius, s.cut), s.repeat, Between::walls);
+    cut(s.cut, 2 * s.radius, is_good);
+  }
+
+  void check(const FinShape& s) {
+    report_.taper(s.taper);
+    const bool width_is_good = report_.feature("width", s.width, Between::sides);
+    if (width_is_good) places_.row("", s.along, s.centre, s.width, s.repeat, Between::sides);
+    const double ridge = s.width - 2 * s.height * std::tan(s.taper);
+    if (report_.height("height", s.height) && width_is_good && report_.is_narrow(ridge)) {
+      report_.report_narrow("taper", "leaves a ridge of less " + report_.than_spacings(),
+                            Between::sides);
+    }
+    stack_.add_layers("material", 1);
+    stack_.reach("height", stack_.lowest(), stack_.highest() + s.height);
+    materials_.push_back(s.material);
+  }
+
+  void check(const MaskShape& s) {
+    const bool thickness_is_good = report_.height("thickness", s.thickness);
+    const bool has_growth = report_.taper(s.taper) && thickness_is_good;
+    stack_.add_layers("material", 1);
+    stack_.reach("thickness", stack_.lowest(), stack_.highest() + s.thickness);
+    const bool opening = s.outlines == MaskShape::Outlines::opening;
+    const double growth = has_growth ? (opening ? 1 : -1) * s.thickness * std::tan(s.taper) : 0;
+    const std::string prefix = opening ? "opening." : "resist.";
+    OutlineChecks outlines(frame_, report_, places_, opening ? Between::walls : Between::sides);
+    std::visit([&](const auto& outline) { outlines.check(prefix, outline, growth); }, s.outline);
+    materials_.push_back(s.material);
+  }
+
+  void check(const MeshShape& s) {
+    if (frame_.is_section()) {
+      report_.report("shape", "meshes need three dimensions");
+    } else {
+      const TriMesh mesh = welded(*s.mesh);
+      if (const auto fault = mesh_fault(frame_, mesh)) {
+        report_.report("file", *fault);
+      } else {
+        const Box box = bounding_box(mesh);
+        mesh_size(mesh, box);
+        stack_.reach("file", box.lower.z, box.upper.z);
+      }
+    }
+    stack_.add_layers("material", s.material ? 1 : 0);
+    if (s.material) materials_.push_back(*s.material);
+  }
+
+  /// Something of a mesh is in the domain, and no body of it is lost between the nodes.
+  void mesh_size(const TriMesh& mesh, const Box& box) {
+    for (int axis = 0; axis < 2; ++axis) {
+      if (box.upper[axis] <= sides_.lower[axis] || box.lower[axis] >= sides_.upper[axis]) {
+        places_.report_outside("file");
+        return;
+      }
+    }
+    if (mesh_border(mesh) > 0) return;
+    if (places_.is_endless("file", {box.lower.x, box.lower.y}, {box.upper.x, box.upper.y})) return;
+    for (const TriMesh& part : separate_parts(mesh)) {
+      const double thick = thickness(part);
+      if (report_.is_narrow(thick)) {
+        const Box body = bounding_box(part);
+        const Vec3d size = body.upper - body.lower;
+        report_.report_narrow("file",
+                              "has a body around " + place(0.5 * (body.lower + body.upper)) +
+                                  " that is " + in_nm(thick) + " thick and " +
+                                  in_nm(std::max({size.x, size.y, size.z})) + " long, thinner " +
+                                  report_.than_spacings() +
+                                  "; choose a smaller spacing, or another unit if that is wrong",
+                              Between::sides);
+        return;
+      }
+    }
+  }
+
+  const Frame& frame_;
+  Sides sides_;
+  ShapeReport report_;
+  PlaceChecks places_;
+  StackLimits stack_;
+  std::vector<MaterialId> materials_;
 };
 
 }  // namespace

@@ -27,7 +27,7 @@ constexpr float beside_surface = 0.9F;
 constexpr float least_change = 0.1F;
 
 struct Change {
-  float* phi = nullptr;
+  NodePlace place{};
   float value = 0;
 };
 
@@ -47,7 +47,7 @@ class Sheets {
   bool is_between_gas(const Node& node) const;
   float without_sheet(const Node& node, float here) const;
   bool has_other_side(const Node& node, float here, float limit) const;
-  /// Calls use(phi, node) for all nodes of a leaf nearer to the surface than a limit.
+  /// Calls use(phi, offset) for all nodes of a leaf nearer to the surface than a limit.
   template <class Use>
   void for_each_near(std::size_t leaf, float limit, const Use& use) const;
 
@@ -63,9 +63,8 @@ void Sheets::for_each_near(std::size_t n, float limit, const Use& use) const {
   for (int i = 0; i < stored_nodes(band_, leaf, 0); ++i)
     for (int j = 0; j < stored_nodes(band_, leaf, 1); ++j)
       for (int k = 0; k < leaf_edge; ++k) {
-        float& phi = leaf.phi[leaf_offset(i, j, k)];
-        if (std::abs(phi) < limit)
-          use(phi, Node{leaf.origin[0] + i, leaf.origin[1] + j, leaf.origin[2] + k});
+        const int offset = leaf_offset(i, j, k);
+        if (std::abs(leaf.phi[offset]) < limit) use(leaf.phi[offset], offset);
       }
 }
 
@@ -115,9 +114,9 @@ std::vector<Change> Sheets::changes(float limit, const Without& without) const {
   std::vector<std::vector<Change>> found((count + grain - 1) / grain);
   parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n)
-      for_each_near(n, limit, [&](float& phi, const Node& node) {
-        const float value = without(node, phi);
-        if (value != phi) found[begin / grain].push_back({&phi, value});
+      for_each_near(n, limit, [&](float phi, int offset) {
+        const float value = without(node_at(band_.leaves()[n], offset), phi);
+        if (value != phi) found[begin / grain].push_back({{static_cast<int>(n), offset}, value});
       });
   });
   std::vector<Change> all;
@@ -136,8 +135,9 @@ std::vector<Change> Sheets::between_nodes() const {
   });
 }
 
-bool change(const std::vector<Change>& changes) {
-  for (const Change& each : changes) *each.phi = each.value;
+bool change(Band& band, const std::vector<Change>& changes) {
+  for (const auto& [place, value] : changes)
+    band.leaves()[static_cast<std::size_t>(place.leaf)].phi[place.offset] = value;
   return !changes.empty();
 }
 
@@ -145,7 +145,7 @@ bool change(const std::vector<Change>& changes) {
 void keep_where_right(const Band& from, Band& to) {
   parallel_for(to.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
-      const Leaf& leaf = to.leaves()[n];
+      Leaf& leaf = to.leaves()[n];
       for (int offset = 0; offset < leaf_size; ++offset) {
         const auto [i, j, k] = node_at(leaf, offset);
         const float before = from.node(i, j, k);
@@ -164,8 +164,8 @@ void remove_sheets(LevelSet& phi) {
   // The edge of a sheet is seen once the rest is gone.
   constexpr int most_passes = 3;
   bool any = false;
-  for (int pass = 0; pass < most_passes && change(sheets.on_nodes()); ++pass) any = true;
-  any = change(sheets.between_nodes()) || any;
+  for (int pass = 0; pass < most_passes && change(band, sheets.on_nodes()); ++pass) any = true;
+  any = change(band, sheets.between_nodes()) || any;
   if (!any) return;
   const std::unique_ptr<Band> before = band.copy();
   redistance_fully(band);

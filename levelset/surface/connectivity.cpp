@@ -276,7 +276,7 @@ void clear_islands(Band& band, const PhaseGraph& solid) {
     }
   }
   // All of it, so that what comes out does not depend on where leaves begin.
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       if (!(leaf.phi[node] < 0) && !is_next_to_solid(band, node_at(leaf, node))) {
         leaf.phi[node] = LevelSet::half_width;

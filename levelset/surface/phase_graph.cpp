@@ -146,7 +146,7 @@ bool PhaseGraph::has_closed_regions() const {
 }
 
 void PhaseGraph::find_pieces() {
-  const std::vector<Leaf>& leaves = band_.leaves();
+  const std::span<const Leaf> leaves = band_.leaves();
   std::vector<std::vector<LeafPiece>> found((leaves.size() + grain - 1) / grain);
   first_.assign(leaves.size() + 1, 0);
   parallel_for(leaves.size(), grain, [&](std::size_t begin, std::size_t end) {

@@ -22,11 +22,10 @@ double distance_to(const TriangleTree& surface, const Sides& sides, Vec3d r) {
   return nearest;
 }
 
-/// Where a point of the new grid lies on the old one. Nothing varies along y in two dimensions, and
-/// the width of a cell changes.
+/// Where a point of the new grid lies on the old one: of a section, the width of a cell of y
+/// changes, and what lies around an axis is that of its radius.
 Vec3d place_on(const Frame& old, Vec3d r, const Frame& frame) {
-  if (!old.two_dimensional) return r;
-  if (frame.two_dimensional) return {r.x, 0, r.z};
+  if (old.lateral_axes() >= frame.lateral_axes()) return old.in_section(r);
   return {std::min(std::hypot(r.x, r.y), old.sides().upper[0]), 0, r.z};
 }
 
@@ -57,13 +56,9 @@ Layers resampled(const Layers& layers, const Frame& frame) {
 
 Frame revolved(const Frame& section, int most_cells) {
   Frame frame = section;
-  const int cells = std::min(frame.cells[0], most_cells);
-  frame.spacing *= static_cast<double>(frame.cells[0]) / cells;
-  frame.cells = {cells, cells};
-  frame.boundary[1] = frame.boundary[0];
-  frame.two_dimensional = false;
-  frame.axisymmetric = false;
-  return frame;
+  frame.cells[0] = std::min(section.cells[0], most_cells);
+  frame.spacing *= static_cast<double>(section.cells[0]) / frame.cells[0];
+  return frame.revolved();
 }
 
 Layers revolved(const Layers& section, int most_cells) {

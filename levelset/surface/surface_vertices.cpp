@@ -160,7 +160,8 @@ void SurfaceVertices::place(std::size_t n, Part& part, Scratch& scratch) {
   if (!vertices.any) return;
 
   gather<Block::halo>(
-      band_, n, [&](std::size_t m) { return band_.leaves()[m].phi; }, scratch.block);
+      band_, n, [&](std::size_t m) -> const float* { return band_.leaves()[m].phi; },
+      scratch.block);
   gather_upper_edges(band_, around, scratch.block);
   const Leaf& leaf = band_.leaves()[n];
   find_creases(leaf, vertices, scratch);

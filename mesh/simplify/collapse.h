@@ -73,7 +73,7 @@ class CollapseChecks {
   const Star& star() const { return star_; }
   Vec3d place() const { return place_; }
   std::span<const Vec3d> normals() const { return normals_; }
-  Fan& fan(const CollapseMesh& mesh) const {
+  Fan& fan(const CollapseMesh& mesh) {
     if (!fan_is_spread_) fan_.spread(mesh, star_, place_, normals_);
     fan_is_spread_ = true;
     return fan_;
@@ -102,8 +102,8 @@ class CollapseChecks {
   Vec3d place_;
   std::array<Vec3d, Star::capacity> normals_;
   // The room for it is kept, and it is spread where it is asked for.
-  mutable Fan fan_;
-  mutable bool fan_is_spread_ = false;
+  Fan fan_;
+  bool fan_is_spread_ = false;
   ErrorBound bound_;
   std::vector<double> own_border_shift_;
   std::span<double> border_shift_;  ///< per vertex, only where there are materials

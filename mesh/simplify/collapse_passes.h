@@ -91,6 +91,9 @@ class CollapsePasses {
   struct Candidates;
   struct Part;
   struct Ranked;
+  struct BlockWork;
+  class TiedEdges;
+  class FreeEdges;
   class Worker;
 
   void find_terms(std::uint32_t v);

@@ -100,18 +100,22 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   return made;
 }
 
-}  // namespace
-
-std::vector<Species> Ald::species() const {
+std::vector<Species> species_of(const Ald::Values& values) {
   std::vector<Species> species(1);
-  species[precursor] = {
-      .name = "precursor", .source = values_.source, .sticking = values_.sticking};
-  if (desorbs())
+  species[precursor] = {.name = "precursor", .source = values.source, .sticking = values.sticking};
+  if (values.desorption > 0)
     species.push_back({.name = "desorbed",
                        .source = {.kind = SourceLobe::Kind::none},
-                       .sticking = values_.sticking});
+                       .sticking = values.sticking});
   return species;
 }
+
+}  // namespace
+
+Ald::Ald(Values values)
+    : SurfaceModel(species_of(values),
+                   {.cycle = this, .emitter = values.desorption > 0 ? this : nullptr}),
+      values_(std::move(values)) {}
 
 std::vector<float> Ald::speeds(const SurfacePoints& points,
                                std::span<const std::span<const float>>) const {
@@ -125,7 +129,6 @@ std::vector<float> Ald::speeds(const SurfacePoints& points,
 // 1 stands for J, so that an error of this flux counts as one of the precursor's.
 std::vector<std::vector<float>> Ald::emission(const SurfacePoints& points,
                                               std::span<const std::span<const float>>) const {
-  if (!desorbs()) return {};
   const auto part = static_cast<float>(values_.desorption / values_.flux);
   std::vector<float> leaves;
   for (const float theta : points.coverages.front()) leaves.push_back(part * theta);
@@ -163,8 +166,6 @@ std::vector<std::vector<float>> Ald::covered_sticking(
     bare[p] = values_.sticking[points.material[p]] * (1 - coverages.front()[p]);
   return std::vector<std::vector<float>>(desorbs() ? 2 : 1, bare);
 }
-
-bool Ald::is_mirror_symmetric(int axis) const { return are_mirror_symmetric(species(), axis); }
 
 ModelDescription ald_description() {
   return {

@@ -21,7 +21,7 @@ namespace scarp {
 /// are theta goes to its balance exponentially, which is taken exactly.
 ///
 /// Parameters, limits and source are in the description: `scarp models ald`.
-class Ald final : public SurfaceModel {
+class Ald final : public SurfaceModel, public CycledCoverages, public Emitter {
  public:
   /// Shape: sticking has one entry per material. Units: nm, s, 1e15 cm^-2, 1e15 cm^-2 s^-1.
   struct Values {
@@ -35,14 +35,13 @@ class Ald final : public SurfaceModel {
     double purge = 0;
     double longest_time_step = 0;
   };
-  explicit Ald(Values values) : values_(std::move(values)) {}
+  explicit Ald(Values values);
 
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> emission(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override { return {"precursor"}; }
+  std::vector<std::string> coverage_names() const override { return {"precursor"}; }
   std::vector<double> phases() const override;
   std::vector<std::vector<float>> coverages_after(
       double seconds, std::size_t phase, const SurfacePoints& points,
@@ -50,7 +49,6 @@ class Ald final : public SurfaceModel {
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
   double longest_time_step() const override { return values_.longest_time_step; }
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   bool desorbs() const { return values_.desorption > 0; }

@@ -355,10 +355,6 @@ std::vector<float> Cf4O2::speeds(const SurfacePoints& points,
   return speeds;
 }
 
-bool Cf4O2::is_mirror_symmetric(int axis) const {
-  return are_mirror_symmetric(values_.species, axis);
-}
-
 ModelDescription cf4_o2_description() {
   return {
       .name = "cf4_o2",

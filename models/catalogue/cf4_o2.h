@@ -29,7 +29,7 @@ namespace scarp {
 /// several they share as they arrive.
 ///
 /// Parameters, limits and source are in the description: `scarp models cf4_o2`.
-class Cf4O2 final : public SurfaceModel {
+class Cf4O2 final : public SurfaceModel, public BalancedCoverages {
  public:
   enum Gas : std::size_t { fluorine, oxygen, carbon, gas_count };  // species, tally, coverage
 
@@ -59,17 +59,16 @@ class Cf4O2 final : public SurfaceModel {
     bool sticking_in_balance = false;
     std::vector<Surface> surfaces{};
   };
-  explicit Cf4O2(Values values) : values_(std::move(values)) {}
+  explicit Cf4O2(Values values)
+      : SurfaceModel(values.species, {.balance = this}), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return values_.species; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override { return {"F", "O", "C"}; }
+  std::vector<std::string> coverage_names() const override { return {"F", "O", "C"}; }
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   using Coverage = std::array<double, gas_count>;

@@ -13,21 +13,21 @@ namespace scarp {
 ///     v = amplitude(material) rate(n)
 ///
 /// Parameters, limits and source are in the descriptions: `scarp models koh_etch`, `epitaxy`.
-class Crystal final : public SurfaceModel {
+class Crystal final : public SurfaceModel, public AngularResponse {
  public:
   /// Shape: amplitude has one entry per material, negative where it is etched.
   struct Values {
     AngularFactor rate;  ///< > 0, in nm/s
     std::vector<float> amplitude;
   };
-  explicit Crystal(Values values) : values_(std::move(values)) {}
+  explicit Crystal(Values values)
+      : SurfaceModel({}, {.angular = this}), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return {}; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
   bool is_isotropic() const override { return false; }
-  std::vector<AngularFactor> angular_factors() const override { return {values_.rate}; }
+  std::vector<AngularFactor> factors() const override { return {values_.rate}; }
   std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
                                              std::span<const std::span<const float>> flux,
                                              std::span<const AngularFactor> factors) const override;

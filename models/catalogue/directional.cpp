@@ -94,20 +94,23 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   return {std::make_shared<Directional>(std::move(values)), action->deposited};
 }
 
-}  // namespace
-
-std::vector<Species> Directional::species() const {
+std::vector<Species> species_of(const Directional::Values& values) {
   std::vector<Species> species;
-  if (!values_.visibility) return species;
-  for (const Beam& beam : values_.beams) {
+  if (!values.visibility) return species;
+  for (const Directional::Beam& beam : values.beams) {
     Species particles;
-    particles.name = values_.beams.size() == 1 ? "beam" : "beam " + std::to_string(species.size());
+    particles.name = values.beams.size() == 1 ? "beam" : "beam " + std::to_string(species.size());
     particles.source = {.kind = SourceLobe::Kind::beam, .direction = beam.direction};
-    particles.sticking.assign(values_.directional_speed.size(), 1.0F);
+    particles.sticking.assign(values.directional_speed.size(), 1.0F);
     species.push_back(std::move(particles));
   }
   return species;
 }
+
+}  // namespace
+
+Directional::Directional(Values values)
+    : SurfaceModel(species_of(values), {.angular = this}), values_(std::move(values)) {}
 
 std::vector<float> Directional::speeds(const SurfacePoints& points,
                                        std::span<const std::span<const float>> flux) const {
@@ -149,7 +152,7 @@ bool Directional::is_mirror_symmetric(int axis) const {
   });
 }
 
-std::vector<AngularFactor> Directional::angular_factors() const {
+std::vector<AngularFactor> Directional::factors() const {
   std::vector<AngularFactor> factors;
   for (const Beam& beam : values_.beams) {
     factors.push_back(CosineResponse(beam.direction));

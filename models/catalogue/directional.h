@@ -19,7 +19,7 @@ namespace scarp {
 /// not move and slopes keep their angle.
 ///
 /// Parameters, limits and source are in its description: `scarp models directional`.
-class Directional final : public SurfaceModel {
+class Directional final : public SurfaceModel, public AngularResponse {
  public:
   struct Beam {
     Vec3d direction{0, 0, -1};  ///< unit vector
@@ -32,16 +32,15 @@ class Directional final : public SurfaceModel {
     std::vector<Beam> beams{Beam{}};
     bool visibility = true;
   };
-  explicit Directional(Values values) : values_(std::move(values)) {}
+  /// Species are one per beam; none without visibility.
+  explicit Directional(Values values);
 
-  /// One per beam; none without visibility.
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   bool is_mirror_symmetric(int axis) const override;
   bool is_isotropic() const override;
   /// One per beam, its cosine.
-  std::vector<AngularFactor> angular_factors() const override;
+  std::vector<AngularFactor> factors() const override;
   std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
                                              std::span<const std::span<const float>> flux,
                                              std::span<const AngularFactor> factors) const override;

@@ -286,7 +286,7 @@ Fluorocarbon::Site Fluorocarbon::site_at(MaterialId material,
   return site;
 }
 
-std::vector<std::string> Fluorocarbon::coverages() const {
+std::vector<std::string> Fluorocarbon::coverage_names() const {
   return {"etchant", "polymer", "polymer_with_etchant"};
 }
 
@@ -345,10 +345,6 @@ std::vector<float> Fluorocarbon::speeds(const SurfacePoints& points,
     speeds[p] = static_cast<float>(speed);
   }
   return speeds;
-}
-
-bool Fluorocarbon::is_mirror_symmetric(int axis) const {
-  return are_mirror_symmetric(values_.species, axis);
 }
 
 ModelDescription fluorocarbon_description() {

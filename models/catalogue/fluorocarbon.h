@@ -22,7 +22,7 @@ namespace scarp {
 /// what is etched v = -(J_ev phi_e + R_ie phi_e + R_sp (1 - phi_e)) / rho, on others -R_sp / rho.
 ///
 /// Parameters, limits and source are in the description: `scarp models fluorocarbon`.
-class Fluorocarbon final : public SurfaceModel {
+class Fluorocarbon final : public SurfaceModel, public BalancedCoverages {
  public:
   /// Units: density in 1e22 cm^-3, evaporation in 1e15 cm^-2 s^-1.
   struct Surface {
@@ -43,17 +43,16 @@ class Fluorocarbon final : public SurfaceModel {
     MaterialId polymer = 0;
     std::vector<Surface> surfaces;
   };
-  explicit Fluorocarbon(Values values) : values_(std::move(values)) {}
+  explicit Fluorocarbon(Values values)
+      : SurfaceModel(values.species, {.balance = this}), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return values_.species; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override;
+  std::vector<std::string> coverage_names() const override;
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   /// What is at a point: parts of sites, and polymer that arrives and goes.

@@ -16,9 +16,8 @@ namespace scarp {
 class Isotropic final : public SurfaceModel {
  public:
   /// Shape: speed has one entry per material. Units: nm/s.
-  explicit Isotropic(std::vector<float> speed) : speed_(std::move(speed)) {}
+  explicit Isotropic(std::vector<float> speed) : SurfaceModel({}), speed_(std::move(speed)) {}
 
-  std::vector<Species> species() const override { return {}; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
 

@@ -75,6 +75,13 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
   return {std::make_shared<LangmuirTransport>(std::move(values))};
 }
 
+std::vector<Species> species_of(const LangmuirTransport::Values& values) {
+  Species etchant{.name = "etchant", .source = values.source, .sticking = {}};
+  for (const LangmuirTransport::Surface& surface : values.surfaces)
+    etchant.sticking.push_back(static_cast<float>(surface.sticking));
+  return {etchant};
+}
+
 }  // namespace
 
 // Where nothing arrives nothing covers, also where nothing leaves.
@@ -84,12 +91,8 @@ double LangmuirTransport::coverage(const Surface& surface, float flux) const {
   return adsorbs / (adsorbs + surface.desorption + surface.reaction);
 }
 
-std::vector<Species> LangmuirTransport::species() const {
-  Species etchant{.name = "etchant", .source = values_.source, .sticking = {}};
-  for (const Surface& surface : values_.surfaces)
-    etchant.sticking.push_back(static_cast<float>(surface.sticking));
-  return {etchant};
-}
+LangmuirTransport::LangmuirTransport(Values values)
+    : SurfaceModel(species_of(values), {.balance = this}), values_(std::move(values)) {}
 
 std::vector<float> LangmuirTransport::speeds(const SurfacePoints& points,
                                              std::span<const std::span<const float>> flux) const {
@@ -120,10 +123,6 @@ std::vector<std::vector<float>> LangmuirTransport::covered_sticking(
                                   (surface.desorption + surface.reaction));
   }
   return {stays};
-}
-
-bool LangmuirTransport::is_mirror_symmetric(int axis) const {
-  return are_mirror_symmetric(species(), axis);
 }
 
 ModelDescription langmuir_transport_description() {

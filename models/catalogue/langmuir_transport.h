@@ -19,7 +19,7 @@ namespace scarp {
 /// counted twice.
 ///
 /// Parameters, limits and source are in the description: `scarp models langmuir_transport`.
-class LangmuirTransport final : public SurfaceModel {
+class LangmuirTransport final : public SurfaceModel, public BalancedCoverages {
  public:
   /// How a material takes part. Units: density in 1e22 cm^-3, fluxes in 1e15 cm^-2 s^-1.
   struct Surface {
@@ -35,17 +35,15 @@ class LangmuirTransport final : public SurfaceModel {
     double molecules_per_atom = 1;  ///< n
     std::vector<Surface> surfaces{};
   };
-  explicit LangmuirTransport(Values values) : values_(std::move(values)) {}
+  explicit LangmuirTransport(Values values);
 
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override { return {"etchant"}; }
+  std::vector<std::string> coverage_names() const override { return {"etchant"}; }
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   double coverage(const Surface& surface, float flux) const;

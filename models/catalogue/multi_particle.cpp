@@ -272,10 +272,6 @@ std::string MultiParticle::formula(MaterialId material) const {
   return values_.rate[material] ? values_.rate[material]->text() : "";
 }
 
-bool MultiParticle::is_mirror_symmetric(int axis) const {
-  return are_mirror_symmetric(values_.species, axis);
-}
-
 ModelDescription multi_particle_description() {
   return {
       .name = "multi_particle",

@@ -29,13 +29,12 @@ class MultiParticle final : public SurfaceModel {
     std::vector<Species> species;
     std::vector<std::optional<RateFormula>> rate;
   };
-  explicit MultiParticle(Values values) : values_(std::move(values)) {}
+  explicit MultiParticle(Values values)
+      : SurfaceModel(values.species), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return values_.species; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
   std::string formula(MaterialId material) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   Values values_;

@@ -17,7 +17,7 @@ namespace scarp {
 /// twice. c / c_s is the only tally.
 ///
 /// Parameters, limits and source are in the description: `scarp models oxide_regrowth`.
-class OxideRegrowth final : public SurfaceModel {
+class OxideRegrowth final : public SurfaceModel, public Bath {
  public:
   /// How a material takes part. Units: nm/s.
   struct Surface {
@@ -31,10 +31,10 @@ class OxideRegrowth final : public SurfaceModel {
     Solute solute{};
     std::vector<Surface> surfaces{};
   };
-  explicit OxideRegrowth(Values values) : values_(std::move(values)) {}
+  explicit OxideRegrowth(Values values)
+      : SurfaceModel({}, {.bath = this}), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return {}; }
-  std::optional<Solute> solute() const override { return values_.solute; }
+  Solute solute() const override { return values_.solute; }
   std::vector<Exchange> exchange(const SurfacePoints& points) const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;

@@ -289,7 +289,7 @@ PlasmaEtch::Coverage PlasmaEtch::coverage_at(const Surface& surface,
   return {.etchant = e * p_leaves / all, .passivation = p * e_leaves / all};
 }
 
-std::vector<std::string> PlasmaEtch::coverages() const {
+std::vector<std::string> PlasmaEtch::coverage_names() const {
   std::vector<std::string> names;
   for (std::size_t gas = 0; gas < gas_count(); ++gas) names.push_back(values_.species[gas].name);
   return names;
@@ -337,10 +337,6 @@ std::vector<float> PlasmaEtch::speeds(const SurfacePoints& points,
     if (atoms > 0) speeds[p] = static_cast<float>(-atoms / surface.density);
   }
   return speeds;
-}
-
-bool PlasmaEtch::is_mirror_symmetric(int axis) const {
-  return are_mirror_symmetric(values_.species, axis);
 }
 
 std::vector<Parameter> plasma_etch_parameters(const PlasmaChemistry& chemistry) {

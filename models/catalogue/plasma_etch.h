@@ -30,7 +30,7 @@ namespace scarp {
 ///
 /// Parameters, limits and source are in the descriptions: `scarp models sf6_o2`, `hbr_o2`,
 /// `sf6_c4f8`.
-class PlasmaEtch final : public SurfaceModel {
+class PlasmaEtch final : public SurfaceModel, public BalancedCoverages {
  public:
   /// How a material takes part. Units: density in 1e22 cm^-3.
   struct Surface {
@@ -55,17 +55,16 @@ class PlasmaEtch final : public SurfaceModel {
     bool sticking_in_balance = true;    ///< false: g is 1 in the balance
     std::vector<Surface> surfaces;
   };
-  explicit PlasmaEtch(Values values) : values_(std::move(values)) {}
+  explicit PlasmaEtch(Values values)
+      : SurfaceModel(values.species, {.balance = this}), values_(std::move(values)) {}
 
-  std::vector<Species> species() const override { return values_.species; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override;
+  std::vector<std::string> coverage_names() const override;
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   struct Coverage {

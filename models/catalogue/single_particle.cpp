@@ -53,13 +53,9 @@ StepModel read(const RecipeTable& step, const StepScope& scope) {
 
 }  // namespace
 
-std::vector<Species> SingleParticle::species() const {
-  Species particle;
-  particle.name = "particle";
-  particle.source = values_.source;
-  particle.sticking = values_.sticking;
-  return {std::move(particle)};
-}
+SingleParticle::SingleParticle(Values values)
+    : SurfaceModel({{.name = "particle", .source = values.source, .sticking = values.sticking}}),
+      values_(std::move(values)) {}
 
 std::vector<float> SingleParticle::speeds(const SurfacePoints& points,
                                           std::span<const std::span<const float>> flux) const {

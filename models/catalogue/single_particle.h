@@ -27,9 +27,8 @@ class SingleParticle final : public SurfaceModel {
     std::vector<float> sticking;
     SourceLobe source{};
   };
-  explicit SingleParticle(Values values) : values_(std::move(values)) {}
+  explicit SingleParticle(Values values);
 
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
 

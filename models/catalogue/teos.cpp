@@ -60,6 +60,16 @@ double sticking_at(double s, double theta, double order) {
   return order < 1 ? 1 : 0;
 }
 
+std::vector<Species> species_of(std::span<const Teos::Precursor> precursors) {
+  std::vector<Species> species;
+  for (const Teos::Precursor& each : precursors) species.push_back(each.species);
+  return species;
+}
+
+bool covers(const Teos::Precursor& precursor) {
+  return precursor.order != 1 && !precursor.species.ions;
+}
+
 }  // namespace
 
 Parameter precursor_rate_parameter(std::string_view name, std::string_view meaning) {
@@ -78,15 +88,12 @@ Parameter precursor_order_parameter(std::string_view name) {
           .source = "1 where adsorption limits it, 0.5 where molecules dissociate"};
 }
 
-Teos::Teos(std::vector<Precursor> precursors) : precursors_(std::move(precursors)) {
+Teos::Teos(std::vector<Precursor> precursors)
+    : SurfaceModel(species_of(precursors),
+                   {.balance = std::ranges::any_of(precursors, covers) ? this : nullptr}),
+      precursors_(std::move(precursors)) {
   for (std::size_t k = 0; k < precursors_.size(); ++k)
-    if (precursors_[k].order != 1 && !precursors_[k].species.ions) covering_.push_back(k);
-}
-
-std::vector<Species> Teos::species() const {
-  std::vector<Species> species;
-  for (const Precursor& each : precursors_) species.push_back(each.species);
-  return species;
+    if (covers(precursors_[k])) covering_.push_back(k);
 }
 
 std::vector<float> Teos::speeds(const SurfacePoints& points,
@@ -104,7 +111,7 @@ std::vector<float> Teos::speeds(const SurfacePoints& points,
   return speeds;
 }
 
-std::vector<std::string> Teos::coverages() const {
+std::vector<std::string> Teos::coverage_names() const {
   std::vector<std::string> names;
   for (const std::size_t k : covering_) names.push_back(precursors_[k].species.name);
   return names;
@@ -133,8 +140,6 @@ std::vector<std::vector<float>> Teos::covered_sticking(
   }
   return sticking;
 }
-
-bool Teos::is_mirror_symmetric(int axis) const { return are_mirror_symmetric(species(), axis); }
 
 ModelDescription teos_description() {
   return {

@@ -15,7 +15,7 @@ namespace scarp {
 /// covers, theta = min(F, 1): as growth takes up R F^m of R F that arrive, s_eff = s theta^(m - 1).
 ///
 /// Parameters, limits and source are in the descriptions: `scarp models teos`, `pecvd_teos`.
-class Teos final : public SurfaceModel {
+class Teos final : public SurfaceModel, public BalancedCoverages {
  public:
   struct Precursor {
     Species species;
@@ -24,15 +24,13 @@ class Teos final : public SurfaceModel {
   };
   explicit Teos(std::vector<Precursor> precursors);
 
-  std::vector<Species> species() const override;
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
-  std::vector<std::string> coverages() const override;
+  std::vector<std::string> coverage_names() const override;
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints& points, std::span<const std::span<const float>> flux) const override;
   std::vector<std::vector<float>> covered_sticking(
       const SurfacePoints& points, std::span<const std::vector<float>> coverages) const override;
-  bool is_mirror_symmetric(int axis) const override;
 
  private:
   std::vector<Precursor> precursors_;

@@ -27,14 +27,12 @@ using testing::ThrowsMessage;
 class SeededGrowth final : public SurfaceModel {
  public:
   SeededGrowth(Species vapour, std::vector<float> rates)
-      : vapour_(std::move(vapour)), rates_(std::move(rates)) {}
+      : SurfaceModel({std::move(vapour)}), rates_(std::move(rates)) {}
 
-  std::vector<Species> species() const override { return {vapour_}; }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override;
 
  private:
-  Species vapour_;
   std::vector<float> rates_;  // by material
 };
 

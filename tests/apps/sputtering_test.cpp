@@ -253,7 +253,8 @@ TEST(Redeposition, ConservesAtoms) {
       const std::vector<Vec3f> normals = facet_normals(now.facets);
       const std::vector<float> sputtered =
           recipe.steps[0]
-              .model->emission({.material = now.facets.materials, .normal = normals}, flux)
+              .model->emitter()
+              ->emission({.material = now.facets.materials, .normal = normals}, flux)
               .front();
       double leaves = 0;
       double settles = 0;

@@ -25,7 +25,7 @@ inline PhiGrid::Ptr grid_of(const Band& band) {
   for (const Leaf& leaf : band.leaves()) {
     const auto [i, j, k] = leaf.origin;
     auto* copy = grid->tree().touchLeaf({i, j, k});
-    std::copy(leaf.phi, leaf.phi + leaf_size, copy->buffer().data());
+    std::copy(leaf.phi + 0, leaf.phi + leaf_size, copy->buffer().data());
     PhiGrid::TreeType::LeafNodeType::NodeMaskType mask;
     for (int n = 0; n < leaf_edge; ++n) mask.getWord<std::uint64_t>(n) = leaf.active[n];
     copy->setValueMask(mask);

@@ -32,5 +32,32 @@ TEST(Frame, CountsHeightsFromTheWafer) {
   EXPECT_EQ(frame.node_position(2, -3), -1.5);
 }
 
+TEST(Frame, VariesAlongYInSpaceAlone) {
+  const Frame space{.spacing = 0.5, .cells = {4, 4}, .boundary = {Boundary::periodic, {}}};
+  const Frame slice{.spacing = 0.5, .cells = {4, 1}, .two_dimensional = true};
+  const Frame around{
+      .spacing = 0.5, .cells = {4, 1}, .two_dimensional = true, .axisymmetric = true};
+
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_TRUE(space.varies_along(axis));
+    EXPECT_EQ(slice.varies_along(axis), axis != 1);
+    EXPECT_EQ(around.varies_along(axis), axis != 1);
+  }
+  EXPECT_EQ(space.own_nodes(0), 4);
+  EXPECT_EQ(space.own_nodes(1), 5);
+  EXPECT_EQ(slice.own_nodes(0), 5);
+  EXPECT_EQ(slice.own_nodes(1), 1);
+  EXPECT_EQ(slice.in_section({1, 2, 3}), (Vec3d{1, 0, 3}));
+  EXPECT_EQ(space.in_section({1, 2, 3}), (Vec3d{1, 2, 3}));
+  EXPECT_TRUE(space.is_square() && !slice.is_square());
+  EXPECT_TRUE(slice.is_slice() && !around.is_slice() && !space.is_slice());
+}
+
+TEST(Frame, IsRevolvedIntoOneThatIsAsWideEitherWay) {
+  const Frame around{
+      .spacing = 0.5, .cells = {4, 1}, .two_dimensional = true, .axisymmetric = true};
+  EXPECT_EQ(around.revolved(), (Frame{.spacing = 0.5, .cells = {4, 4}}));
+}
+
 }  // namespace
 }  // namespace scarp

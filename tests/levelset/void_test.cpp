@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "levelset/grid/band.h"
@@ -76,7 +77,8 @@ TEST_P(VoidUnderANeck, ClosesInTimeWithTheExactAreaAndStaysToTheLastBit) {
   }
   // The fronts come from both sides: half a spacing more or less at 1 nm/s, and the time step.
   EXPECT_NEAR(time, neck / 2, h / 2 + dt);
-  const double exact = (cavity - neck) * (height - neck) + neck * neck * (0.5 - pi / 8);
+  const double exact =
+      (cavity - neck) * (height - neck) + neck * neck * (0.5 - std::numbers::pi / 8);
   const std::optional<Region> closed = largest_void(gas);
   ASSERT_TRUE(closed.has_value());
   EXPECT_NEAR(closed->volume / h, exact, 0.03 * exact);

@@ -58,20 +58,23 @@ class ModelAtPoint {
   const std::vector<Species>& species() const { return species_; }
 
   double speed() const { return model_->speeds(point_, flux()).front(); }
-  double emission() const { return model_->emission(point_, flux()).front().front(); }
+  double emission() const { return model_->emitter()->emission(point_, flux()).front().front(); }
   std::vector<float> amplitudes() const {
     std::vector<float> parts;
-    for (const auto& part : model_->amplitudes(point_, flux(), model_->angular_factors()))
+    const AngularResponse& angular = model_->angular();
+    for (const auto& part : angular.amplitudes(point_, flux(), angular.factors()))
       parts.push_back(part.front());
     return parts;
   }
   /// 0 where the model knows none.
   double coverage(std::size_t k) const {
-    const auto coverages = model_->steady_coverages(point_, flux());
+    if (model_->balance() == nullptr) return 0;
+    const auto coverages = model_->balance()->steady_coverages(point_, flux());
     return k < coverages.size() ? coverages[k].front() : 0;
   }
   std::vector<std::vector<float>> sticking() const {
-    return model_->covered_sticking(point_, model_->steady_coverages(point_, flux()));
+    const BalancedCoverages& balance = *model_->balance();
+    return balance.covered_sticking(point_, balance.steady_coverages(point_, flux()));
   }
 
  protected:

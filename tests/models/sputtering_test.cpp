@@ -24,7 +24,8 @@ const std::string silicon_alone = "etch_rate = { Si = \"2 nm/s\", SiO2 = \"0 nm/
 const std::string parallel = "[[step.ion]]\nsource_power = 1e6\n";
 
 Species ions_of(const std::string& keys) {
-  for (const Species& species : read_step("ion_milling", keys).model->species())
+  const StepModel step = read_step("ion_milling", keys);
+  for (const Species& species : step.model->species())
     if (species.ions) return species;
   return {};
 }
@@ -182,9 +183,7 @@ TEST(IonMilling, WhatIsSputteredSettlesAsAFilm) {
   EXPECT_FLOAT_EQ(silicon.emission(), 0);
   // Without a film atoms are gone.
   EXPECT_EQ(read_step("ion_milling", silicon_alone).model->species().size(), 2U);
-  EXPECT_TRUE(read_step("ion_milling", silicon_alone)
-                  .model->emission(Points({"Si"}), std::vector<std::span<const float>>{})
-                  .empty());
+  EXPECT_EQ(read_step("ion_milling", silicon_alone).model->emitter(), nullptr);
 }
 
 // speeds() is the first part plus the factor times its amplitude, of a part in sight between 0 and
@@ -194,7 +193,7 @@ TEST(IonMilling, PartsOfTheSpeedAddUp) {
       "etch_rate = \"2 nm/s\"\nmaterial = \"SiO2\"\nsputter_factor = { Si = 9.3, SiO2 = 2 }\n";
   const Vec3f normal = Vec3f(at_angle(50));
   SputterPoint point("ion_milling", keys, "Si", normal);
-  const std::vector<AngularFactor> factors = point.model().angular_factors();
+  const std::vector<AngularFactor> factors = point.model().angular().factors();
   ASSERT_EQ(factors.size(), 2U);
   const float open = factors[0].value(normal);
   double unit_amplitude = 0;
@@ -217,7 +216,7 @@ TEST(IonMilling, PartsOfTheSpeedAddUp) {
 TEST(IonMilling, WallsAlongTheIonsTurnIfTheyAreInSight) {
   SputterPoint wall("ion_milling", silicon_alone + parallel, "Si", {1, 0, 0});
   SputterPoint top("ion_milling", silicon_alone + parallel);
-  const float yield = top.model().angular_factors()[0].value({0, 0, 1});
+  const float yield = top.model().angular().factors()[0].value({0, 0, 1});
   const float whole = top.under({1, yield}).amplitudes()[1];
   EXPECT_FLOAT_EQ(wall.under({0, 0}, 0, 1).amplitudes()[1], whole);
   EXPECT_FLOAT_EQ(wall.under({0, 0}, 0, 0.5).amplitudes()[1], 0.5 * whole);
@@ -235,11 +234,13 @@ TEST(IonMilling, WallsAlongTheIonsTurnIfTheyAreInSight) {
 }
 
 TEST(IonMilling, LeansWithItsIons) {
-  EXPECT_TRUE(read_step("ion_milling", silicon_alone).model->is_mirror_symmetric(0));
+  EXPECT_TRUE(read_step("ion_milling", silicon_alone).model->angular().is_mirror_symmetric(0));
   const std::string tilted = silicon_alone + "[[step.ion]]\ntilt = \"35 deg\"\n";
-  EXPECT_FALSE(read_step("ion_milling", tilted).model->is_mirror_symmetric(0));
-  EXPECT_TRUE(read_step("ion_milling", tilted).model->is_mirror_symmetric(1));
-  EXPECT_TRUE(read_step("ion_milling", tilted + "rotating = true\n").model->is_mirror_symmetric(0));
+  EXPECT_FALSE(read_step("ion_milling", tilted).model->angular().is_mirror_symmetric(0));
+  EXPECT_TRUE(read_step("ion_milling", tilted).model->angular().is_mirror_symmetric(1));
+  EXPECT_TRUE(read_step("ion_milling", tilted + "rotating = true\n")
+                  .model->angular()
+                  .is_mirror_symmetric(0));
 }
 
 TEST(IonMilling, SaysWhatIsWrong) {
@@ -273,7 +274,7 @@ TEST(SputterDeposition, GrowsAtTheRateOfAnOpenWafer) {
   const StepModel step = read_step("sputter_deposition", tantalum);
   EXPECT_EQ(step.deposits, Materials().id("Ta"));
   EXPECT_EQ(step.model->species().size(), 1U);
-  EXPECT_TRUE(step.model->angular_factors().empty());
+  EXPECT_TRUE(step.model->angular().factors().empty());
   const std::string half_sticks = tantalum + "sticking = { Ta = 0.5, default = 0.25 }\n";
   // Tallies of ions are none, those of atoms come first.
   SputterPoint film("sputter_deposition", half_sticks, "Ta");

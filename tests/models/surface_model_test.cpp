@@ -21,11 +21,12 @@ namespace {
 class PowerOfIons : public SurfaceModel {
  public:
   PowerOfIons(double power, float of_gas, SourceLobe source = {.cosine_power = 1000})
-      : power_(power), of_gas_(of_gas), source_(std::move(source)) {}
+      : SurfaceModel(
+            {{.name = "gas"},
+             {.name = "ions", .source = std::move(source), .yields = {{.name = "sputter"}}}}),
+        power_(power),
+        of_gas_(of_gas) {}
 
-  std::vector<Species> species() const override {
-    return {{.name = "gas"}, {.name = "ions", .source = source_, .yields = {{.name = "sputter"}}}};
-  }
   std::vector<float> speeds(const SurfacePoints& points,
                             std::span<const std::span<const float>> flux) const override {
     std::vector<float> speeds(points.material.size());
@@ -37,7 +38,6 @@ class PowerOfIons : public SurfaceModel {
  private:
   double power_;
   float of_gas_;
-  SourceLobe source_;
 };
 
 /// Surfaces that lean by angles towards x. Units: degrees.
@@ -67,8 +67,8 @@ struct Slopes {
     materials.resize(normals.size());
     gas.assign(normals.size(), 1.0F);
     tallies = {gas, ions, ions};
-    factors = model.angular_factors();
-    parts = model.amplitudes(points(), tallies, factors);
+    factors = model.angular().factors();
+    parts = model.angular().amplitudes(points(), tallies, factors);
   }
 
   SurfacePoints points() const { return {.material = materials, .normal = normals}; }
@@ -140,7 +140,7 @@ TEST(TurningSpeeds, AreBounded) {
   const PowerOfIons model(1, 0);
   Slopes slopes(model);
   std::ranges::fill(slopes.ions, 1.0F);  // most of it reflected
-  const auto parts = model.amplitudes(slopes.points(), slopes.tallies, slopes.factors);
+  const auto parts = model.angular().amplitudes(slopes.points(), slopes.tallies, slopes.factors);
   for (const float amplitude : parts[1]) {
     EXPECT_LE(std::abs(amplitude), 1.001F);
     EXPECT_TRUE(std::isfinite(amplitude));
@@ -164,8 +164,8 @@ struct SlopesUnderSputtering {
   std::vector<std::vector<double>> speeds(const std::vector<float>& yield) const {
     const SurfacePoints points{.material = materials, .normal = normals};
     const std::vector<std::span<const float>> tallies{gas, arrivals, yield};
-    const std::vector<AngularFactor> factors = model->angular_factors();
-    const auto parts = model->amplitudes(points, tallies, factors);
+    const std::vector<AngularFactor> factors = model->angular().factors();
+    const auto parts = model->angular().amplitudes(points, tallies, factors);
     std::vector<std::vector<double>> all(normals.size());
     for (std::size_t p = 0; p < normals.size(); ++p) {
       for (const Vec3f n : normals) all[p].push_back(speed_at(parts, factors, p, n));
@@ -250,8 +250,8 @@ sputter_factor = 5
     const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
     const SurfacePoints points{.material = slopes.materials, .normal = slopes.normals};
     const std::vector<float> speeds = step.model->speeds(points, flux);
-    const std::vector<AngularFactor> factors = step.model->angular_factors();
-    const auto parts = step.model->amplitudes(points, flux, factors);
+    const std::vector<AngularFactor> factors = step.model->angular().factors();
+    const auto parts = step.model->angular().amplitudes(points, flux, factors);
     for (std::size_t p = 0; p < speeds.size(); ++p) {
       EXPECT_NEAR(speed_at(parts, factors, p, slopes.normals[p]), speeds[p],
                   1e-4 * (1 + std::abs(speeds[p])))
@@ -272,14 +272,15 @@ TEST(PeakedYield, IsFoundInTables) {
         "[[step.ion.yield]]\nname = \"etch\"\n" +
         yield;
     const StepModel step = read_step("multi_particle", keys);
-    const std::vector<AngularFactor> factors = step.model->angular_factors();
+    const std::vector<AngularFactor> factors = step.model->angular().factors();
     const std::vector<float> one{1};
     const std::vector<std::span<const float>> flux{one, one};
     const std::vector<MaterialId> materials(1);
     const std::vector<Vec3f> up{{0, 0, 1}};
     const bool has_factor = factors.size() > lobe_factor_count;
     if (has_factor) {
-      EXPECT_EQ(step.model->amplitudes({.material = materials, .normal = up}, flux, factors)
+      EXPECT_EQ(step.model->angular()
+                    .amplitudes({.material = materials, .normal = up}, flux, factors)
                     .back()
                     .front(),
                 0);
@@ -334,7 +335,7 @@ angular = ")" + second + "\"\n")
     const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
     const SurfacePoints points{.material = materials, .normal = normals};
     expected = model->speeds(points, flux);
-    parts = model->amplitudes(points, flux, factors);
+    parts = model->angular().amplitudes(points, flux, factors);
   }
 
   /// With the amplitudes of slope p at the normal of slope q.
@@ -343,7 +344,7 @@ angular = ")" + second + "\"\n")
   std::shared_ptr<const SurfaceModel> model;
   std::vector<Vec3f> normals = leaning({0, 30, 50, 65, 75, 80, 85});
   std::array<std::vector<float>, 3> tallies;
-  std::vector<AngularFactor> factors = model->angular_factors();
+  std::vector<AngularFactor> factors = model->angular().factors();
   std::vector<float> expected;
   std::vector<std::vector<float>> parts;
 };
@@ -420,7 +421,7 @@ TEST(FadingYield, OfTwoLobesAddsUpToTheSpeedAtTheOwnNormal) {
         "-1 nm/s * a_enhanced * b_enhanced - 1 nm/s * a_sputter * b_sputter"}) {
     const StepModel step = read_step("multi_particle", "rate = \"" + rate + "\"\n" + ions("a", "") +
                                                            ions("b", "tilt = \"20 deg\"\n"));
-    const std::vector<AngularFactor> factors = step.model->angular_factors();
+    const std::vector<AngularFactor> factors = step.model->angular().factors();
     ASSERT_EQ(factors.size(), 2 * lobe_factor_count + 2);
     const std::vector<Vec3f> normals = leaning({0, 20, 40, 60, 80, 89});
     const std::vector<MaterialId> materials(normals.size());
@@ -431,7 +432,7 @@ TEST(FadingYield, OfTwoLobesAddsUpToTheSpeedAtTheOwnNormal) {
     const std::vector<std::span<const float>> flux(tallies.begin(), tallies.end());
     const SurfacePoints points{.material = materials, .normal = normals};
     const std::vector<float> speeds = step.model->speeds(points, flux);
-    const auto parts = step.model->amplitudes(points, flux, factors);
+    const auto parts = step.model->angular().amplitudes(points, flux, factors);
     for (std::size_t p = 0; p < normals.size(); ++p)
       EXPECT_NEAR(speed_at(parts, factors, p, normals[p]), speeds[p], 1e-4) << rate << ' ' << p;
   }
@@ -444,14 +445,14 @@ class OpenFloor {
   OpenFloor(const std::string& rate, const std::string& ions)
       : model_(read_step("multi_particle", "material = \"Si\"\nrate = \"" + rate + "\"\n" + ions)
                    .model),
-        factors_(model_->angular_factors()) {
+        factors_(model_->angular().factors()) {
     std::size_t tallies = 0;
     for (const Species& each : model_->species()) tallies += 1 + each.yields.size();
     const std::vector<float> one{1};
     const std::vector<std::span<const float>> flux(tallies, one);
     const std::vector<MaterialId> materials(1);
     const std::vector<Vec3f> up{{0, 0, 1}};
-    parts_ = model_->amplitudes({.material = materials, .normal = up}, flux, factors_);
+    parts_ = model_->angular().amplitudes({.material = materials, .normal = up}, flux, factors_);
   }
 
   Vec3f against_ions() const { return Vec3f(-1.0 * model_->species().front().source.direction); }
@@ -513,8 +514,8 @@ TEST(FadingYield, ThatEndsBeforeTheFootOfAWallGivesNumbers) {
   const std::vector<std::span<const float>> flux{one, one, two};
   const std::vector<MaterialId> materials(1);
   const std::vector<Vec3f> up{{0, 0, 1}};
-  for (const std::vector<float>& part : step.model->amplitudes(
-           {.material = materials, .normal = up}, flux, step.model->angular_factors()))
+  for (const std::vector<float>& part : step.model->angular().amplitudes(
+           {.material = materials, .normal = up}, flux, step.model->angular().factors()))
     EXPECT_TRUE(std::isfinite(part.front()));
 }
 
@@ -534,7 +535,7 @@ struct WallAboveFloor {
     const std::vector<Vec3f> normals = leaning({0, 89.9});
     const std::vector<float> ions{1, part * open_arrivals(normals.back())};
     const std::vector<std::span<const float>> flux{ions};
-    parts = model->amplitudes({.material = materials, .normal = normals}, flux, factors);
+    parts = model->angular().amplitudes({.material = materials, .normal = normals}, flux, factors);
   }
 
   /// What arrives on a surface that sees the whole lobe, relative to a flat one.
@@ -556,7 +557,7 @@ struct WallAboveFloor {
 
   std::shared_ptr<const SurfaceModel> model;
   std::vector<MaterialId> materials = std::vector<MaterialId>(2);
-  std::vector<AngularFactor> factors = model->angular_factors();
+  std::vector<AngularFactor> factors = model->angular().factors();
   std::vector<std::vector<float>> parts;
 };
 
@@ -580,7 +581,7 @@ TEST(LobeResponse, OfAWallThatSeesLittleOfALobeIsWeak) {
 
 TEST(TurningSpeeds, AreOfNarrowLobesAlone) {
   const auto factor_count = [](const SourceLobe& source) {
-    return PowerOfIons(1, 0, source).angular_factors().size();
+    return PowerOfIons(1, 0, source).angular().factors().size();
   };
   EXPECT_EQ(factor_count({.cosine_power = 1}), 0U);
   EXPECT_EQ(factor_count({.cosine_power = 300}), lobe_factor_count);

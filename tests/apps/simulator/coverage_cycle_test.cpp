@@ -16,16 +16,11 @@ constexpr double leaves = 0.3;
 
 /// One gas that arrives the less the barer the surface, F = 1 / (1 + hides (1 - theta)), and covers
 /// it with the rate F (1 - theta); then what covers it leaves.
-class Filling final : public SurfaceModel {
+class Filling final : public CycledCoverages {
  public:
   explicit Filling(std::vector<double> phases) : phases_(std::move(phases)) {}
 
-  std::vector<Species> species() const override { return {{.name = "gas"}}; }
-  std::vector<float> speeds(const SurfacePoints& points,
-                            std::span<const std::span<const float>>) const override {
-    return std::vector<float>(points.material.size());
-  }
-  std::vector<std::string> coverages() const override { return {"gas"}; }
+  std::vector<std::string> coverage_names() const override { return {"gas"}; }
   std::vector<double> phases() const override { return phases_; }
   std::vector<std::vector<float>> coverages_after(
       double seconds, std::size_t phase, const SurfacePoints& points,

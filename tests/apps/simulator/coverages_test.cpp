@@ -182,14 +182,9 @@ TEST(Coverages, BitsDoNotDependOnThreads) {
 }
 
 /// One gas that covers what it reaches: theta = F / (1 + F).
-class Langmuir final : public SurfaceModel {
+class Langmuir final : public BalancedCoverages {
  public:
-  std::vector<Species> species() const override { return {{.name = "gas"}}; }
-  std::vector<float> speeds(const SurfacePoints& points,
-                            std::span<const std::span<const float>>) const override {
-    return std::vector<float>(points.material.size());
-  }
-  std::vector<std::string> coverages() const override { return {"gas"}; }
+  std::vector<std::string> coverage_names() const override { return {"gas"}; }
   std::vector<std::vector<float>> steady_coverages(
       const SurfacePoints&, std::span<const std::span<const float>> flux) const override {
     std::vector<float> theta;

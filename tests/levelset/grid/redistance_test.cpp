@@ -16,7 +16,7 @@ TEST(Redistance, MakesADistanceOfWhatIsNone) {
   Layers layers = single_layer(
       frame, [](Vec3d r) { return length(r) - 15.2; }, -16, 16);
   Band& band = layers.top().band();
-  for (const Leaf& leaf : band.leaves()) {
+  for (Leaf& leaf : band.leaves()) {
     for (int node = 0; node < leaf_size; ++node) {
       const float phi = leaf.phi[node];
       leaf.phi[node] = std::abs(phi) > 1.2F && std::abs(phi) < 4 ? 0.6F * phi : phi;

@@ -56,7 +56,7 @@ TEST(SurfaceSlopes, FindTheNodeThatIsNotANumber) {
   LevelSet phi = plane(1);
   const Leaf& leaf = phi.band().leaves().front();
   const Node node{leaf.origin[0] + 3, leaf.origin[1] + 4, 0};
-  for (const Leaf& each : phi.band().leaves())
+  for (Leaf& each : phi.band().leaves())
     if (each.origin == Node{leaf.origin[0], leaf.origin[1], 0})
       each.phi[leaf_offset(3, 4, 0)] = std::numeric_limits<float>::quiet_NaN();
   const SurfaceSlopes slopes = surface_slopes(phi);

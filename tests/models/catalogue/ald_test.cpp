@@ -37,7 +37,11 @@ struct AldPoint {
     std::vector<std::span<const float>> tallies;
     for (const float& tally : flux) tallies.emplace_back(&tally, 1);
     const std::vector<std::vector<float>> before{{theta}};
-    return model().coverages_after(seconds, phase, covered(before), tallies).front().front();
+    return model()
+        .cycle()
+        ->coverages_after(seconds, phase, covered(before), tallies)
+        .front()
+        .front();
   }
 };
 
@@ -56,8 +60,8 @@ TEST(Ald, CoversAnOpenWaferAsTheExponentialSays) {
 // Both kinds of molecules adsorb in the pulse, what has desorbed alone in the purge.
 TEST(Ald, PurgesWithWhatComesBack) {
   AldPoint wafer("purge_time = \"0.05 s\"\n");
-  EXPECT_EQ(wafer.model().phases(), (std::vector<double>{0.1, 0.05}));
-  EXPECT_EQ(AldPoint("").model().phases(), std::vector<double>{0.1});
+  EXPECT_EQ(wafer.model().cycle()->phases(), (std::vector<double>{0.1, 0.05}));
+  EXPECT_EQ(AldPoint("").model().cycle()->phases(), std::vector<double>{0.1});
   const double rate = 2.5 / 3.36;
   EXPECT_NEAR(wafer.after(0.05, 1, 0.9F, {1, 0}), 0.9 * std::exp(-rate * 0.05), 1e-6);
   // A closed box: as much comes back as leaves, J_d theta = g J F_d (1 - theta).
@@ -73,22 +77,23 @@ TEST(Ald, GrowsByWhatIsCovered) {
   EXPECT_DOUBLE_EQ(wafer.step.duration.seconds, 800 * 0.4);
   EXPECT_EQ(wafer.step.duration.key, "cycles");
   EXPECT_EQ(wafer.step.deposits, Materials().id("Al2O3"));
-  EXPECT_EQ(AldPoint("cycles_at_once = 50\n").model().longest_time_step(), 50 * 0.1);
+  EXPECT_EQ(AldPoint("cycles_at_once = 50\n").model().cycle()->longest_time_step(), 50 * 0.1);
 }
 
 TEST(Ald, SticksWhereItIsBareAndSendsOutWhatDesorbs) {
   AldPoint wafer("sticking = { Si = 0.02, default = 0.01 }\nflux = \"1e19 /cm2/s\"\n");
   const std::vector<std::vector<float>> half{{0.5F}};
-  for (const std::vector<float>& sticking : wafer.model().covered_sticking(wafer.point, half))
+  for (const std::vector<float>& sticking :
+       wafer.model().coverages()->covered_sticking(wafer.point, half))
     EXPECT_EQ(sticking, std::vector<float>{0.01F});
   ASSERT_EQ(wafer.model().species().size(), 2U);
   EXPECT_EQ(wafer.model().species()[1].source.kind, SourceLobe::Kind::none);
-  EXPECT_FLOAT_EQ(wafer.model().emission(wafer.covered(half), {}).front().front(),
+  EXPECT_FLOAT_EQ(wafer.model().emitter()->emission(wafer.covered(half), {}).front().front(),
                   0.5F * 2.5F / 10000);
   AldPoint stays("desorption = \"0 /cm2/s\"\n");
   EXPECT_EQ(stays.model().species().size(), 1U);
-  EXPECT_EQ(stays.model().covered_sticking(stays.point, half).size(), 1U);
-  EXPECT_TRUE(stays.model().emission(stays.covered(half), {}).empty());
+  EXPECT_EQ(stays.model().coverages()->covered_sticking(stays.point, half).size(), 1U);
+  EXPECT_EQ(stays.model().emitter(), nullptr);
   EXPECT_NEAR(stays.after(0.1, 0, 0, {1}), 1 - std::exp(-100 / 3.36 * 0.1), 1e-6);
   // Where nothing arrives nothing changes.
   EXPECT_EQ(stays.after(0.1, 0, 0.25F, {0}), 0.25F);

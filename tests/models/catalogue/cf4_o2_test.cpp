@@ -111,7 +111,7 @@ TEST(Cf4O2, SticksToWhatCoversTheSurface) {
       "Si");
   const Points at({"Si"});
   const std::vector<std::vector<float>> coverages{{0.2F}, {0.3F}, {0.1F}};
-  const auto sticking = point.model().covered_sticking(at, coverages);
+  const auto sticking = point.model().coverages()->covered_sticking(at, coverages);
   EXPECT_FLOAT_EQ(sticking[0].front(), 0.5F * 0.4F + 0.1F * 0.3F);
   EXPECT_FLOAT_EQ(sticking[1].front(), 0.8F * 0.4F + 0.2F * 0.1F);
   EXPECT_FLOAT_EQ(sticking[2].front(), 0.6F * 0.4F + 0.4F * 0.3F);
@@ -138,8 +138,9 @@ TEST(Cf4O2, SaysWhatIsWrong) {
   expect("etches = [\"W\"]\n", "step[0].etches: is nothing that the step finds");
   expect("fluorine_flux = \"0 /cm2/s\"\n", "step[0].fluorine_flux: is 0, and there are no ions");
   EXPECT_NO_THROW(read_step("cf4_o2", "fluorine_flux = \"0 /cm2/s\"\n[[step.ion]]\n"));
-  EXPECT_FALSE(
-      read_step("cf4_o2", "[[step.ion]]\ntilt = \"5 deg\"\n").model->is_mirror_symmetric(0));
+  EXPECT_FALSE(read_step("cf4_o2", "[[step.ion]]\ntilt = \"5 deg\"\n")
+                   .model->angular()
+                   .is_mirror_symmetric(0));
 }
 
 }  // namespace

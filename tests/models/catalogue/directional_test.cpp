@@ -95,8 +95,8 @@ TEST(Directional, WithoutVisibilityOnlyTheNormalCounts) {
 /// speeds() is the sum of the parts, at the normals of facets that lie in full light or shadow.
 void expect_parts_add_up(const SurfaceModel& model, const SurfacePoints& points,
                          std::span<const std::span<const float>> flux) {
-  const std::vector<AngularFactor> factors = model.angular_factors();
-  const auto parts = model.amplitudes(points, flux, factors);
+  const std::vector<AngularFactor> factors = model.angular().factors();
+  const auto parts = model.angular().amplitudes(points, flux, factors);
   const std::vector<float> speeds = model.speeds(points, flux);
   ASSERT_EQ(parts.size(), 1 + factors.size());
   for (std::size_t p = 0; p < speeds.size(); ++p) {

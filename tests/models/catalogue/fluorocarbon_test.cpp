@@ -129,7 +129,7 @@ TEST(Fluorocarbon, PolymerGrowsOrGoes) {
   }
   const StepModel step = read_step("fluorocarbon", "");
   EXPECT_EQ(step.deposits, Materials().id("polymer"));
-  EXPECT_EQ(step.model->coverages().size(), 3U);
+  EXPECT_EQ(coverage_names(step.model.get()).size(), 3U);
 }
 
 TEST(Fluorocarbon, AMaskIsSputteredOnly) {
@@ -170,8 +170,9 @@ TEST(Fluorocarbon, IonsOfSeveralKindsAddUp) {
   EXPECT_FLOAT_EQ(two.under({}).speed(), one.under({}).speed());
   FluorocarbonPoint unlike(radicals(0, 0) + half + half + "energy = \"400 eV\"\n", "SiO2");
   EXPECT_NEAR(unlike.under({}).speed(), -28 * 0.0139 * (10 + 20 - 2 * std::sqrt(18.0)) / 2.2, 1e-4);
-  EXPECT_FALSE(
-      read_step("fluorocarbon", "[[step.ion]]\ntilt = \"9 deg\"\n").model->is_mirror_symmetric(0));
+  EXPECT_FALSE(read_step("fluorocarbon", "[[step.ion]]\ntilt = \"9 deg\"\n")
+                   .model->angular()
+                   .is_mirror_symmetric(0));
 }
 
 TEST(Fluorocarbon, SaysWhatIsWrong) {

@@ -71,18 +71,18 @@ TEST(KohEtch, TakesTheCrystalAlone) {
   EXPECT_FALSE(step.deposits.has_value());
   EXPECT_TRUE(step.model->species().empty());
   const Points both({"Si", "SiO2"});
-  const auto parts = step.model->amplitudes(both, {}, step.model->angular_factors());
+  const auto parts = step.model->angular().amplitudes(both, {}, step.model->angular().factors());
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0], (std::vector<float>{0, 0}));
   EXPECT_EQ(parts[1], (std::vector<float>{-1, 0}));
-  EXPECT_FLOAT_EQ(-step.model->angular_factors().front().value({0, 0, 1}),
+  EXPECT_FLOAT_EQ(-step.model->angular().factors().front().value({0, 0, 1}),
                   step.model->speeds(both, {}).front());
 }
 
 // What reflective sides take for granted.
 TEST(KohEtch, IsItsMirrorImageAlongSymmetryPlanesOnly) {
   const auto symmetric = [](const std::string& keys, int axis) {
-    return read_step("koh_etch", keys).model->is_mirror_symmetric(axis);
+    return read_step("koh_etch", keys).model->angular().is_mirror_symmetric(axis);
   };
   for (const int axis : {0, 1}) {
     EXPECT_TRUE(symmetric("", axis));

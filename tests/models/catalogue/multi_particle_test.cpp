@@ -145,11 +145,12 @@ TEST(MultiParticle, IsMirrorSymmetricUnlessItsIonsLean) {
                      "rate = \"-1 nm/s * i\"\n[[step.ion]]\nname = \"i\"\n" + keys)
         .model;
   };
-  EXPECT_TRUE(with_ion("")->is_mirror_symmetric(0));
-  EXPECT_FALSE(with_ion("tilt = \"30 deg\"")->is_mirror_symmetric(0));
-  EXPECT_TRUE(with_ion("tilt = \"30 deg\"")->is_mirror_symmetric(1));
-  EXPECT_FALSE(with_ion("tilt = \"30 deg\"\nazimuth = \"90 deg\"")->is_mirror_symmetric(1));
-  EXPECT_TRUE(with_ion("tilt = \"30 deg\"\nrotating = true")->is_mirror_symmetric(0));
+  EXPECT_TRUE(with_ion("")->angular().is_mirror_symmetric(0));
+  EXPECT_FALSE(with_ion("tilt = \"30 deg\"")->angular().is_mirror_symmetric(0));
+  EXPECT_TRUE(with_ion("tilt = \"30 deg\"")->angular().is_mirror_symmetric(1));
+  EXPECT_FALSE(
+      with_ion("tilt = \"30 deg\"\nazimuth = \"90 deg\"")->angular().is_mirror_symmetric(1));
+  EXPECT_TRUE(with_ion("tilt = \"30 deg\"\nrotating = true")->angular().is_mirror_symmetric(0));
 }
 
 TEST(MultiParticle, TakesTheEnergiesAndAnglesOfTables) {
@@ -258,7 +259,7 @@ TEST(MultiParticle, NeutralsMayLeanLikeIons) {
   const auto source = [](const std::string& keys) {
     const StepModel step = read_step(
         "multi_particle", "rate = \"1 nm/s * g\"\n[[step.neutral]]\nname = \"g\"\n" + keys);
-    EXPECT_EQ(step.model->is_mirror_symmetric(0),
+    EXPECT_EQ(step.model->angular().is_mirror_symmetric(0),
               keys.find("tilt") == std::string::npos || keys.find("rotating") != std::string::npos);
     return step.model->species()[0].source;
   };

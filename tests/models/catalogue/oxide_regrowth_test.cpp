@@ -46,7 +46,7 @@ TEST(OxideRegrowth, GivesTheBathWhatItTakesOffTheSolid) {
   const std::vector<float> c{3, 3, 3};
   const std::vector<std::span<const float>> tallies{c};
   const std::vector<float> v = model->speeds(points, tallies);
-  const std::vector<Exchange> exchange = model->exchange(points);
+  const std::vector<Exchange> exchange = model->bath()->exchange(points);
   const std::array<double, 3> silica{3 * 2.3, 2.2, 0};  // in a volume
   for (std::size_t p = 0; p < 3; ++p) {
     const double given = 4e-4 * (exchange[p].release - exchange[p].uptake * (3 - 1));
@@ -63,7 +63,7 @@ TEST(OxideRegrowth, HandsItsSoluteToTheBath) {
                 false, stack);
   EXPECT_EQ(step.deposits, Materials().id("SiO2"));
   EXPECT_TRUE(step.model->species().empty());
-  const Solute solute = step.model->solute().value();
+  const Solute solute = step.model->bath()->solute();
   EXPECT_EQ(solute.bath, 0.25);
   EXPECT_EQ(solute.diffusivity, 5e7);
   EXPECT_EQ(solute.layer, 3000);

@@ -32,7 +32,7 @@ class PlasmaPoint : public ModelAtPoint {
 
   PlasmaPoint& under(const Arrivals& arrivals) {
     tallies_ = {static_cast<float>(arrivals.etchant)};
-    if (model().coverages().size() == 2)
+    if (coverage_names(&model()).size() == 2)
       tallies_.push_back(static_cast<float>(arrivals.passivation));
     for (const Species& each : species())
       if (each.ions) add_ions(each, arrivals.ions);
@@ -217,7 +217,7 @@ TEST(PlasmaEtch, ThePolymerOfABoschProcessIsSputteredOnly) {
   EXPECT_LE(polymer.sticking()[0].front(), 0.02);
   EXPECT_EQ(polymer.sticking().size(), 2U);
   const StepModel step = read_step("sf6_c4f8", "");
-  EXPECT_EQ(step.model->coverages(), std::vector<std::string>{"F"});
+  EXPECT_EQ(coverage_names(step.model.get()), std::vector<std::string>{"F"});
   EXPECT_FALSE(step.deposits.has_value());
   const std::vector<Species> species = step.model->species();
   ASSERT_EQ(species.size(), 2U);
@@ -245,9 +245,10 @@ TEST(PlasmaEtch, IonsOfSeveralKindsAddUp) {
 }
 
 TEST(PlasmaEtch, LeansWithItsIons) {
-  EXPECT_TRUE(read_step("sf6_o2", "").model->is_mirror_symmetric(0));
-  EXPECT_FALSE(
-      read_step("sf6_o2", "[[step.ion]]\ntilt = \"9 deg\"\n").model->is_mirror_symmetric(0));
+  EXPECT_TRUE(read_step("sf6_o2", "").model->angular().is_mirror_symmetric(0));
+  EXPECT_FALSE(read_step("sf6_o2", "[[step.ion]]\ntilt = \"9 deg\"\n")
+                   .model->angular()
+                   .is_mirror_symmetric(0));
 }
 
 TEST(PlasmaEtch, SaysWhatIsWrong) {

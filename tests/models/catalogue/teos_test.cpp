@@ -62,10 +62,10 @@ TEST(Teos, StickingFollowsWhatIsCovered) {
   EXPECT_EQ(second.under({0}).sticking()[0].front(), 0);
   // Of the first order it is constant, and no coverage is kept.
   TeosPoint mixed("teos", precursor(1) + precursor(2));
-  EXPECT_EQ(mixed.model().coverages(), std::vector<std::string>{"precursor_2"});
+  EXPECT_EQ(coverage_names(&mixed.model()), std::vector<std::string>{"precursor_2"});
   EXPECT_TRUE(mixed.under({0.5, 0.5}).sticking()[0].empty());
   EXPECT_FLOAT_EQ(mixed.sticking()[1].front(), 0.05F);
-  EXPECT_TRUE(TeosPoint("teos", precursor(1)).model().coverages().empty());
+  EXPECT_EQ(TeosPoint("teos", precursor(1)).model().coverages(), nullptr);
 }
 
 TEST(PecvdTeos, RadicalsAndIonsAddUp) {
@@ -75,13 +75,13 @@ TEST(PecvdTeos, RadicalsAndIonsAddUp) {
   TeosPoint point("pecvd_teos", keys);
   EXPECT_FLOAT_EQ(point.under({1, 1}).speed(), 5);
   EXPECT_FLOAT_EQ(point.under({0.25, 0.5}).speed(), 2 + 0.25);
-  EXPECT_EQ(point.model().coverages(), std::vector<std::string>{"radical"});
+  EXPECT_EQ(coverage_names(&point.model()), std::vector<std::string>{"radical"});
   ASSERT_EQ(point.species().size(), 2U);
   EXPECT_TRUE(point.species()[1].ions.has_value());
   EXPECT_EQ(point.species()[1].source.cosine_power, 50);
-  EXPECT_TRUE(point.model().is_mirror_symmetric(0));
+  EXPECT_TRUE(point.model().angular().is_mirror_symmetric(0));
   const std::string tilted = "material = \"SiO2\"\n" + keys + "tilt = \"5 deg\"\n";
-  EXPECT_FALSE(read_step("pecvd_teos", tilted).model->is_mirror_symmetric(0));
+  EXPECT_FALSE(read_step("pecvd_teos", tilted).model->angular().is_mirror_symmetric(0));
 }
 
 TEST(Teos, SaysWhatIsWrong) {
