@@ -16,7 +16,6 @@ find_package(nlohmann_json REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(GTest REQUIRED)
 find_package(Threads REQUIRED)
 
 # Its vector code rounds otherwise than plain code does, and otherwise again with another instruction set.
@@ -37,3 +36,7 @@ find_library(CLIPPER_LIBRARY polyclipping REQUIRED)
 add_library(polyclipping INTERFACE)
 target_include_directories(polyclipping SYSTEM INTERFACE ${CLIPPER_INCLUDE})
 target_link_libraries(polyclipping INTERFACE ${CLIPPER_LIBRARY})
+
+if(SCARP_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()

@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/error.h.
 #pragma once
 
 #include <memory>

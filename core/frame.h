@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/frame.h.
 #pragma once
 
 #include <array>

@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/material.h.
 #pragma once
 
 #include <cstdint>

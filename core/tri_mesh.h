@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/tri_mesh.h.
 #pragma once
 
 #include <algorithm>

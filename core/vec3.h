@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/vec3.h.
 #pragma once
 
 #include <cmath>

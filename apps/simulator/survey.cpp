@@ -322,8 +322,10 @@ class Surveyor {
       CoverageCycle cycle(*model.cycle(), facets, recipe_.flux.coverages);
       return solve_with(cycle, species, options, model, result_);
     }
-    if (result_.coverages.empty() && state_.coverages.names == coverage_names(&model)) carry_coverages();
-    CoverageIteration iteration(*model.balance(), facets, result_.coverages, recipe_.flux.coverages);
+    if (result_.coverages.empty() && state_.coverages.names == coverage_names(&model))
+      carry_coverages();
+    CoverageIteration iteration(*model.balance(), facets, result_.coverages,
+                                recipe_.flux.coverages);
     return solve_with(iteration, species, options, model, result_);
   }
 

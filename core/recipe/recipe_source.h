@@ -1,3 +1,4 @@
+// A public header: installed as scarp/core/recipe/recipe_source.h.
 #pragma once
 
 #include <filesystem>

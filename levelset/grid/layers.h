@@ -1,3 +1,4 @@
+// A public header: installed as scarp/levelset/grid/layers.h.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,4 @@
+// A public header: installed as scarp/levelset/grid/level_set.h.
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// A public header: installed as scarp/levelset/metrology/metrology.h.
 #pragma once
 
 #include <array>

@@ -1,3 +1,4 @@
+// A public header: installed as scarp/levelset/metrology/view_from_above.h.
 #pragma once
 
 #include <array>
