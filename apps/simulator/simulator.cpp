@@ -196,6 +196,7 @@ class Mover {
 
   SpeedField extended_speeds(double dt) {
     const auto measurement = result_.timer.measure("map");
+    facets_.room = &state_.layers.top().band().scratch(0);
     return extend_speeds(state_.layers, gas_, facets_, speeds(dt), survey_.factors, dt, distance());
   }
 

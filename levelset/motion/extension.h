@@ -32,7 +32,8 @@ struct FacetTree {
   std::shared_ptr<const TriangleTree> tree;
   std::vector<bool> is_creased;
   KeptFacets kept{};
-  LeafValues room{};  ///< for values of nodes; what is in it does not count
+  /// Lent for values of nodes; what is in it does not count. Null: some is made where it is needed.
+  LeafValues* room = nullptr;
 };
 
 /// A node next to the surface.
@@ -68,7 +69,7 @@ class Extension {
         tree_(*facets.tree),
         is_creased_(facets.is_creased),
         kept_(facets.kept),
-        room_(facets.room),
+        room_(facets.room != nullptr ? *facets.room : own_room_),
         distance_(distance),
         values_at_(std::move(values_at)) {}
 
@@ -105,6 +106,7 @@ class Extension {
   const TriangleTree& tree_;
   const std::vector<bool>& is_creased_;
   KeptFacets& kept_;
+  LeafValues own_room_;
   LeafValues& room_;
   double distance_;
   ValuesAt values_at_;

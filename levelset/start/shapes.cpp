@@ -632,7 +632,7 @@ std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape>
   };
   for (std::size_t n = 0; n < shapes.size(); ++n) {
     if (const auto* mesh = std::get_if<MeshShape>(&shapes[n]);
-        mesh && !builder.stack().layer_count() == 0) {
+        mesh && builder.stack().layer_count() > 0) {
       look_at(n, *mesh);
     }
     std::visit([&](const auto& s) { builder.apply(s); }, shapes[n]);

@@ -108,8 +108,9 @@ struct Wafer {
     of_layers[1].speed.assign(facets.triangles.size(), {motion.mask, motion.mask, motion.mask});
   }
 
-  SpeedField speeds() const {
+  SpeedField speeds() {
     FacetTree tree(facets);
+    tree.room = &layers.top().band().scratch(0);
     return extend_speeds(layers, gas, tree, of_layers, {}, dt, close_facets);
   }
 
