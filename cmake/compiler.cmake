@@ -47,6 +47,12 @@ if(SCARP_ASAN OR SCARP_FUZZ)
   add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
 
+if(SCARP_TSAN)
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
+  add_compile_options(-fsanitize=thread)
+  add_link_options(-fsanitize=thread)
+endif()
+
 if(SCARP_FUZZ)
   # Every branch that is taken is told to libFuzzer, which clang has.
   add_compile_options(-fsanitize=fuzzer-no-link)

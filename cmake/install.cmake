@@ -18,8 +18,10 @@ endforeach()
 
 # One library of all folders that a simulation needs: what those need besides is its own affair.
 add_library(scarp_library SHARED)
-target_link_libraries(scarp_library PRIVATE "$<LINK_LIBRARY:WHOLE_ARCHIVE,scarp_simulator,scarp_models,scarp_flux,scarp_mesh,\
-scarp_levelset,scarp_core>")
+foreach(folder core levelset mesh flux models simulator)
+  target_sources(scarp_library PRIVATE $<TARGET_OBJECTS:scarp_${folder}>)
+endforeach()
+target_link_libraries(scarp_library PRIVATE scarp_simulator)
 set_target_properties(scarp_library PROPERTIES
   OUTPUT_NAME scarp EXPORT_NAME scarp LINKER_LANGUAGE CXX VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION})
 target_compile_features(scarp_library INTERFACE cxx_std_20)

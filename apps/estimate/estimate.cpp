@@ -201,13 +201,13 @@ struct Trials {
 // Tries steps on the geometry that they meet, and goes by the area of the surface between them.
 class Estimator {
  public:
-  Estimator(const Recipe& recipe, const Log& log, const WriteOutput& write_output)
-      : recipe_(recipe),
+  Estimator(Recipe recipe, const Log& log, const WriteOutput& write_output)
+      : recipe_(std::move(recipe)),
         log_(log),
         write_output_(write_output),
-        few_rays_(with_few_rays(recipe, trial_rays)),
-        trials_(recipe.steps),
-        state_(start_state(recipe.domain.frame, recipe.start)) {}
+        few_rays_(with_few_rays(recipe_, trial_rays)),
+        trials_(recipe_.steps),
+        state_(start_state(recipe_.domain.frame, recipe_.start)) {}
 
   CostEstimate estimate() {
     cost_.lowest = state_.layers.top().lower();
@@ -360,7 +360,7 @@ class Estimator {
     if (memory.total() > cost_.memory.total()) cost_.memory = memory;
   }
 
-  const Recipe& recipe_;
+  Recipe recipe_;
   Log log_;
   const WriteOutput& write_output_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();

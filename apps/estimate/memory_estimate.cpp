@@ -46,21 +46,21 @@ MemoryEstimate memory_of(double grid, const RunSize& size) {
           .output = per_facet_of_output * size.facets * size.outputs / megabyte};
 }
 
-RunSize size_of(double facets, const Recipe& recipe) {
-  const bool keeps_rays = recipe.flux.options.engine != FluxOptions::Engine::forward;
+RunSize size_of(double facets, std::span<const ProcessStep> steps,
+                const Simplification& simplification, const FluxOptions& flux) {
+  const bool keeps_rays = flux.engine != FluxOptions::Engine::forward;
   std::size_t species = 0;
   const auto is_simplified = [&](const ProcessStep& step) {
     const auto count = static_cast<std::size_t>(facets);
-    return recipe.simplification.options &&
-           simplify_choice(recipe.simplification, step, count) == SimplifyChoice::simplify;
+    return simplification.options &&
+           simplify_choice(simplification, step, count) == SimplifyChoice::simplify;
   };
-  for (const ProcessStep& step : recipe.steps)
+  for (const ProcessStep& step : steps)
     if (step.model) species = std::max(species, step.model->species().size());
   return {.facets_full = facets,
-          .facets =
-              std::ranges::all_of(recipe.steps, is_simplified) ? simplified_part * facets : facets,
-          .kept_rays = keeps_rays ? static_cast<double>(recipe.flux.options.rays * species) : 0,
-          .memory_limit = recipe.flux.options.memory_limit};
+          .facets = std::ranges::all_of(steps, is_simplified) ? simplified_part * facets : facets,
+          .kept_rays = keeps_rays ? static_cast<double>(flux.rays * species) : 0,
+          .memory_limit = flux.memory_limit};
 }
 
 }  // namespace
@@ -77,10 +77,11 @@ MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep
 
 // A facet for each node beside a surface in space, and two for a place of four nodes in a
 // cross-section.
-RunSize size_from_grid(const Layers& layers, const Recipe& recipe) {
+RunSize size_from_grid(const Layers& layers, std::span<const ProcessStep> steps,
+                       const Simplification& simplification, const FluxOptions& flux) {
   const auto nodes = static_cast<double>(surface_slopes(layers.top()).nodes);
   const bool is_half = layers.frame.is_section() || layers.frame.diagonal;
-  return size_of(is_half ? nodes / 2 : nodes, recipe);
+  return size_of(is_half ? nodes / 2 : nodes, steps, simplification, flux);
 }
 
 // One layer whose band is one leaf of 8 x 8 x 8 nodes high, and two facets on each place of four
@@ -96,7 +97,8 @@ MemoryEstimate least_memory(const Recipe& recipe) {
     nodes *= 8 * std::ceil(cells / 8);
   }
   const bool may_be_eighth = recipe.domain.uses_symmetry && frame.is_square();
-  const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe);
+  const RunSize size = size_of(may_be_eighth ? places : 2 * places, recipe.steps,
+                               recipe.simplification, recipe.flux.options);
   return memory_of((band_copies + 1) * sizeof(float) * nodes, size);
 }
 

@@ -39,7 +39,8 @@ MemoryEstimate expected_memory(const Layers& layers, std::span<const ProcessStep
                                const RunSize& size);
 
 /// The size of a run before anything but its grid is made: rays as far as the recipe fixes them.
-RunSize size_from_grid(const Layers& layers, const Recipe& recipe);
+RunSize size_from_grid(const Layers& layers, std::span<const ProcessStep> steps,
+                       const Simplification& simplification, const FluxOptions& flux);
 
 /// What a run holds at least, as much as one on a flat wafer of the extent: known before its grid
 /// is made.

@@ -186,18 +186,6 @@ class TableWriter {
   std::string text_;
 };
 
-/// The materials that may lie on something: all but the one at the bottom, unless it is deposited.
-std::vector<MaterialId> film_materials(std::span<const ProcessStep> steps,
-                                       std::span<const MaterialId> occurring) {
-  std::vector<MaterialId> films;
-  for (const MaterialId material : occurring) {
-    const auto deposits = [&](const ProcessStep& step) { return step.deposits == material; };
-    if (material != occurring.front() || std::ranges::any_of(steps, deposits))
-      films.push_back(material);
-  }
-  return films;
-}
-
 std::string csv_cell(Value value) { return value ? fmt::format("{:.7g}", *value) : ""; }
 
 /// The columns of an opening, or as many empty ones.
@@ -328,11 +316,15 @@ std::string metrology_table(const Metrology& metrology, const MetrologyNames& na
   return text;
 }
 
-MetrologyColumns metrology_columns(const Recipe& recipe) {
-  return {.materials = recipe.materials,
-          .cd_heights = recipe.metrology.cd_heights,
-          .films = film_materials(recipe.steps, recipe.occurring),
-          .occurring = recipe.occurring};
+std::vector<MaterialId> film_materials(std::span<const ProcessStep> steps,
+                                       std::span<const MaterialId> occurring) {
+  std::vector<MaterialId> films;
+  for (const MaterialId material : occurring) {
+    const auto deposits = [&](const ProcessStep& step) { return step.deposits == material; };
+    if (material != occurring.front() || std::ranges::any_of(steps, deposits))
+      films.push_back(material);
+  }
+  return films;
 }
 
 std::string metrology_head(const MetrologyColumns& columns) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,8 +60,9 @@ struct MetrologyColumns {
   std::vector<MaterialId> occurring;  ///< in the wafer at any time
 };
 
-/// Those of a recipe, which has to outlive them.
-MetrologyColumns metrology_columns(const Recipe& recipe);
+/// The materials that may lie on something: all but the one at the bottom, unless it is deposited.
+std::vector<MaterialId> film_materials(std::span<const ProcessStep> steps,
+                                       std::span<const MaterialId> occurring);
 
 /// The first line of metrology.csv.
 std::string metrology_head(const MetrologyColumns& columns);

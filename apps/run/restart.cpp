@@ -172,17 +172,16 @@ std::optional<int> output_number(const std::string& name, const std::string& ste
 
 void write_restart(const fs::path& file, const State& state, const WrittenSoFar& written,
                    const Recipe& recipe) {
-  CheckpointNotes notes = notes_of(state, recipe);
-  notes["output_times_s"] = joined(written.output_times);
-  notes["openings"] = joined(numbers_of(written.openings));
-  notes["rows_hash"] = written.rows_hash;
-  notes["file_hashes"] = text_of(written.hashes);
-  write_checkpoint(file, state.layers, notes);
+  write_state(file, state, recipe,
+              {{"output_times_s", joined(written.output_times)},
+               {"openings", joined(numbers_of(written.openings))},
+               {"rows_hash", written.rows_hash},
+               {"file_hashes", text_of(written.hashes)}});
 }
 
 std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
-                                      const std::optional<MetricsRows>& rows, const Recipe& recipe,
-                                      const Log& log) {
+                                      const std::optional<MetricsRows>& rows,
+                                      const std::string& recipe_hash, const Log& log) {
   // Outputs are numbered in the order of time; only checkpoints between them are not.
   std::vector<fs::path> newest_first(checkpoints.begin(), checkpoints.end());
   std::sort(newest_first.begin(), newest_first.end(),
@@ -190,7 +189,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
   std::optional<Restart> newest;
   for (const fs::path& file : newest_first) {
     try {
-      Restart restart = read_restart(file, recipe_hash(recipe));
+      Restart restart = read_restart(file, recipe_hash);
       const auto number = output_number(file.filename().string(), "state", ".vdb");
       require_number(restart, number);
       if (rows) require_rows(restart, *rows);

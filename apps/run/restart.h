@@ -49,14 +49,14 @@ struct Restart {
 void write_restart(const std::filesystem::path& file, const State& state,
                    const WrittenSoFar& written, const Recipe& recipe);
 
-/// The newest of the checkpoints from which the run can go on; empty if there is none.
+/// The newest of the checkpoints from which a run of the recipe can go on; empty if there is none.
 ///
 /// One that cannot be read, is of another recipe, or whose time steps have no rows in metrics.csv
 /// or others than when it was written is passed over and the log is told: an earlier one leads to
 /// the same bits. Without rows none are asked for.
 std::optional<Restart> newest_restart(std::span<const std::filesystem::path> checkpoints,
-                                      const std::optional<MetricsRows>& rows, const Recipe& recipe,
-                                      const Log& log);
+                                      const std::optional<MetricsRows>& rows,
+                                      const std::string& recipe_hash, const Log& log);
 
 /// read_recipe() for recipes that may start from a state.
 Recipe read_runnable(const std::filesystem::path& file, const std::vector<std::string>& overrides);

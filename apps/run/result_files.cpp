@@ -79,13 +79,6 @@ nlohmann::ordered_json void_list(const State& state, std::span<const Region> voi
 // The cut through the middle of the domain, across the y direction.
 SectionLine middle(const Frame& frame) { return parse_section("y = 0 nm", frame); }
 
-std::string moment_of(const State& state, std::span<const ProcessStep> steps) {
-  if (state.time > state.step_start) return "in " + current_step(state, steps).name;
-  std::size_t last = state.step;
-  while (last > 0 && state.ends[last - 1].skipped) --last;
-  return last == 0 ? "start" : "after " + steps[last - 1].name;
-}
-
 // Why a step ended.
 std::string cause_of(const ProcessStep& step, const StepEnd& end) {
   if (step.operation) return "at_once";
@@ -229,9 +222,17 @@ void write_surface(const fs::path& file, const State& state, const Survey& surve
   write_vtp(file, with_images(survey.facets, frame), fields);
 }
 
-Sections::Sections(const Recipe& recipe)
-    : recipe_(recipe), lines_{middle(whole_of(recipe.domain.frame))} {
-  lines_.insert(lines_.end(), recipe.outputs.sections.begin(), recipe.outputs.sections.end());
+std::string moment_of(const State& state, std::span<const ProcessStep> steps) {
+  if (state.time > state.step_start) return "in " + current_step(state, steps).name;
+  std::size_t last = state.step;
+  while (last > 0 && state.ends[last - 1].skipped) --last;
+  return last == 0 ? "start" : "after " + steps[last - 1].name;
+}
+
+Sections::Sections(const Frame& frame, std::span<const SectionLine> lines,
+                   const Materials& materials)
+    : materials_(materials), lines_{middle(whole_of(frame))} {
+  lines_.insert(lines_.end(), lines.begin(), lines.end());
   earlier_.resize(lines_.size());
 }
 
@@ -241,20 +242,20 @@ void Sections::add(double time, const Layers& layers) {
     earlier_[n].push_back({.time = time, .lines = exposed_lines(cut(layers, surfaces, lines_[n]))});
 }
 
-void Sections::write(const fs::path& folder, int number, const State& state, const Layers& layers) {
+void Sections::write(const fs::path& folder, int number, double time, const Layers& layers,
+                     const std::string& title) {
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
   for (std::size_t n = 0; n < lines_.size(); ++n) {
     const fs::path file = folder / fmt::format("{}_{:04}.csv", section_name(n), number);
-    ProfileView view{.title = fmt::format("{}: {}, t = {:.4g} s", recipe_.title,
-                                          moment_of(state, recipe_.steps), state.time),
+    ProfileView view{.title = title,
                      .layers = cut(layers, surfaces, lines_[n]),
                      .left = lines_[n].left,
                      .right = lines_[n].right};
-    write_section_csv(file, view.layers, lines_[n], recipe_.materials);
-    write_svg(fs::path(file).replace_extension(".svg"), view, recipe_.materials);
+    write_section_csv(file, view.layers, lines_[n], materials_);
+    write_svg(fs::path(file).replace_extension(".svg"), view, materials_);
     view.earlier = some_of(earlier_[n]);
-    write_svg(folder / whole_picture(n), view, recipe_.materials);
-    earlier_[n].push_back({.time = state.time, .lines = exposed_lines(view.layers)});
+    write_svg(folder / whole_picture(n), view, materials_);
+    earlier_[n].push_back({.time = time, .lines = exposed_lines(view.layers)});
   }
 }
 
@@ -364,7 +365,7 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
   const FolderLock lock(folder);
   const fs::path points = folder / "preview.csv";
   require_own(folder, "a preview", begins_with(points, "material,layer,line,"), is_preview);
-  State state = prepared_state(recipe);
+  State state = prepared_state(recipe.domain.frame, recipe.start, recipe.steps, recipe.materials);
   Preview preview{
       .layers = std::move(state.layers), .surface = {}, .voids = {}, .islands = state.islands};
   preview.surface = extract_surface(preview.layers);

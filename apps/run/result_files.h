@@ -27,8 +27,8 @@ void write_surface(const std::filesystem::path& file, const State& state, const 
 /// Shape: earlier has the surfaces of each section, in the order of the sections.
 class Sections {
  public:
-  /// The recipe has to outlive it.
-  explicit Sections(const Recipe& recipe);
+  /// Of a run on this frame with these lines; the names of its materials have to outlive it.
+  Sections(const Frame& frame, std::span<const SectionLine> lines, const Materials& materials);
 
   std::size_t size() const { return lines_.size(); }
 
@@ -36,18 +36,20 @@ class Sections {
   void add(double time, const Layers& layers);
 
   /// Writes profile_NNNN.csv and .svg and profiles.svg of the middle; section_K_NNNN.csv and .svg
-  /// and section_K.svg of the others, from 1. Pictures say in or after which step they are, as
-  /// several may be at one time.
+  /// and section_K.svg of the others, from 1. title is that of the pictures.
   ///
   /// Shape: layers are those of the whole wafer.
-  void write(const std::filesystem::path& folder, int number, const State& state,
-             const Layers& layers);
+  void write(const std::filesystem::path& folder, int number, double time, const Layers& layers,
+             const std::string& title);
 
  private:
-  const Recipe& recipe_;
+  const Materials& materials_;
   std::vector<SectionLine> lines_;
   std::vector<std::vector<EarlierSurface>> earlier_;
 };
+
+/// In or after which step a state is, as pictures say it: several may be at one time.
+std::string moment_of(const State& state, std::span<const ProcessStep> steps);
 
 /// The names of all files that Sections writes for so many sections besides that through the
 /// middle.

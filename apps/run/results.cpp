@@ -16,6 +16,7 @@
 #include "apps/run/result_files.h"
 #include "apps/run/run_record.h"
 #include "apps/simulator/recipe_warnings.h"
+#include "apps/simulator/state_file.h"
 #include "apps/simulator/symmetry.h"
 #include "core/error.h"
 #include "core/printable.h"
@@ -123,6 +124,8 @@ void remove_files(const fs::path& folder, bool (*chosen)(const std::string& name
 
 bool is_result(const std::string& name) { return name == "metrics.csv" || is_output(name); }
 
+namespace {
+
 bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
   if (read_text(folder / "recipe.toml") != recipe.resolved) return false;
   const auto summary = read_summary(folder);
@@ -134,7 +137,11 @@ bool holds_complete_run(const fs::path& folder, const Recipe& recipe) {
          is("start_state_hash", recipe.start.state ? recipe.start.state->hash : "");
 }
 
-std::vector<std::string> losses_of_complete_run(const fs::path& folder, const Recipe& recipe) {
+}  // namespace
+
+std::optional<std::vector<std::string>> losses_of_complete_run(const fs::path& folder,
+                                                               const Recipe& recipe) {
+  if (!holds_complete_run(folder, recipe)) return std::nullopt;
   const auto summary = read_summary(folder);
   const auto entry = [&](const char* key) { return summary.value(key, nlohmann::ordered_json()); };
   const auto output_count = static_cast<int>(entry("output_times_s").size());
@@ -163,7 +170,10 @@ ResultFolder::ResultFolder(fs::path folder, const Recipe& recipe)
     : path_(std::move(folder)),
       lock_(path_),
       recipe_(recipe),
-      columns_(metrology_columns(recipe)) {}
+      columns_{.materials = recipe.materials,
+               .cd_heights = recipe.metrology.cd_heights,
+               .films = film_materials(recipe.steps, recipe.occurring),
+               .occurring = recipe.occurring} {}
 
 bool ResultFolder::holds_run() const {
   return begins_with(file("metrics.csv"), "step,step_name,time_s,");
@@ -237,7 +247,7 @@ std::optional<State> ResultFolder::resume(const Log& log) {
         read_metrics_rows(file("metrics.csv"), metrics_head(recipe_.steps, recipe_.simplification),
                           first_time_step(recipe_.start));
   }
-  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_, log);
+  std::optional<Restart> restart = newest_restart(checkpoints, rows, recipe_hash(recipe_), log);
   if (!restart) {
     throw InputError(fmt::format(
         "{}: no checkpoint here can be gone on from; run without --resume to start anew",
@@ -393,7 +403,9 @@ void ResultFolder::write_output(const State& state, const Survey& survey) {
     write_surface(file(numbered("surface", number, ".vtp")), state, survey,
                   current_step(state, recipe_.steps), recipe_.materials);
     const WholeLayers whole(state.layers);
-    sections().write(path_, number, state, whole.get());
+    sections().write(path_, number, state.time, whole.get(),
+                     fmt::format("{}: {}, t = {:.4g} s", recipe_.title,
+                                 moment_of(state, recipe_.steps), state.time));
     const auto before =
         std::exchange(newest_, measure(whole.get(), written_.openings, state.feet_are_rounded));
     written_.openings = newest_->names;
@@ -463,7 +475,7 @@ void ResultFolder::tell_rounded_feet() const {
 Sections& ResultFolder::sections() {
   if (sections_) return *sections_;
   // After a run is resumed, its earlier outputs are read again.
-  sections_.emplace(recipe_);
+  sections_.emplace(recipe_.domain.frame, recipe_.outputs.sections, recipe_.materials);
   for (int n = 0; n < output_count(); ++n) {
     const fs::path state = file(numbered("state", n, ".vdb"));
     // One that was removed has no line in the pictures.

@@ -22,13 +22,10 @@ namespace scarp {
 /// Whether a run writes a file of that name into its folder.
 bool is_result(const std::string& name);
 
-/// True when a run of the same recipe has come to its end in a folder, which is only read.
-bool holds_complete_run(const std::filesystem::path& folder, const Recipe& recipe);
-
-/// What a complete run lacks of what it wrote: files that are missing, rows of metrics.csv that
-/// were changed. A line each.
-std::vector<std::string> losses_of_complete_run(const std::filesystem::path& folder,
-                                                const Recipe& recipe);
+/// What a complete run of the same recipe lacks of what it wrote, a line each: files that are
+/// missing, rows of metrics.csv that were changed. Nothing where a folder holds no such run.
+std::optional<std::vector<std::string>> losses_of_complete_run(const std::filesystem::path& folder,
+                                                               const Recipe& recipe);
 
 /// The folder that a run writes, see the README's table of files. Held by one process at a time.
 ///

@@ -56,9 +56,9 @@ void require_held_memory(double limit) {
 }
 
 // A trial goes ahead on a coarser grid: what it meets there is no reason to end the run.
-std::optional<CostEstimate> estimate_if_possible(const Recipe& recipe) {
+std::optional<CostEstimate> estimate_if_possible(const Simulation& begun) {
   try {
-    return estimate_cost(recipe);
+    return estimate_cost(begun.recipe());
   } catch (const NumericalError&) {
     return std::nullopt;
   }
@@ -66,13 +66,16 @@ std::optional<CostEstimate> estimate_if_possible(const Recipe& recipe) {
 
 // Before the surface is made. How the surface grows and how many rays a target takes is asked where
 // what is known before comes near the limit: that takes seconds, and as much memory.
-void require_memory(const State& start, const Recipe& recipe, double limit) {
+void require_memory(const Simulation& begun, double limit) {
   constexpr double near = 0.25;
-  const MemoryEstimate at_least =
-      expected_memory(start.layers, recipe.steps, size_from_grid(start.layers, recipe));
+  const Layers& layers = begun.state().layers;
+  const auto& recipe = begun.recipe();
+  const MemoryEstimate at_least = expected_memory(
+      layers, recipe.steps,
+      size_from_grid(layers, recipe.steps, recipe.simplification, recipe.flux.options));
   require_memory(at_least, limit);
   if (at_least.total() <= near * limit) return;
-  if (const auto cost = estimate_if_possible(recipe)) require_memory(cost->memory, limit);
+  if (const auto cost = estimate_if_possible(begun)) require_memory(cost->memory, limit);
 }
 
 // In place of the end that the kernel makes.
@@ -102,16 +105,17 @@ Move advance_or_tell(Simulation& simulation, double time_limit, const ResultFold
 
 // The estimate takes seconds: it is made where the pace of the first time step makes a hundredth of
 // what it is to warn of.
-void warn_of_expensive_flux(const Recipe& recipe, const Survey& first, const Log& log) {
+void warn_of_expensive_flux(const Simulation& begun, const Log& log) {
+  const auto& recipe = begun.recipe();
   constexpr double doubtful = 0.01;
   double pace = 0;
   for (const char* const stage : {"surface", "simplify", "flux", "map"})
-    pace += first.timer.seconds(stage);
+    pace += begun.last_survey().timer.seconds(stage);
   double count = 0;
   for (const ProcessStep& step : recipe.steps)
     count += time_steps(step, step.duration, recipe.longest_move(), recipe.materials.size());
   if (pace * count < doubtful * recipe.flux.warn_above) return;
-  const auto cost = estimate_if_possible(recipe);
+  const auto cost = estimate_if_possible(begun);
   const auto warning = cost ? expensive_flux_warning(*cost, recipe.flux) : std::nullopt;
   if (warning) log.warn(*warning);
 }
@@ -168,15 +172,15 @@ class CheckpointClock {
 
 }  // namespace
 
-RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOptions& options) {
+RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& options) {
   const Log& log = options.log;
-  if (options.resume && holds_complete_run(path, given)) {
-    for (const std::string& loss : losses_of_complete_run(path, given)) log.warn(loss);
+  if (const auto losses = options.resume ? losses_of_complete_run(path, given) : std::nullopt) {
+    for (const std::string& loss : *losses) log.warn(loss);
     return RunEnd::was_complete;
   }
   require_memory(least_memory(given), options.memory_limit_mb, "at least");
   const FoundPlanes found = given.domain.uses_symmetry ? mirror_planes(given) : FoundPlanes{};
-  const Recipe recipe = on_part(given, found);
+  const Recipe recipe = on_part(std::move(given), found);
   ResultFolder folder(path, recipe);
   for (const std::string& warning : recipe.warnings) log.warn(warning);
   const auto start = std::chrono::steady_clock::now();
@@ -189,11 +193,11 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   const Survey& now = simulation.last_survey();
   StageTimer total;
   Observer observer(recipe, log);
-  Watchdog watchdog(recipe, log);
+  Watchdog watchdog(recipe.steps, recipe.materials, recipe.domain.frame.spacing, log);
   CheckpointClock checkpoints(recipe.outputs);
 
   if (begins) {
-    require_memory(state, recipe, options.memory_limit_mb);
+    require_memory(simulation, options.memory_limit_mb);
     watchdog.look_at(state, simulation.survey());
   } else {
     survey_or_save(simulation, folder, watchdog);
@@ -204,8 +208,8 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (begins) {
     folder.start(log);
     observer.tell_loose_shapes(state);
-    warn_of_expensive_flux(recipe, now, log);
-    if (given.domain.uses_symmetry) log.info("this recipe " + symmetry_text(given.domain, found));
+    warn_of_expensive_flux(simulation, log);
+    if (recipe.domain.uses_symmetry) log.info("this recipe " + symmetry_text(recipe.domain, found));
   }
   total.add(now.timer);
   observer.look_at(state, now, simulation.void_changes());
@@ -245,7 +249,8 @@ RunEnd run(const Recipe& given, const std::filesystem::path& path, const RunOpti
   if (!simulation.is_finished()) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   const RunTotals totals = folder.write_summary(state, now, total, wall.count());
-  for (const std::string& loss : losses_of_complete_run(path, given)) log.warn(loss);
+  if (const auto losses = losses_of_complete_run(path, recipe))
+    for (const std::string& loss : *losses) log.warn(loss);
   tell_left_out(totals.left_out, log);
   tell_flux_error(totals.flux, log);
   return RunEnd::complete;

@@ -35,6 +35,6 @@ enum class RunEnd { complete, interrupted, was_complete };
 /// and when the run is interrupted or cannot go on.
 /// Throws: InputError before a result is written, also where it will take more memory than the
 ///         limit; NumericalError from then on, with the checkpoint of the last good state.
-RunEnd run(const Recipe& recipe, const std::filesystem::path& folder, const RunOptions& options);
+RunEnd run(Recipe recipe, const std::filesystem::path& folder, const RunOptions& options);
 
 }  // namespace scarp

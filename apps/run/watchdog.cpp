@@ -44,10 +44,10 @@ bool is_balanced(const FluxField& field, double allowed_at_least) {
 
 void Watchdog::look_at(const State& state, const Survey& now) {
   settle(state, now);
-  for (const std::string& line : materials_.look_at(state, now)) log_.warn(line);
+  for (const std::string& line : balances_.look_at(state, now)) log_.warn(line);
   look_at_slopes(state);
   look_at_mesh(state, now);
-  if (finished(state, recipe_.steps) || !current_step(state, recipe_.steps).model) return;
+  if (finished(state, steps_) || !current_step(state, steps_).model) return;
   look_at_time_step(state, now);
   look_at_audit(state, now);
   look_at_poles(state, now);
@@ -55,9 +55,9 @@ void Watchdog::look_at(const State& state, const Survey& now) {
 
 void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
   due_.reset();
-  if (!recipe_.steps[step].model) return;
+  if (!steps_[step].model) return;
   ++time_steps_;
-  materials_.note(before, move);
+  balances_.note(before, move);
   // An edge of a crystal moves by none of the speeds of the facets beside it.
   if (std::ranges::any_of(before.factors, &AngularFactor::has_cusps)) return;
   due_ = Due{.step = step,
@@ -65,14 +65,14 @@ void Watchdog::note(const Survey& before, const Move& move, std::size_t step) {
              .volume_then = before.volume,
              .growth_then = before.growth,
              .removed = volume_of(move.islands) + move.residue_volume,
-             .of_edges = edge_surplus * recipe_.domain.frame.spacing * before.growth.area};
+             .of_edges = edge_surplus * spacing_ * before.growth.area};
 }
 
 void Watchdog::settle(const State& state, const Survey& now) {
   if (due_) {
     if (balance_.moved == 0) balance_.step = due_->step;
     // Speeds and areas of both ends, unless what comes next is another step.
-    const bool goes_on = !finished(state, recipe_.steps) && state.step == due_->step;
+    const bool goes_on = !finished(state, steps_) && state.step == due_->step;
     const Growth& then = due_->growth_then;
     const Growth& growth = goes_on ? now.growth : then;
     const double grown = due_->dt * std::midpoint(then.net, growth.net);
@@ -81,7 +81,7 @@ void Watchdog::settle(const State& state, const Survey& now) {
     balance_.of_edges = std::max(balance_.of_edges, due_->of_edges);
     due_.reset();
   }
-  if (finished(state, recipe_.steps) || state.step != balance_.step) close_balance();
+  if (finished(state, steps_) || state.step != balance_.step) close_balance();
 }
 
 void Watchdog::close_balance() {
@@ -94,13 +94,13 @@ void Watchdog::close_balance() {
        fmt::format("step \"{}\": the solid has {:.3g} nm^3 {} than speeds and areas say, {:.2g} of "
                    "all that moved: the grid is too coarse for what happens; lower domain.spacing "
                    "or advection.cfl",
-                   recipe_.steps[balance.step].name, std::abs(balance.surplus),
-                   part > 0 ? "more" : "less", std::abs(part)));
+                   steps_[balance.step].name, std::abs(balance.surplus), part > 0 ? "more" : "less",
+                   std::abs(part)));
 }
 
 std::string Watchdog::moment(const State& state) const {
   return fmt::format("time step {} of step \"{}\", t = {:g} s", state.time_step,
-                     current_step(state, recipe_.steps).name, state.time);
+                     current_step(state, steps_).name, state.time);
 }
 
 void Watchdog::look_at_slopes(const State& state) {
@@ -119,7 +119,7 @@ void Watchdog::look_at_slopes(const State& state) {
 }
 
 void Watchdog::look_at_mesh(const State& state, const Survey& now) const {
-  const auto fault = surface_fault(now.facets, recipe_.domain.frame.sides());
+  const auto fault = surface_fault(now.facets, state.layers.frame.sides());
   if (!fault) return;
   throw NumericalError(fmt::format(
       "{}: {} at ({:g}, {:g}, {:g}) nm of the mesh of {} facets; please report it with the recipe",
@@ -127,7 +127,7 @@ void Watchdog::look_at_mesh(const State& state, const Survey& now) const {
 }
 
 void Watchdog::look_at_time_step(const State& state, const Survey& now) {
-  const ProcessStep& step = current_step(state, recipe_.steps);
+  const ProcessStep& step = current_step(state, steps_);
   const double dt = now.longest_dt;
   const double count = (state.step_start + step.duration - state.time) / dt;
   if (count < many_time_steps && state.time + dt > state.time) return;
@@ -145,7 +145,7 @@ std::string Watchdog::place_of_fastest(const State& state, const Survey& now) co
   const auto f = static_cast<std::size_t>(fastest - speeds.begin());
   const Vec3f r = now.facets.vertices[now.facets.triangles[f][0]];
   return fmt::format("{:.3g} nm/s on facet {} at ({:g}, {:g}, {:g}) nm, material {}", *fastest, f,
-                     r.x, r.y, r.z, recipe_.materials[now.facets.materials[f]].name);
+                     r.x, r.y, r.z, materials_[now.facets.materials[f]].name);
 }
 
 void Watchdog::look_at_audit(const State& state, const Survey& now) {

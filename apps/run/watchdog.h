@@ -15,8 +15,13 @@ namespace scarp {
 /// Told once when it happens first, with the place or the numbers; how often it did, at the end.
 class Watchdog {
  public:
-  Watchdog(const Recipe& recipe, Log log)
-      : recipe_(recipe), log_(std::move(log)), materials_(recipe.steps, recipe.materials) {}
+  /// Steps and materials have to outlive it.
+  Watchdog(std::span<const ProcessStep> steps, const Materials& materials, double spacing, Log log)
+      : steps_(steps),
+        materials_(materials),
+        spacing_(spacing),
+        log_(std::move(log)),
+        balances_(steps, materials) {}
 
   /// At the beginning of a time step: whether phi is a distance near the surface (see
   /// surface_slopes) and the mesh that the flux is solved on a surface (see surface_fault), whether
@@ -72,7 +77,9 @@ class Watchdog {
   std::string moment(const State& state) const;
   void find(Finding& finding, double measure, const std::string& text);
 
-  const Recipe& recipe_;
+  std::span<const ProcessStep> steps_;
+  const Materials& materials_;
+  double spacing_;
   Log log_;
   std::size_t surfaces_ = 0;
   std::size_t time_steps_ = 0;
@@ -84,7 +91,7 @@ class Watchdog {
   Finding poles_;
   Balance balance_;
   std::optional<Due> due_;
-  MaterialBalance materials_;
+  MaterialBalance balances_;
 };
 
 /// False when the particles of a flux are not all accounted for, beyond what chance explains: by

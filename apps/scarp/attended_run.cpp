@@ -161,14 +161,15 @@ std::string for_shell(const std::string& word) {
 
 }  // namespace
 
-RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
+RunEnd attended_run(Recipe recipe, const std::filesystem::path& folder,
                     const AttendedOptions& options) {
   is_under_way = false;
   listen();
   try {
-    Progress progress(recipe.steps, options.quiet);
+    const std::vector<ProcessStep> steps = recipe.steps;
+    Progress progress(steps, options.quiet);
     return run(
-        recipe, folder,
+        std::move(recipe), folder,
         {.resume = options.resume,
          .stop = &interrupt_requested,
          .checkpoint = &checkpoint_requested,

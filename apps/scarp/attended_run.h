@@ -22,7 +22,7 @@ struct AttendedOptions {
 /// after the time step, and the run goes on.
 ///
 /// Throws: as run(); a full disk also says which command goes on.
-RunEnd attended_run(const Recipe& recipe, const std::filesystem::path& folder,
+RunEnd attended_run(Recipe recipe, const std::filesystem::path& folder,
                     const AttendedOptions& options);
 
 /// Which command goes on with a run that was stopped; before its first state, that none does.

@@ -19,13 +19,14 @@ namespace scarp {
 
 namespace {
 
-nlohmann::ordered_json ends_of(const CostEstimate& cost, const Recipe& recipe) {
+nlohmann::ordered_json ends_of(const CostEstimate& cost, std::span<const ProcessStep> steps,
+                               const Materials& materials, const Frame& frame) {
   nlohmann::ordered_json ends = nlohmann::ordered_json::array();
   for (const ExpectedEnd& end : cost.ends) {
-    const ProcessStep& step = recipe.steps[end.step];
+    const ProcessStep& step = steps[end.step];
     ends.push_back({{"step", end.step},
                     {"name", step.name},
-                    {"until", text_of(*step.until, recipe.materials, recipe.domain.frame)},
+                    {"until", text_of(*step.until, materials, frame)},
                     {"expected_s", end.duration},
                     {"longest_s", step.duration}});
   }
@@ -47,15 +48,15 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
                reason_of(choice));
 }
 
-void print_ends(const CostEstimate& cost, const Recipe& recipe) {
+void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
+                const Materials& materials, const Frame& frame) {
   if (cost.ends.empty()) return;
   fmt::print("# Ends of steps, as the start geometry would go on:\n");
   for (const ExpectedEnd& end : cost.ends) {
-    const ProcessStep& step = recipe.steps[end.step];
+    const ProcessStep& step = steps[end.step];
     const bool is_known = end.duration < step.duration;
     fmt::print("#   {}: {}{}, {}, at most {:.4g} s\n", step.name,
-               text_of(*step.until, recipe.materials, recipe.domain.frame),
-               over_etch_text(*step.until),
+               text_of(*step.until, materials, frame), over_etch_text(*step.until),
                is_known ? fmt::format("after about {:.3g} s", end.duration) : "not foreseen",
                step.duration);
   }
@@ -89,29 +90,30 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   }
   for (const std::string& warning : warnings) tell(fmt::format("warning: {}\n", warning));
   if (common.json) {
-    const nlohmann::ordered_json result{{"valid", true},
-                                        {"warnings", warnings},
-                                        {"recipe", recipe.resolved},
-                                        {"active_nodes", cost.active_nodes},
-                                        {"lowest_nm", cost.lowest},
-                                        {"highest_nm", cost.highest},
-                                        {"facets_full", cost.facets_full},
-                                        {"facets", cost.facets},
-                                        {"time_steps", cost.time_steps},
-                                        {"rays_per_time_step", cost.rays_per_time_step},
-                                        {"memory_mb", cost.memory.total()},
-                                        {"memory_parts_mb",
-                                         {{"program", cost.memory.program},
-                                          {"grid", cost.memory.grid},
-                                          {"mesh", cost.memory.mesh},
-                                          {"flux", cost.memory.flux},
-                                          {"output", cost.memory.output}}},
-                                        {"seconds", cost.seconds},
-                                        {"threads", thread_count()},
-                                        {"at_most", cost.at_most},
-                                        {"mirror_planes", names_of(found.planes)},
-                                        {"simplify_left_out", left_out_of(cost, recipe.steps)},
-                                        {"ends", ends_of(cost, recipe)}};
+    const nlohmann::ordered_json result{
+        {"valid", true},
+        {"warnings", warnings},
+        {"recipe", recipe.resolved},
+        {"active_nodes", cost.active_nodes},
+        {"lowest_nm", cost.lowest},
+        {"highest_nm", cost.highest},
+        {"facets_full", cost.facets_full},
+        {"facets", cost.facets},
+        {"time_steps", cost.time_steps},
+        {"rays_per_time_step", cost.rays_per_time_step},
+        {"memory_mb", cost.memory.total()},
+        {"memory_parts_mb",
+         {{"program", cost.memory.program},
+          {"grid", cost.memory.grid},
+          {"mesh", cost.memory.mesh},
+          {"flux", cost.memory.flux},
+          {"output", cost.memory.output}}},
+        {"seconds", cost.seconds},
+        {"threads", thread_count()},
+        {"at_most", cost.at_most},
+        {"mirror_planes", names_of(found.planes)},
+        {"simplify_left_out", left_out_of(cost, recipe.steps)},
+        {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
   }
@@ -119,7 +121,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
-  print_ends(cost, recipe);
+  print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);
   fmt::print(

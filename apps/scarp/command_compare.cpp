@@ -64,8 +64,8 @@ Variant in_mode(const std::string& mode, const Frame& frame) {
 }
 
 /// The first is what the others are compared with.
-std::vector<Variant> variants_of(const CompareArguments& arguments, const Recipe& recipe) {
-  const Frame& frame = recipe.domain.frame;
+std::vector<Variant> variants_of(const CompareArguments& arguments, const Frame& frame,
+                                 const Simplification& simplification) {
   if (!arguments.modes.empty()) {
     const std::size_t comma = arguments.modes.find(',');
     return {in_mode(arguments.modes.substr(0, comma), frame),
@@ -74,11 +74,10 @@ std::vector<Variant> variants_of(const CompareArguments& arguments, const Recipe
   std::vector<Variant> variants{{.name = "full", .overrides = {full_mesh}}};
   for (const std::string& method : arguments.methods)
     variants.push_back({.name = method,
-                        .overrides = {simplified_mesh(recipe.simplification),
+                        .overrides = {simplified_mesh(simplification),
                                       fmt::format("simplify.method=\"{}\"", method)}});
   if (arguments.methods.empty())
-    variants.push_back(
-        {.name = "simplified", .overrides = {simplified_mesh(recipe.simplification)}});
+    variants.push_back({.name = "simplified", .overrides = {simplified_mesh(simplification)}});
   return variants;
 }
 
@@ -189,7 +188,8 @@ ExitCode compare_variants(const CompareArguments& arguments, const CommonOptions
   }
   const fs::path folder = arguments.result_folder();
   const Runner runner(arguments, common);
-  const std::vector<Variant> variants = variants_of(arguments, recipe);
+  const std::vector<Variant> variants =
+      variants_of(arguments, recipe.domain.frame, recipe.simplification);
   const std::uint64_t seed = recipe.flux.options.seed;
   // What cannot be run is told before anything is.
   for (const Variant& variant : variants) runner.recipe_of(variant, seed);

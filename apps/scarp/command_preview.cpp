@@ -17,20 +17,21 @@ namespace scarp {
 
 namespace {
 
-nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
-                               const std::filesystem::path& folder) {
+nlohmann::ordered_json as_json(const Preview& preview, const std::string& title,
+                               const Materials& materials, const std::filesystem::path& folder) {
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
   const std::vector<double> volumes = material_volumes(preview.layers);
   for (std::size_t k = 0; k < preview.layers.stack.size(); ++k) {
     const Layer& layer = preview.layers.stack[k];
-    layers.push_back({{"material", recipe.materials[layer.material].name},
+    layers.push_back({{"material", materials[layer.material].name},
                       {"volume_nm3", volumes[k]},
                       {"active_nodes", layer.phi.active_count()}});
   }
-  const Sides sides = recipe.domain.frame.sides();
+  const Frame& frame = preview.layers.frame;
+  const Sides sides = frame.sides();
   const Box box = bounding_box(preview.surface);
-  return {{"title", recipe.title},
-          {"spacing_nm", recipe.domain.frame.spacing},
+  return {{"title", title},
+          {"spacing_nm", frame.spacing},
           {"extent_nm", {sides.width(0), sides.width(1)}},
           {"lowest_nm", box.lower.z},
           {"highest_nm", box.upper.z},
@@ -60,7 +61,7 @@ ExitCode execute(const PreviewArguments& arguments, const CommonOptions& common)
   require_memory_of_start(least_memory(recipe), arguments.memory_limit_mb());
   const std::filesystem::path folder = arguments.result_folder();
   const Preview preview = write_preview(folder, recipe);
-  const nlohmann::ordered_json result = as_json(preview, recipe, folder);
+  const nlohmann::ordered_json result = as_json(preview, recipe.title, recipe.materials, folder);
   const auto level = common.quiet ? Log::Level::warnings : Log::Level::everything;
   const Log log(std::cerr, level);
   for (const std::string& warning : recipe.warnings) log.warn(warning);

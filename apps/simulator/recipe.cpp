@@ -578,22 +578,22 @@ std::vector<SectionLine> read_sections(const RecipeTable& table, const Frame& fr
 }
 
 // By default the masks are those of the start geometry.
-MetrologyOptions read_metrology(const RecipeTable& table, const Recipe& recipe) {
+MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape> start,
+                                const Materials& materials, std::span<const MaterialId> occurring) {
   std::vector<std::string> masks;
-  for (const Shape& shape : recipe.start.shapes) {
+  for (const Shape& shape : start) {
     const auto* const mask = std::get_if<MaskShape>(&shape);
     if (mask == nullptr) continue;
-    const std::string name = '"' + recipe.materials[mask->material].name + '"';
+    const std::string name = '"' + materials[mask->material].name + '"';
     if (std::ranges::find(masks, name) == masks.end()) masks.push_back(name);
   }
   MetrologyOptions options{.masks =
-                               table.material_list("masks", recipe.materials, {.minimum = 0},
+                               table.material_list("masks", materials, {.minimum = 0},
                                                    fmt::format("[{}]", fmt::join(masks, ", ")))};
   for (const MaterialId mask : options.masks) {
-    const auto& there = recipe.occurring;
-    if (there.empty() || std::ranges::find(there, mask) != there.end()) continue;
-    table.error("masks", fmt::format("{} is neither on the wafer nor deposited",
-                                     recipe.materials[mask].name));
+    if (occurring.empty() || std::ranges::find(occurring, mask) != occurring.end()) continue;
+    table.error("masks",
+                fmt::format("{} is neither on the wafer nor deposited", materials[mask].name));
   }
   if (table.has("cd_at")) {
     options.cd_heights =
@@ -681,7 +681,8 @@ Recipe read_recipe(const RecipeSource& source, const LoadStart& load_start) {
   recipe.advection = read_advection(root.table("advection"));
   read_steps(root, recipe);
   recipe.outputs = read_outputs(root, recipe.steps, frame);
-  recipe.metrology = read_metrology(root.table("metrology"), recipe);
+  recipe.metrology = read_metrology(root.table("metrology"), recipe.start.shapes, recipe.materials,
+                                    recipe.occurring);
   file.finish();
   judge_coarseness(root, recipe);
   file.finish();

@@ -117,43 +117,44 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, std::span<const Fl
 // prescribed rates etches what lies beneath it, and it alone, by more than a spacing.
 class UnheldFilms {
  public:
-  UnheldFilms(std::span<const RecipeTable> shapes, const Recipe& recipe, OpenSpeeds& speeds)
-      : shapes_(shapes),
-        recipe_(recipe),
+  UnheldFilms(std::span<const RecipeTable> tables, std::span<const Shape> start, double spacing,
+              OpenSpeeds& speeds, const Materials& materials)
+      : tables_(tables),
+        start_(start),
+        layers_(flat_layers(start)),
+        spacing_(spacing),
         speeds_(speeds),
-        layers_(flat_layers(recipe.start.shapes)) {}
+        materials_(materials) {}
 
-  void refuse() {
+  void refuse(std::span<const ProcessStep> steps) {
     for (std::size_t n = 0; n < layers_.size(); ++n)
-      if (layers_[n].below && layers_[n].thickness < rounding * recipe_.domain.frame.spacing)
-        look_at(n);
+      if (layers_[n].below && layers_[n].thickness < rounding * spacing_) look_at(n, steps);
   }
 
  private:
   static constexpr double withstands = 0.1;  // a film that is etched this many times more slowly
 
-  void look_at(std::size_t number) {
+  void look_at(std::size_t number, std::span<const ProcessStep> steps) {
     const FlatLayer& film = layers_[number];
     const MaterialId below = *film.below;
-    const double spacing = recipe_.domain.frame.spacing;
     // The film and what lies on it, the uppermost last.
     std::vector<FlatLayer> left(layers_.begin() + static_cast<std::ptrdiff_t>(number),
                                 layers_.end());
     if (is_cut(film.shape, film.material)) left.clear();
-    for (const ProcessStep& step : recipe_.steps) {
+    for (const ProcessStep& step : steps) {
       if (!step.model) continue;
       const double etch = -speeds_.speed(*step.model, film.material);
       const double etch_below = -speeds_.speed(*step.model, below);
       const bool undercuts = step.model->species().empty() && step.model->bath() == nullptr &&
-                             etch_below * step.duration > spacing &&
+                             etch_below * step.duration > spacing_ &&
                              etch <= withstands * etch_below;
       if (left.empty() && undercuts) {
-        shapes_[film.shape].error(
+        tables_[film.shape].error(
             film.key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches "
                                   "{} away beneath it: what holds it no more would be lost; use a "
                                   "domain.spacing of {} or less",
-                                  length_text(film.thickness), length_text(spacing), step.path,
-                                  recipe_.materials[below].name, length_text(film.thickness)));
+                                  length_text(film.thickness), length_text(spacing_), step.path,
+                                  materials_[below].name, length_text(film.thickness)));
         return;
       }
       etch_from_above(step, left);
@@ -182,19 +183,20 @@ class UnheldFilms {
     const auto cuts = [&](const Cut& cut) {
       return cut.through.empty() || std::ranges::count(cut.through, material) > 0;
     };
-    return std::any_of(recipe_.start.shapes.begin() + static_cast<std::ptrdiff_t>(shape),
-                       recipe_.start.shapes.end(), [&](const Shape& later) {
-                         const auto* const trench = std::get_if<TrenchShape>(&later);
-                         const auto* const hole = std::get_if<HoleShape>(&later);
-                         return (trench != nullptr && cuts(trench->cut)) ||
-                                (hole != nullptr && cuts(hole->cut));
-                       });
+    return std::any_of(
+        start_.begin() + static_cast<std::ptrdiff_t>(shape), start_.end(), [&](const Shape& later) {
+          const auto* const trench = std::get_if<TrenchShape>(&later);
+          const auto* const hole = std::get_if<HoleShape>(&later);
+          return (trench != nullptr && cuts(trench->cut)) || (hole != nullptr && cuts(hole->cut));
+        });
   }
 
-  std::span<const RecipeTable> shapes_;
-  const Recipe& recipe_;
-  OpenSpeeds& speeds_;
+  std::span<const RecipeTable> tables_;
+  std::span<const Shape> start_;
   std::vector<FlatLayer> layers_;
+  double spacing_;
+  OpenSpeeds& speeds_;
+  const Materials& materials_;
 };
 
 // What steps deposit of a material until one etches it, on an open flat wafer.
@@ -300,7 +302,7 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     warn_of_narrow_features(shapes, frame, start);
     warn_of_idle_bodies(shapes, frame, start);
     warn_of_thin_layers(shapes, flat_layers(start), frame.spacing, speeds);
-    UnheldFilms(shapes, recipe, speeds).refuse();
+    UnheldFilms(shapes, start, frame.spacing, speeds, recipe.materials).refuse(recipe.steps);
     const auto& simplify = recipe.simplification.options;
     if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }

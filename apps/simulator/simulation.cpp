@@ -33,9 +33,9 @@ Recipe runnable(const RecipeSource& source, const SimulationOptions& options) {
   return on_part(std::move(recipe), found);
 }
 
-State resumed_from(const std::filesystem::path& file, const Recipe& recipe) {
+State resumed_from(const std::filesystem::path& file, const std::string& recipe_hash) {
   Checkpoint checkpoint = read_checkpoint(file);
-  if (note_in(checkpoint.notes, "recipe_hash", file) != recipe_hash(recipe))
+  if (note_in(checkpoint.notes, "recipe_hash", file) != recipe_hash)
     throw InputError({problem_at(shown(file),
                                  "belongs to another recipe; start one from it instead, "
                                  "with start = \"FILE\"")});
@@ -102,7 +102,8 @@ Simulation::Simulation(const RecipeSource& source, const SimulationOptions& opti
   with_threads(options.threads, [&] {
     Recipe recipe = runnable(source, options);
     std::optional<State> resumed;
-    if (!options.resume_from.empty()) resumed = resumed_from(options.resume_from, recipe);
+    if (!options.resume_from.empty())
+      resumed = resumed_from(options.resume_from, recipe_hash(recipe));
     inside_ = std::make_unique<Inside>(std::move(recipe), std::move(resumed), options.threads);
   });
 }
@@ -222,12 +223,11 @@ std::vector<SectionOutline> Simulation::section(std::string_view line) const {
 const Metrology& Simulation::metrology() {
   Inside& in = *inside_;
   with_threads(in.threads, [&] {
-    const Recipe& recipe = in.recipe;
+    MetrologyOptions options = in.recipe.metrology;
     if (!in.start) {
-      const State start = whole_of(start_state(recipe.domain.frame, recipe.start));
-      in.start = measure(start.layers, recipe.metrology);
+      const State start = whole_of(start_state(in.recipe.domain.frame, in.recipe.start));
+      in.start = measure(start.layers, options);
     }
-    MetrologyOptions options = recipe.metrology;
     options.feet_are_rounded = in.state.feet_are_rounded;
     const WholeLayers whole(in.state.layers);
     in.metrology = measure(whole.get(), options, &*in.start,

@@ -312,11 +312,12 @@ State start_state(const Frame& frame, const StartGeometry& start) {
   return state;
 }
 
-State prepared_state(const Recipe& recipe) {
-  State state = start_state(recipe.domain.frame, recipe.start);
-  while (!finished(state, recipe.steps) && current_step(state, recipe.steps).operation) {
-    begin_step(state, recipe.steps);
-    act_at_once(state, current_step(state, recipe.steps), recipe.materials);
+State prepared_state(const Frame& frame, const StartGeometry& start,
+                     std::span<const ProcessStep> steps, const Materials& materials) {
+  State state = start_state(frame, start);
+  while (!finished(state, steps) && current_step(state, steps).operation) {
+    begin_step(state, steps);
+    act_at_once(state, current_step(state, steps), materials);
   }
   return state;
 }

@@ -22,7 +22,8 @@ State start_state(const Frame& frame, const StartGeometry& start);
 
 /// The start geometry with what the first steps of a recipe do to it at once, before any that takes
 /// time steps.
-State prepared_state(const Recipe& recipe);
+State prepared_state(const Frame& frame, const StartGeometry& start,
+                     std::span<const ProcessStep> steps, const Materials& materials);
 
 /// Opens the layer that the current step deposits, if it is not there yet, and notes where its end
 /// condition measures from. Before every survey.

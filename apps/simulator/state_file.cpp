@@ -387,19 +387,6 @@ void name_materials(Layers& layers, const std::string& names, const Materials& m
   }
 }
 
-CheckpointNotes notes_of(const State& state, const Recipe& recipe) {
-  const Materials& materials = recipe.materials;
-  CheckpointNotes notes{{"materials", names_of(materials_of(state.layers), materials)},
-                        {"masks", names_of(recipe.metrology.masks, materials)},
-                        {"cd_heights_nm", joined(recipe.metrology.cd_heights)},
-                        {"seed", std::to_string(recipe.flux.options.seed)},
-                        {"recipe_hash", recipe_hash(recipe)}};
-  StateWriter writer(notes);
-  std::apply([&](const auto&... field) { (writer.write(field.name, field.value), ...); },
-             fields_of(state));
-  return notes;
-}
-
 std::string recipe_hash(const Recipe& recipe) {
   Hash hash;
   hash.add(recipe.resolved);
@@ -407,8 +394,18 @@ std::string recipe_hash(const Recipe& recipe) {
   return hash.hex();
 }
 
-void write_state(const fs::path& file, const State& state, const Recipe& recipe) {
-  write_checkpoint(file, state.layers, notes_of(state, recipe));
+void write_state(const fs::path& file, const State& state, const Recipe& recipe,
+                 CheckpointNotes notes) {
+  const Materials& materials = recipe.materials;
+  notes["materials"] = names_of(materials_of(state.layers), materials);
+  notes["masks"] = names_of(recipe.metrology.masks, materials);
+  notes["cd_heights_nm"] = joined(recipe.metrology.cd_heights);
+  notes["seed"] = std::to_string(recipe.flux.options.seed);
+  notes["recipe_hash"] = recipe_hash(recipe);
+  StateWriter writer(notes);
+  std::apply([&](const auto&... field) { (writer.write(field.name, field.value), ...); },
+             fields_of(state));
+  write_checkpoint(file, state.layers, notes);
 }
 
 State state_of(Checkpoint checkpoint, const fs::path& file) {

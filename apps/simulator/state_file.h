@@ -11,11 +11,10 @@
 
 namespace scarp {
 
-/// What a checkpoint says of a state besides its layers, and of the recipe that it is of.
-CheckpointNotes notes_of(const State& state, const Recipe& recipe);
-
-/// Writes a state to a file, which appears whole or not at all. Throws: as AtomicFile.
-void write_state(const std::filesystem::path& file, const State& state, const Recipe& recipe);
+/// Writes a state, with what is to be known of its recipe, and more notes, to a file that appears
+/// whole or not at all. Throws: as AtomicFile.
+void write_state(const std::filesystem::path& file, const State& state, const Recipe& recipe,
+                 CheckpointNotes notes = {});
 
 /// By which a state knows its recipe: that of the text and of the state that it starts from.
 std::string recipe_hash(const Recipe& recipe);

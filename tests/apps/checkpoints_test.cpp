@@ -53,7 +53,7 @@ class Checkpoints : public ::testing::Test {
   // The last time step that a checkpoint between outputs holds.
   std::uint32_t saved_time_step(const Recipe& recipe) const {
     const std::vector<fs::path> states{folder_ / "r" / interrupted_state};
-    return newest_restart(states, std::nullopt, recipe, {})->state.time_step;
+    return newest_restart(states, std::nullopt, recipe_hash(recipe), {})->state.time_step;
   }
 
   TemporaryFolder folder_;
@@ -144,7 +144,7 @@ TEST_F(Checkpoints, FilesThatAreRemovedOrReplacedAreWrittenAnew) {
       EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"),
                 read_file(folder_ / "whole" / "recipe.toml"));
       EXPECT_EQ(read_file(folder_ / "r" / "metrology.csv"), metrology) << how;
-      EXPECT_TRUE(holds_complete_run(folder_ / "r", recipe("")));
+      EXPECT_TRUE(losses_of_complete_run(folder_ / "r", recipe("")));
       if (how == "became a folder") {
         EXPECT_TRUE(fs::exists(folder_ / "r" / "metrics.csv.aside-1" / "kept"));
         EXPECT_EQ(fs::exists(folder_ / "r" / "metrics.csv.aside-2" / "kept"), !dies);
@@ -242,15 +242,16 @@ TEST_F(Checkpoints, HoweverOneIsDamagedTheOneBeforeIsGoneOnFrom) {
   const fs::path before = folder_ / "r" / earlier_interrupted_state;
   const std::vector<fs::path> states{folder_ / "r" / "state_0000.vdb", newest, before};
   const auto found = [&](std::ostream& messages) {
-    return newest_restart(states, std::nullopt, known, Log(messages, Log::Level::everything))
+    return newest_restart(states, std::nullopt, recipe_hash(known),
+                          Log(messages, Log::Level::everything))
         .value();
   };
   std::ostringstream none;
   ASSERT_EQ(found(none).file, newest);
   ASSERT_EQ(none.str(), "");
   const std::string whole = read_file(newest);
-  const std::string hash_before =
-      state_hash(newest_restart({&before, 1}, std::nullopt, known, {})->state, known.materials);
+  const std::string hash_before = state_hash(
+      newest_restart({&before, 1}, std::nullopt, recipe_hash(known), {})->state, known.materials);
   const auto expect_earlier = [&](const std::string& bytes, const std::string& how) {
     std::ofstream(newest, std::ios::binary) << bytes;
     std::ostringstream messages;

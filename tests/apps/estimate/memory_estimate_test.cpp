@@ -74,7 +74,8 @@ TEST(MemoryEstimate, KnowsFacetsFromTheGrid) {
                                    "false\n"}) {
     const Recipe recipe = read_text("[domain]\nspacing = \"10 nm\"\n" + domain + trench);
     const State state = start_state(recipe.domain.frame, recipe.start);
-    const RunSize size = size_from_grid(state.layers, recipe);
+    const RunSize size =
+        size_from_grid(state.layers, recipe.steps, recipe.simplification, recipe.flux.options);
     const auto facets = static_cast<double>(survey(state, recipe).facets_full);
     EXPECT_NEAR(size.facets_full, facets, 0.2 * facets);
     EXPECT_EQ(size.facets, size.facets_full);
@@ -112,8 +113,9 @@ TEST(MemoryEstimate, IsAtLeastThatOfAFlatWafer) {
       const Recipe recipe =
           on_part(given, given.domain.uses_symmetry ? mirror_planes(given) : FoundPlanes{});
       const State state = start_state(recipe.domain.frame, recipe.start);
-      const MemoryEstimate expected =
-          expected_memory(state.layers, recipe.steps, size_from_grid(state.layers, recipe));
+      const MemoryEstimate expected = expected_memory(
+          state.layers, recipe.steps,
+          size_from_grid(state.layers, recipe.steps, recipe.simplification, recipe.flux.options));
       const MemoryEstimate least = least_memory(given);
       EXPECT_LE(least.grid, expected.grid) << domain << geometry;
       EXPECT_LE(least.mesh, expected.mesh) << domain << geometry;

@@ -37,7 +37,8 @@ std::string growing_film(const std::string& rate) {
 std::string messages_of(const std::string& text, const std::function<void(Survey&)>& change) {
   const Recipe recipe = read_text(text);
   std::ostringstream messages;
-  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  Watchdog watchdog(recipe.steps, recipe.materials, recipe.domain.frame.spacing,
+                    Log(messages, Log::Level::everything));
   State state = start_state(recipe.domain.frame, recipe.start);
   begin_step(state, recipe.steps);
   while (true) {
@@ -162,7 +163,8 @@ TEST(Watchdog, EndsARunWhoseTimeStepsHaveCollapsed) {
   State state = start_state(recipe.domain.frame, recipe.start);
   begin_step(state, recipe.steps);
   std::ostringstream messages;
-  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  Watchdog watchdog(recipe.steps, recipe.materials, recipe.domain.frame.spacing,
+                    Log(messages, Log::Level::everything));
   const auto look_at_speeds = [&](float factor) {
     Survey now = survey(state, recipe);
     for (LayerSpeeds& layer : now.speeds_of_layers)
@@ -190,7 +192,8 @@ std::string messages_of_phi(const std::function<double(Vec3d)>& distance) {
   const Survey now = survey(state, recipe);
   state.layers.top() = LevelSet(recipe.domain.frame, distance, -200, 200, 4);
   std::ostringstream messages;
-  Watchdog watchdog(recipe, Log(messages, Log::Level::everything));
+  Watchdog watchdog(recipe.steps, recipe.materials, recipe.domain.frame.spacing,
+                    Log(messages, Log::Level::everything));
   watchdog.look_at(state, now);
   watchdog.look_at(state, now);
   watchdog.sum_up();

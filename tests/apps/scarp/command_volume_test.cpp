@@ -89,7 +89,9 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLPolyDataRead
 from vtkmodules.vtkIOGeometry import vtkSTLReader, vtkOBJReader
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersCore import vtkMassProperties, vtkFeatureEdges, vtkTriangleFilter
-for ending, reader in (('stl', vtkSTLReader()), ('obj', vtkOBJReader()), ('vtu', vtkXMLUnstructuredGridReader()), ('vtp', vtkXMLPolyDataReader())):
+readers = (('stl', vtkSTLReader()), ('obj', vtkOBJReader()), ('vtu', vtkXMLUnstructuredGridReader()),
+           ('vtp', vtkXMLPolyDataReader()))
+for ending, reader in readers:
     reader.SetFileName(')" + path("wafer_SiO2.") +
                                      R"(' + ending)
     surface = vtkGeometryFilter()

@@ -93,11 +93,14 @@ TEST(SimplifyChoice, IsLeftToTheRecipe) {
 
 TEST(SimplifyChoice, MemoryIsThatOfTheFullMeshWhereAStepMayHaveIt) {
   const Recipe open = read_text(trench(wide, "\"auto\""));
-  const State state = prepared_state(open);
-  const RunSize size = size_from_grid(state.layers, open);
+  const State state = prepared_state(open.domain.frame, open.start, open.steps, open.materials);
+  const RunSize size =
+      size_from_grid(state.layers, open.steps, open.simplification, open.flux.options);
   EXPECT_EQ(size.facets, size.facets_full);
   const Recipe always = read_text(trench(wide, "true"));
-  EXPECT_LT(size_from_grid(state.layers, always).facets, size.facets_full);
+  EXPECT_LT(
+      size_from_grid(state.layers, always.steps, always.simplification, always.flux.options).facets,
+      size.facets_full);
 }
 
 class SimplifyChoiceOfARun : public Program {

@@ -62,7 +62,8 @@ TEST(Simplification, BindsItsErrorToTheThinnestFilm) {
     std::string text = coated_hole;
     text.replace(text.find("THICK"), 5, thickness);
     const Recipe recipe = read_text(text);
-    const Survey now = survey(prepared_state(recipe), recipe);
+    const Survey now = survey(
+        prepared_state(recipe.domain.frame, recipe.start, recipe.steps, recipe.materials), recipe);
     EXPECT_LE(now.simplify_max_distance, 1.1 * bound) << thickness;
     EXPECT_GT(now.simplify_max_distance, 0.4 * bound) << thickness;
     EXPECT_LT(now.facets.triangles.size(), now.facets_full / 2) << thickness;
@@ -371,7 +372,8 @@ TEST(LayerSteps, TakeOneTimeStepAndTheirDurationAndOthersGoOn) {
 
 TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
   const Recipe recipe = read_text(isolation + std::string("removal = \"3 nm\"\n") + strip_nitride);
-  const State prepared = prepared_state(recipe);
+  const State prepared =
+      prepared_state(recipe.domain.frame, recipe.start, recipe.steps, recipe.materials);
   EXPECT_EQ(prepared.step, 2U);
   EXPECT_EQ(start_state(recipe.domain.frame, recipe.start).layers.stack.size(), 2U);
   ASSERT_EQ(prepared.layers.stack.size(), 3U);
@@ -381,7 +383,8 @@ TEST(LayerSteps, ThatComeFirstBelongToWhatAPreviewShows) {
 TEST(LayerSteps, AStopMaterialThatIsGoneEndsTheRun) {
   const Recipe recipe = read_text(isolation + std::string("height = \"-2 nm\"\n") +
                                   "[[step]]\nmodel = \"planarise\"\nstop_material = \"Si3N4\"\n");
-  EXPECT_THROW(prepared_state(recipe), NumericalError);
+  EXPECT_THROW(prepared_state(recipe.domain.frame, recipe.start, recipe.steps, recipe.materials),
+               NumericalError);
 }
 
 constexpr const char* masked_wafer = R"(
