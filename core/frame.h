@@ -41,8 +41,8 @@ struct Sides {
 /// A wafer may be the same all around the axis x = y = 0. The grid is then that of two dimensions,
 /// a section through the axis, and runs go on half of it, from the axis on.
 ///
-/// What depends on the kind of domain (in space, a slice, around an axis) is asked here: no other
-/// file of the numerics reads the two flags.
+/// What depends on the kind of domain (in space, a slice, around an axis) is asked by the questions
+/// below: only what reads and writes recipes and checkpoints knows two_dimensional.
 ///
 /// Units: nm.
 struct Frame {

@@ -5,8 +5,9 @@
 
 /// Compiles a kernel for several instruction sets; which one runs is decided when the program is
 /// loaded. All give the same bits: no fused operations (-ffp-contract=off), no reordering.
+/// Sanitizers are not ready where that is decided.
 #if defined(__x86_64__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__clang__)
+    !defined(__SANITIZE_THREAD__) && !defined(__clang__)
 #define SCARP_VECTOR_KERNEL __attribute__((target_clones("avx2", "default")))
 #else
 #define SCARP_VECTOR_KERNEL

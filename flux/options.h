@@ -71,7 +71,7 @@ struct FluxOptions {
   /// may differ: rays that were gathered before are not sent again. Changes no bit.
   std::shared_ptr<KeptHits> hits{};
 
-  // What depends on the kind of domain is asked here.
+  // What depends on the kind of domain.
 
   /// Along how many of the lateral axes rays travel: x alone in sections.
   int lateral_axes() const { return two_dimensional ? 1 : 2; }
