@@ -87,7 +87,7 @@ void Watchdog::settle(const State& state, const Survey& now) {
 void Watchdog::close_balance() {
   const Balance balance = std::exchange(balance_, {});
   if (balance.moved <= 0) return;
-  ++steps_;
+  ++balances_closed_;
   const double part = balance.surplus / balance.moved;
   if (std::abs(balance.surplus) <= largest_surplus * balance.moved + balance.of_edges) return;
   find(unbalanced_volume_, std::abs(part),
@@ -190,7 +190,7 @@ void Watchdog::sum_up() {
   tell(unbalanced_flux_, "particles missing or too many", counted(time_steps_, "time step"));
   tell(poles_, "facets without an error in position", counted(time_steps_, "time step"));
   tell(unbalanced_volume_, "the solid changed by other than speeds and areas say",
-       counted(steps_, "step"));
+       counted(balances_closed_, "step"));
 }
 
 }  // namespace scarp

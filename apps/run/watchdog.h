@@ -83,7 +83,7 @@ class Watchdog {
   Log log_;
   std::size_t surfaces_ = 0;
   std::size_t time_steps_ = 0;
-  std::size_t steps_ = 0;
+  std::size_t balances_closed_ = 0;
   Finding bad_slopes_;
   Finding many_time_steps_;
   Finding unbalanced_flux_;
