@@ -11,7 +11,6 @@
 #include "apps/simulator/region_text.h"
 #include "core/log.h"
 #include "core/printable.h"
-#include "levelset/metrology/cross_section.h"
 
 namespace scarp {
 
@@ -20,11 +19,10 @@ namespace {
 nlohmann::ordered_json as_json(const Preview& preview, const Recipe& recipe,
                                const std::filesystem::path& folder) {
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
-  const std::vector<double> volumes = material_volumes(preview.layers);
   for (std::size_t k = 0; k < preview.layers.stack.size(); ++k) {
     const Layer& layer = preview.layers.stack[k];
     layers.push_back({{"material", recipe.materials[layer.material].name},
-                      {"volume_nm3", volumes[k]},
+                      {"volume_nm3", preview.volumes[k]},
                       {"active_nodes", layer.phi.active_count()}});
   }
   const Sides sides = recipe.frame.sides();
