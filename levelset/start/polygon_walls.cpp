@@ -353,7 +353,8 @@ void PolygonWalls::fill_buckets(const Frame& frame) {
 
 Distance PolygonWalls::operator()(Vec3d r) const {
   const Nearest nearest = this->nearest(r, reach_);
-  if (nearest.panel == Nearest{}.panel) return {far_sign(r) * reach_, {}};
+  // Upwards, so that a plane that it meets is met in no edge; without a direction it would be.
+  if (nearest.panel == Nearest{}.panel) return {far_sign(r) * reach_, {0, 0, 1}};
   const Vec3d away = r - nearest.point;
   const double distance = std::sqrt(nearest.square);
   const double sign = dot(away, nearest.outside) < 0 ? -1 : 1;
