@@ -366,13 +366,18 @@ Preview write_preview(const fs::path& folder, const Recipe& recipe) {
   const fs::path points = folder / "preview.csv";
   require_own(folder, "a preview", begins_with(points, "material,layer,line,"), is_preview);
   State state = prepared_state(recipe.domain.frame, recipe.start, recipe.steps, recipe.materials);
-  Preview preview{
-      .layers = std::move(state.layers), .surface = {}, .voids = {}, .islands = state.islands};
+  Preview preview{.layers = std::move(state.layers),
+                  .surface = {},
+                  .voids = {},
+                  .islands = state.islands,
+                  .volumes = {}};
   preview.surface = extract_surface(preview.layers);
   preview.voids = open_gas(preview.layers).voids;
+  const std::vector<TriMesh> surfaces = layer_surfaces(preview.layers);
+  preview.volumes = material_volumes(surfaces, preview.layers.frame);
   const SectionLine line = middle(recipe.domain.frame);
   const ProfileView view{.title = recipe.title,
-                         .layers = cut(preview.layers, layer_surfaces(preview.layers), line),
+                         .layers = cut(preview.layers, surfaces, line),
                          .left = line.left,
                          .right = line.right};
   // The mark of a preview comes first.

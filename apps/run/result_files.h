@@ -86,6 +86,7 @@ struct Preview {
   TriMesh surface;
   std::vector<Region> voids;
   RemovedSolid islands;
+  std::vector<double> volumes;  ///< of each layer, nm^3
 };
 
 /// Writes the start geometry (see prepared_state) as preview.vtp, preview.csv and preview.svg; what

@@ -11,7 +11,6 @@
 #include "apps/simulator/region_text.h"
 #include "core/log.h"
 #include "core/printable.h"
-#include "levelset/metrology/cross_section.h"
 
 namespace scarp {
 
@@ -20,11 +19,10 @@ namespace {
 nlohmann::ordered_json as_json(const Preview& preview, const std::string& title,
                                const Materials& materials, const std::filesystem::path& folder) {
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
-  const std::vector<double> volumes = material_volumes(preview.layers);
   for (std::size_t k = 0; k < preview.layers.stack.size(); ++k) {
     const Layer& layer = preview.layers.stack[k];
     layers.push_back({{"material", materials[layer.material].name},
-                      {"volume_nm3", volumes[k]},
+                      {"volume_nm3", preview.volumes[k]},
                       {"active_nodes", layer.phi.active_count()}});
   }
   const Frame& frame = preview.layers.frame;

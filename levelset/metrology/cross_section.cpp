@@ -313,7 +313,7 @@ std::vector<double> material_volumes(std::span<const TriMesh> surfaces, const Fr
   std::vector<double> volumes;
   double below = 0;
   for (const TriMesh& surface : surfaces) {
-    const double all = volume_above_zero(surface, frame);
+    const double all = surface.triangles.empty() ? below : volume_above_zero(surface, frame);
     volumes.push_back(all - below);
     below = all;
   }

@@ -102,7 +102,8 @@ double area_above_zero(std::span<const Polyline> lines);
 /// Units: nm^3.
 std::vector<double> material_volumes(const Layers& layers);
 
-/// The same from the extracted surfaces of all layers, the lowest first.
+/// The same from the extracted surfaces of all layers, the lowest first. A layer without one adds
+/// nothing.
 std::vector<double> material_volumes(std::span<const TriMesh> surfaces, const Frame& frame);
 
 }  // namespace scarp

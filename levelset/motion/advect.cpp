@@ -34,9 +34,38 @@ namespace {
 constexpr float half_width = LevelSet::half_width;
 constexpr std::size_t grain = 16;
 
-/// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
+/// A node of less than this part of the speed of another one is of another material, or in shade.
+constexpr float slower = 0.5F;
+
+using Row = std::array<float, leaf_edge>;
+
+/// Of every node of a row of speeds the least size of those of the band within reach of the
+/// differences, along the axes.
 template <Scheme scheme>
-SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed) {
+SCARP_KERNEL_PART Row least_around(const float* speed, const float* phi) {
+  constexpr int reach = scheme == Scheme::weno5 ? 3 : 2;
+  Row least{};
+  for (int k = 0; k < leaf_edge; ++k) least[k] = std::abs(speed[k]);
+  for (const std::ptrdiff_t stride : axis_strides) {
+    for (std::ptrdiff_t n = -reach * stride; n <= reach * stride; n += stride) {
+      for (int k = 0; k < leaf_edge; ++k) {
+        const bool is_in_band = std::abs(phi[n + k]) < half_width;
+        least[k] = std::min(least[k], is_in_band ? std::abs(speed[n + k]) : least[k]);
+      }
+    }
+  }
+  return least;
+}
+
+/// An Euler step of phi_t = -V |grad phi|, for speeds that do not depend on the normal.
+///
+/// At the foot of what moves beside what is slower phi has an edge that is no edge of the surface
+/// that moves, and the foot is left behind by upwind differences and gets ahead by those of WENO5.
+/// There all schemes take the differences of ENO2 with their edges, which keep it in place; around
+/// has the speeds with their halo, to tell where, and is null for ENO2 itself.
+template <Scheme scheme>
+SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed,
+                                 [[maybe_unused]] const Block* around) {
   for (int i = 0; i < leaf.node_count[0]; ++i) {
     for (int j = 0; j < leaf.node_count[1]; ++j) {
       if (!leaf.moves(i, j)) {
@@ -45,30 +74,39 @@ SCARP_KERNEL_PART void move_rows(const LeafStage& leaf, const float* speed) {
       }
       const float* row = leaf.before.row(i, j);
       const int node = leaf_offset(i, j, 0);
+      [[maybe_unused]] Row least{};
+      if constexpr (scheme != Scheme::eno2) least = least_around<scheme>(around->row(i, j), row);
       for (int k = 0; k < leaf_edge; ++k) {
         const float* p = row + k;
         const float v = speed[node + k];
         const float side = v < 0 ? -1.0F : 1.0F;
-        const float moved = *p - leaf.stage.dt * v * distance_slope<scheme>(p, side);
+        float slope = distance_slope<scheme>(p, side);
+        if constexpr (scheme != Scheme::eno2) {
+          const float at_foot = distance_slope<Scheme::eno2>(p, side);
+          slope = least[k] < slower * std::abs(v) ? at_foot : slope;
+        }
+        const float moved = *p - leaf.stage.dt * v * slope;
         leaf.set(node + k, *p, moved);
       }
     }
   }
 }
 
-SCARP_VECTOR_KERNEL void move_first_order(const LeafStage& leaf, const float* speed) {
-  move_rows<Scheme::first_order>(leaf, speed);
+SCARP_VECTOR_KERNEL void move_first_order(const LeafStage& leaf, const float* speed,
+                                          const Block* around) {
+  move_rows<Scheme::first_order>(leaf, speed, around);
 }
 
-SCARP_VECTOR_KERNEL void move_eno2(const LeafStage& leaf, const float* speed) {
-  move_rows<Scheme::eno2>(leaf, speed);
+SCARP_VECTOR_KERNEL void move_eno2(const LeafStage& leaf, const float* speed, const Block*) {
+  move_rows<Scheme::eno2>(leaf, speed, nullptr);
 }
 
-SCARP_VECTOR_KERNEL void move_weno5(const LeafStage& leaf, const float* speed) {
-  move_rows<Scheme::weno5>(leaf, speed);
+SCARP_VECTOR_KERNEL void move_weno5(const LeafStage& leaf, const float* speed,
+                                    const Block* around) {
+  move_rows<Scheme::weno5>(leaf, speed, around);
 }
 
-using LeafKernel = void (*)(const LeafStage&, const float*);
+using LeafKernel = void (*)(const LeafStage&, const float*, const Block*);
 
 LeafKernel upwind_kernel(Scheme scheme) {
   switch (scheme) {
@@ -177,8 +215,13 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
 
 double move_by_speed(Layers& layers, const SpeedField& field, float dt, Scheme scheme) {
   const LeafKernel kernel = upwind_kernel(scheme);
+  const Band& band = layers.top().band();
+  const auto speed = [&](std::size_t n) { return &field.speed[n * leaf_size]; };
   return move_band(layers, field, dt, scheme, [&](std::size_t n, const LeafStage& leaf) {
-    kernel(leaf, &field.speed[n * leaf_size]);
+    if (scheme == Scheme::eno2) return kernel(leaf, speed(n), nullptr);
+    Block around;
+    gather<Block::halo>(band, n, speed, around);
+    kernel(leaf, speed(n), &around);
   });
 }
 

@@ -231,9 +231,8 @@ double highest_point(const Layers& layers) {
 }
 
 void planarise(Layers& layers, double height) {
-  if (height >= highest_point(layers)) {
-    return;
-  }
+  // The surface, which takes long, is not needed where no node near it is as high.
+  if (height >= layers.top().upper() || height >= highest_point(layers)) return;
   const double margin = LevelSet::half_width * layers.frame.spacing;
   const LevelSet plane(
       layers.frame, [height](Vec3d r) { return r.z - height; }, height - margin, height + margin);

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
+
+#include "core/parallel.h"
 
 namespace scarp {
 
@@ -15,6 +18,9 @@ constexpr double reach = 12;
 constexpr double cell_spacings = 8;
 
 constexpr std::uint32_t leaf_size = 4;  // panels
+
+/// Width of the squares that know the walls near them, in spacings.
+constexpr double bucket_spacings = 2;
 
 double squared_to_box(Vec3d r, const Vec3d& lower, const Vec3d& upper) {
   double sum = 0;
@@ -60,6 +66,8 @@ PolygonWalls::PolygonWalls(const Frame& frame, const std::vector<Loop>& loops,
     cells_[axis] = static_cast<std::size_t>(sides.width(axis) / cell_width_) + 3;
   }
   build_tree();
+  // Upright, they are all as high: nearest in the plane is nearest at any height.
+  if (heights.slope == 0 && heights.lowest == heights.foot) fill_buckets(frame);
   mark_insides(loops);
   find_overhead();
 }
@@ -256,8 +264,9 @@ void PolygonWalls::visit(std::uint32_t n, Vec3d r, Nearest& nearest) const {
   }
 }
 
-Distance PolygonWalls::operator()(Vec3d r) const {
-  Nearest nearest{.square = reach_ * reach_};
+/// Calls visit with the panels whose boxes' leaves are within square, which visit may make smaller.
+template <class Visit>
+void PolygonWalls::visit_near(Vec3d r, const double& square, const Visit& visit) const {
   // The nearer one of two children first; a tree of 2^32 panels is no deeper.
   struct Entry {
     double square;
@@ -271,10 +280,10 @@ Distance PolygonWalls::operator()(Vec3d r) const {
   if (!panels_.empty()) stack[depth++] = enter(0);
   while (depth > 0) {
     const Entry entry = stack[--depth];
-    if (entry.square > nearest.square) continue;
+    if (entry.square > square) continue;
     const Node& node = nodes_[entry.node];
     if (node.count > 0) {
-      for (std::uint32_t k = 0; k < node.count; ++k) visit(order_[node.first + k], r, nearest);
+      for (std::uint32_t k = 0; k < node.count; ++k) visit(order_[node.first + k]);
       continue;
     }
     Entry near = enter(node.first);
@@ -283,7 +292,69 @@ Distance PolygonWalls::operator()(Vec3d r) const {
     stack[depth++] = far;
     stack[depth++] = near;
   }
-  if (nearest.panel == Nearest{}.panel) return {far_sign(r) * reach_, {}};
+}
+
+PolygonWalls::Nearest PolygonWalls::nearest(Vec3d r, double limit) const {
+  Nearest nearest{.square = limit * limit};
+  const auto offer = [&](std::uint32_t n) { visit(n, r, nearest); };
+  if (const auto bucket = buckets_.find(r)) {
+    for (std::uint32_t k = buckets_.first[*bucket]; k < buckets_.first[*bucket + 1]; ++k)
+      offer(buckets_.panels[k]);
+  } else {
+    visit_near(r, nearest.square, offer);
+  }
+  return nearest;
+}
+
+std::optional<std::size_t> PolygonWalls::Buckets::find(Vec3d r) const {
+  if (first.empty()) return std::nullopt;
+  std::array<double, 2> index{};
+  for (int axis = 0; axis < 2; ++axis) {
+    index[axis] = std::floor((r[axis] - origin[axis]) / width);
+    if (!(index[axis] >= 0 && index[axis] < static_cast<double>(count[axis]))) return std::nullopt;
+  }
+  return static_cast<std::size_t>(index[0]) * count[1] + static_cast<std::size_t>(index[1]);
+}
+
+void PolygonWalls::fill_buckets(const Frame& frame) {
+  if (panels_.empty()) return;
+  Buckets buckets{.width = bucket_spacings * frame.spacing};
+  const Sides sides = frame.sides();
+  for (int axis = 0; axis < 2; ++axis) {
+    buckets.origin[axis] = sides.lower[axis] - 0.5 * buckets.width;
+    buckets.count[axis] = static_cast<std::size_t>(sides.width(axis) / buckets.width) + 2;
+  }
+  // One end of a bucket to the other, with what rounding takes.
+  const double across = (1 + 1e-9) * std::numbers::sqrt2 * buckets.width;
+  std::vector<std::vector<std::uint32_t>> near(buckets.count[0] * buckets.count[1]);
+  parallel_for(near.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const auto place = [&](int axis, std::size_t index) {
+        return buckets.origin[axis] + (static_cast<double>(index) + 0.5) * buckets.width;
+      };
+      const Vec3d middle{place(0, n / buckets.count[1]), place(1, n % buckets.count[1]),
+                         panels_.front().lower.z};
+      // What is nearest to a point is at most so much further from the middle than what is nearest
+      // to that: half of the way across there, and half of it back.
+      const double most = std::sqrt(nearest(middle, reach_ + 0.5 * across).square) + across;
+      visit_near(middle, most * most, [&](std::uint32_t p) {
+        if (squared_to_box(middle, panels_[p].lower, panels_[p].upper) <= most * most)
+          near[n].push_back(p);
+      });
+    }
+  });
+  buckets.first.push_back(0);
+  for (const auto& some : near) {
+    buckets.panels.insert(buckets.panels.end(), some.begin(), some.end());
+    buckets.first.push_back(static_cast<std::uint32_t>(buckets.panels.size()));
+  }
+  buckets_ = std::move(buckets);
+}
+
+Distance PolygonWalls::operator()(Vec3d r) const {
+  const Nearest nearest = this->nearest(r, reach_);
+  // Upwards, so that a plane that it meets is met in no edge; without a direction it would be.
+  if (nearest.panel == Nearest{}.panel) return {far_sign(r) * reach_, {0, 0, 1}};
   const Vec3d away = r - nearest.point;
   const double distance = std::sqrt(nearest.square);
   const double sign = dot(away, nearest.outside) < 0 ? -1 : 1;

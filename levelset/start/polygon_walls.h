@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/vec3.h"
@@ -29,7 +30,8 @@ std::vector<Loop> moved_outwards(const std::vector<Loop>& loops, double distance
 /// nearest edge of their rim, so that the common part with a slab ends in exact edges.
 ///
 /// Shape:  loops as domain_loops makes them, images beyond the sides included.
-/// Cost:   a look at the few walls that are nearest; building takes O(n log n).
+/// Cost:   a look at the few walls that are nearest; building takes O(n log n) and, of upright
+///         walls, a look for every four columns of nodes.
 /// Source: sign by the mean normal of the nearest feature, Baerentzen and Aanaes 2005; here between
 ///         panels of equal weight, which have the same sign.
 class PolygonWalls {
@@ -65,10 +67,26 @@ class PolygonWalls {
     std::uint32_t count = 0;  ///< 0: inner
   };
 
+  /// Squares of the plane, each with the panels that may be nearest to a point over or under it.
+  /// Of upright walls only: nearest in the plane is nearest at any height there.
+  struct Buckets {
+    double width = 0;
+    std::array<double, 2> origin{};
+    std::array<std::size_t, 2> count{};
+    std::vector<std::uint32_t> first{};  ///< in panels, of each square and after the last; or empty
+    std::vector<std::uint32_t> panels{};
+
+    std::optional<std::size_t> find(Vec3d r) const;
+  };
+
   void add_walls(const Loop& loop, const WallHeights& heights);
   void find_boxes();
   void build_tree();
   void split(std::uint32_t node);
+  void fill_buckets(const Frame& frame);
+  template <class Visit>
+  void visit_near(Vec3d r, const double& square, const Visit& visit) const;
+  Nearest nearest(Vec3d r, double limit) const;
   void mark_insides(const std::vector<Loop>& loops);
   void find_overhead();
   double centre(int axis, std::size_t index) const;
@@ -82,7 +100,8 @@ class PolygonWalls {
   std::array<std::size_t, 2> cells_{};
   std::vector<Panel> panels_;
   std::vector<Node> nodes_;
-  std::vector<std::uint32_t> order_;           ///< of panels, as leaves have them
+  std::vector<std::uint32_t> order_;  ///< of panels, as leaves have them
+  Buckets buckets_;
   std::vector<bool> inside_;                   ///< at the foot, in the middle of each cell
   std::vector<std::vector<double>> overhead_;  ///< heights at which panels cross that line
 };

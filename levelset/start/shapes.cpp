@@ -229,6 +229,9 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
 /// The stack as it is built: what to do at a point, in order, and how high every layer reaches.
 class SolidStack {
  public:
+  /// What is further from a surface than this is far from it.
+  explicit SolidStack(double enough) : enough_(enough) {}
+
   /// Adds solid; it joins the top layer if that is of the same material.
   void grow(MaterialId material, double top, Solid solid) {
     upper_ = std::max(upper_, top);
@@ -238,9 +241,15 @@ class SolidStack {
     } else {
       parts_.push_back({.material = material, .top = top});
     }
-    operations_.push_back([joins, solid = std::move(solid)](Vec3d r, Stack& stack) {
-      const Distance added = solid(r);
+    operations_.push_back([joins, enough = enough_, solid = std::move(solid)](Vec3d r,
+                                                                              Stack& stack) {
       std::vector<Distance>& all = stack.all;
+      const bool is_deep = !all.empty() && std::max(all.back().value, all.back().bound) < -enough;
+      if (is_deep && stack.beneath.empty()) {
+        if (!joins) all.push_back(all.back());
+        return;
+      }
+      const Distance added = solid(r);
       const std::size_t layer = all.size() - (joins ? 1 : 0);
       for (Beneath& beneath : stack.beneath) {
         if (beneath.layer >= layer) continue;
@@ -335,6 +344,7 @@ class SolidStack {
   };
   using Operation = std::function<void(Vec3d, Stack&)>;
 
+  double enough_;
   std::vector<Part> parts_;
   std::vector<Operation> operations_;
   std::set<std::size_t> roofed_;  ///< layers that are cut under others
@@ -345,7 +355,9 @@ class SolidStack {
 /// Adds shapes to a stack, and cuts them out of it.
 class Builder {
  public:
-  explicit Builder(const Frame& frame) : frame_(frame) {}
+  /// shapes: those that are going to be applied.
+  Builder(const Frame& frame, std::span<const Shape> shapes)
+      : frame_(frame), enough_(enough_for(frame, shapes)), stack_(enough_) {}
 
   void apply(const WaferShape& shape) { stack_.grow(shape.material, 0, below(0)); }
 
@@ -403,7 +415,11 @@ class Builder {
                                    .lowest = std::min(foot, stack_.lower()),
                                    .slope = opening ? shape.taper : -shape.taper});
     Solid stays = opening ? outside(std::move(outline)) : std::move(outline);
-    stack_.grow(shape.material, top, common(below(top), std::move(stays)));
+    stack_.grow(shape.material, top,
+                [enough = enough_, slab = below(top), stays = std::move(stays)](Vec3d r) {
+                  const Distance from_slab = slab(r);
+                  return from_slab.value > enough ? from_slab : intersect(from_slab, stays(r));
+                });
   }
 
   void apply(const MeshShape& shape) {
@@ -430,6 +446,16 @@ class Builder {
   const SolidStack& stack() const { return stack_; }
 
  private:
+  /// What is further from a surface than this is far from it, whatever is cut and rounded after.
+  static double enough_for(const Frame& frame, std::span<const Shape> shapes) {
+    double enough = (LevelSet::half_width + 10 * dilation) * frame.spacing;
+    for (const Shape& shape : shapes) {
+      if (const auto* trench = std::get_if<TrenchShape>(&shape)) enough += trench->cut.top_radius;
+      if (const auto* hole = std::get_if<HoleShape>(&shape)) enough += hole->cut.top_radius;
+    }
+    return enough;
+  }
+
   double cut_from(const Cut& cut) const {
     if (cut.depth_from) {
       return stack_.top_of(*cut.depth_from);
@@ -470,6 +496,7 @@ class Builder {
   }
 
   Frame frame_;
+  double enough_;
   SolidStack stack_;
 };
 
@@ -478,8 +505,9 @@ Layers SolidStack::build(const Frame& frame) const {
   const double margin = LevelSet::half_width * frame.spacing;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const auto distance = [&](Vec3d r) {
-      Stack stack;
-      stack.all.reserve(parts_.size());
+      thread_local Stack stack;
+      stack.all.clear();
+      stack.beneath.clear();
       for (const std::size_t layer : roofed_) stack.beneath.push_back({.layer = layer});
       for (std::size_t n = 0; n < parts_[k].operation_count; ++n) operations_[n](r, stack);
       const Distance& solid = stack.all[k];
@@ -605,7 +633,7 @@ class BodyPlaces {
 std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape> shapes) {
   constexpr double flush = 0.01;  // spacings
   std::vector<ShapeProblem> problems;
-  Builder builder(frame);
+  Builder builder(frame, shapes);
   const auto look_at = [&](std::size_t shape, const MeshShape& mesh) {
     const TriMesh whole = welded(*mesh.mesh);
     const std::vector<TriMesh> parts =
@@ -630,7 +658,10 @@ std::vector<ShapeProblem> idle_bodies(const Frame& frame, std::span<const Shape>
                                 "nothing"});
     }
   };
-  for (std::size_t n = 0; n < shapes.size(); ++n) {
+  // What comes after the last mesh is not needed, and outlines of many shapes are costly.
+  std::size_t count = shapes.size();
+  while (count > 0 && !std::holds_alternative<MeshShape>(shapes[count - 1])) --count;
+  for (std::size_t n = 0; n < count; ++n) {
     if (const auto* mesh = std::get_if<MeshShape>(&shapes[n]);
         mesh && builder.stack().layer_count() > 0) {
       look_at(n, *mesh);
@@ -647,7 +678,7 @@ Layers build_layers(const Frame& frame, std::span<const Shape> shapes) {
     throw InputError("geometry[" + std::to_string(first.shape) + "]." + first.key + ": " +
                      first.message);
   }
-  Builder builder(frame);
+  Builder builder(frame, shapes);
   for (const Shape& shape : shapes) {
     std::visit([&](const auto& s) { builder.apply(s); }, shape);
   }

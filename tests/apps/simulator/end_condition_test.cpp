@@ -326,6 +326,29 @@ TEST_F(EndConditionRun, AFinIsGoneWhenItsFlanksMeet) {
   }
 }
 
+// By upwind differences feet were left behind, up to half a spacing beside a slow floor; WENO5 let
+// them get ahead.
+TEST_F(EndConditionRun, AFinIsGoneInTimeByAllSchemes) {
+  write("fin.toml",
+        read_file(std::string(SCARP_SOURCE_DIR) + "/tests/reference/ends/film_gone.toml"));
+  constexpr double spacing = 10;
+  for (const char* const scheme : {"first_order", "weno5"}) {
+    for (const double middle : {0.0, 1.0, 2.5, 5.0}) {
+      for (const char* const floor : {"0", "0.1"}) {
+        std::filesystem::remove_all(folder_ / "run");
+        const Outcome outcome = scarp(
+            "run " + path("fin.toml") + " --quiet -o " + path("run") +
+            fmt::format(" --set 'geometry[1].center=\"{} nm\"' --set 'advection.scheme=\"{}\"'"
+                        " --set 'step[0].etch_rate.Si=\"{} nm/s\"'",
+                        middle, scheme, floor));
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;
+        const double reached = summary("run")["steps"][0]["reached_s"];
+        EXPECT_NEAR(reached, 100, 0.05 * spacing) << scheme << " " << middle << " " << floor;
+      }
+    }
+  }
+}
+
 TEST_F(EndConditionRun, SaysInItsResultsWhenAndWhyEachStepEnded) {
   write("r.toml", cycles());
   const Outcome run = scarp("run " + path("r.toml") + " -o " + path("out"));

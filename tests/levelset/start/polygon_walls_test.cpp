@@ -49,6 +49,33 @@ TEST(PolygonWalls, AHoleIsOutside) {
   EXPECT_NEAR(ring({7, 7, 4}).value, -std::sqrt(2), 1e-12);
 }
 
+// Upright walls are looked up in squares around the nodes of the domain, elsewhere in a tree of
+// all; with a foot that goes on below, in the tree alone. All are the same to the last bit.
+TEST(PolygonWalls, SquaresOfNodesKnowTheNearestWalls) {
+  const std::vector<Loop> loops{{{-15, -12}, {12, -14}, {3, 2}, {14, 15}, {-9, 11}},
+                                {{-8, -8}, {-8, -5}, {-6, -5}, {-6, -8}},
+                                {{-4, -8}, {-4, -5}, {-2.5, -5}, {-2.5, -8}},
+                                {{17, 0}, {19, 0}, {19, 2}, {17, 2}}};
+  const WallHeights heights{.foot = 0, .top = 9};
+  const PolygonWalls here({.spacing = 1, .cells = {60, 60}}, loops, heights);
+  const PolygonWalls elsewhere({.spacing = 1, .cells = {2, 2}}, loops, heights);
+  int near = 0;
+  for (double x = -30; x < 30; x += 0.73) {
+    for (double y = -30; y < 30; y += 0.71) {
+      if (std::abs(x) < 3 && std::abs(y) < 3) continue;
+      for (const double z : {-7.0, 0.0, 4.3, 9.0, 13.4}) {
+        const Distance by_square = here({x, y, z});
+        const Distance by_tree = elsewhere({x, y, z});
+        if (std::abs(by_tree.value) == 12) continue;  // the sign is known in the domain alone
+        ++near;
+        ASSERT_EQ(by_square.value, by_tree.value) << x << ' ' << y << ' ' << z;
+        ASSERT_EQ(by_square.normal, by_tree.normal) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+  EXPECT_GT(near, 10000);
+}
+
 // Where each loop looked at the walls of all before it, this took nine seconds.
 TEST(PolygonWalls, TenThousandLoopsAreBuiltAtOnce) {
   std::vector<Loop> loops;

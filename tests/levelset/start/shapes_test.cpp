@@ -380,6 +380,40 @@ Shape tetrahedron(Vec3f corner, float size) {
   return MeshShape{.mesh = std::make_shared<TriMesh>(mesh), .material = 1};
 }
 
+// The foot of a mask is no surface where the mask lies on solid, far from its walls either.
+TEST(Shapes, UnderTheMiddleOfAMaskAllIsDeep) {
+  const Frame frame{.spacing = 1, .cells = {60, 60}};
+  const Loop wide{{-80, -80}, {20, -80}, {20, 80}, {-80, 80}};
+  const Layers layers = build_layers(
+      frame, std::vector<Shape>{WaferShape{}, MaskShape{.material = 1,
+                                                        .thickness = 12,
+                                                        .outlines = MaskShape::Outlines::resist,
+                                                        .outline = PolygonOutline{{wide}}}});
+  for (int i = 0; i <= 40; ++i) {
+    for (int k = -10; k <= 6; ++k)
+      EXPECT_EQ(layers.top().node(i, 30, k), -LevelSet::half_width) << i << ' ' << k;
+  }
+}
+
+// How deep a place lies matters as far as the rounded edge of a later hole reaches.
+TEST(Shapes, FarFromItsEdgeAMaskIsAHigherWafer) {
+  const Frame frame{.spacing = 1, .cells = {80, 60}};
+  HoleShape hole{.radius = 9, .centre = {-15, 0}};
+  hole.cut = {.depth = 20, .top_radius = 7};
+  const Loop wide{{-80, -80}, {30, -80}, {30, 80}, {-80, 80}};
+  const Layers masked =
+      build_layers(frame, std::vector<Shape>{WaferShape{},
+                                             MaskShape{.thickness = 5,
+                                                       .outlines = MaskShape::Outlines::resist,
+                                                       .outline = PolygonOutline{.loops = {wide}}},
+                                             hole});
+  const Layers bare = build_layers(frame, std::vector<Shape>{WaferShape{}, hole});
+  for (int i = 0; i <= 56; ++i) {
+    for (int k = -30; k < 12; ++k)
+      EXPECT_EQ(masked.top().node(i, 30, k + 5), bare.top().node(i, 30, k)) << i << ' ' << k;
+  }
+}
+
 // One message for one mistake: the domain is a spacing wide along y in two dimensions.
 TEST(Shapes, AWrongDirectionInTwoDimensionsIsToldOnce) {
   Frame frame{.spacing = 1, .cells = {40, 1}};
