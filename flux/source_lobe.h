@@ -30,7 +30,7 @@ struct SourceLobe {
   bool is_lambert() const { return kind == Kind::cosine && table.empty() && cosine_power == 1; }
 };
 
-/// The brightness of a source that points straight down: particles through a plane across the
+/// The radiance of a source that points straight down: particles through a plane across the
 /// direction of sight, per solid angle, if one goes through the source plane. cosine > 0 is that of
 /// the angle to the vertical.
 double radiance(const SourceLobe& lobe, double cosine);

@@ -37,8 +37,8 @@ double response(const LobeTally& tally, float cosine) {
 }
 
 // What points would get of a tally if they met the lobe head on, but for the yield.
-std::vector<float> brightness(const LobeTally& tally, std::span<const float> flux,
-                              std::span<const float> cosines) {
+std::vector<float> flux_at_normal(const LobeTally& tally, std::span<const float> flux,
+                                  std::span<const float> cosines) {
   std::vector<float> bright(flux.size());
   for (std::size_t p = 0; p < flux.size(); ++p) {
     if (!(cosines[p] > grazing)) continue;
@@ -49,12 +49,13 @@ std::vector<float> brightness(const LobeTally& tally, std::span<const float> flu
 }
 
 // What there would be of the speeds because of a lobe at the slopes. Shape: an entry per point.
-std::vector<AtSlopes> owed_at_slopes(const SpeedQuestion& question, const Lobe& lobe,
-                                     std::span<const float> cosines, const std::vector<bool>& apart,
-                                     std::span<const float> owed) {
+std::vector<AtSlopes> contribution_at_slopes(const SpeedQuestion& question, const Lobe& lobe,
+                                             std::span<const float> cosines,
+                                             const std::vector<bool>& apart,
+                                             std::span<const float> contribution) {
   std::vector<std::vector<float>> bright;
   for (const LobeTally& tally : lobe.tallies)
-    bright.push_back(brightness(tally, question.flux[tally.tally], cosines));
+    bright.push_back(flux_at_normal(tally, question.flux[tally.tally], cosines));
   std::vector<AtSlopes> result(cosines.size());
   for (std::size_t k = 0; k < slopes.size(); ++k) {
     std::vector<float> of_slope;
@@ -67,32 +68,32 @@ std::vector<AtSlopes> owed_at_slopes(const SpeedQuestion& question, const Lobe& 
                                              : of_slope[n] * bright[n][p];
         },
         tallies_of(lobe));
-    for (std::size_t p = 0; p < result.size(); ++p) result[p][k] = owed[p] - lost[p];
+    for (std::size_t p = 0; p < result.size(); ++p) result[p][k] = contribution[p] - lost[p];
   }
   return result;
 }
 
 // Of a point, for each slope by its cosine. here is what the factors come to at its own normal.
-AtSlopes turning_amplitudes(const AtSlopes& at_slopes, const AtSlopes& here, float owed,
-                            float turning) {
+AtSlopes slope_amplitudes(const AtSlopes& at_slopes, const AtSlopes& here, float contribution,
+                          float angular) {
   constexpr float most_more = 2;  // than the slopes say; what is more does not turn
   AtSlopes amplitudes{};
   float sum = 0;
   for (std::size_t k = 0; k < slopes.size(); ++k) {
     // A model may have nothing to say of a slope that nothing arrives at.
-    const bool is_known = std::isfinite(at_slopes[k]) && at_slopes[k] * owed > 0;
+    const bool is_known = std::isfinite(at_slopes[k]) && at_slopes[k] * contribution > 0;
     if (is_known) amplitudes[k] = at_slopes[k] / slopes[k];
     sum += amplitudes[k] * here[k];
   }
-  if (!(sum * owed > 0)) return {};
-  const float scale = std::min(owed / sum, most_more) * (turning / owed);
+  if (!(sum * contribution > 0)) return {};
+  const float scale = std::min(contribution / sum, most_more) * (angular / contribution);
   for (float& each : amplitudes) each *= scale;
   return amplitudes;
 }
 
 // Where the lobe only grazes a surface much was reflected elsewhere, and turns less than what comes
 // straight: by no more than where it meets the surface, or the time steps would be short.
-void bound_grazed(std::span<const float> cosines, std::span<const float> turning,
+void bound_grazed(std::span<const float> cosines, std::span<const float> angular,
                   std::vector<AtSlopes>& amplitudes) {
   constexpr float meets = 0.7F;  // of the cosine where it meets the surface best
   const auto steepest = [](const AtSlopes& of_point) {
@@ -101,12 +102,12 @@ void bound_grazed(std::span<const float> cosines, std::span<const float> turning
     return most;
   };
   float best = grazing;
-  float most_turning = 0;
+  float most_angular = 0;
   for (std::size_t p = 0; p < amplitudes.size(); ++p) {
-    if (turning[p] != 0) best = std::max(best, cosines[p]);
-    most_turning = std::max(most_turning, std::abs(turning[p]));
+    if (angular[p] != 0) best = std::max(best, cosines[p]);
+    most_angular = std::max(most_angular, std::abs(angular[p]));
   }
-  const float head_on = most_turning / best;
+  const float head_on = most_angular / best;
   float bound = 0;
   for (std::size_t p = 0; p < amplitudes.size(); ++p)
     if (cosines[p] > meets * best) bound = std::max(bound, steepest(amplitudes[p]));
@@ -144,8 +145,8 @@ std::vector<AngularFactor> lobe_factors(Vec3d direction) {
   return factors;
 }
 
-std::vector<float> owed_to_lobe(const SpeedQuestion& question, const Lobe& lobe,
-                                const std::vector<bool>& apart) {
+std::vector<float> contribution_of_lobe(const SpeedQuestion& question, const Lobe& lobe,
+                                        const std::vector<bool>& apart) {
   // Of nothing at all a model may say 0 / 0.
   constexpr float next_to_nothing = 1e-6F;
   const std::vector<std::size_t> tallies = tallies_of(lobe);
@@ -157,34 +158,35 @@ std::vector<float> owed_to_lobe(const SpeedQuestion& question, const Lobe& lobe,
         },
         tallies);
   };
-  std::vector<float> owed = loss(0);
+  std::vector<float> contribution = loss(0);
   const auto is_known = [](float speed) { return std::isfinite(speed); };
-  if (std::ranges::all_of(owed, is_known)) return owed;
+  if (std::ranges::all_of(contribution, is_known)) return contribution;
   const std::vector<float> nearly = loss(next_to_nothing);
-  for (std::size_t p = 0; p < owed.size(); ++p)
-    if (!is_known(owed[p])) owed[p] = is_known(nearly[p]) ? nearly[p] : 0;
-  return owed;
+  for (std::size_t p = 0; p < contribution.size(); ++p)
+    if (!is_known(contribution[p])) contribution[p] = is_known(nearly[p]) ? nearly[p] : 0;
+  return contribution;
 }
 
 std::vector<std::vector<float>> lobe_amplitudes(const SpeedQuestion& question, const Lobe& lobe,
                                                 std::span<const AngularFactor> factors,
                                                 const std::vector<bool>& apart,
-                                                std::span<const float> owed,
-                                                std::span<const float> turning,
+                                                std::span<const float> contribution,
+                                                std::span<const float> angular,
                                                 std::vector<float>& rest) {
   constexpr float rounding = 1e-5F;
-  const std::size_t count = turning.size();
+  const std::size_t count = angular.size();
   const std::vector<float> cosines = cosines_to(lobe.direction, question.points.normal);
-  const std::vector<AtSlopes> at_slopes = owed_at_slopes(question, lobe, cosines, apart, owed);
+  const std::vector<AtSlopes> at_slopes =
+      contribution_at_slopes(question, lobe, cosines, apart, contribution);
   std::vector<AtSlopes> found(count);
   std::vector<AtSlopes> here(count);
   for (std::size_t p = 0; p < count; ++p) {
-    if (!(cosines[p] > grazing) || turning[p] == 0) continue;
+    if (!(cosines[p] > grazing) || angular[p] == 0) continue;
     for (std::size_t k = 0; k < slopes.size(); ++k)
       here[p][k] = factors[k].value(question.points.normal[p]);
-    found[p] = turning_amplitudes(at_slopes[p], here[p], owed[p], turning[p]);
+    found[p] = slope_amplitudes(at_slopes[p], here[p], contribution[p], angular[p]);
   }
-  bound_grazed(cosines, turning, found);
+  bound_grazed(cosines, angular, found);
   std::vector<std::vector<float>> amplitudes(factors.size(), std::vector<float>(count));
   for (std::size_t p = 0; p < count; ++p) {
     float taken = 0;
@@ -193,7 +195,7 @@ std::vector<std::vector<float>> lobe_amplitudes(const SpeedQuestion& question, c
       taken += found[p][k] * here[p][k];
     }
     rest[p] -= taken;
-    if (std::abs(rest[p]) <= rounding * std::abs(turning[p])) rest[p] = 0;
+    if (std::abs(rest[p]) <= rounding * std::abs(angular[p])) rest[p] = 0;
   }
   return amplitudes;
 }

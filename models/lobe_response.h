@@ -43,21 +43,21 @@ std::vector<AngularFactor> lobe_factors(Vec3d direction);
 /// apart.
 ///
 /// Shape: an entry per point, as has apart. Units: nm/s.
-std::vector<float> owed_to_lobe(const SpeedQuestion& question, const Lobe& lobe,
-                                const std::vector<bool>& apart);
+std::vector<float> contribution_of_lobe(const SpeedQuestion& question, const Lobe& lobe,
+                                        const std::vector<bool>& apart);
 
 /// The amplitudes of the factors; what they come to at the points' own normals is taken from rest.
 ///
-/// owed is that of owed_to_lobe(), and what turns is that, or a share of it. A surface along the
-/// lobe gets none of it: that a floor goes on nearly as fast with fewer ions says nothing of the
-/// walls that it leaves behind, which ions alone may etch.
+/// contribution is that of contribution_of_lobe(), and what turns is that, or a share of it. A
+/// surface along the lobe gets none of it: that a floor goes on nearly as fast with fewer ions says
+/// nothing of the walls that it leaves behind, which ions alone may etch.
 ///
 /// Shape: by factor, an entry per point; factors are those of lobe_factors(). Units: nm/s.
 std::vector<std::vector<float>> lobe_amplitudes(const SpeedQuestion& question, const Lobe& lobe,
                                                 std::span<const AngularFactor> factors,
                                                 const std::vector<bool>& apart,
-                                                std::span<const float> owed,
-                                                std::span<const float> turning,
+                                                std::span<const float> contribution,
+                                                std::span<const float> angular,
                                                 std::vector<float>& rest);
 
 }  // namespace scarp

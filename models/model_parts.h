@@ -133,7 +133,7 @@ struct ModelParts {
   const CycledCoverages* cycle = nullptr;
   const Emitter* emitter = nullptr;
   const Bath* bath = nullptr;
-  const AngularResponse* angular = nullptr;  ///< null: as TurningResponse finds it
+  const AngularResponse* angular = nullptr;  ///< null: as InferredResponse finds it
 };
 
 }  // namespace scarp

@@ -8,7 +8,7 @@
 namespace scarp {
 
 /// What the speeds of points owe to some tallies.
-struct Owed {
+struct Contribution {
   std::vector<float> rise;  ///< by how much each changes with the logarithm of what they count
   std::vector<float> all;   ///< what there would not be without it
 };
@@ -42,11 +42,11 @@ struct SpeedQuestion {
                      tallies);
   }
 
-  Owed owed_to(std::span<const std::size_t> tallies) const {
+  Contribution contribution_of(std::span<const std::size_t> tallies) const {
     constexpr float less = 0.01F;
-    Owed owed{.rise = loss(less, tallies), .all = loss(1, tallies)};
-    for (float& rise : owed.rise) rise /= less;
-    return owed;
+    Contribution contribution{.rise = loss(less, tallies), .all = loss(1, tallies)};
+    for (float& rise : contribution.rise) rise /= less;
+    return contribution;
   }
 };
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "models/turning_response.h"
+#include "models/inferred_response.h"
 
 namespace scarp {
 
@@ -10,8 +10,8 @@ namespace scarp {
 SurfaceModel::SurfaceModel(std::vector<Species> species, const ModelParts& parts)
     : species_(std::move(species)), parts_(parts) {
   if (parts_.angular != nullptr) return;
-  turning_ = std::make_unique<TurningResponse>(*this);
-  parts_.angular = turning_.get();
+  angular_ = std::make_unique<InferredResponse>(*this);
+  parts_.angular = angular_.get();
 }
 
 SurfaceModel::~SurfaceModel() = default;

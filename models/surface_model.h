@@ -58,7 +58,7 @@ class SurfaceModel {
  private:
   std::vector<Species> species_;
   ModelParts parts_;
-  std::unique_ptr<const AngularResponse> turning_;  ///< of models without an own one
+  std::unique_ptr<const AngularResponse> angular_;  ///< of models without an own one
 };
 
 /// What covers the surface, by name; nothing for a model, or none, whose sticking is constant.

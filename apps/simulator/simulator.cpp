@@ -118,7 +118,7 @@ struct Trial {
   std::vector<Region> islands{};
   double residue_volume = 0;
   double left = 0;
-  bool brings_to_light = false;  ///< other materials than the facets have, before it begins
+  bool exposes_other = false;  ///< other materials than the facets have, before it begins
 
   bool is_end(double spacing) const { return left <= end_tolerance * spacing; }
 };
@@ -142,7 +142,7 @@ class Mover {
     do {
       const double part = next_part(dt);
       const SpeedField band = extended_speeds(part);
-      if (comes_to_light(band)) return;
+      if (becomes_exposed(band)) return;
       advance_layers(state_.layers, band, part, result_.islands, result_.residue_volume);
       note(part, dt);
     } while (goes_on(dt));
@@ -153,7 +153,7 @@ class Mover {
     do {
       Trial trial = try_move(next_part(dt));
       const bool is_end = trial.is_end(spacing());
-      if (!is_end && trial.brings_to_light) return false;
+      if (!is_end && trial.exposes_other) return false;
       if (is_end) trial = cut_to_end(std::move(trial));
       state_.layers = std::move(trial.layers);
       result_.islands.insert(result_.islands.end(), trial.islands.begin(), trial.islands.end());
@@ -209,7 +209,7 @@ class Mover {
   }
 
   // Since the first move, in which facets and surface differ at borders of materials alone.
-  bool comes_to_light(const SpeedField& band) {
+  bool becomes_exposed(const SpeedField& band) {
     constexpr double little = 0.005;  // of the surface
     if (moves_ == 0) seen_at_first_ = band.newly_seen;
     return band.newly_seen > seen_at_first_ + little;
@@ -235,7 +235,7 @@ class Mover {
   Trial try_move(double dt) {
     Trial trial{.dt = dt, .layers = state_.layers.copy()};
     const SpeedField band = extended_speeds(dt);
-    trial.brings_to_light = comes_to_light(band);
+    trial.exposes_other = becomes_exposed(band);
     advance_layers(trial.layers, band, dt, trial.islands, trial.residue_volume);
     trial.left = left_to_end(trial.layers);
     return trial;

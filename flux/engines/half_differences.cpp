@@ -13,7 +13,7 @@ namespace {
 double square(double x) { return x * x; }
 
 // What one set of an element's rays tells of all that it sees.
-struct Told {
+struct Found {
   double flux = 0;
   double out = 0;
   double lost = 0;
@@ -122,7 +122,7 @@ class Row {
   }
 
   /// What a set lacks it takes from the other, as the rows of the matrix do.
-  std::array<Told, set_count> told_by_sets() const;
+  std::array<Found, set_count> found_by_sets() const;
   OfParts flux_of_parts() const { return of_flux_.differences(); }
   OfParts lost_of_parts() const { return of_lost_.differences(); }
   double flux_of_rays() const { return flux_scatter_.variance(); }
@@ -146,7 +146,7 @@ class Row {
   double direct_squares_;
   std::size_t row_;
   const Radiosity& radiosity_;
-  std::array<Told, set_count> others_{};
+  std::array<Found, set_count> others_{};
   std::array<double, set_count> to_sky_beyond_{};  // that leaves more than the mean
   Parts of_flux_;
   Parts of_lost_;
@@ -198,19 +198,19 @@ void Row::add(std::size_t ray, double flux, double lost) {
   sum_scatter_.add(ray, flux + lost);
 }
 
-std::array<Told, set_count> Row::told_by_sets() const {
+std::array<Found, set_count> Row::found_by_sets() const {
   const double per_ray = static_cast<double>(set_count) / ray_count();
-  std::array<Told, set_count> told{};
+  std::array<Found, set_count> found{};
   for (std::size_t set = 0; set < set_count; ++set) {
     const std::size_t other = 1 - set;
     const double lacking = sums_[other].others > 0 ? sums_[set].lacking / sums_[other].others : 0;
-    told[set] = {
+    found[set] = {
         .flux = per_ray * (static_cast<double>(direct_[set]) + others_[set].flux +
                            lacking * others_[other].flux),
         .out = per_ray * (sums_[set].sky + others_[set].out + lacking * others_[other].out)};
-    told[set].lost = radiosity_.leaves(row_) * told[set].out + per_ray * to_sky_beyond_[set];
+    found[set].lost = radiosity_.leaves(row_) * found[set].out + per_ray * to_sky_beyond_[set];
   }
-  return told;
+  return found;
 }
 
 Differences differences_of(std::size_t size) {
@@ -241,14 +241,14 @@ HalfDifferences half_differences(const View& view, std::size_t problem, const Ra
       const auto parts = static_cast<std::uint32_t>(part_count(plan, block));
       const Row row(view, problem, i, radiosity, {parts, plan.rays(i), block.aims_at_sky},
                     block.aims_at_sky);
-      const auto told = row.told_by_sets();
-      halves.flux.halves[i] = (told[0].flux - told[1].flux) / 2;
+      const auto found = row.found_by_sets();
+      halves.flux.halves[i] = (found[0].flux - found[1].flux) / 2;
       halves.flux.parts[i] = row.flux_of_parts();
       halves.flux.of_rays_in_parts[i] = static_cast<float>(row.flux_of_rays());
       halves.sum_of_rays[i] = static_cast<float>(row.sum_of_rays());
       halves.flux.of_rays[i] = static_cast<float>(row.variance_of_source());
-      halves.out[i] = (told[0].out - told[1].out) / 2;
-      halves.lost.halves[i] = (told[0].lost - told[1].lost) / 2;
+      halves.out[i] = (found[0].out - found[1].out) / 2;
+      halves.lost.halves[i] = (found[0].lost - found[1].lost) / 2;
       halves.lost.parts[i] = row.lost_of_parts();
     }
   });

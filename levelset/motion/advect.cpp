@@ -21,10 +21,10 @@
 #include "levelset/grid/symmetry.h"
 #include "levelset/motion/edge_facets.h"
 #include "levelset/motion/free_foot.h"
+#include "levelset/motion/inert_layers.h"
 #include "levelset/motion/lax_friedrichs.h"
 #include "levelset/motion/recession.h"
 #include "levelset/motion/slivers.h"
-#include "levelset/motion/standstill.h"
 #include "levelset/surface/cell_words.h"
 
 namespace scarp {
@@ -201,7 +201,7 @@ double move_band(Layers& layers, const SpeedField& field, float dt, Scheme schem
   const int last = static_cast<int>(parts.size() - 1) % 2;
   if (keeps_standing) {
     // What the stage before the last one left is not needed any more.
-    residues = keep_standing_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
+    residues = keep_inert_layers(layers, field, dt, band.scratch(last), band.scratch(1 - last));
   }
   if (has_slow) {
     limit_recession(layers, field, dt, band.scratch(last));

@@ -22,7 +22,7 @@ double stable_time_step(const Layers& layers, const SpeedField& field, double cf
 /// Bit for bit the same for any number of threads; symmetric to the last bit under mirroring in x
 /// and y and under exchange of the two.
 ///
-/// Returns the volume of residues, see keep_standing_layers; of all else that goes, speeds tell.
+/// Returns the volume of residues, see keep_inert_layers; of all else that goes, speeds tell.
 ///
 /// Units:  dt in s, at most stable_time_step of max_cfl; the volume in nm^3.
 /// Throws: NumericalError for a speed that is not finite.

@@ -102,8 +102,7 @@ class EdgeFinder {
                            });
       if (!is_near) continue;
       for (std::size_t mask = 1; mask < layers_.stack.size(); ++mask)
-        if (field_.stands_still[mask] && !field_.stands_still[mask - 1])
-          find_in(leaves[n].origin, mask);
+        if (field_.is_inert[mask] && !field_.is_inert[mask - 1]) find_in(leaves[n].origin, mask);
     }
     return std::move(edges_);
   }
@@ -353,7 +352,7 @@ class Edges {
 
 std::vector<HeldNode> edge_facets(const Layers& layers, const SpeedField& field,
                                   const std::vector<float>& mobility, float dt) {
-  if (!field.grows_beside_standing || field.angular.size() != 1) return {};
+  if (!field.grows_beside_inert || field.angular.size() != 1) return {};
   const CrystalRates* const crystal = field.angular.front().factor.crystal();
   if (crystal == nullptr) return {};
   return Edges(layers, EdgeFinder(layers, field).run(), *crystal, mobility).run(dt);

@@ -10,8 +10,8 @@
 #include "core/parallel.h"
 #include "levelset/grid/exposure.h"
 #include "levelset/motion/contact_line.h"
+#include "levelset/motion/inert_layers.h"
 #include "levelset/motion/overgrowth.h"
-#include "levelset/motion/standstill.h"
 
 namespace scarp {
 
@@ -122,10 +122,10 @@ void part_from_standing(std::vector<std::vector<float>>& fields) {
 
 /// Lets what grows by its normal pass over what stands still: a speed without a normal, where it
 /// has none of its own.
-void pass_standing(const Layers& layers, const std::vector<bool>& stands_still, double dt,
-                   const std::vector<float>& whole, std::vector<float>& speed) {
+void pass_inert(const Layers& layers, const std::vector<bool>& is_inert, double dt,
+                const std::vector<float>& whole, std::vector<float>& speed) {
   std::vector<float> passing = whole;
-  overgrow(layers, stands_still, dt, passing);
+  overgrow(layers, is_inert, dt, passing);
   for (std::size_t at = 0; at < passing.size(); ++at) {
     if (passing[at] != whole[at]) speed[at] = passing[at];
   }
@@ -199,7 +199,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
                              std::span<float> values) {
     std::size_t seen = exposed_layer_next_to(layers, at.index, at.phi);
     // A film that meets a wall is seen from within, even if the wall is as near.
-    if (field.grows_beside_standing && field.stands_still[seen] && *at.phi < 0) {
+    if (field.grows_beside_inert && field.is_inert[seen] && *at.phi < 0) {
       seen = layer_at(layers, at.index);
     }
     nodes.fetch_add(1, std::memory_order_relaxed);
@@ -217,7 +217,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
       values[0] = mean;
       return;
     }
-    if (!field.grows_beside_standing) {
+    if (!field.grows_beside_inert) {
       // The normal of phi at the node knows of the wall.
       const Vec3d normal = normalized(area_vector(facets.facets, facet));
       const auto at_line = speed_at_contact_line(
@@ -236,35 +236,35 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
       values[v] = scale * speed_on(of_seen.parts[v], shares);
     }
     if (adds) values[0] += mean - speed;
-    if (field.grows_beside_standing) {
+    if (field.grows_beside_inert) {
       values[1 + factors.size()] = mean;
-      values[2 + factors.size()] = field.stands_still[seen] ? 0 : 1;
+      values[2 + factors.size()] = field.is_inert[seen] ? 0 : 1;
     }
   };
   const LimitingSpeed limiting_speed(factors);
   for (const LayerSpeeds& layer : speeds_of_layers) {
     SCARP_ASSERT(facets.facets.triangles.size(), ==, layer.speed.size());
     SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
-    field.stands_still.push_back(is_zero(layer.speed) &&
-                                 std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
+    field.is_inert.push_back(is_zero(layer.speed) &&
+                             std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
     field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
   }
-  field.grows_beside_standing =
+  field.grows_beside_inert =
       !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
   // Then the last ones are the whole speed, and how much of it is that of what grows.
-  const std::size_t count = 1 + factors.size() + (field.grows_beside_standing ? 2 : 0);
+  const std::size_t count = 1 + factors.size() + (field.grows_beside_inert ? 2 : 0);
   auto fields = Extension(layers, gas, facets, distance, values_at)
-                    .run(count, field.stands_still, field.grows_beside_standing);
+                    .run(count, field.is_inert, field.grows_beside_inert);
   field.newly_seen = nodes == 0 ? 0 : static_cast<double>(newly_seen) / static_cast<double>(nodes);
-  if (field.grows_beside_standing) {
+  if (field.grows_beside_inert) {
     part_from_standing(fields);
-    pass_standing(layers, field.stands_still, dt, fields[1 + factors.size()], fields[0]);
+    pass_inert(layers, field.is_inert, dt, fields[1 + factors.size()], fields[0]);
   }
   field.speed = std::move(fields[0]);
   const bool grows =
       std::any_of(field.speed.begin(), field.speed.end(), [](float speed) { return speed > 0; });
   if (factors.empty() && grows && has_standing_layers(field)) {
-    overgrow(layers, field.stands_still, dt, field.speed);
+    overgrow(layers, field.is_inert, dt, field.speed);
   }
   for (std::size_t part = 0; part < factors.size(); ++part) {
     field.angular.push_back({factors[part], std::move(fields[1 + part])});

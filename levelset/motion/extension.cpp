@@ -45,10 +45,9 @@ float faster(float a, float b) {
 /// arrives is that beside the mask, even if the mask's own is nearer or as near.
 class SolidNodes {
  public:
-  SolidNodes(const Layers& layers, const std::vector<bool>& stands_still) {
-    const bool both =
-        std::find(stands_still.begin(), stands_still.end(), true) != stands_still.end() &&
-        std::find(stands_still.begin(), stands_still.end(), false) != stands_still.end();
+  SolidNodes(const Layers& layers, const std::vector<bool>& is_inert) {
+    const bool both = std::find(is_inert.begin(), is_inert.end(), true) != is_inert.end() &&
+                      std::find(is_inert.begin(), is_inert.end(), false) != is_inert.end();
     if (!both) return;
     const std::span<const Leaf> leaves = layers.top().band().leaves();
     standing_.resize(leaves.size());
@@ -58,7 +57,7 @@ class SolidNodes {
         for (int node = 0; node < leaf_size; ++node) {
           if (!(leaves[n].phi[node] < 0)) continue;
           const auto layer = layer_at(layers, node_at(leaves[n], node));
-          LeafMask& nodes = stands_still[layer] ? standing_[n] : moving_[n];
+          LeafMask& nodes = is_inert[layer] ? standing_[n] : moving_[n];
           nodes[node >> 6] |= std::uint64_t{1} << (node & 63);
         }
       }
@@ -307,7 +306,7 @@ TriangleTree::Neighbourhood Extension::neighbourhood(const Leaf& leaf,
 }
 
 std::vector<std::vector<float>> Extension::run(std::size_t value_count,
-                                               const std::vector<bool>& stands_still,
+                                               const std::vector<bool>& is_inert,
                                                bool still_within) {
   std::vector<std::vector<float>> fields(value_count);
   for (std::vector<float>& field : fields) {
@@ -322,7 +321,7 @@ std::vector<std::vector<float>> Extension::run(std::size_t value_count,
   });
   if (frame_.diagonal)
     for (std::vector<float>& field : fields) mirror_across_diagonal(band_, field);
-  const SolidNodes solid(layers_, stands_still);
+  const SolidNodes solid(layers_, is_inert);
   for (std::vector<float>& field : fields) {
     if (solid.any_standing()) {
       room_.resize(band_.leaves().size());

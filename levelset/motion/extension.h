@@ -73,10 +73,10 @@ class Extension {
         distance_(distance),
         values_at_(std::move(values_at)) {}
 
-  /// Shape: 512 per leaf, of each of the given number of values; stands_still one per layer, or
+  /// Shape: 512 per leaf, of each of the given number of values; is_inert one per layer, or
   ///        empty. With still_within nodes in solid that stands still have values of 0.
   std::vector<std::vector<float>> run(std::size_t value_count,
-                                      const std::vector<bool>& stands_still = {},
+                                      const std::vector<bool>& is_inert = {},
                                       bool still_within = false);
 
  private:

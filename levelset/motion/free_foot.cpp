@@ -134,7 +134,7 @@ class FootFinder {
     gas[axis] += step;
     const Node& lower = step < 0 ? gas : solid;
     const std::size_t mask = exposed_layer(layers_, lower, axis);
-    if (mask == 0 || !field_.stands_still[mask] || field_.stands_still[mask - 1]) return;
+    if (mask == 0 || !field_.is_inert[mask] || field_.is_inert[mask - 1]) return;
     const double way =
         crossing(band_.node(solid[0], solid[1], solid[2]), band_.node(gas[0], gas[1], gas[2]));
     const double height = (1 - way) * layer_phi(mask - 1, solid) + way * layer_phi(mask - 1, gas);

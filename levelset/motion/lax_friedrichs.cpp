@@ -398,12 +398,12 @@ Rates row_rates(const float* row, float dt, const float* mobility, const FreeRow
   Gradients near = free.phi != nullptr ? free_gradients(row, free.phi) : first_order_gradients(row);
   if (etches_crystal_in_row(field, first))
     return {.value = rates_of_etched_crystal(row, field, first, near, free.most)};
-  if (field.grows_beside_standing) see_past_standing(mobility, near);
+  if (field.grows_beside_inert) see_past_standing(mobility, near);
   const Gradients gradients = scheme == Scheme::weno5 ? weno5_gradients(row, mobility, near) : near;
   Rates rates = is_vertical(field)
                     ? rates_about_vertical(row, mobility, dt, field, first, near, gradients)
                     : Rates{.value = rates_along_axes(field, first, near, gradients)};
-  for (int k = 0; field.grows_beside_standing && k < leaf_edge; ++k)
+  for (int k = 0; field.grows_beside_inert && k < leaf_edge; ++k)
     if (mobility[k] == 0) rates.value[k] = field.speed[first + static_cast<std::size_t>(k)];
   return rates;
 }
@@ -502,7 +502,7 @@ void book_rise(Layers& layers, const SpeedField& field, std::span<const float> b
 std::vector<float> mobilities(const Band& band, const SpeedField& field) {
   std::vector<float> mobility(field.speed.size());
   for (std::size_t n = 0; n < mobility.size(); ++n) {
-    mobility[n] = field.grows_beside_standing ? 0 : std::abs(field.speed[n]);
+    mobility[n] = field.grows_beside_inert ? 0 : std::abs(field.speed[n]);
     for (const AngularSpeed& part : field.angular) {
       mobility[n] += std::abs(part.amplitude[n]);
     }

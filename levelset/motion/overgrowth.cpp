@@ -89,11 +89,11 @@ class NumberedNodes {
 
 class Overgrowth {
  public:
-  Overgrowth(const Layers& layers, const std::vector<bool>& stands_still, float dt,
+  Overgrowth(const Layers& layers, const std::vector<bool>& is_inert, float dt,
              std::vector<float>& speed)
       : layers_(layers),
         band_(layers.top().band()),
-        stands_still_(stands_still),
+        is_inert_(is_inert),
         dt_(dt),
         speed_(speed),
         numbers_(band_.leaves().size()) {}
@@ -172,7 +172,7 @@ class Overgrowth {
   bool stands(const Node& node) const {
     if (!(phi(node) < 0)) return false;
     for (std::size_t layer = 0; layer < layers_.stack.size(); ++layer) {
-      if (layers_.stack[layer].phi.node(node[0], node[1], node[2]) < 0) return stands_still_[layer];
+      if (layers_.stack[layer].phi.node(node[0], node[1], node[2]) < 0) return is_inert_[layer];
     }
     return false;
   }
@@ -228,7 +228,7 @@ class Overgrowth {
 
   const Layers& layers_;
   const Band& band_;
-  const std::vector<bool>& stands_still_;
+  const std::vector<bool>& is_inert_;
   float dt_;
   std::vector<float>& speed_;
   std::vector<Node> nodes_;
@@ -238,10 +238,10 @@ class Overgrowth {
 
 }  // namespace
 
-void overgrow(const Layers& layers, const std::vector<bool>& stands_still, double dt,
+void overgrow(const Layers& layers, const std::vector<bool>& is_inert, double dt,
               std::vector<float>& speed) {
   const auto scaled_dt = static_cast<float>(dt / layers.frame.spacing);
-  Overgrowth(layers, stands_still, scaled_dt, speed).run();
+  Overgrowth(layers, is_inert, scaled_dt, speed).run();
 }
 
 }  // namespace scarp

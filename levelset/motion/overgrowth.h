@@ -14,9 +14,9 @@ namespace scarp {
 /// first order; around the mask's edge through the mask's outermost nodes), and get the speed with
 /// which the film, where it gets nearer than the mask within dt, ends at its place.
 ///
-/// Shape: stands_still one per layer; speed 512 per leaf of the top's band, is changed.
+/// Shape: is_inert one per layer; speed 512 per leaf of the top's band, is changed.
 /// Units: dt in s, speeds in nm/s.
-void overgrow(const Layers& layers, const std::vector<bool>& stands_still, double dt,
+void overgrow(const Layers& layers, const std::vector<bool>& is_inert, double dt,
               std::vector<float>& speed);
 
 }  // namespace scarp

@@ -48,11 +48,11 @@ SpeedField prescribe_speeds(const Layers& layers,
       }
     }
   });
-  field.stands_still.assign(layer_count, true);
+  field.is_inert.assign(layer_count, true);
   field.fastest_etch.assign(layer_count, 0);
   for (std::size_t n = 0; n < moves.size(); ++n) {
     const std::size_t layer = n % layer_count;
-    field.stands_still[layer] = field.stands_still[layer] && moves[n] == 0;
+    field.is_inert[layer] = field.is_inert[layer] && moves[n] == 0;
     field.fastest_etch[layer] = std::max(field.fastest_etch[layer], fastest_etch(slowest[n]));
   }
   update_max_speed(layers, field);

@@ -28,14 +28,14 @@ struct SpeedField {
   std::vector<AngularSpeed> angular{};  ///< parts that depend on the normal, beside speed
   float max_speed = 0;                  ///< largest magnitude at nodes next to the surface
   /// One per layer; nothing is ever taken away from a layer that stands still. May be empty.
-  std::vector<bool> stands_still{};
+  std::vector<bool> is_inert{};
   /// One per layer: no place of it recedes faster than that, >= 0. May be empty. Rounded up by a
   /// thousandth at most, so that it does not hang on which places were asked. Units: nm/s.
   std::vector<float> fastest_etch{};
   /// Some layers stand still, and speeds that depend on the normal let the others grow: where
   /// amplitudes are zero phi is the distance to what stands still, and tells nothing of the surface
   /// that grows.
-  bool grows_beside_standing = false;
+  bool grows_beside_inert = false;
   /// Gas of closed voids: one bit per node, 8 words per leaf; empty if there are none.
   std::vector<std::uint64_t> closed{};
   /// The part of the nodes next to the surface that see another material than the facet does whose

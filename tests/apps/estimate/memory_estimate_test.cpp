@@ -89,7 +89,9 @@ TEST(MemoryEstimate, HitsStayWithinTheirLimit) {
       "\"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n");
   const State state = start_state(recipe.domain.frame, recipe.start);
   const auto flux = [&](double rays) {
-    return expected_memory(state.layers, recipe.steps, {.kept_rays = rays}).flux;
+    return expected_memory(state.layers, recipe.steps,
+                           {.kept_rays = rays, .memory_limit = recipe.flux.options.memory_limit})
+        .flux;
   };
   EXPECT_NEAR(flux(1 << 20), 18, 1e-9);
   EXPECT_NEAR(flux(1e9), 90, 1e-9);

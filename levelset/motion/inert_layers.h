@@ -21,7 +21,7 @@ bool has_standing_layers(const SpeedField& field);
 /// Shape: moved has the new phi of every leaf of the top's band, the layers still the old one; room
 ///        for as many values, what they are does not matter.
 /// Units: dt in spacings per (nm/s), the volume in spacings cubed.
-double keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
-                            LeafValues& moved, LeafValues& room);
+double keep_inert_layers(const Layers& layers, const SpeedField& field, float dt, LeafValues& moved,
+                         LeafValues& room);
 
 }  // namespace scarp

@@ -1,4 +1,4 @@
-#include "levelset/motion/standstill.h"
+#include "levelset/motion/inert_layers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -80,13 +80,13 @@ double for_each_near_node(const Layers& layers, const LeafValues& from, LeafValu
 }
 
 /// The layers that stand still, as nodes of the band see them.
-class StandingLayers {
+class InertLayers {
  public:
   static constexpr int none = -1;
 
   /// way: of what recedes fastest in the time step, in spacings.
-  StandingLayers(const Layers& layers, const std::vector<bool>& stands_still, float way)
-      : layers_(layers), stands_still_(stands_still), way_(way) {}
+  InertLayers(const Layers& layers, const std::vector<bool>& is_inert, float way)
+      : layers_(layers), is_inert_(is_inert), way_(way) {}
 
   float phi(int layer, std::array<int, 3> node) const {
     return layers_.stack[static_cast<std::size_t>(layer)].phi.node(node[0], node[1], node[2]);
@@ -96,7 +96,7 @@ class StandingLayers {
   int standing_layer_at(std::array<int, 3> node) const {
     for (int layer = 0; layer < static_cast<int>(layers_.stack.size()); ++layer) {
       if (phi(layer, node) < 0) {
-        return stands_still_[static_cast<std::size_t>(layer)] ? layer : none;
+        return is_inert_[static_cast<std::size_t>(layer)] ? layer : none;
       }
     }
     return none;
@@ -188,11 +188,11 @@ class StandingLayers {
       return none;
     }
     const std::uint16_t seen = exposed_layer(layers_, step > 0 ? node : other, axis);
-    return stands_still_[seen] ? seen : none;
+    return is_inert_[seen] ? seen : none;
   }
 
   const Layers& layers_;
-  const std::vector<bool>& stands_still_;
+  const std::vector<bool>& is_inert_;
   float way_;
 };
 
@@ -203,14 +203,14 @@ class Keeper {
         field_(field),
         dt_(dt),
         band_(layers.top().band()),
-        standing_(layers, field.stands_still, dt * *std::ranges::max_element(field.fastest_etch)) {}
+        standing_(layers, field.is_inert, dt * *std::ranges::max_element(field.fastest_etch)) {}
 
   /// The volume of residues, in spacings cubed.
   double run(LeafValues& moved, LeafValues& limited) const {
     const double outside =
         for_each_near_node(layers_, moved, limited,
                            [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
-                             if (standing_.standing_layer_at(at) != StandingLayers::none)
+                             if (standing_.standing_layer_at(at) != InertLayers::none)
                                return wanted;
                              return limit_outside(at, old, not_held_back(at, old, wanted));
                            });
@@ -218,7 +218,7 @@ class Keeper {
         for_each_near_node(layers_, limited, moved,
                            [&](std::array<int, 3> at, const float* old, float wanted) -> NewPhi {
                              const int layer = standing_.standing_layer_at(at);
-                             if (layer == StandingLayers::none) return wanted;
+                             if (layer == InertLayers::none) return wanted;
                              return limit_inside(layer, at, old, wanted, limited);
                            });
     return outside + inside;
@@ -229,7 +229,7 @@ class Keeper {
   /// there the upwind slope is too small, because phi of the gas is cut off by the distance to the
   /// standing layer.
   float not_held_back(std::array<int, 3> node, const float* old, float wanted) const {
-    if (!(*old < 0) || field_.grows_beside_standing) {
+    if (!(*old < 0) || field_.grows_beside_inert) {
       return wanted;
     }
     const float free = *old - dt_ * speed(node);
@@ -255,7 +255,7 @@ class Keeper {
   NewPhi limit_outside(std::array<int, 3> node, const float* old, float wanted) const {
     if (wanted < *old) {
       // What grows over a standing layer does so with |grad phi| = 1, though that is near as well.
-      return *old >= 0 && !field_.grows_beside_standing && standing_.touches_standing(node)
+      return *old >= 0 && !field_.grows_beside_inert && standing_.touches_standing(node)
                  ? *old - dt_ * speed(node)
                  : wanted;
     }
@@ -280,19 +280,20 @@ class Keeper {
     if (const auto seen = standing_.phi_at_standing(node, old, wanted)) {
       return wanted < *old ? wanted : *seen;
     }
-    bool comes_to_light = false;
+    bool becomes_exposed = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
         const float there = old[step * axis_strides[axis]];
         std::array<int, 3> other = node;
         other[axis] += step;
-        comes_to_light = comes_to_light || (there < 0 && is_bared_from(other, axis, -step, moved));
+        becomes_exposed =
+            becomes_exposed || (there < 0 && is_bared_from(other, axis, -step, moved));
       }
     }
     const float inside = standing_.phi(layer, node);
     const float kept = std::min(
         layer == 0 ? inside : std::max(inside, -standing_.phi(layer - 1, node)), -smallest_phi);
-    return comes_to_light ? kept : std::min(wanted, kept);
+    return becomes_exposed ? kept : std::min(wanted, kept);
   }
 
   /// Whether a node that was solid is gas now, and nothing is left between it and the interface
@@ -310,19 +311,19 @@ class Keeper {
   const SpeedField& field_;
   float dt_;
   const Band& band_;
-  StandingLayers standing_;
+  InertLayers standing_;
 };
 
 }  // namespace
 
 bool has_standing_layers(const SpeedField& field) {
-  const auto& still = field.stands_still;
+  const auto& still = field.is_inert;
   return std::find(still.begin(), still.end(), true) != still.end() &&
          std::find(still.begin(), still.end(), false) != still.end();
 }
 
-double keep_standing_layers(const Layers& layers, const SpeedField& field, float dt,
-                            LeafValues& moved, LeafValues& room) {
+double keep_inert_layers(const Layers& layers, const SpeedField& field, float dt, LeafValues& moved,
+                         LeafValues& room) {
   return has_standing_layers(field) ? Keeper(layers, field, dt).run(moved, room) : 0;
 }
 

@@ -1,4 +1,4 @@
-#include "models/turning_response.h"
+#include "models/inferred_response.h"
 
 #include <algorithm>
 #include <array>
@@ -22,14 +22,15 @@ std::vector<std::size_t> of_no_peaked_yield(const Lobe& lobe) {
 }
 
 // What speeds owe to each peaked yield, and to the rest of each lobe.
-struct OwedApart {
-  std::vector<Owed> to_peaked;
-  std::vector<Owed> to_others;
+struct ContributionsApart {
+  std::vector<Contribution> to_peaked;
+  std::vector<Contribution> to_others;
 };
 
 // Whether the speeds of points are sums of these, the former in proportion to their yields. Others,
 // as of products and quotients of tallies, are left to the lobes.
-std::vector<bool> are_sums(const OwedApart& owed, std::span<const float> owed_to_all,
+std::vector<bool> are_sums(const ContributionsApart& contribution,
+                           std::span<const float> contribution_of_all,
                            std::span<const float> speeds) {
   constexpr float nearly = 1e-2F;
   constexpr float rounding = 1e-4F;
@@ -41,13 +42,14 @@ std::vector<bool> are_sums(const OwedApart& owed, std::span<const float> owed_to
       sum += all;
       size = std::max(size, std::abs(all));
     };
-    for (const Owed& other : owed.to_others) add(other.all[p]);
-    for (const Owed& peaked : owed.to_peaked) add(peaked.all[p]);
-    const bool proportional = std::ranges::all_of(owed.to_peaked, [&](const Owed& peaked) {
-      const float all = peaked.all[p];
-      return std::abs(peaked.rise[p] - all) <= nearly * std::abs(all) + rounding * size;
-    });
-    sums[p] = proportional && std::abs(sum - owed_to_all[p]) <= rounding * size;
+    for (const Contribution& other : contribution.to_others) add(other.all[p]);
+    for (const Contribution& peaked : contribution.to_peaked) add(peaked.all[p]);
+    const bool proportional =
+        std::ranges::all_of(contribution.to_peaked, [&](const Contribution& peaked) {
+          const float all = peaked.all[p];
+          return std::abs(peaked.rise[p] - all) <= nearly * std::abs(all) + rounding * size;
+        });
+    sums[p] = proportional && std::abs(sum - contribution_of_all[p]) <= rounding * size;
   }
   return sums;
 }
@@ -58,14 +60,15 @@ std::vector<bool> are_sums(const OwedApart& owed, std::span<const float> owed_to
 // all of it was reflected and does not turn. Where ions only graze, the normal tells little.
 std::vector<float> amplitude_of(const Species& ions, const AngularFactor& factor,
                                 const SurfacePoints& points, std::span<const float> tally,
-                                const Owed& owed, const std::vector<bool>& follows) {
+                                const Contribution& contribution,
+                                const std::vector<bool>& follows) {
   constexpr double grazing = 1e-3;
   const bool is_even = ions.source.map.empty();
   std::vector<float> amplitude(tally.size());
   for (std::size_t p = 0; p < tally.size(); ++p) {
     const float open = factor.value(points.normal[p]);
     if (!follows[p] || !(tally[p] > 0) || open <= grazing * factor.bounds().value) continue;
-    amplitude[p] = owed.all[p] / (is_even ? std::max(open, tally[p]) : open);
+    amplitude[p] = contribution.all[p] / (is_even ? std::max(open, tally[p]) : open);
   }
   return amplitude;
 }
@@ -84,57 +87,59 @@ void take_from(std::vector<float>& rest, std::span<const float> amplitude,
 // What turns of the speeds with each lobe, by what they owe to it. Of a product of what several
 // lobes bring each of them would take the whole: then they share what there is of all of them
 // together.
-std::vector<std::vector<float>> turning_parts(std::span<const std::vector<float>> owed,
-                                              std::span<const float> owed_to_all) {
-  std::vector<std::vector<float>> parts(owed.begin(), owed.end());
-  for (std::size_t p = 0; p < owed_to_all.size(); ++p) {
+std::vector<std::vector<float>> angular_parts(std::span<const std::vector<float>> contribution,
+                                              std::span<const float> contribution_of_all) {
+  std::vector<std::vector<float>> parts(contribution.begin(), contribution.end());
+  for (std::size_t p = 0; p < contribution_of_all.size(); ++p) {
     float together = 0;
     for (const std::vector<float>& part : parts) together += part[p];
-    if (!(std::abs(together) > std::abs(owed_to_all[p]) && together * owed_to_all[p] > 0)) continue;
-    for (std::vector<float>& part : parts) part[p] *= owed_to_all[p] / together;
+    if (!(std::abs(together) > std::abs(contribution_of_all[p]) &&
+          together * contribution_of_all[p] > 0))
+      continue;
+    for (std::vector<float>& part : parts) part[p] *= contribution_of_all[p] / together;
   }
   return parts;
 }
 
 }  // namespace
 
-TurningResponse::TurningResponse(const SurfaceModel& model)
-    : model_(model), turning_(turning_tallies(model.species())) {}
+InferredResponse::InferredResponse(const SurfaceModel& model)
+    : model_(model), angular_(angular_tallies(model.species())) {}
 
-bool TurningResponse::is_mirror_symmetric(int axis) const {
+bool InferredResponse::is_mirror_symmetric(int axis) const {
   return are_mirror_symmetric(model_.species(), axis);
 }
 
-std::vector<AngularFactor> TurningResponse::factors() const {
+std::vector<AngularFactor> InferredResponse::factors() const {
   std::vector<AngularFactor> factors;
-  for (const Lobe& lobe : turning_.lobes) {
+  for (const Lobe& lobe : angular_.lobes) {
     const std::vector<AngularFactor> of_lobe = lobe_factors(lobe.direction);
     factors.insert(factors.end(), of_lobe.begin(), of_lobe.end());
   }
-  for (const PeakedYield& peaked : turning_.peaked)
+  for (const PeakedYield& peaked : angular_.peaked)
     factors.push_back(OpenResponse(peaked.ions, peaked.ions.yields[peaked.yield]).factor());
   return factors;
 }
 
 // Peaked yields first: what they leave of the speeds is the lobes'.
-std::vector<std::vector<float>> TurningResponse::amplitudes(
+std::vector<std::vector<float>> InferredResponse::amplitudes(
     const SurfacePoints& points, std::span<const std::span<const float>> flux,
     std::span<const AngularFactor> factors) const {
-  const auto& [lobes, peaked] = turning_;
+  const auto& [lobes, peaked] = angular_;
   const SpeedQuestion question{.model = model_, .points = points, .flux = flux};
   std::vector<std::vector<float>> parts(1 + factors.size());
   std::vector<float>& rest = parts.front() = question.speeds;
   std::vector<bool> sums(points.material.size(), true);
   if (!peaked.empty()) {
-    OwedApart apart;
+    ContributionsApart apart;
     std::vector<std::size_t> all_tallies;
     for (const PeakedYield& yield : peaked) {
-      apart.to_peaked.push_back(question.owed_to({&yield.tally, 1}));
+      apart.to_peaked.push_back(question.contribution_of({&yield.tally, 1}));
       all_tallies.push_back(yield.tally);
     }
     for (const Lobe& lobe : lobes) {
       const std::vector<std::size_t> others = of_no_peaked_yield(lobe);
-      apart.to_others.push_back(question.owed_to(others));
+      apart.to_others.push_back(question.contribution_of(others));
       all_tallies.insert(all_tallies.end(), others.begin(), others.end());
     }
     sums = are_sums(apart, question.loss(1, all_tallies), question.speeds);
@@ -145,20 +150,20 @@ std::vector<std::vector<float>> TurningResponse::amplitudes(
       take_from(rest, parts[1 + place], factors[place], points);
     }
   }
-  std::vector<std::vector<float>> owed;
-  for (const Lobe& lobe : lobes) owed.push_back(owed_to_lobe(question, lobe, sums));
-  std::vector<std::vector<float>> turning_of_lobes = owed;
+  std::vector<std::vector<float>> contribution;
+  for (const Lobe& lobe : lobes) contribution.push_back(contribution_of_lobe(question, lobe, sums));
+  std::vector<std::vector<float>> angular_of_lobes = contribution;
   if (lobes.size() > 1) {
     Lobe all_lobes;
     for (const Lobe& lobe : lobes)
       all_lobes.tallies.insert(all_lobes.tallies.end(), lobe.tallies.begin(), lobe.tallies.end());
-    turning_of_lobes = turning_parts(owed, owed_to_lobe(question, all_lobes, sums));
+    angular_of_lobes = angular_parts(contribution, contribution_of_lobe(question, all_lobes, sums));
   }
   std::size_t place = 0;
   for (std::size_t l = 0; l < lobes.size(); ++l) {
     const auto of_lobe = factors.subspan(place, lobe_factor_count);
-    for (std::vector<float>& part :
-         lobe_amplitudes(question, lobes[l], of_lobe, sums, owed[l], turning_of_lobes[l], rest))
+    for (std::vector<float>& part : lobe_amplitudes(question, lobes[l], of_lobe, sums,
+                                                    contribution[l], angular_of_lobes[l], rest))
       parts[1 + place++] = std::move(part);
   }
   return parts;

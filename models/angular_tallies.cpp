@@ -1,4 +1,4 @@
-#include "models/turning_tallies.h"
+#include "models/angular_tallies.h"
 
 #include <algorithm>
 
@@ -36,8 +36,8 @@ Lobe& lobe_along(Vec3d direction, std::vector<Lobe>& lobes) {
 
 }  // namespace
 
-TurningTallies turning_tallies(std::span<const Species> all) {
-  TurningTallies turning;
+AngularTallies angular_tallies(std::span<const Species> all) {
+  AngularTallies turning;
   std::size_t tally = 0;
   for (const Species& species : all) {
     std::vector<LobeTally> tallies{{.tally = tally++}};

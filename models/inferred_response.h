@@ -1,7 +1,7 @@
 #pragma once
 
+#include "models/angular_tallies.h"
 #include "models/surface_model.h"
-#include "models/turning_tallies.h"
 
 namespace scarp {
 
@@ -9,10 +9,10 @@ namespace scarp {
 /// tell: of every narrow lobe from which particles come some slopes, between which the speed is
 /// that of the model if the surface leaned so (models/lobe_response.h); and what every yield that
 /// is largest at a slant brings from an open source.
-class TurningResponse final : public AngularResponse {
+class InferredResponse final : public AngularResponse {
  public:
   /// The model has to outlive it; only its species are asked for here.
-  explicit TurningResponse(const SurfaceModel& model);
+  explicit InferredResponse(const SurfaceModel& model);
 
   std::vector<AngularFactor> factors() const override;
   std::vector<std::vector<float>> amplitudes(const SurfacePoints& points,
@@ -22,7 +22,7 @@ class TurningResponse final : public AngularResponse {
 
  private:
   const SurfaceModel& model_;
-  TurningTallies turning_;
+  AngularTallies angular_;
 };
 
 }  // namespace scarp

@@ -18,12 +18,12 @@ struct PeakedYield {
 };
 
 /// The tallies of species by how they turn with the normal of the surface.
-struct TurningTallies {
+struct AngularTallies {
   std::vector<Lobe> lobes;
   std::vector<PeakedYield> peaked;
 };
 
 /// Looks at a thousand directions of each narrow source and at 91 angles of each yield.
-TurningTallies turning_tallies(std::span<const Species> all);
+AngularTallies angular_tallies(std::span<const Species> all);
 
 }  // namespace scarp
