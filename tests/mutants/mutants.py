@@ -158,7 +158,8 @@ def negations(code):
             start = end + 1
             end = end_of_statement(code, start)
         start += len(code[start:end]) - len(code[start:end].lstrip())
-        if end < len(code) and start < end:
+        is_declaration = re.search(r" = ", code[start:end])
+        if end < len(code) and start < end and not is_declaration:
             yield "negation", start, end, f"!({code[start:end].strip()})"
 
 

@@ -39,6 +39,7 @@ class Changes(unittest.TestCase):
     def test_conditions_are_negated_without_their_declaration(self):
         self.assertEqual(new_lines("while (f(a)) {"), {"while (!(f(a))) {"})
         self.assertEqual(new_lines("if (int i = f(); i) {"), {"if (int i = f(); !(i)) {"})
+        self.assertEqual(new_lines("if (const auto i = f()) {"), set())
 
     def test_statements_are_deleted(self):
         for line in ("run(a, b)", "x.y->run(a)", "std::sort(a)", "x = a", "x[i] += a", "*p = a", "f(a).g()", "++x"):
