@@ -35,8 +35,8 @@ endfunction()
 # scarp_tests(NAME NEEDS ...)
 #
 # All tests/NAME/*_test.cpp, those of rooms as well, in one program. Neighbours in the alphabet are compiled as one file and must
-# not give the same name to two things. A test whose name starts with Slow carries the label slow instead of NAME. The others carry
-# the label quick as well, except those that tests/NAME/not_quick.txt lists: one pattern of GoogleTest a line.
+# not give the same name to two things. A test whose name starts with Slow carries the label slow instead of NAME. The others
+# carry the label quick as well, except those that tests/NAME/not_quick.txt lists: one pattern of GoogleTest a line.
 function(scarp_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
