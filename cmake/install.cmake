@@ -29,7 +29,8 @@ target_include_directories(scarp_library INTERFACE
   $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/scarp)
-install(TARGETS scarp scarp_library EXPORT scarpTargets)
+install(TARGETS scarp)
+install(TARGETS scarp_library EXPORT scarpTargets)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/include/scarp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT scarpTargets NAMESPACE scarp:: DESTINATION ${package_folder} FILE scarpConfig.cmake)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/scarpConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -26,7 +26,8 @@ void in_parallel(const std::function<void()>& first, const std::function<void()>
 
 void with_threads(int count, const std::function<void()>& work) {
   if (count <= 0) return work();
-  tbb::task_arena(count).execute(work);
+  // More than there are would be a warning on standard error.
+  tbb::task_arena(std::min(count, tbb::info::default_concurrency())).execute(work);
 }
 
 ThreadLimit::ThreadLimit(int threads)
