@@ -27,10 +27,16 @@ function(scarp_module name)
   target_precompile_headers(scarp_${name} REUSE_FROM standard_headers)
 endfunction()
 
+# The tests of a program that the filter of GoogleTest selects, with these labels.
+function(discover_tests name filter labels)
+  gtest_discover_tests(${name}_tests TEST_FILTER "${filter}" NO_PRETTY_VALUES PROPERTIES LABELS "${labels}" DISCOVERY_TIMEOUT 60)
+endfunction()
+
 # scarp_tests(NAME NEEDS ...)
 #
 # All tests/NAME/*_test.cpp, those of rooms as well, in one program. Neighbours in the alphabet are compiled as one file and must
-# not give the same name to two things. A test whose name starts with Slow carries the label slow instead of NAME.
+# not give the same name to two things. A test whose name starts with Slow carries the label slow instead of NAME. The others
+# carry the label quick as well, except those that tests/NAME/not_quick.txt lists: one pattern of GoogleTest a line.
 function(scarp_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 tests "" "" "NEEDS")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*_test.cpp)
@@ -51,8 +57,19 @@ function(scarp_tests name)
   else()
     target_precompile_headers(${name}_tests PRIVATE ${standard_header_names} <gmock/gmock.h> <gtest/gtest.h>)
   endif()
-  gtest_discover_tests(${name}_tests TEST_FILTER "-Slow*:*/Slow*" NO_PRETTY_VALUES PROPERTIES LABELS ${name} DISCOVERY_TIMEOUT 60)
-  gtest_discover_tests(${name}_tests TEST_FILTER "Slow*:*/Slow*" NO_PRETTY_VALUES PROPERTIES LABELS slow DISCOVERY_TIMEOUT 60)
+  set(slow "Slow*:*/Slow*")
+  set(not_quick "")
+  set(list ${CMAKE_CURRENT_SOURCE_DIR}/${name}/not_quick.txt)
+  if(EXISTS ${list})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${list})
+    file(STRINGS ${list} not_quick REGEX "^[^#]")
+    list(JOIN not_quick ":" not_quick)
+    discover_tests(${name} "${not_quick}-${slow}" ${name})
+  endif()
+  # On its way into the file of tests CMake takes the list apart unless its semicolon is behind eight backslashes.
+  string(REPEAT "\\" 8 escape)
+  discover_tests(${name} "-${slow}:${not_quick}" "${name}${escape};quick")
+  discover_tests(${name} "${slow}" slow)
 endfunction()
 
 # scarp_bench(NAME SOURCES ... NEEDS ... LIBRARIES ...)

@@ -537,12 +537,12 @@ void ResultFolder::append_metrics(const State& after, std::size_t step, const Su
 RunTotals ResultFolder::write_summary(const State& state, const Survey& survey,
                                       const StageTimer& total, double wall_seconds) {
   while_held([&] { set_strange_files_aside(); });
-  const RunTotals totals{.output_times = written_.output_times,
-                         .rows_hash = rows_hash_.hex(),
-                         .flux = flux_target(file("metrics.csv"), recipe_.flux),
-                         .left_out = left_out_count(file("metrics.csv")),
-                         .stages = total,
-                         .wall_seconds = wall_seconds};
+  RunTotals totals{.output_times = written_.output_times,
+                   .rows_hash = rows_hash_.hex(),
+                   .flux = flux_target(file("metrics.csv"), recipe_.flux),
+                   .left_out = left_out_count(file("metrics.csv")),
+                   .stages = total,
+                   .wall_seconds = wall_seconds};
   while_held([&] {
     // The end of a recipe is an output; it may have been written before the run was resumed.
     if (!newest_)

@@ -170,6 +170,15 @@ class CheckpointClock {
   double intervals_ = 0;
 };
 
+/// What a run that is complete reports at its end.
+void tell_end(const RunTotals& totals, const std::filesystem::path& path, const Recipe& recipe,
+              const Log& log) {
+  if (const auto losses = losses_of_complete_run(path, recipe))
+    for (const std::string& loss : *losses) log.warn(loss);
+  tell_left_out(totals.left_out, log);
+  tell_flux_error(totals.flux, log);
+}
+
 }  // namespace
 
 RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& options) {
@@ -248,11 +257,7 @@ RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& op
   watchdog.sum_up();
   if (!simulation.is_finished()) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  const RunTotals totals = folder.write_summary(state, now, total, wall.count());
-  if (const auto losses = losses_of_complete_run(path, recipe))
-    for (const std::string& loss : *losses) log.warn(loss);
-  tell_left_out(totals.left_out, log);
-  tell_flux_error(totals.flux, log);
+  tell_end(folder.write_summary(state, now, total, wall.count()), path, recipe, log);
   return RunEnd::complete;
 }
 

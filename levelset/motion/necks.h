@@ -15,7 +15,7 @@ struct NodeBox {
   int lowest = 0;              ///< along z
   int highest = 0;             ///< inclusive; all gas there is joined to the source
 
-  std::size_t height() const { return static_cast<std::size_t>(highest - lowest + 1); }
+  std::size_t height() const { return static_cast<std::size_t>(highest - lowest) + 1; }
   std::size_t size() const {
     return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * height();
   }

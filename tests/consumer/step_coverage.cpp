@@ -17,7 +17,8 @@ int main() {
       if (film.step_coverage) std::printf("step coverage %.2f\n", *film.step_coverage);
   } catch (const scarp::InputError& error) {
     for (const scarp::Problem& problem : error.problems())
-      std::printf("%s: %s; %s\n", problem.place.c_str(), problem.what.c_str(), problem.remedy.c_str());
+      std::printf("%s: %s; %s\n", problem.place.c_str(), problem.what.c_str(),
+                  problem.remedy.c_str());
     return 2;
   }
 }

@@ -148,7 +148,7 @@ TEST(Simulation, StopsAtTimesAndOutputs) {
 TEST(Simulation, SaysWhatIsWrongAsData) {
   const std::string wrong = coating + "temprature = \"300 K\"\n";
   try {
-    Simulation({.text = wrong, .overrides = {"domain.spacing=\"-1 nm\""}});
+    const Simulation simulation({.text = wrong, .overrides = {"domain.spacing=\"-1 nm\""}});
     FAIL();
   } catch (const InputError& error) {
     ASSERT_EQ(error.problems().size(), 2U);
