@@ -112,8 +112,8 @@ fs::path folder() { return fs::path(SCARP_SOURCE_DIR) / "results/bench_pays"; }
 Recipe reference_recipe(const Case& of) {
   const Recipe own = recipe_of(of, {});
   Overrides finer = of.reference;
-  finer.push_back(fmt::format("domain.spacing=\"{} nm\"", own.frame.spacing / 2));
-  finer.push_back(fmt::format("flux.target_error={}", own.flux.target_error / 4));
+  finer.push_back(fmt::format("domain.spacing=\"{} nm\"", own.domain.frame.spacing / 2));
+  finer.push_back(fmt::format("flux.target_error={}", own.flux.options.target_error / 4));
   finer.insert(finer.end(), {"domain.symmetry=\"auto\"", "simplify.enabled=false"});
   return recipe_of(of, finer);
 }
@@ -193,7 +193,7 @@ void run_seed(const Case& of, int seed, const TriMesh& reference, Measured& meas
   changes.push_back(fmt::format("flux.target_error={}", measured.target));
   changes.push_back(fmt::format("flux.seed={}", seed));
   const double cfl =
-      time_steps_of_seeds[static_cast<std::size_t>(seed) - 1] * recipe_of(of, {}).cfl;
+      time_steps_of_seeds[static_cast<std::size_t>(seed) - 1] * recipe_of(of, {}).advection.cfl;
   changes.push_back(fmt::format("advection.cfl={}", cfl));
   const Recipe recipe = recipe_of(of, changes);
   const WholeRun run = run_to_end(recipe);
@@ -216,7 +216,7 @@ Json json_of(const Measured& measured) {
 }
 
 Json measure(const Case& of, const TriMesh& reference) {
-  const double target = recipe_of(of, {}).flux.target_error;
+  const double target = recipe_of(of, {}).flux.options.target_error;
   Measured full{.name = "full mesh", .changes = {"simplify.enabled=false"}, .target = target};
   Measured simplified{.name = "simplified", .target = target};
   for (int seed = 1; seed <= seed_count; ++seed) {

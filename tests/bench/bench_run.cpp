@@ -145,8 +145,8 @@ void print(const Row& row) {
 
 /// Time and memory by spacing, coarse first: the peak of the process is then that of the last run.
 nlohmann::ordered_json scaling_of(const Case& of, bool quiet) {
-  const double spacing =
-      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).frame.spacing;
+  const double spacing = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings))
+                             .domain.frame.spacing;
   double last_seconds = 0;
   double last_mb = 0;
   double most_time = 0;
@@ -232,8 +232,8 @@ TriMesh reference_of(const Case& of) {
 }
 
 nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
-  const double spacing =
-      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).frame.spacing;
+  const double spacing = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings))
+                             .domain.frame.spacing;
   const TriMesh reference = reference_of(of);
   const auto run_with = [&](const std::string& name, const Overrides& changes) {
     Row row{.name = name, .run = {}};
@@ -263,7 +263,8 @@ nlohmann::ordered_json measure(const Case& of, const Settings& settings) {
                                 {"plain_error", loop.error.mean}};
   if (settings.equal_error) {
     Row equal = loop;
-    double cfl = read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).cfl;
+    double cfl =
+        read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / of.recipe, of.settings)).advection.cfl;
     for (int halving = 0; halving < 3 && equal.error.mean > ours.error.mean; ++halving) {
       cfl /= 2;
       Overrides shorter = plain_of_case;
