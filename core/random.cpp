@@ -1,5 +1,7 @@
 #include "core/random.h"
 
+#include "core/vector_kernel.h"
+
 namespace scarp {
 
 namespace {
@@ -32,8 +34,8 @@ inline void grow(std::array<std::uint32_t, 2>& key) {
 }
 
 // Round by round, so that the loop over rays becomes vectors.
-[[gnu::target_clones("avx512f", "avx2", "default")]] void draw_blocks(
-    RandomStreams::Blocks& blocks, std::array<std::uint32_t, 2> key) {
+SCARP_WIDE_KERNEL void draw_blocks(RandomStreams::Blocks& blocks,
+                                   std::array<std::uint32_t, 2> key) {
   auto& [w0, w1, w2, w3] = blocks.words;
   for (std::uint32_t round = 0; round < rounds; ++round) {
     for (std::size_t k = 0; k < blocks.count; ++k) {

@@ -13,6 +13,13 @@
 #define SCARP_VECTOR_KERNEL
 #endif
 
+/// The same for loops that gain by the widest registers, too.
+#if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
+#define SCARP_WIDE_KERNEL [[gnu::target_clones("avx512f", "avx2", "default")]]
+#else
+#define SCARP_WIDE_KERNEL
+#endif
+
 /// What a kernel is made of: compiled anew inside every kernel, for its instruction set. A call
 /// would go to a function for the lowest one.
 #if defined(__GNUC__)

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/vector_kernel.h"
+
 namespace scarp {
 
 namespace {
@@ -56,7 +58,7 @@ std::uint64_t curve_key(Vec3d r_unit, int direction) {
 
 // Large cells first, then 32 directions, then small cells: what flies from about the same place in
 // about the same direction arrives at about the same place.
-[[gnu::target_clones("avx512f", "avx2", "default")]] void find_keys(FlightStarts& starts) {
+SCARP_WIDE_KERNEL void find_keys(FlightStarts& starts) {
   constexpr unsigned bits = 5;        // of a place
   constexpr unsigned small_bits = 2;  // of them, within a large cell
   constexpr unsigned direction_bits = 5;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/parallel.h"
+#include "core/vector_kernel.h"
 #include "flux/rays/spatial_order.h"
 #include "flux/sampling/sampling.h"
 
@@ -132,10 +133,9 @@ struct Weights {
 };
 
 // Takes two numbers of each block for the direction, one for roulette.
-[[gnu::target_clones("avx512f", "avx2", "default")]] void draw(
-    const RandomStreams::Blocks& random,
-    const std::array<std::uint32_t, CosineSamples::most>& sticking, CosineSamples& samples,
-    Weights& weights) {
+SCARP_WIDE_KERNEL void draw(const RandomStreams::Blocks& random,
+                            const std::array<std::uint32_t, CosineSamples::most>& sticking,
+                            CosineSamples& samples, Weights& weights) {
   std::int64_t absorbed = 0;
   std::int64_t roulette = 0;
   for (std::size_t k = 0; k < random.count; ++k) {

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/vector_kernel.h"
+
 namespace scarp {
 
 namespace {
@@ -95,8 +97,7 @@ double portable_exp(double x) {
 
 double portable_power(double x, double y) { return x <= 0 ? 0 : power_of(portable_log(x), y); }
 
-[[gnu::target_clones("avx512f", "avx2", "default")]] void portable_powers(std::span<double> x,
-                                                                          double y) {
+SCARP_WIDE_KERNEL void portable_powers(std::span<double> x, double y) {
   for (double& each : x) {
     const double power = power_of(log_of_normal(each), y);
     each = each <= 0 ? 0 : power;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "core/vector_kernel.h"
 #include "flux/sampling/portable_math.h"
 
 namespace scarp {
@@ -86,7 +87,7 @@ double cosine_beyond(double part, double power) {
 double cosine_beyond(double part, const PolarDensity& density) { return density.cosine(1 - part); }
 
 // By steps, of which those are vectors that can.
-[[gnu::target_clones("avx512f", "avx2", "default")]] void sample_disks(CosineSamples& samples) {
+SCARP_WIDE_KERNEL void sample_disks(CosineSamples& samples) {
   for (std::size_t k = 0; k < samples.count; ++k) {
     const auto [x, y, radius_squared] = sample_disk({samples.xi1[k], samples.xi2[k]});
     samples.u[0][k] = x;
@@ -95,8 +96,8 @@ double cosine_beyond(double part, const PolarDensity& density) { return density.
   }
 }
 
-[[gnu::target_clones("avx512f", "avx2", "default")]] void put_at_cosines(
-    CosineSamples& samples, const CosineSamples::Numbers& beyond) {
+SCARP_WIDE_KERNEL void put_at_cosines(CosineSamples& samples,
+                                      const CosineSamples::Numbers& beyond) {
   for (std::size_t k = 0; k < samples.count; ++k) {
     const Vec3d u = at_cosine({samples.u[0][k], samples.u[1][k], samples.u[2][k]}, beyond[k]);
     samples.u[0][k] = u.x;
@@ -157,7 +158,7 @@ SineCosine sample_azimuth(double xi) {
 
 Vec3d sample_cosine(UnitSquare xi, Vec3d n) { return cosine_about(xi, n); }
 
-[[gnu::target_clones("avx512f", "avx2", "default")]] void sample_cosines(CosineSamples& samples) {
+SCARP_WIDE_KERNEL void sample_cosines(CosineSamples& samples) {
   for (std::size_t k = 0; k < samples.count; ++k) {
     const Vec3d u = cosine_about({samples.xi1[k], samples.xi2[k]},
                                  {samples.n[0][k], samples.n[1][k], samples.n[2][k]});
