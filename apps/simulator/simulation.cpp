@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "apps/simulator/section.h"
 #include "apps/simulator/simulator.h"
@@ -111,9 +112,17 @@ Simulation::Simulation(const RecipeSource& source, const SimulationOptions& opti
 Simulation::Simulation(Recipe recipe, std::optional<State> resumed)
     : inside_(std::make_unique<Inside>(std::move(recipe), std::move(resumed), 0)) {}
 
-Simulation::~Simulation() = default;
+// The layers are given back by parallel loops, too.
+Simulation::~Simulation() {
+  if (inside_) with_threads(inside_->threads, [&] { inside_.reset(); });
+}
+
 Simulation::Simulation(Simulation&&) noexcept = default;
-Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+Simulation& Simulation::operator=(Simulation&& other) noexcept {
+  std::swap(inside_, other.inside_);
+  return *this;
+}
 
 const Survey& Simulation::survey() {
   Inside& in = *inside_;
@@ -195,16 +204,18 @@ const Surface& Simulation::surface() {
 }
 
 std::vector<LevelSetValues> Simulation::level_sets() const {
-  const WholeLayers whole(inside_->state.layers);
-  const Layers& layers = whole.get();
-  const double spacing = layers.frame.spacing;
-  double lower = layers.top().lower();
-  for (const Layer& layer : layers.stack) lower = std::min(lower, layer.phi.lower());
-  const auto lowest = static_cast<int>(std::floor(lower / spacing));
-  const auto highest = static_cast<int>(std::ceil(layers.top().upper() / spacing));
   std::vector<LevelSetValues> all;
-  for (const Layer& layer : layers.stack)
-    all.push_back(values_of(layer, layers.frame, inside_->recipe.materials, lowest, highest));
+  with_threads(inside_->threads, [&] {
+    const WholeLayers whole(inside_->state.layers);
+    const Layers& layers = whole.get();
+    const double spacing = layers.frame.spacing;
+    double lower = layers.top().lower();
+    for (const Layer& layer : layers.stack) lower = std::min(lower, layer.phi.lower());
+    const auto lowest = static_cast<int>(std::floor(lower / spacing));
+    const auto highest = static_cast<int>(std::ceil(layers.top().upper() / spacing));
+    for (const Layer& layer : layers.stack)
+      all.push_back(values_of(layer, layers.frame, inside_->recipe.materials, lowest, highest));
+  });
   return all;
 }
 
@@ -237,11 +248,14 @@ const Metrology& Simulation::metrology() {
 }
 
 void Simulation::save(const std::filesystem::path& file) const {
-  write_state(file, inside_->state, inside_->recipe);
+  with_threads(inside_->threads, [&] { write_state(file, inside_->state, inside_->recipe); });
 }
 
 std::string Simulation::state_hash() const {
-  return scarp::state_hash(inside_->state, inside_->recipe.materials);
+  std::string hash;
+  with_threads(inside_->threads,
+               [&] { hash = scarp::state_hash(inside_->state, inside_->recipe.materials); });
+  return hash;
 }
 
 const Recipe& Simulation::recipe() const { return inside_->recipe; }
