@@ -152,13 +152,13 @@ Recipe on_part(Recipe recipe, const FoundPlanes& found) {
 }
 
 State part_of(const State& whole, const MirrorPlanes& planes) {
-  return made_from(whole, PartOf({}, planes));
+  return made_from(whole, PartOf{{}, planes});
 }
 
 State whole_of(State state) {
   const Frame frame = state.layers.frame;
   if (frame.images() == 1) return state;
-  return made_from(state, WholeOf({}, frame));
+  return made_from(state, WholeOf{{}, frame});
 }
 
 }  // namespace scarp

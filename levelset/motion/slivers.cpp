@@ -54,9 +54,10 @@ class Slivers {
       const float* const phi = band.leaves()[static_cast<std::size_t>(found)].phi;
       for (int node = 0; node < leaf_size; ++node) {
         const float left = phi[node] - moved[node];
-        const bool is_one =
-            (left > 0) & (left < 1) & (std::abs(phi[node]) < 1) & !(moved[node] < leaf.phi[node]);
-        nodes[node >> 6] |= std::uint64_t{is_one} << (node & 63);
+        const std::uint64_t is_one = std::uint64_t{left > 0} & std::uint64_t{left < 1} &
+                                     std::uint64_t{std::abs(phi[node]) < 1} &
+                                     std::uint64_t{!(moved[node] < leaf.phi[node])};
+        nodes[node >> 6] |= is_one << (node & 63);
       }
     }
     return nodes;
