@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -69,10 +70,10 @@ std::optional<CostEstimate> estimate_if_possible(const Simulation& begun) {
 void require_memory(const Simulation& begun, double limit) {
   constexpr double near = 0.25;
   const Layers& layers = begun.state().layers;
-  const auto& recipe = begun.recipe();
-  const MemoryEstimate at_least = expected_memory(
-      layers, recipe.steps,
-      size_from_grid(layers, recipe.steps, recipe.simplification, recipe.flux.options));
+  const std::vector<ProcessStep>& steps = begun.recipe().steps;
+  const RunSize size =
+      size_from_grid(layers, steps, begun.recipe().simplification, begun.recipe().flux.options);
+  const MemoryEstimate at_least = expected_memory(layers, steps, size);
   require_memory(at_least, limit);
   if (at_least.total() <= near * limit) return;
   if (const auto cost = estimate_if_possible(begun)) require_memory(cost->memory, limit);
@@ -106,7 +107,7 @@ Move advance_or_tell(Simulation& simulation, double time_limit, const ResultFold
 // The estimate takes seconds: it is made where the pace of the first time step makes a hundredth of
 // what it is to warn of.
 void warn_of_expensive_flux(const Simulation& begun, const Log& log) {
-  const auto& recipe = begun.recipe();
+  const Recipe& recipe = begun.recipe();
   constexpr double doubtful = 0.01;
   double pace = 0;
   for (const char* const stage : {"surface", "simplify", "flux", "map"})
@@ -171,10 +172,8 @@ class CheckpointClock {
 };
 
 /// What a run that is complete reports at its end.
-void tell_end(const RunTotals& totals, const std::filesystem::path& path, const Recipe& recipe,
-              const Log& log) {
-  if (const auto losses = losses_of_complete_run(path, recipe))
-    for (const std::string& loss : *losses) log.warn(loss);
+void tell_end(const RunTotals& totals, std::span<const std::string> losses, const Log& log) {
+  for (const std::string& loss : losses) log.warn(loss);
   tell_left_out(totals.left_out, log);
   tell_flux_error(totals.flux, log);
 }
@@ -257,7 +256,9 @@ RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& op
   watchdog.sum_up();
   if (!simulation.is_finished()) return RunEnd::interrupted;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  tell_end(folder.write_summary(state, now, total, wall.count()), path, recipe, log);
+  const RunTotals totals = folder.write_summary(state, now, total, wall.count());
+  const auto losses = losses_of_complete_run(path, recipe);
+  tell_end(totals, losses ? *losses : std::vector<std::string>(), log);
   return RunEnd::complete;
 }
 

@@ -90,8 +90,9 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Go on for at least a time step, to the end of the recipe, a process time in s, or the next
-  /// output that the recipe asks for. False if progress stopped it before.
+  /// Go on to the end of the recipe, a process time in s that is not over yet, or the next output
+  /// that the recipe asks for, which the end of a step is, too. False if progress stopped it
+  /// before.
   bool run_to_end(const Progress& progress = {});
   bool run_to(double time, const Progress& progress = {});
   bool run_to_next_output(const Progress& progress = {});

@@ -1,5 +1,5 @@
-// A model that the program does not have, added as the README says. What stands before the tests
-// is all that its two files would hold; the line in the registry is left out.
+// A model that the program does not have, added as docs/design.md says. What stands before the
+// tests is all that its two files would hold; the line in the registry is left out.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -145,6 +145,17 @@ TEST(Simulation, StopsAtTimesAndOutputs) {
   EXPECT_THROW(simulation.run_to(std::numeric_limits<double>::quiet_NaN()), InputError);
 }
 
+TEST(Simulation, TheEndOfAStepIsAnOutput) {
+  Simulation simulation({.text = etching +
+                                 "[[step]]\nmodel = \"isotropic\"\netch_rate = \"1 nm/s\"\n"
+                                 "duration = \"10 s\"\n"});
+  EXPECT_TRUE(simulation.run_to_next_output());
+  EXPECT_EQ(simulation.time(), 60);
+  EXPECT_EQ(simulation.step(), 1U);
+  EXPECT_TRUE(simulation.run_to_next_output());
+  EXPECT_EQ(simulation.time(), 70);
+}
+
 TEST(Simulation, SaysWhatIsWrongAsData) {
   const std::string wrong = coating + "temprature = \"300 K\"\n";
   try {
