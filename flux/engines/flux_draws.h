@@ -21,17 +21,24 @@ namespace scarp {
 /// their sum.
 class FluxDraws {
  public:
+  /// How errors go on between elements. solver: that of the rows and of reemitted, if there is one.
+  ///
+  /// Shape: one reemitted part per rank.
+  struct Passing {
+    const ExchangeMatrix& matrix;
+    const ExchangeRows& rows;
+    const ExchangeSolver* solver;
+    std::span<const float> reemitted;
+  };
+
   /// Draws that are solved at once: more would fall out of the cache.
   static constexpr std::size_t at_once = 8;
 
-  /// exchange: that of the rows and of reemitted, if there is one. All but the weights have to
-  /// outlive the draws.
+  /// What passing refers to has to outlive the draws.
   /// largest: what any element sees at most, in units of the flux.
-  /// Shape: one reemitted part per rank, and one weight, of its error in the sum, per area; zero
-  ///        where there is no error.
-  FluxDraws(const RayPlan& plan, const ExchangeMatrix& matrix, const ExchangeRows& rows,
-            const ExchangeSolver* exchange, std::span<const float> reemitted,
-            ErrorDraws of_equations, const std::vector<double>& weights, double largest);
+  /// Shape: one weight per rank, of its error in the sum, per area; zero where there is no error.
+  FluxDraws(const RayPlan& plan, const Passing& passing, ErrorDraws of_equations,
+            std::span<const double> weights, double largest);
   ~FluxDraws();
 
   /// More draws, up to a number of them, a multiple of at_once.

@@ -43,7 +43,7 @@ class FluxDrawsTest : public ::testing::Test, protected exact::ShapeProblem {
   }
   double corrected(std::uint64_t seed, std::size_t count) const {
     const std::vector<double> weights(plan_.size(), 1);
-    FluxDraws draws(plan_, view_.matrix, view_.rows, &exchange_, reemitted_, of_equations(seed),
+    FluxDraws draws(plan_, {view_.matrix, view_.rows, &exchange_, reemitted_}, of_equations(seed),
                     weights, 1);
     draws.draw(count);
     EXPECT_EQ(draws.count(), count);
@@ -110,7 +110,7 @@ TEST_F(FluxDrawsTest, LeaveWhatSeesMostlyItselfWithinWhatThereIs) {
   std::fill(halves_.begin() + block.begin, halves_.begin() + block.end, 0.1);
   const ExchangeRows rows(matrix);
   const ExchangeSolver exchange(rows, reemitted_);
-  FluxDraws draws(plan_, matrix, rows, &exchange, reemitted_, of_equations(1),
+  FluxDraws draws(plan_, {matrix, rows, &exchange, reemitted_}, of_equations(1),
                   std::vector<double>(plan_.size(), 1), 1);
   draws.draw(draw_count);
   const auto largest = [&](std::size_t rank) {
