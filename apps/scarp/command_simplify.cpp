@@ -13,7 +13,7 @@
 #include "levelset/grid/welded.h"
 #include "levelset/start/mesh_solid.h"
 #include "mesh/files/mesh_file.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "mesh/simplify/simplify.h"
 
 namespace scarp {

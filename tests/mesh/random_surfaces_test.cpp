@@ -17,9 +17,9 @@
 #include "core/random.h"
 #include "core/triangle_tree.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
 #include "mesh/simplify/simplify.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp {

@@ -1,5 +1,6 @@
 #include "mesh/simplify/collapse_passes.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
+#include "tests/mesh/quality.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,9 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "mesh/distance.h"
-#include "mesh/quality.h"
+#include "mesh/sides.h"
 #include "tests/mesh/generated_surface.h"
+#include "tests/mesh/quality.h"
 #include "tests/mesh/self_intersections.h"
 
 namespace scarp {
