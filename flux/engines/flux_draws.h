@@ -45,10 +45,7 @@ class FluxDraws {
   void draw(std::size_t count);
 
   std::size_t count() const { return sums_.size(); }
-  /// Those of a rank. Shape: draw_count numbers, of which count() are drawn.
-  std::span<const float> of_rank(std::size_t rank) const {
-    return std::span(corrected_).subspan(rank * draw_count, draw_count);
-  }
+  /// Shape: at rank * draw_count + draw; count() of a rank are drawn.
   std::span<const float> all() const { return corrected_; }
   /// The part of an error of what an element sees that is possible; see limit().
   double possible_part(std::size_t rank, double error) const;

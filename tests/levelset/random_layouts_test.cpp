@@ -159,8 +159,8 @@ class RandomLayout {
     std::size_t inside = 0;
     for (int i = 0; i < samples; ++i)
       for (int j = 0; j < samples; ++j) {
-        const double x = (i + random_.uniform_double()) * step - half_width;
-        const double y = (j + random_.uniform_double()) * step - half_width;
+        const double x = (i + random_.uniform()) * step - half_width;
+        const double y = (j + random_.uniform()) * step - half_width;
         inside += holds({x, y}) ? 1 : 0;
       }
     return static_cast<double>(inside) * step * step;
@@ -175,7 +175,7 @@ class RandomLayout {
   };
 
   int pick(int least, int most) {
-    return least + static_cast<int>((most - least + 1) * random_.uniform_double());
+    return least + static_cast<int>((most - least + 1) * random_.uniform());
   }
 
   void add_polygon() {

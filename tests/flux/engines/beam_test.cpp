@@ -56,8 +56,7 @@ TEST(Beam, FindsRoughWallsAlongItInSight) {
   Shape shape = exact::fine_trench(20, 8);
   RandomStream random({.seed = 1});
   for (Vec3f& r : shape.mesh.vertices)
-    if (std::abs(r.x) == 10 && r.z < 0)
-      r.x += rough * static_cast<float>(2 * random.uniform_double() - 1);
+    if (std::abs(r.x) == 10 && r.z < 0) r.x += rough * static_cast<float>(2 * random.uniform() - 1);
   const FluxField flux = solve(shape, {0, 0, -1}, Boundary::reflective);
   const auto normals = facet_normals(shape.mesh);
   int wall = 0;
