@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run/markup.h"
+#include "apps/run/svg.h"
 #include "core/parallel.h"
 #include "levelset/metrology/contour.h"
 

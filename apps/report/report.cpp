@@ -12,6 +12,7 @@
 #include "apps/report/scene.h"
 #include "apps/run/markup.h"
 #include "apps/run/run_record.h"
+#include "apps/run/svg.h"
 #include "apps/simulator/flux_target.h"
 #include "apps/simulator/recipe.h"
 #include "core/error.h"
