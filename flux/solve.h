@@ -11,6 +11,8 @@
 
 namespace scarp {
 
+class KeptHits;
+
 /// Sticking that depends on what arrives, as where particles cover the surface.
 ///
 /// Shape: flux[t] is tally t on every facet: species in their order, of each one its tallies in
@@ -62,11 +64,14 @@ struct SurfaceEmission {
 /// whose sticking a feedback changes are solved with it, and their emission is asked for anew
 /// whenever the sticking changes.
 ///
+/// With hits, rays that solutions on the same mesh gathered before are not sent again. Seed and
+/// time step have to be the same, species and materials may differ. Changes no bit.
+///
 /// Shape:  one FluxField per species; tallies are per facet.
 /// Throws: InputError for sticking outside [0, 1], zero-area facets, a mesh without triangles, and
 ///         options or species that make no sense; the message starts with "flux:" or "species".
 std::vector<FluxField> solve_flux(const TriMesh& facets, std::span<const Species> species,
                                   const FluxOptions& options, const StickingFeedback& feedback = {},
-                                  const SurfaceEmission& emission = {});
+                                  const SurfaceEmission& emission = {}, KeptHits* hits = nullptr);
 
 }  // namespace scarp
