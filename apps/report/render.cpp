@@ -391,7 +391,8 @@ constexpr int most_cells_around_axis = 240;
 }  // namespace
 
 Image render(const Layers& layers, const RenderOptions& options) {
-  if (layers.frame.axisymmetric) return render(revolved(layers, most_cells_around_axis), options);
+  if (layers.frame.is_around_axis())
+    return render(revolved(layers, most_cells_around_axis), options);
   if (layers.frame.is_section()) {
     throw InputError("a cross-section has no depth to be seen; scarp section draws it");
   }

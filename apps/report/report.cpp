@@ -140,7 +140,7 @@ Scene scene_of(const RunFiles& run) {
 std::string surface_section(const RunFiles& run) {
   const std::string heading = "<h2>Surface</h2>\n";
   const Frame& frame = run.wafer.layers.frame;
-  if (frame.axisymmetric) return heading + wafer_picture(run.wafer);
+  if (frame.is_around_axis()) return heading + wafer_picture(run.wafer);
   if (frame.is_section())
     return heading +
            fmt::format("<p>A cross-section (mode = \"{}\") has no depth: it is below.</p>\n",

@@ -52,7 +52,7 @@ Variant in_mode(const std::string& mode, const Frame& frame) {
   const char* sides = frame.boundary[0] == Boundary::periodic ? "\"periodic\"" : "\"reflective\"";
   variant.overrides.push_back(fmt::format("domain.mode=\"{}\"", mode));
   if (mode == "3d") {
-    const std::string along = frame.axisymmetric ? extent : nm(slice_length * frame.spacing);
+    const std::string along = frame.is_around_axis() ? extent : nm(slice_length * frame.spacing);
     variant.overrides.push_back(fmt::format("domain.extent=[{}, {}]", extent, along));
     variant.overrides.push_back(fmt::format("domain.boundary=[{}, \"reflective\"]", sides));
   } else {

@@ -335,9 +335,9 @@ void add_arguments(CLI::App& command, CompareArguments& arguments) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->check(method());
   command
-      .add_option("--modes", arguments.modes,
-                  "Compare the recipe in three dimensions with its section or the section around "
-                  "its axis instead: 3d,2d or 3d,axisymmetric, the reference first")
+      .add_option(
+          "--modes", arguments.modes,
+          "Compare modes of the recipe instead, the reference first: 3d,2d or 3d,axisymmetric")
       ->check(modes())
       ->excludes("--methods");
   command.add_option("--line", arguments.line,

@@ -47,7 +47,7 @@ fs::path file_of(const fs::path& output, const std::string& material) {
 ExitCode execute(const VolumeArguments& arguments, const CommonOptions& common) {
   SavedWafer wafer = read_wafer(newest_state(arguments.where));
   const Frame& frame = wafer.layers.frame;
-  if (frame.axisymmetric) wafer.layers = revolved(wafer.layers, frame.cells[0]);
+  if (frame.is_around_axis()) wafer.layers = revolved(wafer.layers, frame.cells[0]);
   const std::vector<MaterialBody> bodies =
       bodies_of(wafer.layers, bottom_of(arguments, wafer.layers));
   nlohmann::ordered_json json{{"time_s", wafer.time}, {"bodies", nlohmann::ordered_json::array()}};

@@ -102,7 +102,7 @@ Frame read_frame(const RecipeTable& table) {
       frame.cells[axis] = read_cells(table, extent[axis], frame.spacing, axis);
     }
   }
-  if (frame.axisymmetric && frame.cells[0] % 2 != 0 && table.ok("extent")) {
+  if (frame.is_around_axis() && frame.cells[0] % 2 != 0 && table.ok("extent")) {
     table.error("extent[0]", fmt::format("is {} spacings, and the axis is in the middle of it; it "
                                          "has to be an even number of them, for example {}",
                                          frame.cells[0],
@@ -110,7 +110,7 @@ Frame read_frame(const RecipeTable& table) {
                                                          Dimension::length)));
     ++frame.cells[0];
   }
-  if (frame.axisymmetric && frame.boundary[0] == Boundary::periodic)
+  if (frame.is_around_axis() && frame.boundary[0] == Boundary::periodic)
     table.error("boundary", "what goes around an axis has one side, which is \"reflective\"");
   require_memory(table, "extent", fmt::format("{} x {} cells", frame.cells[0], frame.cells[1]),
                  static_cast<double>(frame.cells[0]) * frame.cells[1]);
@@ -120,7 +120,7 @@ Frame read_frame(const RecipeTable& table) {
 Domain read_domain(const RecipeTable& table) {
   const Frame frame = read_frame(table);
   const bool asks = table.choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
-  return {.frame = frame, .uses_symmetry = asks || frame.axisymmetric};
+  return {.frame = frame, .uses_symmetry = asks || frame.is_around_axis()};
 }
 
 Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
@@ -173,8 +173,8 @@ FluxOptions read_flux(const RecipeTable& table, const Frame& frame) {
                                              {"gather", FluxOptions::Engine::gather}};
   FluxOptions options;
   options.sides = frame.sides();
-  options.two_dimensional = frame.two_dimensional && !frame.axisymmetric;
-  options.axisymmetric = frame.axisymmetric;
+  options.two_dimensional = frame.is_slice();
+  options.axisymmetric = frame.is_around_axis();
   options.spacing = frame.spacing;
   options.engine = table.choice<FluxOptions::Engine>("engine", engines, "auto");
   if (!table.has("position_error")) {

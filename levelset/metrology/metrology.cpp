@@ -570,7 +570,7 @@ std::vector<OpeningMetrology> measure_both_ways(const WaferSurfaces& surfaces,
     if (auto across_y = measure_opening(surfaces, options, map, n, 1))
       found.push_back(*std::move(across_y));
   if (along_y) return found;
-  if (surfaces.frame().axisymmetric) {
+  if (surfaces.frame().is_around_axis()) {
     if (found.empty()) return found;
     found.push_back(found.back());
     found.back().axis = 0;
