@@ -395,17 +395,25 @@ std::string recipe_hash(const Recipe& recipe) {
 }
 
 void write_state(const fs::path& file, const State& state, const Recipe& recipe,
-                 CheckpointNotes notes) {
+                 const OpeningNames& openings, CheckpointNotes notes) {
   const Materials& materials = recipe.materials;
   notes["materials"] = names_of(materials_of(state.layers), materials);
   notes["masks"] = names_of(recipe.metrology.masks, materials);
   notes["cd_heights_nm"] = joined(recipe.metrology.cd_heights);
   notes["seed"] = std::to_string(recipe.flux.options.seed);
   notes["recipe_hash"] = recipe_hash(recipe);
+  notes["openings"] = joined(numbers_of(openings));
   StateWriter writer(notes);
   std::apply([&](const auto&... field) { (writer.write(field.name, field.value), ...); },
              fields_of(state));
   write_checkpoint(file, state.layers, notes);
+}
+
+OpeningNames openings_in(const CheckpointNotes& notes, const fs::path& file) {
+  std::optional<OpeningNames> openings = opening_names_of(numbers_in(notes, "openings", file));
+  if (openings) return std::move(*openings);
+  throw InputError(fmt::format(
+      "{}: the entry openings is not complete; the file is not of this version", shown(file)));
 }
 
 State state_of(Checkpoint checkpoint, const fs::path& file) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <thread>
 
 #include "apps/run/run.h"
@@ -255,6 +256,48 @@ duration = "10 s"
   EXPECT_NEAR(section[1].lines.at(0).points.front()[1], 20, 0.5);
   EXPECT_NEAR(simulation.metrology().highest, 20, 0.5);
   EXPECT_THROW(simulation.section("z = 0 nm"), InputError);
+}
+
+// The two trenches on the right merge first, those on the left after the simulation was saved.
+TEST(Simulation, OpeningsKeepTheirNumbersInASavedState) {
+  std::string four_trenches = R"(
+[domain]
+spacing = "20 nm"
+extent = ["1.6 um"]
+mode = "2d"
+[[geometry]]
+shape = "wafer"
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = "45 s"
+etch_rate = "2 nm/s"
+[output]
+every = "5 s"
+)";
+  for (const char* center : {"-500", "-220", "220", "440"})
+    four_trenches += std::string("[[geometry]]\nshape = \"trench\"\nwidth = \"160 nm\"\n") +
+                     "depth = \"300 nm\"\ncenter = \"" + center + " nm\"\n";
+  const auto numbers_up_to = [](Simulation& simulation, double until) {
+    std::set<int> numbers;
+    while (simulation.time() < until) {
+      simulation.run_to_next_output();
+      numbers.clear();
+      for (const OpeningMetrology& each : simulation.metrology().openings)
+        numbers.insert(each.opening);
+    }
+    return numbers;
+  };
+  Simulation whole({.text = four_trenches});
+  const std::set<int> at_end = numbers_up_to(whole, 45);
+  EXPECT_THAT(at_end, ElementsAre(5, 6));
+
+  const TemporaryFolder folder;
+  Simulation first({.text = four_trenches});
+  EXPECT_THAT(numbers_up_to(first, 20), ElementsAre(1, 2, 5));
+  first.save(folder / "state.vdb");
+  Simulation second({.text = four_trenches}, {.resume_from = folder / "state.vdb"});
+  EXPECT_EQ(numbers_up_to(second, 45), at_end);
 }
 
 }  // namespace
