@@ -29,8 +29,8 @@ struct FluxOptions {
   /// the upper end of the sides, the same all along y; what arrives is that of the whole surface
   /// (see Revolution).
   bool axisymmetric = false;
-  /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. What arrives is
-  /// told of whole rings.
+  /// Per facet: its ring, if the mesh is a surface of revolution about the z axis. Arrivals are
+  /// those of whole rings.
   std::vector<std::uint32_t> rings{};
   double spacing = 0;          ///< of the grid; 0: as guessed_spacing()
   double target_error = 0.01;  ///< root mean square over the exposed surface, by area, of the

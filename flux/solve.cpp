@@ -148,7 +148,7 @@ std::vector<float> sticking_of_facets(const TriMesh& mesh, const Species& specie
 void check_surface_emission(std::span<const Species> species, const SurfaceEmission& emission) {
   for (std::size_t index = 0; index < species.size(); ++index)
     check(!emission.tells(index) || species[index].emission.empty(),
-          "species " + species[index].name + ": its emission is told twice");
+          "species " + species[index].name + ": its emission is given twice");
 }
 
 bool is_mirror_image(Vec3d a, Vec3d b, const Sides& sides) {
@@ -350,8 +350,8 @@ bool Solver::fit_sticking() {
   return changed;
 }
 
-// What is re-emitted is a part 1 - s of F that changes with F itself. The species that the same
-// rays tell of are taken to err by the same part; errors of ions, which are those of single facets,
+// What is re-emitted is a part 1 - s of F that changes with F itself. Species that share
+// rays are taken to err by the same part; errors of ions, which are those of single facets,
 // are left out. Solvers want parts from 0 to 1, and below the differences' own errors none that is
 // exactly 1; where more is taken up than what comes more, by reactions of higher order, nothing is
 // passed on.

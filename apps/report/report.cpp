@@ -72,8 +72,8 @@ std::string flux_error_of(const RunFiles& run) {
   const double missed = flux.value("time_steps_missed", 0.0);
   if (missed == 0) return "<p>" + text + ".</p>\n";
   return fmt::format(
-      "<p class=\"unsure\">{}, missed in {:.0f} of {:.0f} time steps: noise may have made a part "
-      "of what this page shows.</p>\n",
+      "<p class=\"unsure\">{}, missed in {:.0f} of {:.0f} time steps: some of what this page shows "
+      "may be noise.</p>\n",
       text, missed, run.summary.value("time_steps", 0.0));
 }
 
@@ -81,8 +81,8 @@ std::string head_of(const RunFiles& run) {
   std::string html = "<h1>" + escaped(run.title()) + "</h1>\n";
   if (!run.is_complete()) {
     return html +
-           "<p class=\"unsure\">This run is not complete; what follows is what it left. scarp run "
-           "--resume goes on with it.</p>\n";
+           "<p class=\"unsure\">This run is not complete. The page shows what it has written so "
+           "far; scarp run --resume continues it.</p>\n";
   }
   const auto number = [&](const char* key) { return run.summary.value(key, 0.0); };
   html += fmt::format(

@@ -17,10 +17,9 @@ namespace {
 
 std::string necks_left_out_text(const ProcessStep& step, const NecksLeftOut& left_out) {
   return fmt::format(
-      "step \"{}\": necks are not looked for among {:.2g} nodes below overhangs, from z = {:.4g} "
-      "to "
-      "{:.4g} nm: behind a neck narrower than twice the thickness the film goes on after it is "
-      "shut; choose a larger domain.spacing or a smaller domain",
+      "step \"{}\": {:.2g} nodes lie below overhangs, from z = {:.4g} to {:.4g} nm, too many to "
+      "find necks among them: behind a neck narrower than twice the thickness the film keeps "
+      "growing after the neck has closed; choose a larger domain.spacing or a smaller domain",
       step.name, static_cast<double>(left_out.node_count), left_out.lowest, left_out.highest);
 }
 

@@ -76,9 +76,8 @@ void require_rows(const Restart& restart, const MetricsRows& rows) {
   for (const std::string& row : kept) hash.add(row + '\n');
   if (hash.hex() == restart.written.rows_hash) return;
   throw InputError(
-      fmt::format("{0}: lines 2 to {1} are not those that stood there when {2} was written, and "
-                  "will be written "
-                  "again (to go on from {2} instead, without them, move the file away)",
+      fmt::format("{0}: lines 2 to {1} have changed since {2} was written, and will be written "
+                  "again (to continue from {2} without them, move the file away)",
                   shown(restart.file.parent_path() / "metrics.csv"), kept.size() + 1,
                   shown(restart.file.filename())));
 }
@@ -125,7 +124,7 @@ std::optional<Restart> newest_restart(std::span<const fs::path> checkpoints,
       }
       if (number) break;
     } catch (const InputError& error) {
-      log.warn(fmt::format("{}; going on from an earlier checkpoint", error.what()));
+      log.warn(fmt::format("{}; continuing from an earlier checkpoint", error.what()));
     }
   }
   return newest;

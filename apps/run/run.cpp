@@ -86,7 +86,7 @@ void require_memory_or_save(const Simulation& simulation, double limit, ResultFo
   folder.write_checkpoint(simulation.state());
   throw NumericalError(
       fmt::format("time step {} of step \"{}\", t = {:g} s: the run holds {:.0f} MB of memory, {}; "
-                  "raise it and go on with --resume; last good state: {}",
+                  "raise it and continue with --resume; last good state: {}",
                   simulation.time_step(), simulation.step_name(), simulation.time(), held,
                   memory_limit_text(limit), shown(folder.last_checkpoint())));
 }
@@ -138,7 +138,7 @@ void tell_flux_error(const FluxTarget& flux, const Log& log) {
 
 void tell_left_out(const LeftOutCount& count, const Log& log) {
   if (count.sum() == 0) return;
-  log.info(fmt::format("simplification was left out of {} of {}", count.sum(),
+  log.info(fmt::format("simplification was skipped in {} of {}", count.sum(),
                        counted(count.time_steps, "time step")));
 }
 

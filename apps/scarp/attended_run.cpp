@@ -187,7 +187,7 @@ std::string how_to_go_on(const std::filesystem::path& folder) {
   const std::filesystem::path recipe = folder / "recipe.toml";
   if (!std::filesystem::exists(recipe) || states_of(folder).empty())
     return "run again: nothing was saved yet";
-  return fmt::format("go on with: scarp run {} --resume -o {}", for_shell(recipe.string()),
+  return fmt::format("continue with: scarp run {} --resume -o {}", for_shell(recipe.string()),
                      for_shell(folder.string()));
 }
 

@@ -51,7 +51,7 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
                 const Materials& materials, const Frame& frame) {
   if (cost.ends.empty()) return;
-  fmt::print("# Ends of steps, as the start geometry would go on:\n");
+  fmt::print("# Ends of steps, extrapolated from the start geometry:\n");
   for (const ExpectedEnd& end : cost.ends) {
     const ProcessStep& step = steps[end.step];
     const bool is_known = end.duration < step.duration;
@@ -133,10 +133,10 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
       "#   memory      {}\n"
       "#   time        {} {} s on {} of this machine\n"
       "# Results would go to {}\n",
-      cost.at_most ? "; of repeats with an until all rounds" : "", cost.active_nodes, cost.lowest,
-      cost.highest, cost.facets, cost.facets_full, cost.time_steps, cost.rays_per_time_step,
-      memory_text(cost.memory), cost.at_most ? "at most about" : "about", seconds,
-      counted(static_cast<std::size_t>(thread_count()), "thread"),
+      cost.at_most ? "; counting all rounds of repeats with until" : "", cost.active_nodes,
+      cost.lowest, cost.highest, cost.facets, cost.facets_full, cost.time_steps,
+      cost.rays_per_time_step, memory_text(cost.memory), cost.at_most ? "at most about" : "about",
+      seconds, counted(static_cast<std::size_t>(thread_count()), "thread"),
       shown(arguments.result_folder()));
   return done;
 }

@@ -140,7 +140,7 @@ Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
   options.l0 = table.length_or_multiple("l0", h, {.fallback = "0.6", .minimum = 0});
   options.step_length = table.length_or_multiple("step_length", h, {.fallback = "2", .minimum = 0});
   // The flux on a facet is one number, and varies on flat walls, too: with 8 spacings the profile
-  // of configs/trench_deposition is off by .22 spacings below the mouth, with 3 by .12.
+  // of configs/trench_deposition has an error of .22 spacings below the mouth, with 3 of .12.
   const std::string l_max = format_number(std::max(3.0, *options.l0 / h));
   options.l_max = table.length_or_multiple("l_max", h, {.fallback = l_max, .minimum = 0});
   options.max_error = table.length_or_multiple(
@@ -262,14 +262,13 @@ void refuse_far(const RecipeTable& table, const LayerOperation& operation, const
 void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, double longest_move,
                          std::size_t material_count) {
   const double count = time_steps(step, step.duration, longest_move, material_count);
-  // Without an end where the spacing is wrong, which is told there.
+  // Without an end where the spacing is wrong, which is reported there.
   if (count <= most_time_steps || !std::isfinite(count)) return;
-  table.error(
-      step.duration_key,
-      fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most {:g} "
-                  "can be: a shorter duration, lower rates or a coarser spacing",
-                  format_quantity(step.duration, Dimension::time), count, longest_move,
-                  most_time_steps));
+  table.error(step.duration_key,
+              fmt::format("{} makes about {:.2g} time steps, of {:.2g} nm at the most; at most "
+                          "{:g} can be: use a shorter duration, lower rates or a coarser spacing",
+                          format_quantity(step.duration, Dimension::time), count, longest_move,
+                          most_time_steps));
 }
 
 // Whether an open wafer of any material is etched.
@@ -344,7 +343,8 @@ class StepReader {
         read_end_condition(until, recipe_.materials, recipe_.domain.frame);
     if (!until.ok()) return condition;
     if (in_until_)
-      table.error("until", "of nested repeats one may have until; leave it out here or outside");
+      table.error("until",
+                  "only one level of nested repeats may have until; leave it out here or outside");
     if (condition.over_etch > 0)
       until.error("over_etch", "rounds are whole, so there is no over-etch; leave it out");
     ask_material(until, condition);
@@ -360,10 +360,11 @@ class StepReader {
 
   static bool is_too_many(const RecipeTable& table, double count) {
     if (count <= most_steps) return false;
-    table.error(table.has("repeat") ? "repeat" : "",
-                fmt::format("makes {:.0f} steps with repeats written out; at most {} in a recipe: "
-                            "repeat less often, or split it and go on from a result",
-                            count, most_steps));
+    table.error(
+        table.has("repeat") ? "repeat" : "",
+        fmt::format("makes {:.0f} steps with repeats written out; the most is {}: repeat less "
+                    "often, or split the recipe and start the second part from a result",
+                    count, most_steps));
     return true;
   }
 
@@ -437,8 +438,8 @@ class StepReader {
   // How an error of the flux in each part of a cycle adds up is not known.
   void refuse_position_error(const RecipeTable& table, const ProcessStep& step) const {
     if (recipe_.flux.position_error == 0 || step.model->cycle() == nullptr) return;
-    table.error("model", fmt::format("{} grows by what its cycles leave on the surface, for which "
-                                     "flux.position_error is not known; use flux.target_error",
+    table.error("model", fmt::format("{} grows its film in cycles, for which flux.position_error "
+                                     "cannot be computed; use flux.target_error",
                                      step.model_name));
   }
 
@@ -475,8 +476,8 @@ class StepReader {
 void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Frame& found) {
   const auto differs = [&](const std::string& key, bool is_same, const std::string& there) {
     if (!is_same)
-      domain.error(key, fmt::format("is not that of the state that start names, which has {}; a "
-                                    "state goes on where it is",
+      domain.error(key, fmt::format("differs from the state that start names, which has {}; a "
+                                    "state cannot be moved or resampled",
                                     there));
     return !is_same;
   };
@@ -552,10 +553,11 @@ double read_output_interval(const RecipeTable& table, std::span<const ProcessSte
   double duration = 0;
   for (const ProcessStep& step : steps) duration += step.duration;
   if (every > 0 && duration / every > most_outputs) {
-    table.error("every", fmt::format("{} gives {:.2g} outputs in {}; at most {:g}: at least {}",
-                                     format_quantity(every, Dimension::time), duration / every,
-                                     format_quantity(duration, Dimension::time), most_outputs,
-                                     format_quantity(duration / most_outputs, Dimension::time)));
+    table.error("every",
+                fmt::format("{} gives {:.2g} outputs in {}; the most is {:g}: write {} or more",
+                            format_quantity(every, Dimension::time), duration / every,
+                            format_quantity(duration, Dimension::time), most_outputs,
+                            format_quantity(duration / most_outputs, Dimension::time)));
   }
   return every;
 }

@@ -105,8 +105,8 @@ void warn_of_thin_layers(std::span<const RecipeTable> shapes, std::span<const Fl
       continue;
     shapes[layer.shape].warning(
         layer.key,
-        fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): how far "
-                    "it is etched from its sides is rough; use a domain.spacing of {} or less",
+        fmt::format("a layer of {} that is etched is thinner than two grid spacings ({}): its "
+                    "lateral etching is inaccurate; use a domain.spacing of {} or less",
                     length_text(layer.thickness), length_text(least),
                     length_text(layer.thickness / least_thickness)));
   }
@@ -151,8 +151,8 @@ class UnheldFilms {
       if (left.empty() && undercuts) {
         tables_[film.shape].error(
             film.key, fmt::format("a film of {} is thinner than a grid spacing ({}), and {} etches "
-                                  "{} away beneath it: what holds it no more would be lost; use a "
-                                  "domain.spacing of {} or less",
+                                  "{} away beneath it: parts of the film without support would be "
+                                  "lost; use a domain.spacing of {} or less",
                                   length_text(film.thickness), length_text(spacing_), step.path,
                                   materials_[below].name, length_text(film.thickness)));
         return;
@@ -251,7 +251,7 @@ class Films {
     if (film.key.empty() || !film.is_known || film.thickness >= rounding * least) return;
     root_.warning(film.key,
                   fmt::format("makes a film of {} on an open flat wafer, thinner than two grid "
-                              "spacings ({}): its sides are no surface that the grid holds; use a "
+                              "spacings ({}), too thin for this grid on sidewalls; use a "
                               "domain.spacing of {} or less, or a thicker film",
                               length_text(film.thickness), length_text(least),
                               length_text(film.thickness / least_thickness)));
@@ -280,12 +280,11 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
     const std::string length =
         options.l_max > 0 ? "edges of " + length_text(longest) : "edges of any length";
     root.table("simplify")
-        .warning(
-            "l_max",
-            fmt::format("allows {} in an opening that is less than {:g} times as wide ({}.{}: "
-                        "{}), where a flux that varies would be one number; lower it to less "
-                        "than half of the opening",
-                        length, facets_across, shapes[each.shape].path(), each.key, each.message));
+        .warning("l_max",
+                 fmt::format(
+                     "allows {} in an opening that is less than {:g} times as wide ({}.{}: {}), "
+                     "and would average the flux there; lower it to less than half of the opening",
+                     length, facets_across, shapes[each.shape].path(), each.key, each.message));
     return;
   }
 }

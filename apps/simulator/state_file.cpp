@@ -35,8 +35,8 @@ std::vector<VoidClosure> voids_of(std::span<const double> numbers, std::span<con
                                   const fs::path& file) {
   const std::size_t count = numbers.size() / numbers_per_void;
   if (numbers.size() % numbers_per_void != 0 || images.size() != count) {
-    throw InputError(
-        fmt::format("{}: the entry voids is not whole; it is not of this version", shown(file)));
+    throw InputError(fmt::format(
+        "{}: the entry voids is not complete; the file is not of this version", shown(file)));
   }
   std::vector<VoidClosure> voids;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_void)) {
@@ -78,8 +78,8 @@ std::vector<double> numbers_of(std::span<const StepEnd> ends) {
 
 std::vector<StepEnd> ends_of(std::span<const double> numbers, const fs::path& file) {
   if (numbers.size() % numbers_per_step != 0) {
-    throw InputError(fmt::format("{}: the entry step_ends is not whole; it is not of this version",
-                                 shown(file)));
+    throw InputError(fmt::format(
+        "{}: the entry step_ends is not complete; the file is not of this version", shown(file)));
   }
   std::vector<StepEnd> ends;
   for (; !numbers.empty(); numbers = numbers.subspan(numbers_per_step)) {
@@ -178,8 +178,8 @@ class EntryReader {
 
  private:
   [[noreturn]] void refuse() const {
-    throw InputError(fmt::format("{}: the entry {} is not whole; it is not of this version",
-                                 shown(file_), name_));
+    throw InputError(fmt::format(
+        "{}: the entry {} is not complete; the file is not of this version", shown(file_), name_));
   }
 
   std::string_view line() {

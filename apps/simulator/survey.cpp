@@ -24,7 +24,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // For which a flux is carried on the surface: closest places on facets further away tell less,
-// least where speeds turn with the normal: a floor that sinks by more than a spacing leaves walls
+// least where speeds depend on the normal: a floor that sinks by more than a spacing leaves walls
 // behind that know only of its edge. After four moves at a time holes of SF6/O2, six spacings wide,
 // were most of a spacing deeper and a quarter of one narrower at their end than after one; after
 // two as deep, and up to a sixth narrower.

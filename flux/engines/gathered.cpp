@@ -138,7 +138,7 @@ FluxAudit Gathered::audit() const {
 
 // Standard error of what is absorbed and ends elsewhere, in all. An error of what an element sees
 // goes on to others, but in the end every particle of it sticks or leaves, so that the sum has all
-// of it, and what is off in how many leave.
+// of it, and the error of how many leave.
 double Gathered::balance_error() const {
   Differences of_sum = halves_.lost;
   if (!of_sum.parts.empty()) of_sum.of_rays_in_parts = halves_.sum_of_rays;

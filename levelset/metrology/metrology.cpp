@@ -307,7 +307,7 @@ Value mean_facet_width(const Contour& contour, double field, double h) {
 }
 
 // The mesh cuts up to a spacing off the foot of a mask that is undercut, and off the wall below.
-// So both are asked further away, and go on from there towards the interface.
+// So both are asked further away, and continue from there towards the interface.
 
 /// Widths at the interface between a mask and the walls below it.
 class WidthsAtMask {

@@ -84,7 +84,7 @@ class OpeningMap::Flood {
   }
 
   /// The middle of the area, unfolded, as indices of nodes. What counts of the cells at its border
-  /// are samples: with whole cells it would hang on where the nodes lie.
+  /// are samples: with whole cells it would depend on where the nodes lie.
   std::array<double, 2> middle_of_area() const {
     constexpr int samples = 8;  // along an axis
     std::array<double, 2> sum{};

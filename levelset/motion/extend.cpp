@@ -43,7 +43,7 @@ std::optional<FacetShare> leading_share(const TriMesh& facets, std::span<const F
 }
 
 /// The speed that a layer has at a node next to the surface: with factors of the normal at that of
-/// phi, which does not hang on how facets lie there.
+/// phi, which does not depend on how facets lie there.
 class SpeedAt {
  public:
   SpeedAt(const NearNode& at, std::span<const FacetShare> facets,
@@ -107,7 +107,7 @@ bool only_grow(std::span<const LayerSpeeds> speeds_of_layers) {
   });
 }
 
-/// A node belongs to what grows or to what stands still, by the last field, never to both.
+/// A node belongs to what grows or to what does not move, by the last field, never to both.
 void part_from_standing(std::vector<std::vector<float>>& fields) {
   constexpr std::size_t grain = 8 * leaf_size;
   constexpr float half = 0.5F;
@@ -120,7 +120,7 @@ void part_from_standing(std::vector<std::vector<float>>& fields) {
   });
 }
 
-/// Lets what grows by its normal pass over what stands still: a speed without a normal, where it
+/// Lets what grows by its normal pass over what does not move: a speed without a normal, where it
 /// has none of its own.
 void pass_inert(const Layers& layers, const std::vector<bool>& is_inert, double dt,
                 const std::vector<float>& whole, std::vector<float>& speed) {

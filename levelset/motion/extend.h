@@ -54,7 +54,7 @@ struct LayerSpeeds {
 
 /// The same for speeds that depend on the normal: a node gets the amplitudes of the layer that is
 /// seen, scaled where the surface passes from layer to layer within dt. The facets may be those of
-/// the surface some time before: how far they may be from it is told. A film beside a wall that
+/// the surface some time before: how far they may be from it is given. A film beside a wall that
 /// stays where it is has one speed, without a normal (contact_line.h).
 ///
 /// Speeds do not depend on what facets keeps; it spares most queries of all calls but the first.

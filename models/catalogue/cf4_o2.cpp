@@ -187,7 +187,7 @@ class Reader {
     return read_per_material(step_, parameter, scope_, std::nullopt);
   }
 
-  // Without ions fluorine takes what it is told to etch, and nothing else goes.
+  // Without ions fluorine takes what `etches` names, and nothing else goes.
   void require_etch(const Cf4O2::Values& values) const {
     require_one(
         step_, scope_, etches, [&](MaterialId m) { return values.surfaces[m].is_etched; },

@@ -187,8 +187,7 @@ TEST_F(Start, AnotherGridIsRefusedByTheNameOfTheKey) {
   EXPECT_EQ(check("step[0].duration='\"6 s\"'").exit_code, 0);
   for (const auto& [change, message] :
        {std::pair{"domain.spacing='\"40 nm\"'",
-                  "domain.spacing: is not that of the state that start "
-                  "names, which has 20 nm"},
+                  "domain.spacing: differs from the state that start names, which has 20 nm"},
         {"domain.extent='[\"400 nm\"]'", "domain.extent[0]: is not that of the state"},
         {"domain.boundary='[\"periodic\"]'", "domain.boundary[0]: is not that of the state"}}) {
     const Outcome outcome = check(change);
@@ -196,8 +195,8 @@ TEST_F(Start, AnotherGridIsRefusedByTheNameOfTheKey) {
     EXPECT_THAT(outcome.messages, HasSubstr(message));
   }
   const Outcome mode = check("domain.mode='\"3d\"' --set domain.extent='[\"480 nm\", \"40 nm\"]'");
-  EXPECT_THAT(mode.messages, HasSubstr("domain.mode: is not that of the state that start names, "
-                                       "which has \"2d\""));
+  EXPECT_THAT(mode.messages,
+              HasSubstr("domain.mode: differs from the state that start names, which has \"2d\""));
 }
 
 TEST_F(Start, AStateThatCannotBeUsedIsTold) {
