@@ -158,30 +158,17 @@ bool is_zero(const CornerSpeeds& speeds) {
   });
 }
 
-}  // namespace
-
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const std::array<float, 3>> corner_speeds) {
-  SCARP_ASSERT(facets.triangles.size(), ==, corner_speeds.size());
-  const auto speed_at = [&](const NearNode&, std::span<const FacetShare> shares,
-                            std::span<float> values) {
-    const std::optional<FacetShare> leading = leading_share(facets, shares, corner_speeds);
-    values[0] = speed_on(corner_speeds, leading ? std::span(&*leading, 1) : shares);
-  };
-  SpeedField field;
-  field.closed = closed_nodes(layers, gas);
-  const double distance = close_facets * layers.frame.spacing;
-  FacetTree tree(facets);
-  field.speed = std::move(Extension(layers, gas, tree, distance, speed_at).run(1).front());
-  update_max_speed(layers, field);
-  return field;
-}
-
-SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, const TriMesh& facets,
-                         std::span<const CornerSpeeds> speeds_of_layers, double dt) {
-  std::vector<LayerSpeeds> parts;
-  for (const CornerSpeeds& speeds : speeds_of_layers) {
-    parts.push_back({.speed = speeds});
+/// Which layers move, and how fast each recedes at most.
+void find_moving_layers(std::span<const LayerSpeeds> speeds_of_layers,
+                        std::span<const AngularFactor> factors, std::size_t facet_count,
+                        SpeedField& field) {
+  const LimitingSpeed limiting_speed(factors);
+  for (const LayerSpeeds& layer : speeds_of_layers) {
+    SCARP_ASSERT(facet_count, ==, layer.speed.size());
+    SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
+    field.is_inert.push_back(is_zero(layer.speed) &&
+                             std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
+    field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
   }
   FacetTree tree(facets);
   return extend_speeds(layers, gas, tree, parts, {}, dt, close_facets * layers.frame.spacing);
@@ -241,16 +228,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
       values[2 + factors.size()] = field.is_inert[seen] ? 0 : 1;
     }
   };
-  const LimitingSpeed limiting_speed(factors);
-  for (const LayerSpeeds& layer : speeds_of_layers) {
-    SCARP_ASSERT(facets.facets.triangles.size(), ==, layer.speed.size());
-    SCARP_ASSERT(layer.parts.size(), ==, factors.empty() ? 0 : 1 + factors.size());
-    field.is_inert.push_back(is_zero(layer.speed) &&
-                             std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
-    field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
-  }
-  field.grows_beside_inert =
-      !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
+  find_moving_layers(speeds_of_layers, factors, facets.facets.triangles.size(), field);
   // Then the last ones are the whole speed, and how much of it is that of what grows.
   const std::size_t count = 1 + factors.size() + (field.grows_beside_inert ? 2 : 0);
   auto fields = Extension(layers, gas, facets, distance, values_at)
