@@ -14,7 +14,6 @@
 #include "core/printable.h"
 #include "core/recipe/quantity.h"
 #include "core/suggestion.h"
-#include "core/system/read_file.h"
 #include "levelset/start/gds_library.h"
 
 namespace scarp {
@@ -533,10 +532,6 @@ std::string chosen_cell(const std::filesystem::path& file, const GdsLibrary& lib
 }
 
 }  // namespace
-
-Layout read_gds(const std::filesystem::path& file, const GdsSelection& selection) {
-  return read_gds(file, read_file(file), selection);
-}
 
 Layout read_gds(const std::filesystem::path& file, std::string_view content,
                 const GdsSelection& selection) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
 #include "gds_writer.h"
 #include "levelset/start/gds.h"
@@ -284,8 +285,8 @@ TEST(SlowRandomLayouts, HaveTheAreaOfASlowReader) {
     RandomLayout layout(seed);
     std::ofstream(file, std::ios::binary) << layout.bytes();
     const double w = half_width;
-    const Layout read =
-        read_gds(file, {.layer = 1, .window = std::array<Point2, 2>{{{-w, -w}, {w, w}}}});
+    const Layout read = read_gds(file, read_file(file),
+                                 {.layer = 1, .window = std::array<Point2, 2>{{{-w, -w}, {w, w}}}});
     const std::vector<Loop> loops = domain_loops(frame, {read.loops, PolygonOutline::Rule::any});
     // With images beyond the sides.
     double found = 0;

@@ -6,6 +6,7 @@
 
 #include "levelset/motion/layer_steps.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/cross_sections.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {
