@@ -170,9 +170,11 @@ void find_moving_layers(std::span<const LayerSpeeds> speeds_of_layers,
                              std::all_of(layer.parts.begin(), layer.parts.end(), is_zero));
     field.fastest_etch.push_back(fastest_etch_of(layer, limiting_speed));
   }
-  FacetTree tree(facets);
-  return extend_speeds(layers, gas, tree, parts, {}, dt, close_facets * layers.frame.spacing);
+  field.grows_beside_inert =
+      !factors.empty() && has_standing_layers(field) && only_grow(speeds_of_layers);
 }
+
+}  // namespace
 
 SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& facets,
                          std::span<const LayerSpeeds> speeds_of_layers,
@@ -247,17 +249,7 @@ SpeedField extend_speeds(const Layers& layers, const OpenGas& gas, FacetTree& fa
   for (std::size_t part = 0; part < factors.size(); ++part) {
     field.angular.push_back({factors[part], std::move(fields[1 + part])});
   }
-  update_max_speed(layers, field);
   return field;
-}
-
-double stable_time_step(const Layers& layers, std::span<const CornerSpeeds> speeds_of_layers,
-                        double cfl) {
-  std::vector<LayerSpeeds> parts;
-  for (const CornerSpeeds& speeds : speeds_of_layers) {
-    parts.push_back({.speed = speeds});
-  }
-  return stable_time_step(layers, parts, {}, cfl);
 }
 
 double stable_time_step(const Layers& layers, std::span<const LayerSpeeds> speeds_of_layers,

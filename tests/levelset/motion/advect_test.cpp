@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "levelset/grid/band.h"
 #include "levelset/surface/extract_surface.h"
+#include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"
 
 namespace scarp {
