@@ -145,7 +145,7 @@ class Picture {
   int tile_rows() const { return (height_ + pixels_per_side - 1) / pixels_per_side; }
   std::size_t samples_per_row() const {
     const int tiles = (width_ + pixels_per_side - 1) / pixels_per_side;
-    return static_cast<std::size_t>(tiles * samples_per_tile);
+    return static_cast<std::size_t>(tiles) * samples_per_tile;
   }
   bool holds(const Pixel& pixel) const { return pixel.row < height_ && pixel.column < width_; }
 
