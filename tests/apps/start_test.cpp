@@ -188,8 +188,8 @@ TEST_F(Start, AnotherGridIsRefusedByTheNameOfTheKey) {
   for (const auto& [change, message] :
        {std::pair{"domain.spacing='\"40 nm\"'",
                   "domain.spacing: differs from the state that start names, which has 20 nm"},
-        {"domain.extent='[\"400 nm\"]'", "domain.extent[0]: is not that of the state"},
-        {"domain.boundary='[\"periodic\"]'", "domain.boundary[0]: is not that of the state"}}) {
+        {"domain.extent='[\"400 nm\"]'", "domain.extent[0]: differs from the state"},
+        {"domain.boundary='[\"periodic\"]'", "domain.boundary[0]: differs from the state"}}) {
     const Outcome outcome = check(change);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.messages, HasSubstr(message));
