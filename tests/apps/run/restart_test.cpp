@@ -334,7 +334,7 @@ TEST_F(Restart, AnInterruptAtAnOutputEndsTheRun) {
       "timeout --foreground --signal=INT --kill-after=5 1 " + std::string(SCARP_BINARY) + " run " +
       small_trench("--set output.every='\"0.01 s\"' -o " + path("r")) + " 2>" + path("messages");
   std::system((line + " || true").c_str());
-  EXPECT_THAT(read_file(folder_ / "messages"), HasSubstr("interrupted; go on with"));
+  EXPECT_THAT(read_file(folder_ / "messages"), HasSubstr("interrupted; continue with"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "summary.json"));
 }
 

@@ -217,7 +217,7 @@ TEST_F(RunCommand, ARunRemovesTheOutputsOfTheRunThatItReplaces) {
 TEST_F(RunCommand, AnOutputIntervalThatFillsTheDiskIsRefused) {
   const Outcome check = scarp("check " + small_trench("--set output.every='\"1e-9 s\"'"));
   EXPECT_EQ(check.exit_code, 2);
-  EXPECT_THAT(check.messages, AllOf(HasSubstr("output.every"), HasSubstr("at most 10000")));
+  EXPECT_THAT(check.messages, AllOf(HasSubstr("output.every"), HasSubstr("the most is 10000")));
 }
 
 TEST_F(RunCommand, AMissedTargetIsAWarning) {
