@@ -24,8 +24,13 @@ TEST(Log, IsQuietOnRequestButWarns) {
 }
 
 TEST(Log, SaysNothingByDefault) {
-  Log().info("nobody hears this");
-  Log().warn("nor this");
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  const Log log;
+  log.info("nobody hears this");
+  log.warn("nor this");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(Log, TwoLogsDoNotShareAnything) {

@@ -162,6 +162,29 @@ TEST(RecipeErrors, MissingKeyPointsAtItsTable) {
             "r.toml:1:1: domain.spacing: missing; write for example spacing = \"5 nm\"");
 }
 
+// The example has as many entries as are wanted at least.
+TEST(RecipeErrors, MissingListIsShownWithAnExample) {
+  const auto message = [](ListSize size) {
+    return errors("x = 1\n", [&](const RecipeTable& root) {
+      root.number("x");
+      root.quantities("extent", Dimension::length, size);
+    });
+  };
+  const std::string missing = "r.toml:1:1: extent: missing; write for example extent = ";
+  EXPECT_EQ(message({1, 3}), missing + R"(["5 nm"])");
+  EXPECT_EQ(message({2, 2}), missing + R"(["5 nm", "5 nm"])");
+}
+
+TEST(RecipeErrors, MissingMaterialIsTheFirstOneForWhatIsReadOn) {
+  const Materials materials;
+  EXPECT_EQ(errors("x = 1\n",
+                   [&](const RecipeTable& root) {
+                     root.number("x");
+                     EXPECT_EQ(root.material("of", materials), materials.id("Si"));
+                   }),
+            "r.toml:1:1: of: missing; write for example of = \"Si\"");
+}
+
 TEST(RecipeErrors, WrongType) {
   const auto read = [](const RecipeTable& root) {
     root.length("a");

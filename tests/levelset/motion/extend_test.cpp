@@ -86,6 +86,30 @@ TEST(Extend, TheTwoSidesOfAThinWallKeepTheirOwnSpeeds) {
   }
 }
 
+// The gradient at a node in a wall is its distance from the middle, in spacings. The facets are
+// those of a surface that has moved on since: the left one is nearer to the node.
+TEST(Extend, NearTheMiddleOfAWallNodesAskTheNearerSide) {
+  const Frame frame{.spacing = 1, .cells = {40, 8}};
+  const auto speed_beside_middle = [&](double distance) {
+    const Layers layers = single_layer(
+        frame,
+        [=](Vec3d r) {
+          return std::max(r.z - 10.2, std::min(std::abs(r.x + distance) - 0.65, r.z + 20.2));
+        },
+        -30, 20);
+    constexpr float left = -0.3F;
+    constexpr float right = 0.6F;
+    TriMesh mesh;
+    mesh.vertices = {{left, -4, -15}, {left, 4, -15}, {left, 4, 8},  {left, -4, 8},
+                     {right, -4, -15}, {right, 4, -15}, {right, 4, 8}, {right, -4, 8}};
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+    const CornerSpeeds speeds{{-1, -1, -1}, {-1, -1, -1}, {-2, -2, -2}, {-2, -2, -2}};
+    return speed_at(layers, extend_speeds(layers, open_gas(layers), mesh, speeds), 20, 3, -4);
+  };
+  EXPECT_EQ(speed_beside_middle(0.45), -1);
+  EXPECT_EQ(speed_beside_middle(0.55), -2);
+}
+
 TEST(Extend, LooksAcrossPeriodicSides) {
   const Frame frame{
       .spacing = 1, .cells = {20, 12}, .boundary = {Boundary::periodic, Boundary::periodic}};
