@@ -185,6 +185,11 @@ TEST(RecipeErrors, MissingMaterialIsTheFirstOneForWhatIsReadOn) {
             "r.toml:1:1: of: missing; write for example of = \"Si\"");
 }
 
+TEST(RecipeErrors, ControlCharacters) {
+  EXPECT_EQ(errors("title = \"a\\u0001\"\n", [](const RecipeTable& root) { root.text("title"); }),
+            "r.toml:1:9: title: \"a\\x01\" has a control character; leave it out");
+}
+
 TEST(RecipeErrors, WrongType) {
   const auto read = [](const RecipeTable& root) {
     root.length("a");
