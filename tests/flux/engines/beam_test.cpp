@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -36,6 +37,17 @@ TEST(Beam, GivesTheCosineOnAFlatWafer) {
     EXPECT_EQ(flux.error, 0);
     EXPECT_TRUE(flux.target_reached());
   }
+}
+
+// Of what arrives, and of the part from which the source is seen.
+TEST(Beam, HasResponsesOfTwoTallies) {
+  const Shape wafer = exact::flat_wafer(20, 4);
+  const Species ions{.name = "ions", .source = {.kind = SourceLobe::Kind::beam}};
+  const std::vector<float> of_each(wafer.mesh.triangles.size(), 1);
+  const FluxField flux =
+      solve_flux(wafer.mesh, {&ions, 1}, {.sides = wafer.sides, .responses = {{of_each, of_each}}})
+          .front();
+  for (const float mean : flux.arrivals().mean) EXPECT_EQ(mean, 1);
 }
 
 TEST(Beam, LeavesVerticalWallsDarkAndTheBottomLit) {

@@ -329,6 +329,17 @@ TEST(Metrology, OfTrenchesIsTheMeanAlongThemAndTheirRoughnessThreeSigma) {
   }
 }
 
+TEST(Metrology, OfFewerThanEightSectionsThereIsNoRoughness) {
+  for (const int sections : {7, 8}) {
+    Frame frame = space;
+    frame.cells[1] = sections;
+    const Metrology found = measure(wavy_trench(frame, 1, 0, 1.5));
+    ASSERT_EQ(found.openings.size(), 1U);
+    EXPECT_EQ(found.openings[0].section_count, sections);
+    EXPECT_EQ(found.openings[0].line_width_roughness.has_value(), sections == 8);
+  }
+}
+
 /// Silicon etched by 10 to all sides below a mask with an opening of 12, and the mask on it.
 std::vector<ContourPoints> undercut_mask(double thickness) {
   ContourPoints silicon = arc(-6, 0, 10, 180, 270);
@@ -433,6 +444,18 @@ TEST(Metrology, OfFilmsIsThatOfEachMaterialOnTopOnTheWallAndAtTheBottom) {
     EXPECT_NEAR(*films[1].wall / h, 2, 0.1);
     EXPECT_NEAR(*films[1].step_coverage, 1, 0.05);
     EXPECT_NEAR(*films[1].conformality, 1 / std::sqrt(2.0), 0.05);  // square corners
+  }
+}
+
+TEST(Metrology, OfFilmsBelowAHundredthOfASpacingThereAreNoRatios) {
+  const auto box = [](double film) { return symmetric({{-16 + film, film}, {-16 + film, -40}}); };
+  for (const double thickness : {0.007, 0.015}) {
+    const Layers layers = stack_of(plane, {box(0), box(thickness)}, {0.3, 0.6});
+    const FilmMetrology film = measure(layers).openings.at(0).films.at(0);
+    EXPECT_NEAR(*film.top / h, thickness, 1e-3);
+    EXPECT_NEAR(*film.wall / h, thickness, 1e-3);
+    EXPECT_EQ(film.wall_coverage.has_value(), thickness > 0.01);
+    EXPECT_EQ(film.conformality.has_value(), thickness > 0.01);
   }
 }
 

@@ -113,6 +113,15 @@ TEST(OpeningNames, WhatMergesGetsANewOneAndItsPartsTheirOwnAgain) {
   }
 }
 
+// Though one that has been gone for a while was at the same place.
+TEST(OpeningNames, WhatMergesIsNoneThatComesBack) {
+  OpeningNames names;
+  EXPECT_EQ(names.add(map_of_holes({{0, 0, 4}})), (Numbers{0}));
+  EXPECT_EQ(names.add(map_of_holes({})), (Numbers{}));
+  EXPECT_EQ(names.add(map_of_holes({{-13, 0}, {13, 0}})), (Numbers{1, 2}));
+  EXPECT_EQ(names.add(map_of_holes({{-9, 0, 10}, {9, 0, 10}})), (Numbers{3}));
+}
+
 TEST(OpeningNames, WhatFallsApartGetsNewOnesAndMergedTheOldOne) {
   OpeningNames names;
   const OpeningMap merged = map_of_holes({{-9, 0, 10}, {9, 0, 10}});
