@@ -57,6 +57,7 @@ struct ProcessStep {
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
   std::vector<AngularFactor> factors;         ///< of the model; to find their bounds takes a while
   std::optional<LayerOperation> operation;
+  bool keep_free = false;  ///< solid stays that nothing joins to the wafer
 };
 
 /// The grid that a recipe runs on.
@@ -65,9 +66,10 @@ struct Domain {
   bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
 };
 
-/// What is there before the first step: shapes, or the state that another run left.
+/// What is there before the first step: the state that another run left, if there is one, and
+/// shapes, which act on it.
 struct StartGeometry {
-  std::vector<Shape> shapes;  ///< empty where there is a state
+  std::vector<Shape> shapes;
   std::optional<StartState> state;
 };
 

@@ -231,7 +231,12 @@ class Films {
   void grow(const ProcessStep& step, Film& film) {
     film.key = step.path + ".thickness";
     if (step.operation) {
-      film.thickness += std::get<ConformalFilm>(*step.operation).thickness;
+      const auto* const conformal = std::get_if<ConformalFilm>(&*step.operation);
+      if (conformal != nullptr) {
+        film.thickness += conformal->thickness;
+      } else {
+        film.is_known = false;  // what fills or masks is as thick as the wafer makes it
+      }
       return;
     }
     const double speed = speeds_.speed(*step.model, *step.deposits);
@@ -297,8 +302,9 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   const Frame& frame = recipe.domain.frame;
   const std::vector<Shape>& start = recipe.start.shapes;
   OpenSpeeds speeds(recipe.steps, recipe.materials.size());
-  // Those of a state that a recipe starts from were told before.
-  if (!start.empty()) {
+  // Those of a state that a recipe starts from were told before, and what shapes do on it is not
+  // known here.
+  if (!start.empty() && !recipe.start.state) {
     warn_of_narrow_features(shapes, frame, start);
     warn_of_idle_bodies(shapes, frame, start);
     warn_of_thin_layers(shapes, flat_layers(start), frame.spacing, speeds);

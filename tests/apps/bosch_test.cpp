@@ -14,7 +14,7 @@
 #include "core/system/temporary_folder.h"
 #include "levelset/grid/checkpoint.h"
 #include "levelset/metrology/cross_section.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 
 namespace scarp {
 namespace {

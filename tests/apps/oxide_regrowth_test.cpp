@@ -9,7 +9,7 @@
 #include "apps/simulator/surface_speeds.h"
 #include "core/parallel.h"
 #include "levelset/metrology/cross_section.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/parallel.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/levelset/contours.h"
 
 namespace scarp {
