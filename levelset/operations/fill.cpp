@@ -1,6 +1,7 @@
 #include "levelset/operations/fill.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -20,14 +21,14 @@ constexpr float infinite = std::numeric_limits<float>::infinity();
 class Plane {
  public:
   explicit Plane(const Band& band, float value = 0)
-      : band_(band),
+      : band_(&band),
         count_{band.node_count(0), band.node_count(1)},
         values_(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]), value) {}
 
   int count(int axis) const { return count_[static_cast<std::size_t>(axis)]; }
   float& at(int i, int j) { return values_[index(i, j)]; }
   float at(int i, int j) const { return values_[index(i, j)]; }
-  float folded(int i, int j) const { return at(band_.fold(0, i), band_.fold(1, j)); }
+  float folded(int i, int j) const { return at(band_->fold(0, i), band_->fold(1, j)); }
   float along(int axis, int place, int other) const {
     return axis == 0 ? folded(place, other) : folded(other, place);
   }
@@ -38,7 +39,7 @@ class Plane {
            static_cast<std::size_t>(j);
   }
 
-  const Band& band_;
+  const Band* band_;
   std::array<int, 2> count_;
   std::vector<float> values_;
 };
@@ -117,35 +118,81 @@ class Wanted {
         spacing_(layers.frame.spacing),
         lowest_(static_cast<int>(std::floor(layers.top().lower() / spacing_)) - 1),
         highest_(static_cast<int>(std::ceil(height / spacing_)) + 1) {
-    planes_.resize(static_cast<std::size_t>(std::max(highest_ - lowest_ + 1, 0)), Plane(band_, -1));
+    planes_.resize(static_cast<std::size_t>(std::max(highest_ - lowest_ + 1, 0)),
+                   Plane(band_, -LevelSet::half_width));
     if (places.narrower_than)
       find_narrow(static_cast<float>(0.5 * *places.narrower_than / spacing_));
     if (!places.on.empty()) find_floors(places.on);
   }
 
+  /// At a node.
   double at(Vec3d r) const {
     const auto index = [&](int axis) {
       return static_cast<int>(std::lround(r[axis] / spacing_ + layers_.frame.middle(axis)));
     };
+    const int i = index(0);
+    const int j = index(1);
     const int k = std::clamp(index(2), lowest_, highest_);
-    return spacing_ * static_cast<double>(planes_[static_cast<std::size_t>(k - lowest_)].folded(
-                          index(0), index(1)));
+    // Solid stays as far from its surface as it is.
+    if (band_.node(i, j, k) < 0) return spacing_;
+    const float below = k > lowest_ ? plane(k - 1).folded(i, j) : 0;
+    const float here = plane(k).folded(i, j);
+    // Over a rim the distance to it.
+    if (here > 0 && below < 0 && !(band_.node(i, j, k - 1) < 0))
+      return spacing_ * static_cast<double>(std::max(1 + below, smallest_phi));
+    return spacing_ * static_cast<double>(here);
   }
 
  private:
+  Plane& plane(int k) { return planes_[static_cast<std::size_t>(k - lowest_)]; }
+  const Plane& plane(int k) const { return planes_[static_cast<std::size_t>(k - lowest_)]; }
+
   void find_narrow(float radius) {
     parallel_for(planes_.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n)
         planes_[n] = width_in_plane(band_, lowest_ + static_cast<int>(n), radius);
     });
+    parallel_for(planes_.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n)
+        find_rims(lowest_ + static_cast<int>(n), static_cast<int>(std::ceil(radius)) + 1);
+    });
   }
 
-  // Between two columns, of which one is filled, the side lies halfway.
+  // The fill of an opening ends level with its rim, which lies between this plane and the next.
+  void find_rims(int k, int reach) {
+    for (int i = 0; i < band_.node_count(0); ++i)
+      for (int j = 0; j < band_.node_count(1); ++j) {
+        const bool is_top = band_.node(i, j, k) > 0 && plane(k).at(i, j) < 0 &&
+                            band_.node(i, j, k + 1) > 0 && plane(k + 1).at(i, j) > 0;
+        if (is_top) plane(k).at(i, j) = -rim_above({i, j, k}, reach);
+      }
+  }
+
+  // How far above a node the nearest solid in its plane ends. Units: spacings. In (0, 1].
+  float rim_above(const Node& node, int reach) const {
+    const int across = layers_.frame.lateral_axes() == 2 ? reach : 0;
+    int nearest = 2 * reach * reach + 1;
+    float rim = 1;
+    for (int x = -reach; x <= reach; ++x)
+      for (int y = -across; y <= across; ++y) {
+        const int square = x * x + y * y;
+        if (square > nearest) continue;
+        const float here = band_.node(node[0] + x, node[1] + y, node[2]);
+        const float above = band_.node(node[0] + x, node[1] + y, node[2] + 1);
+        if (!(here < 0) || above < 0) continue;
+        const float end = crossing(here, above);
+        rim = square < nearest ? end : std::min(rim, end);
+        nearest = square;
+      }
+    return std::max(rim, smallest_phi);
+  }
+
   void find_floors(std::span<const MaterialId> on) {
-    constexpr float halfway = 0.5F;
     const int rows = band_.node_count(1);
     const auto columns =
         static_cast<std::size_t>(band_.node_count(0)) * static_cast<std::size_t>(rows);
+    std::vector<Plane> over(planes_.size(), Plane(band_, 1));  // below 0 over what is wanted
+    const auto of = [&](int k) -> Plane& { return over[static_cast<std::size_t>(k - lowest_)]; };
     parallel_for(columns, 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t column = begin; column < end; ++column) {
         const int i = static_cast<int>(column) / rows;
@@ -157,11 +204,30 @@ class Wanted {
             const std::uint16_t seen = exposed_layer(layers_, {i, j, k - 1}, 2);
             is_wanted = std::ranges::find(on, layers_.stack[seen].material) != on.end();
           }
-          float& value = planes_[static_cast<std::size_t>(k - lowest_)].at(i, j);
-          value = std::max(value, is_wanted ? -halfway : halfway);
+          if (is_wanted) of(k).at(i, j) = -1;
         }
       }
     });
+    parallel_for(planes_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n)
+        for (int i = 0; i < over[n].count(0); ++i)
+          for (int j = 0; j < over[n].count(1); ++j) {
+            float& value = planes_[n].at(i, j);
+            value = std::max(value, side_of(over[n], i, j, lowest_ + static_cast<int>(n)));
+          }
+    });
+  }
+
+  // Between two columns of gas, of which one is filled, the side lies halfway.
+  float side_of(const Plane& over, int i, int j, int k) const {
+    constexpr float halfway = 0.5F;
+    const float here = over.at(i, j);
+    const auto parts = [&](int x, int y) {
+      return over.folded(x, y) * here < 0 && !(band_.node(x, y, k) < 0);
+    };
+    const bool is_at_side =
+        parts(i - 1, j) || parts(i + 1, j) || parts(i, j - 1) || parts(i, j + 1);
+    return here * (is_at_side ? halfway : LevelSet::half_width);
   }
 
   const Layers& layers_;

@@ -36,7 +36,7 @@ void add_leaves_of(Band& band, const Bands<count>& others) {
         added.push_back({.origin = leaf.origin, .solid = found == Band::missing_solid});
     }
   }
-  std::ranges::sort(added);
+  std::sort(added.begin(), added.end());
   added.erase(std::unique(added.begin(), added.end()), added.end());
   band.change_leaves(added, {});
 }
@@ -71,7 +71,7 @@ void combine(Band& band, const Bands<count>& others, const Op& op) {
 /// what is kept. below: the layer under them.
 float without(float phi, float last, float below, float kept) {
   // Where nothing lies on the last one, the layer below it comes out to the last bit.
-  const bool is_seen = phi - last <= same_phi;
+  const bool is_seen = last - phi <= same_phi;
   return std::max(phi,
                   is_seen ? std::min(std::max(last, kept), below) : std::min({-last, kept, below}));
 }

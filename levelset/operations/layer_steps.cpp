@@ -241,17 +241,17 @@ void coat_on(Layers& layers, double thickness, std::span<const MaterialId> mater
   const auto film_at = [&](Vec3d r) {
     r = frame.in_section(r);
     double nearest = limit;
+    bool is_behind = false;
     const auto look_from = [&](Vec3d from) {
       const ClosestPoint found = tree.closest(from, nearest);
-      // What lies behind the facet is on the other side of a wall.
       if (!found.found()) return;
-      const Vec3d outwards = area_vector(seen, found.triangle);
-      const bool is_behind = dot(outwards, from - found.point) < 0;
-      if (!is_behind || found.distance <= frame.spacing) nearest = found.distance;
+      nearest = found.distance;
+      is_behind = dot(area_vector(seen, found.triangle), from - found.point) < 0;
     };
     look_from(r);
     for (const Image& image : images_of(frame, r, limit)) look_from(image.r);
-    return nearest - thickness;
+    // What lies behind the facet is solid, or on the other side of a wall.
+    return is_behind ? nearest : nearest - thickness;
   };
   const LevelSet film(frame, film_at, layers.top().lower() - thickness - margin,
                       layers.top().upper() + thickness + margin);

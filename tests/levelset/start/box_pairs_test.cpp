@@ -8,15 +8,15 @@
 namespace scarp {
 namespace {
 
-using Box = PlaneBox<std::int64_t>;
+using IntegerBox = PlaneBox<std::int64_t>;
 using Pair = std::pair<std::size_t, std::size_t>;
 
 TEST(BoxPairs, AreThoseThatOverlapEachOnce) {
   std::mt19937 random(1);
   const auto within = [&](int n) { return static_cast<std::int64_t>(random() % n); };
   for (int trial = 0; trial < 200; ++trial) {
-    std::vector<Box> boxes(1 + random() % 40);
-    for (Box& box : boxes) {
+    std::vector<IntegerBox> boxes(1 + random() % 40);
+    for (IntegerBox& box : boxes) {
       box.lower = {within(20), within(20)};
       // Points, lines and boxes as high as all of the plane.
       box.upper = {box.lower[0] + within(6), box.lower[1] + within(trial % 2 == 0 ? 4 : 20)};
@@ -42,7 +42,7 @@ TEST(BoxPairs, AreThoseThatOverlapEachOnce) {
 }
 
 TEST(BoxPairs, StopAtTheFirstThatIsWanted) {
-  const std::vector<Box> boxes(5, Box{{0, 0}, {1, 1}});
+  const std::vector<IntegerBox> boxes(5, IntegerBox{{0, 0}, {1, 1}});
   int calls = 0;
   EXPECT_TRUE(any_pair_of_boxes<std::int64_t>(
       boxes, [&](std::size_t, std::size_t) { return ++calls == 3; }));
