@@ -415,6 +415,7 @@ class StepReader {
         std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
       reachable_.push_back(*step.deposits);
     }
+    step.meets = reachable_;
     if (!table.ok()) return {step};
     if (step.model) refuse_asymmetry(table, *step.model, recipe_.domain.frame);
     if (step.operation) {

@@ -268,6 +268,55 @@ class Films {
   std::map<MaterialId, Film> films_;
 };
 
+// Masks whose flat tops are etched away before the last step that etches them ends, on an open flat
+// wafer. Steps with an end condition count in full where nothing else is known of them.
+class Masks {
+ public:
+  Masks(const RecipeTable& root, OpenSpeeds& speeds, const Materials& materials)
+      : root_(root), speeds_(speeds), materials_(materials) {}
+
+  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
+
+  void warn(std::span<const ProcessStep> steps) {
+    for (const ProcessStep& step : steps) {
+      if (step.operation) {
+        act(*step.operation);
+      } else {
+        etch(step);
+      }
+    }
+  }
+
+ private:
+  void act(const LayerOperation& operation) {
+    if (const auto* const mask = std::get_if<MaskFilm>(&operation)) put(mask->shape);
+    if (const auto* const strip = std::get_if<Strip>(&operation)) left_.erase(strip->material);
+    // How high a polish leaves a mask is not known here.
+    if (std::holds_alternative<Planarise>(operation)) left_.clear();
+  }
+
+  void etch(const ProcessStep& step) {
+    for (auto& [material, left] : left_) {
+      const double rate = -speeds_.speed(*step.model, material);
+      if (!(rate > 0) || left <= 0 || step.until) continue;
+      const double before = std::exchange(left, left - rate * step.duration);
+      if (left > 0) continue;
+      root_.warning(
+          step.path + '.' + step.duration_key,
+          fmt::format("uses up the mask: on an open flat wafer {} of {} are gone after {} "
+                      "of {}; use a thicker mask, or a shorter step",
+                      length_text(before), materials_[material].name,
+                      format_quantity(before / rate, Dimension::time),
+                      format_quantity(step.duration, Dimension::time)));
+    }
+  }
+
+  const RecipeTable& root_;
+  OpenSpeeds& speeds_;
+  const Materials& materials_;
+  std::map<MaterialId, double> left_;  // thickness; nm
+};
+
 // The flux on a facet is one number.
 void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> shapes,
                          const Frame& frame, std::span<const Shape> start,
@@ -313,6 +362,10 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
+  Masks masks(root, speeds, recipe.materials);
+  for (const Shape& shape : start)
+    if (const auto* const mask = std::get_if<MaskShape>(&shape)) masks.put(*mask);
+  masks.warn(recipe.steps);
 }
 
 }  // namespace scarp

@@ -131,14 +131,14 @@ TEST_F(Flow, ContactFromEtchToPolish) {
   EXPECT_GT(volume("W", last_output()), 0);
 }
 
-const std::string wafer =
+const std::string flat_section =
     "[domain]\nspacing = \"5 nm\"\nextent = [\"400 nm\"]\nmode = \"2d\"\n"
     "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n";
 
 // A bridge over a channel: without its filling nothing holds the beam but for keep_free.
 TEST_F(Flow, AReleasedBeamStaysWhereAsked) {
   const std::string beam =
-      wafer +
+      flat_section +
       "[[step]]\nmodel = \"conformal\"\nmaterial = \"SiO2\"\nthickness = \"40 nm\"\n"
       "[[step]]\nmodel = \"mask\"\nmaterial = \"W\"\nthickness = \"30 nm\"\n"
       "resist = { shape = \"trench\", width = \"100 nm\" }\n"
@@ -157,7 +157,7 @@ TEST_F(Flow, AReleasedBeamStaysWhereAsked) {
 
 // A mask over steps, as a film: cut by its outline, and as thick on the step.
 TEST_F(Flow, AMaskOfOneThickness) {
-  run_text(wafer +
+  run_text(flat_section +
            "[[geometry]]\nshape = \"fin\"\nmaterial = \"SiO2\"\nwidth = \"100 nm\"\n"
            "height = \"60 nm\"\n"
            "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"20 nm\"\n"
@@ -170,7 +170,7 @@ TEST_F(Flow, AMaskOfOneThickness) {
 
 TEST_F(Flow, InvertSwapsWhatStays) {
   const std::string mask =
-      wafer +
+      flat_section +
       "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"50 nm\"\n"
       "opening = { shape = \"trench\", width = \"100 nm\" }\n";
   run_text(mask);
