@@ -624,11 +624,13 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
     table.error("masks",
                 fmt::format("{} is neither on the wafer nor deposited", materials[mask].name));
   }
-  if (table.has("cd_at")) {
-    options.cd_heights =
-        table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
-                         {.minimum = -longest_length, .maximum = longest_length});
-  }
+  const auto read_heights = [&](std::string_view key, std::vector<double>& heights) {
+    if (!table.has(key)) return;
+    heights = table.quantities(key, Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
+                               {.minimum = -longest_length, .maximum = longest_length});
+  };
+  read_heights("cd_at", options.cd_heights);
+  read_heights("angle_at", options.angle_heights);
   return options;
 }
 

@@ -97,6 +97,7 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
   known["[flux]"]["position_error"] = "none";
   known["[output]"]["sections"] = "none";
   known["[metrology]"]["cd_at"] = "none";
+  known["[metrology]"]["angle_at"] = "none";
   for (const auto& [table, keys] : known) {
     SCOPED_TRACE(table);
     ASSERT_TRUE(sections.contains(table));
