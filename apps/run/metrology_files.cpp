@@ -93,9 +93,7 @@ ordered_json json_of(Value value) { return value ? ordered_json(*value) : ordere
 
 constexpr std::array<const char*, 2> wall_sides{"left", "right"};
 
-Value in_degrees(Value angle) {
-  return angle ? Value(*angle * degrees) : std::nullopt;
-}
+Value in_degrees(Value angle) { return angle ? Value(*angle * degrees) : std::nullopt; }
 
 std::string angle_name(std::size_t side, double height) {
   return fmt::format("{}_angle_at_{}_deg", wall_sides[side], format_number(height));
@@ -269,8 +267,8 @@ class ValueList {
           length);
     for (std::size_t n = 0; n < opening.angle_at.size(); ++n)
       for (std::size_t side = 0; side < 2; ++side)
-        add(angle_name(side, names.options.angle_heights[n]),
-            in_degrees(opening.angle_at[n][side]), ValueKind::other);
+        add(angle_name(side, names.options.angle_heights[n]), in_degrees(opening.angle_at[n][side]),
+            ValueKind::other);
     for (const FilmMetrology& film : opening.films) {
       for (const FilmQuantity& each : film_quantities)
         add(names.materials[film.material].name + '_' + each.name, film.*(each.member), each.kind,

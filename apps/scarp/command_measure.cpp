@@ -148,8 +148,8 @@ std::string csv_of(std::span<const Measured> all, const Materials& materials,
   for (std::size_t n = 0; n < all.size(); ++n) {
     const fs::path folder = all[n].file.parent_path();
     output = n > 0 && folder == all[n - 1].file.parent_path() ? output + 1 : 0;
-    const std::string prefix = csv_field(folder.string()) + ',' +
-                               csv_field(all[n].file.filename().string()) + ',';
+    const std::string prefix =
+        csv_field(folder.string()) + ',' + csv_field(all[n].file.filename().string()) + ',';
     const std::string rows = metrology_rows(output, all[n].time, all[n].metrology, columns);
     for (std::size_t begin = 0; begin < rows.size();) {
       const std::size_t end = rows.find('\n', begin) + 1;
@@ -167,9 +167,10 @@ void require_same_heights(std::span<const Measured> all) {
     if (each.options.cd_heights == first.cd_heights &&
         each.options.angle_heights == first.angle_heights)
       continue;
-    throw InputError(fmt::format("{}: its recipe has other cd_at or angle_at than that of {}; give "
-                                 "the heights with --cd-at and --angle-at",
-                                 shown(each.file), shown(all.front().file)));
+    throw InputError(
+        fmt::format("{}: its recipe has other cd_at or angle_at than that of {}; give "
+                    "the heights with --cd-at and --angle-at",
+                    shown(each.file), shown(all.front().file)));
   }
 }
 
@@ -180,8 +181,7 @@ ExitCode execute(const MeasureArguments& arguments, const CommonOptions& common)
   Materials materials;
   std::vector<MaterialId> occurring;
   std::vector<Measured> all;
-  for (const fs::path& file : files)
-    all.push_back(measured(file, arguments, materials, occurring));
+  for (const fs::path& file : files) all.push_back(measured(file, arguments, materials, occurring));
   const bool is_table = arguments.all || all.size() > 1 || !arguments.output.empty();
   if (!is_table) {
     print_one(all.front(), materials, common.json);
