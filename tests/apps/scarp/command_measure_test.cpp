@@ -123,7 +123,7 @@ TEST_F(MeasureCommand, WritesATableOfAllOutputsAndSeveralRuns) {
   EXPECT_NEAR(std::stod(table[9].at("right_angle_at_-20_nm_deg")), 90, 0.5);
   // Of several runs the newest states, on standard output.
   const Outcome printed = scarp("measure " + path("one") + ' ' + path("two"));
-  EXPECT_EQ(std::ranges::count(printed.output, '\n'), 3);
+  EXPECT_EQ(std::ranges::count(printed.out, '\n'), 3);
 }
 
 TEST_F(MeasureCommand, TakesMasksHeightsAndStartFromTheCommandLine) {
