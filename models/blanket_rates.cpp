@@ -23,8 +23,8 @@ ScaledRates::ScaledRates(std::shared_ptr<const SurfaceModel> model, std::vector<
     : SurfaceModel(model->species(), {.balance = model->balance(), .cycle = model->cycle()}),
       model_(std::move(model)),
       factors_(std::move(factors)) {
-  SCARP_ASSERT(model_->emitter(), ==, nullptr);
-  SCARP_ASSERT(model_->bath(), ==, nullptr);
+  SCARP_ASSERT(model_->emitter() == nullptr, ==, true);
+  SCARP_ASSERT(model_->bath() == nullptr, ==, true);
 }
 
 std::vector<float> ScaledRates::speeds(const SurfacePoints& points,
