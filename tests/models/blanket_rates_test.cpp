@@ -15,18 +15,18 @@ const std::string etch =
     "duration = \"1 s\"\netchant_flux = \"1.5e17 /cm2/s\"\npolymer_flux = \"1e16 /cm2/s\"\n"
     "[[step.ion]]\nflux = \"5.6e16 /cm2/s\"\nenergy = \"100 eV\"\nsource_power = 100\n";
 
-struct Read {
+struct EtchStep {
   StepModel made;
-  std::string errors;
+  std::string errors{};
 };
 
-Read read_step(const std::string& keys) {
+EtchStep read_etch_step(const std::string& keys) {
   const Materials materials;
   const RecipeFile file({"[[step]]\n" + keys, "r.toml"});
   const RecipeTable step = file.root().tables("step").front();
   std::vector<MaterialId> reachable{*materials.find("Si"), *materials.find("SiO2"),
                                     *materials.find("mask")};
-  Read read{.made = read_model(step, {.materials = materials, .reachable = reachable})};
+  EtchStep read{.made = read_model(step, {.materials = materials, .reachable = reachable})};
   try {
     file.finish();
   } catch (const InputError& error) {
@@ -41,8 +41,8 @@ float open_rate(const SurfaceModel& model, const std::string& material) {
 }
 
 TEST(BlanketRates, AreThoseOfAnOpenWafer) {
-  const Read plain = read_step("model = \"fluorocarbon\"\n" + etch);
-  const Read scaled = read_step(
+  const EtchStep plain = read_etch_step("model = \"fluorocarbon\"\n" + etch);
+  const EtchStep scaled = read_etch_step(
       "model = \"fluorocarbon\"\nblanket_rate = { SiO2 = \"200 nm/min\", Si = \"4 nm/min\" }\n" +
       etch);
   ASSERT_TRUE(plain.made.model && scaled.made.model) << scaled.errors;
@@ -54,9 +54,9 @@ TEST(BlanketRates, AreThoseOfAnOpenWafer) {
 }
 
 TEST(BlanketRates, ScaleEtchingAloneAndAtAnyFlux) {
-  const Read plain = read_step("model = \"fluorocarbon\"\n" + etch);
-  const Read scaled =
-      read_step("model = \"fluorocarbon\"\nblanket_rate = { SiO2 = \"200 nm/min\" }\n" + etch);
+  const EtchStep plain = read_etch_step("model = \"fluorocarbon\"\n" + etch);
+  const EtchStep scaled =
+      read_etch_step("model = \"fluorocarbon\"\nblanket_rate = { SiO2 = \"200 nm/min\" }\n" + etch);
   ASSERT_TRUE(plain.made.model && scaled.made.model);
   const MaterialId oxide = *Materials().find("SiO2");
   const float factor = open_rate(*scaled.made.model, "SiO2") / open_rate(*plain.made.model, "SiO2");
@@ -78,11 +78,12 @@ TEST(BlanketRates, ScaleEtchingAloneAndAtAnyFlux) {
 }
 
 TEST(BlanketRates, AreRefusedWhereThereIsNothingToScale) {
-  EXPECT_NE(read_step("model = \"fluorocarbon\"\nblanket_rate = { polymer = \"1 nm/s\" }\n" + etch)
-                .errors.find("does not etch"),
-            std::string::npos);
-  EXPECT_NE(read_step("model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n"
-                      "blanket_rate = { Si = \"2 nm/s\" }\n")
+  EXPECT_NE(
+      read_etch_step("model = \"fluorocarbon\"\nblanket_rate = { polymer = \"1 nm/s\" }\n" + etch)
+          .errors.find("does not etch"),
+      std::string::npos);
+  EXPECT_NE(read_etch_step("model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n"
+                           "blanket_rate = { Si = \"2 nm/s\" }\n")
                 .errors.find("blanket_rate"),
             std::string::npos);
 }
