@@ -15,6 +15,11 @@ const std::string etch =
     "duration = \"1 s\"\netchant_flux = \"1.5e17 /cm2/s\"\npolymer_flux = \"1e16 /cm2/s\"\n"
     "[[step.ion]]\nflux = \"5.6e16 /cm2/s\"\nenergy = \"100 eV\"\nsource_power = 100\n";
 
+// So much polymer that it grows on everything.
+const std::string growth =
+    "duration = \"1 s\"\netchant_flux = \"1.5e17 /cm2/s\"\npolymer_flux = \"1e18 /cm2/s\"\n"
+    "[[step.ion]]\nflux = \"1e15 /cm2/s\"\nenergy = \"100 eV\"\nsource_power = 100\n";
+
 struct EtchStep {
   StepModel made;
   std::string errors{};
@@ -79,7 +84,7 @@ TEST(BlanketRates, ScaleEtchingAloneAndAtAnyFlux) {
 
 TEST(BlanketRates, AreRefusedWhereThereIsNothingToScale) {
   EXPECT_NE(
-      read_etch_step("model = \"fluorocarbon\"\nblanket_rate = { polymer = \"1 nm/s\" }\n" + etch)
+      read_etch_step("model = \"fluorocarbon\"\nblanket_rate = { SiO2 = \"1 nm/s\" }\n" + growth)
           .errors.find("does not etch"),
       std::string::npos);
   EXPECT_NE(read_etch_step("model = \"isotropic\"\nduration = \"1 s\"\netch_rate = \"1 nm/s\"\n"
