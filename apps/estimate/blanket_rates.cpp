@@ -55,6 +55,11 @@ std::vector<StepRates> blanket_rates(std::span<const ProcessStep> steps,
 }
 
 std::string text_of(const StepRates& rates, const Materials& materials) {
+  const auto is_first = [&](const BlanketRate& rate) {
+    return rate.speed == rates.rates.front().speed;
+  };
+  if (rates.rates.size() > 1 && std::ranges::all_of(rates.rates, is_first))
+    return "all materials " + rate_text(rates.rates.front().speed);
   std::vector<std::string> speeds;
   std::vector<std::string> selectivities;
   for (const BlanketRate& rate : rates.rates) {

@@ -1,5 +1,6 @@
 // Flows of several masks: what the recipes of configs/ make is what geometry says.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,11 +8,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "apps/estimate/blanket_rates.h"
 #include "apps/run/results.h"
 #include "apps/run/run.h"
+#include "core/log.h"
 #include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
 #include "tests/apps/columns.h"
@@ -166,6 +170,58 @@ TEST_F(Flow, AMaskOfOneThickness) {
   const double quarter = std::numbers::pi * 20 * 20 / 4;
   const double expected = 100 * 20 + 2 * 60 * 20 + 2 * (70 - 20) * 20 + 2 * quarter;
   EXPECT_NEAR(volume("resist", last_output()), 5 * expected, 0.02 * 5 * expected);
+}
+
+// A mask that the etch uses up: told before the run, and when it happens.
+TEST_F(Flow, AMaskThatIsUsedUp) {
+  const auto etch = [](const std::string& rate, const std::string& more = "") {
+    return flat_section +
+           "[[step]]\nmodel = \"mask\"\nmaterial = \"resist\"\nthickness = \"20 nm\"\n"
+           "opening = { shape = \"trench\", width = \"100 nm\" }\n" +
+           more +
+           "[[step]]\nname = \"deep etch\"\nmodel = \"directional\"\nduration = \"30 s\"\n"
+           "directional_etch_rate = { Si = \"5 nm/s\", resist = \"" +
+           rate + "\", default = \"0 nm/s\" }\n";
+  };
+  const auto warnings_of = [](const std::string& text) {
+    return read_recipe(RecipeSource{.text = text, .name = "flow"}).warnings;
+  };
+  const std::vector<std::string> told = warnings_of(etch("1 nm/s"));
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_THAT(told[0], testing::HasSubstr("20 nm of resist are gone after 20 s of 30 s"));
+  EXPECT_TRUE(warnings_of(etch("0.5 nm/s")).empty());
+  // Two steps together.
+  EXPECT_EQ(
+      warnings_of(etch("0.5 nm/s",
+                       "[[step]]\nmodel = \"directional\"\nduration = \"10 s\"\n"
+                       "directional_etch_rate = { resist = \"1 nm/s\", default = \"0 nm/s\" }\n"))
+          .size(),
+      1U);
+  std::ostringstream said;
+  const Recipe recipe = read_recipe(RecipeSource{.text = etch("1 nm/s"), .name = "flow"});
+  RunOptions options;
+  options.log = Log(said);
+  ASSERT_EQ(run(recipe, folder_, options), RunEnd::complete);
+  EXPECT_THAT(said.str(),
+              testing::HasSubstr("\"deep etch\" has used up the mask: no resist is left"));
+}
+
+// What a step meets, and how fast an open wafer of it goes.
+TEST_F(Flow, RatesOnOpenWafers) {
+  const Recipe recipe =
+      read_recipe(recipe_in(fs::path(SCARP_SOURCE_DIR) / "configs" / "dual_damascene.toml"));
+  const std::vector<StepRates> rates = blanket_rates(recipe.steps, recipe.materials.size());
+  ASSERT_EQ(rates.size(), 2U);
+  EXPECT_EQ(recipe.steps[rates[0].step].name, "via etch");
+  ASSERT_EQ(rates[0].rates.size(), 4U);  // W, SiO2, Si3N4, resist: neither TaN nor Cu
+  for (const BlanketRate& rate : rates[1].rates) {
+    const bool is_oxide = recipe.materials[rate.material].name == "SiO2";
+    EXPECT_FLOAT_EQ(static_cast<float>(rate.speed), is_oxide ? -1 : 0);
+  }
+  StepRates selective{.step = 0, .rates = {{0, -4}, {1, -0.1}, {2, 0}, {3, 2}}};
+  EXPECT_DOUBLE_EQ(selective.selectivity_to(selective.rates[1]).value_or(0), 40);
+  for (const std::size_t n : {0U, 2U, 3U})
+    EXPECT_FALSE(selective.selectivity_to(selective.rates[n]).has_value());
 }
 
 TEST_F(Flow, InvertSwapsWhatStays) {
