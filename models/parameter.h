@@ -14,13 +14,24 @@
 #include "core/frame.h"
 #include "core/material.h"
 #include "core/recipe/recipe_table.h"
+#include "levelset/start/shapes.h"
 #include "models/surface_model.h"
 
 namespace scarp {
 
 /// One parameter of a process model: its row in `scarp models`, and how it is read from a recipe.
 struct Parameter {
-  enum class Kind { value, per_material, material, material_list, flag, text, formula, table };
+  enum class Kind {
+    value,
+    per_material,
+    material,
+    material_list,
+    flag,
+    text,
+    formula,
+    table,
+    outline
+  };
 
   std::string_view name;
   Kind kind = Kind::value;
@@ -60,6 +71,8 @@ struct StepScope {
   const Materials& materials;
   std::vector<MaterialId> reachable;  ///< what the step can meet when it starts
   Frame frame{};                      ///< of the domain
+  /// Reads a mask with its outline, as in a [[geometry]] table.
+  std::function<MaskShape(const RecipeTable& table)> read_mask{};
 };
 
 /// The materials that a step can meet: when it starts, and what it deposits.

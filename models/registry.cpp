@@ -6,17 +6,20 @@
 
 #include "core/error.h"
 #include "core/suggestion.h"
+#include "models/blanket_rates.h"
 #include "models/catalogue/ald.h"
 #include "models/catalogue/cf4_o2.h"
 #include "models/catalogue/conformal.h"
 #include "models/catalogue/directional.h"
 #include "models/catalogue/epitaxy.h"
+#include "models/catalogue/fill.h"
 #include "models/catalogue/fluorocarbon.h"
 #include "models/catalogue/hbr_o2.h"
 #include "models/catalogue/ion_milling.h"
 #include "models/catalogue/isotropic.h"
 #include "models/catalogue/koh_etch.h"
 #include "models/catalogue/langmuir_transport.h"
+#include "models/catalogue/mask.h"
 #include "models/catalogue/multi_particle.h"
 #include "models/catalogue/oxide_regrowth.h"
 #include "models/catalogue/pecvd_teos.h"
@@ -25,6 +28,7 @@
 #include "models/catalogue/sf6_o2.h"
 #include "models/catalogue/single_particle.h"
 #include "models/catalogue/sputter_deposition.h"
+#include "models/catalogue/strip.h"
 #include "models/catalogue/teos.h"
 
 namespace scarp {
@@ -113,7 +117,10 @@ std::span<const ModelDescription> models() {
       ald_description(),
       langmuir_transport_description(),
       oxide_regrowth_description(),
+      mask_description(),
+      strip_description(),
       conformal_description(),
+      fill_description(),
       planarise_description(),
   };
   return table;
@@ -129,7 +136,12 @@ const ModelDescription* find_model(std::string_view name) {
 StepModel read_model(const RecipeTable& step, const StepScope& scope) {
   const std::string name = step.text("model");
   const ModelDescription* const model = find_model(name);
-  if (model != nullptr) return model->read(step, scope);
+  if (model != nullptr) {
+    StepModel made = model->read(step, scope);
+    if (made.model && model->takes_blanket_rates)
+      made.model = with_blanket_rates(std::move(made.model), step, scope);
+    return made;
+  }
   if (step.ok("model")) step.error("model", unknown_model_text(name));
   step.accept_rest();
   return {};
@@ -138,7 +150,7 @@ StepModel read_model(const RecipeTable& step, const StepScope& scope) {
 namespace {
 
 /// What the field calls processes, and which models stand for them. Small letters.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 27> other_names{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 31> other_names{{
     {"cmp", "planarise"},
     {"polish", "planarise"},
     {"planarize", "planarise"},
@@ -153,8 +165,12 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 27> other_na
     {"wet", "isotropic or koh_etch"},
     {"wet_etch", "isotropic or koh_etch"},
     {"koh", "koh_etch"},
-    {"strip", "isotropic, with a rate for the one material"},
-    {"ash", "isotropic, with a rate for the one material"},
+    {"ash", "strip"},
+    {"ashing", "strip"},
+    {"litho", "mask"},
+    {"lithography", "mask"},
+    {"resist", "mask"},
+    {"spin_on", "fill, or mask with an outline"},
     {"deposit", "conformal, isotropic or single_particle"},
     {"deposition", "conformal, isotropic or single_particle"},
     {"film", "conformal"},
@@ -191,6 +207,8 @@ std::string unit_text(const Parameter& parameter) {
       return "materials";
     case Parameter::Kind::flag:
       return "true or false";
+    case Parameter::Kind::outline:
+      return "outline";
     case Parameter::Kind::text:
       return "text";
     case Parameter::Kind::formula:

@@ -155,6 +155,7 @@ SavedWafer read_wafer(const fs::path& file, Materials known) {
     wafer.metrology.masks.push_back(wafer.materials.id(name));
   });
   wafer.metrology.cd_heights = numbers_in(checkpoint.notes, "cd_heights_nm", file);
+  wafer.metrology.angle_heights = numbers_in(checkpoint.notes, "angle_heights_nm", file);
   wafer.metrology.feet_are_rounded = note_in(checkpoint.notes, "feet_are_rounded", file) == "1";
   return wafer;
 }

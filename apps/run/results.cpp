@@ -172,6 +172,7 @@ ResultFolder::ResultFolder(fs::path folder, const Recipe& recipe)
       recipe_(recipe),
       columns_{.materials = recipe.materials,
                .cd_heights = recipe.metrology.cd_heights,
+               .angle_heights = recipe.metrology.angle_heights,
                .films = film_materials(recipe.steps, recipe.occurring),
                .occurring = recipe.occurring} {}
 

@@ -211,12 +211,13 @@ RunEnd run(Recipe given, const std::filesystem::path& path, const RunOptions& op
     survey_or_save(simulation, folder, watchdog);
   }
   require_held_memory(options.memory_limit_mb);
+  // On large surfaces this takes a while.
+  if (begins) warn_of_expensive_flux(simulation, log);
   if (options.begin) options.begin();
   // An earlier run is not given up before this one is known to work.
   if (begins) {
     folder.start(log);
     observer.tell_loose_shapes(state);
-    warn_of_expensive_flux(simulation, log);
     if (recipe.domain.uses_symmetry) log.info("this recipe " + symmetry_text(recipe.domain, found));
   }
   total.add(now.timer);

@@ -32,7 +32,7 @@ std::atomic<bool> is_under_way{false};
 
 // The second one ends the process at once, and so does the first while a run is prepared.
 void on_interrupt(int signal) {
-  if (signal == SIGINT && !is_under_way) _exit(interrupted);
+  if (!is_under_way) _exit(interrupted);
   interrupt_requested = true;
   std::signal(signal, SIG_DFL);
   // The flux that is being solved may take a while.

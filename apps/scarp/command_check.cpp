@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "apps/estimate/blanket_rates.h"
 #include "apps/estimate/estimate.h"
 #include "apps/run/restart.h"
 #include "apps/run/results.h"
@@ -46,6 +47,32 @@ void print_left_out(const CostEstimate& cost, std::span<const ProcessStep> steps
   for (const auto& [step, choice] : cost.left_out)
     fmt::print("# The mesh of step \"{}\" is not simplified: {}\n", steps[step].name,
                reason_of(choice));
+}
+
+nlohmann::ordered_json rates_of(const Recipe& recipe) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const StepRates& rates : blanket_rates(recipe.steps, recipe.materials.size())) {
+    nlohmann::ordered_json speeds = nlohmann::ordered_json::object();
+    nlohmann::ordered_json selectivities = nlohmann::ordered_json::object();
+    for (const BlanketRate& rate : rates.rates) {
+      const std::string& name = recipe.materials[rate.material].name;
+      speeds[name] = rate.speed;
+      if (const auto selectivity = rates.selectivity_to(rate)) selectivities[name] = *selectivity;
+    }
+    steps.push_back({{"step", rates.step},
+                     {"name", recipe.steps[rates.step].name},
+                     {"rates_nm_s", speeds},
+                     {"selectivity_to", selectivities}});
+  }
+  return steps;
+}
+
+void print_rates(const Recipe& recipe) {
+  const std::vector<StepRates> all = blanket_rates(recipe.steps, recipe.materials.size());
+  if (all.empty()) return;
+  fmt::print("# Rates on an open flat wafer, and selectivities:\n");
+  for (const StepRates& rates : all)
+    fmt::print("#   {}: {}\n", recipe.steps[rates.step].name, text_of(rates, recipe.materials));
 }
 
 void print_ends(const CostEstimate& cost, std::span<const ProcessStep> steps,
@@ -113,6 +140,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
         {"at_most", cost.at_most},
         {"mirror_planes", names_of(found.planes)},
         {"simplify_left_out", left_out_of(cost, recipe.steps)},
+        {"blanket_rates", rates_of(recipe)},
         {"ends", ends_of(cost, recipe.steps, recipe.materials, recipe.domain.frame)}};
     std::cout << result.dump(2) << '\n';
     return done;
@@ -121,6 +149,7 @@ ExitCode execute(const CheckArguments& arguments, const CommonOptions& common) {
   if (const std::string text = symmetry_text(recipe.domain, found); !text.empty())
     fmt::print("# Symmetry: {}\n", text);
   print_left_out(cost, recipe.steps);
+  print_rates(recipe);
   print_ends(cost, recipe.steps, recipe.materials, recipe.domain.frame);
   const std::string seconds =
       cost.seconds < 10 ? fmt::format("{:.2g}", cost.seconds) : fmt::format("{:.0f}", cost.seconds);

@@ -265,8 +265,12 @@ void add_arguments(CLI::App& command, DistanceArguments& arguments) {
 void add_arguments(CLI::App& command, MeasureArguments& arguments) {
   command
       .add_option("where", arguments.where,
-                  "Result folder of a run, for its newest state, or a state (.vdb)")
+                  "Result folders of runs, for their newest states, or states (.vdb)")
       ->required();
+  command.add_flag("--all", arguments.all, "Measure all outputs of the result folders");
+  command.add_option("-o,--output", arguments.output,
+                     "CSV file for a table with one line per opening (default: standard output for "
+                     "several states)");
   command.add_option(
       "--start", arguments.start,
       "State to compare masks and depths with (default: state_0000.vdb next to the state)");
@@ -280,6 +284,12 @@ void add_arguments(CLI::App& command, MeasureArguments& arguments) {
       .add_option("--cd-at", arguments.cd_at,
                   "Height at which to measure widths, for example '-0.5 um'; repeat for several; z "
                   "= 0 is the surface of the wafer (default: [metrology] of the recipe)")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option("--angle-at", arguments.angle_at,
+                  "Height at which to measure the angles of both walls; repeat for several (default: "
+                  "[metrology] of the recipe)")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }

@@ -9,7 +9,7 @@
 
 #include "core/recipe/quantity.h"
 #include "levelset/metrology/view_from_above.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 

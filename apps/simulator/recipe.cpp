@@ -18,6 +18,7 @@
 #include "core/system/memory_amount.h"
 #include "core/system/peak_memory.h"
 #include "levelset/motion/advect.h"
+#include "levelset/operations/placed_shapes.h"
 #include "models/open_wafer.h"
 #include "models/registry.h"
 
@@ -257,6 +258,22 @@ void refuse_far(const RecipeTable& table, const LayerOperation& operation, const
     refuse_far(table, "height", plane->height, frame);
     refuse_far(table, "removal", plane->removal, frame);
   }
+  if (const auto* const fill = std::get_if<Fill>(&operation)) {
+    refuse_far(table, "height", fill->height, frame);
+    refuse_far(table, "above", fill->above, frame);
+  }
+  if (const auto* const mask = std::get_if<MaskFilm>(&operation)) {
+    refuse_far(table, "thickness", mask->shape.thickness, frame);
+  }
+}
+
+// What is wrong with the outline of a mask, whatever it comes to stand on.
+void check_mask(const RecipeTable& table, const LayerOperation& operation, const Frame& frame) {
+  const auto* const mask = std::get_if<MaskFilm>(&operation);
+  if (mask == nullptr) return;
+  const std::array<Shape, 1> shapes{mask->shape};
+  for (const ShapeProblem& problem : check_shapes_on(frame, shapes, {}))
+    table.error(problem.key, problem.message);
 }
 
 void refuse_endless_step(const RecipeTable& table, const ProcessStep& step, double longest_move,
@@ -379,7 +396,11 @@ class StepReader {
     if (own_duration && table.has("duration"))
       table.error("duration", fmt::format("{} takes as long as {}; leave this out", step.model_name,
                                           model->duration_text));
-    StepModel made = read_model(table, {recipe_.materials, reachable_, recipe_.domain.frame});
+    StepModel made = read_model(
+        table,
+        {recipe_.materials, reachable_, recipe_.domain.frame, [this](const RecipeTable& mask) {
+           return read_mask(mask, recipe_.materials, recipe_.domain.frame);
+         }});
     if (made.model == nullptr && !made.operation) return {};
     if (own_duration) {
       step.duration = checked_duration(table, made.duration);
@@ -389,14 +410,19 @@ class StepReader {
     step.model = std::move(made.model);
     if (step.model) step.factors = step.model->angular().factors();
     step.operation = made.operation;
+    step.keep_free = keep_free_ = table.flag("keep_free", keep_free_);
     if (table.has("until")) step.until = read_until(table, step);
     if (step.deposits &&
         std::find(reachable_.begin(), reachable_.end(), *step.deposits) == reachable_.end()) {
       reachable_.push_back(*step.deposits);
     }
+    step.meets = reachable_;
     if (!table.ok()) return {step};
     if (step.model) refuse_asymmetry(table, *step.model, recipe_.domain.frame);
-    if (step.operation) refuse_far(table, *step.operation, recipe_.domain.frame);
+    if (step.operation) {
+      refuse_far(table, *step.operation, recipe_.domain.frame);
+      check_mask(table, *step.operation, recipe_.domain.frame);
+    }
     if (step.model) refuse_position_error(table, step);
     refuse_endless_step(table, step, recipe_.longest_move(), recipe_.materials.size());
     return {step};
@@ -470,6 +496,7 @@ class StepReader {
   std::vector<AskedMaterial> asked_materials_;
   int cycle_depth_ = 0;
   bool in_until_ = false;
+  bool keep_free_ = false;  // of the step before
 };
 
 // That the grid of a state is the one that the recipe describes.
@@ -502,8 +529,6 @@ void refuse_other_grid(const RecipeTable& domain, const Frame& wanted, const Fra
 std::optional<StartState> read_start(const RecipeTable& root, const Frame& frame,
                                      const Materials& materials, const LoadStart& load) {
   const std::filesystem::path state = root.file("start");
-  if (root.has("geometry"))
-    root.error("geometry", "start and [[geometry]] exclude each other; leave one out");
   if (!load) root.error("start", "a state cannot be read here");
   if (!root.ok("start")) return std::nullopt;
   StartState start;
@@ -579,16 +604,20 @@ std::vector<SectionLine> read_sections(const RecipeTable& table, const Frame& fr
   return lines;
 }
 
-// By default the masks are those of the start geometry.
+// By default the masks are those of the start geometry and of the steps.
 MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape> start,
-                                const Materials& materials, std::span<const MaterialId> occurring) {
+                                std::span<const ProcessStep> steps, const Materials& materials,
+                                std::span<const MaterialId> occurring) {
   std::vector<std::string> masks;
-  for (const Shape& shape : start) {
-    const auto* const mask = std::get_if<MaskShape>(&shape);
-    if (mask == nullptr) continue;
-    const std::string name = '"' + materials[mask->material].name + '"';
+  const auto add = [&](const MaskShape& mask) {
+    const std::string name = '"' + materials[mask.material].name + '"';
     if (std::ranges::find(masks, name) == masks.end()) masks.push_back(name);
-  }
+  };
+  for (const Shape& shape : start)
+    if (const auto* const mask = std::get_if<MaskShape>(&shape)) add(*mask);
+  for (const ProcessStep& step : steps)
+    if (const auto* const mask = step.operation ? std::get_if<MaskFilm>(&*step.operation) : nullptr)
+      add(mask->shape);
   MetrologyOptions options{.masks =
                                table.material_list("masks", materials, {.minimum = 0},
                                                    fmt::format("[{}]", fmt::join(masks, ", ")))};
@@ -597,18 +626,25 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
     table.error("masks",
                 fmt::format("{} is neither on the wafer nor deposited", materials[mask].name));
   }
-  if (table.has("cd_at")) {
-    options.cd_heights =
-        table.quantities("cd_at", Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
-                         {.minimum = -longest_length, .maximum = longest_length});
-  }
+  const auto read_heights = [&](std::string_view key, std::vector<double>& heights) {
+    if (!table.has(key)) return;
+    heights = table.quantities(key, Dimension::length, {.minimum = 0, .maximum = most_cd_heights},
+                               {.minimum = -longest_length, .maximum = longest_length});
+  };
+  read_heights("cd_at", options.cd_heights);
+  read_heights("angle_at", options.angle_heights);
   return options;
 }
 
-// That the shapes make a geometry, and that the machine can hold it.
+// That the shapes make a geometry, by themselves or on what a state has, and that the machine can
+// hold it.
 void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
-                    const Frame& frame, std::span<const Shape> shapes) {
-  for (const ShapeProblem& problem : check_shapes(frame, shapes)) {
+                    const Frame& frame, const StartGeometry& start) {
+  const std::span<const Shape> shapes = start.shapes;
+  const std::vector<ShapeProblem> problems =
+      start.state ? check_shapes_on(frame, shapes, ground_of(start.state->state->layers))
+                  : check_shapes(frame, shapes);
+  for (const ShapeProblem& problem : problems) {
     if (tables.empty()) {
       root.error("geometry", problem.message);
     } else {
@@ -628,11 +664,11 @@ StartGeometry read_start_geometry(const RecipeFile& file, const Frame& frame,
   StartGeometry start;
   if (root.has("start")) {
     start.state = read_start(root, frame, materials, load_start);
-    return start;
+    if (!root.has("geometry")) return start;
   }
   const std::vector<RecipeTable> tables = root.tables("geometry");
   start.shapes = read_geometry(tables, materials, frame);
-  if (file.ok()) check_geometry(root, tables, frame, start.shapes);
+  if (file.ok()) check_geometry(root, tables, frame, start);
   return start;
 }
 
@@ -642,9 +678,14 @@ void read_steps(const RecipeTable& root, Recipe& recipe) {
     // Nothing can be said about steps on an unknown wafer.
     for (const RecipeTable& step : tables) step.accept_rest();
   } else {
-    const std::optional<StartState>& state = recipe.start.state;
-    StepReader reader(
-        recipe, state ? materials_of(state->state->layers) : materials_of(recipe.start.shapes));
+    std::vector<MaterialId> found = materials_of(recipe.start.shapes);
+    if (recipe.start.state) {
+      const std::vector<MaterialId> placed =
+          std::exchange(found, materials_of(recipe.start.state->state->layers));
+      for (const MaterialId each : placed)
+        if (std::ranges::find(found, each) == found.end()) found.push_back(each);
+    }
+    StepReader reader(recipe, std::move(found));
     recipe.steps = reader.read(tables);
     recipe.occurring = reader.reachable();
   }
@@ -683,8 +724,8 @@ Recipe read_recipe(const RecipeSource& source, const LoadStart& load_start) {
   recipe.advection = read_advection(root.table("advection"));
   read_steps(root, recipe);
   recipe.outputs = read_outputs(root, recipe.steps, frame);
-  recipe.metrology = read_metrology(root.table("metrology"), recipe.start.shapes, recipe.materials,
-                                    recipe.occurring);
+  recipe.metrology = read_metrology(root.table("metrology"), recipe.start.shapes, recipe.steps,
+                                    recipe.materials, recipe.occurring);
   file.finish();
   judge_coarseness(root, recipe);
   file.finish();

@@ -54,9 +54,11 @@ struct ProcessStep {
   std::optional<EndCondition> begins_repeat;  ///< of the first step: what ends the repeat
   std::optional<RoundEnd> round_end;          ///< of the last step of a round
   std::optional<MaterialId> deposits;
+  std::vector<MaterialId> meets;  ///< what the wafer may have when it begins, and what it deposits
   std::shared_ptr<const SurfaceModel> model;  ///< null for an operation
   std::vector<AngularFactor> factors;         ///< of the model; to find their bounds takes a while
   std::optional<LayerOperation> operation;
+  bool keep_free = false;  ///< solid stays that nothing joins to the wafer
 };
 
 /// The grid that a recipe runs on.
@@ -65,9 +67,10 @@ struct Domain {
   bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
 };
 
-/// What is there before the first step: shapes, or the state that another run left.
+/// What is there before the first step: the state that another run left, if there is one, and
+/// shapes, which act on it.
 struct StartGeometry {
-  std::vector<Shape> shapes;  ///< empty where there is a state
+  std::vector<Shape> shapes;
   std::optional<StartState> state;
 };
 

@@ -219,11 +219,12 @@ Outline read_outline(const RecipeTable& table, const GeometryContext& context) {
                           .repeat = read_lattice(table)};
 }
 
-Shape read_mask(const RecipeTable& table, const GeometryContext& context) {
+MaskShape read_mask_shape(const RecipeTable& table, const GeometryContext& context) {
   MaskShape mask;
   mask.material = table.material("material", context.materials);
   mask.thickness = table.length("thickness", positive);
   mask.taper = table.angle("taper", taper_limits);
+  const bool is_inverted = table.flag("invert", false);
   const bool opening = table.has("opening");
   if (opening == table.has("resist")) {
     table.error("",
@@ -233,9 +234,14 @@ Shape read_mask(const RecipeTable& table, const GeometryContext& context) {
     mask.outline = SlotOutline{};
     return mask;
   }
-  mask.outlines = opening ? MaskShape::Outlines::opening : MaskShape::Outlines::resist;
+  mask.outlines =
+      opening != is_inverted ? MaskShape::Outlines::opening : MaskShape::Outlines::resist;
   mask.outline = read_outline(table.table(opening ? "opening" : "resist"), context);
   return mask;
+}
+
+Shape read_mask_in_geometry(const RecipeTable& table, const GeometryContext& context) {
+  return read_mask_shape(table, context);
 }
 
 /// The mesh at its place; empty when the file cannot be read.
@@ -272,8 +278,9 @@ Shape read_mesh_shape(const RecipeTable& table, const GeometryContext& context) 
 
 using ShapeReader = Shape (*)(const RecipeTable&, const GeometryContext&);
 const Choices<ShapeReader> readers{
-    {"wafer", read_wafer}, {"layer", read_layer}, {"stack", read_stack}, {"trench", read_trench},
-    {"hole", read_hole},   {"fin", read_fin},     {"mask", read_mask},   {"mesh", read_mesh_shape}};
+    {"wafer", read_wafer},           {"layer", read_layer},    {"stack", read_stack},
+    {"trench", read_trench},         {"hole", read_hole},      {"fin", read_fin},
+    {"mask", read_mask_in_geometry}, {"mesh", read_mesh_shape}};
 
 }  // namespace
 
@@ -290,6 +297,10 @@ std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Mate
     shapes.push_back(read(table, context));
   }
   return shapes;
+}
+
+MaskShape read_mask(const RecipeTable& table, const Materials& materials, const Frame& frame) {
+  return read_mask_shape(table, {materials, frame});
 }
 
 }  // namespace scarp

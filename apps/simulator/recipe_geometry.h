@@ -14,4 +14,7 @@ namespace scarp {
 std::vector<Shape> read_geometry(std::span<const RecipeTable> tables, const Materials& materials,
                                  const Frame& frame);
 
+/// Reads a mask with its outline from a table of the geometry, or of a step.
+MaskShape read_mask(const RecipeTable& table, const Materials& materials, const Frame& frame);
+
 }  // namespace scarp

@@ -231,7 +231,12 @@ class Films {
   void grow(const ProcessStep& step, Film& film) {
     film.key = step.path + ".thickness";
     if (step.operation) {
-      film.thickness += std::get<ConformalFilm>(*step.operation).thickness;
+      const auto* const conformal = std::get_if<ConformalFilm>(&*step.operation);
+      if (conformal != nullptr) {
+        film.thickness += conformal->thickness;
+      } else {
+        film.is_known = false;  // what fills or masks is as thick as the wafer makes it
+      }
       return;
     }
     const double speed = speeds_.speed(*step.model, *step.deposits);
@@ -261,6 +266,55 @@ class Films {
   double spacing_;
   OpenSpeeds& speeds_;
   std::map<MaterialId, Film> films_;
+};
+
+// Masks whose flat tops are etched away before the last step that etches them ends, on an open flat
+// wafer. Steps with an end condition count in full where nothing else is known of them.
+class Masks {
+ public:
+  Masks(const RecipeTable& root, OpenSpeeds& speeds, const Materials& materials)
+      : root_(root), speeds_(speeds), materials_(materials) {}
+
+  void put(const MaskShape& mask) { left_[mask.material] = mask.thickness; }
+
+  void warn(std::span<const ProcessStep> steps) {
+    for (const ProcessStep& step : steps) {
+      if (step.operation) {
+        act(*step.operation);
+      } else {
+        etch(step);
+      }
+    }
+  }
+
+ private:
+  void act(const LayerOperation& operation) {
+    if (const auto* const mask = std::get_if<MaskFilm>(&operation)) put(mask->shape);
+    if (const auto* const strip = std::get_if<Strip>(&operation)) left_.erase(strip->material);
+    // How high a polish leaves a mask is not known here.
+    if (std::holds_alternative<Planarise>(operation)) left_.clear();
+  }
+
+  void etch(const ProcessStep& step) {
+    for (auto& [material, left] : left_) {
+      const double rate = -speeds_.speed(*step.model, material);
+      if (!(rate > 0) || left <= 0 || step.until) continue;
+      const double before = std::exchange(left, left - rate * step.duration);
+      if (left > 0) continue;
+      root_.warning(
+          step.path + '.' + step.duration_key,
+          fmt::format("uses up the mask: on an open flat wafer {} of {} are gone after {} "
+                      "of {}; use a thicker mask, or a shorter step",
+                      length_text(before), materials_[material].name,
+                      format_quantity(before / rate, Dimension::time),
+                      format_quantity(step.duration, Dimension::time)));
+    }
+  }
+
+  const RecipeTable& root_;
+  OpenSpeeds& speeds_;
+  const Materials& materials_;
+  std::map<MaterialId, double> left_;  // thickness; nm
 };
 
 // The flux on a facet is one number.
@@ -296,8 +350,9 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
   const Frame& frame = recipe.domain.frame;
   const std::vector<Shape>& start = recipe.start.shapes;
   OpenSpeeds speeds(recipe.steps, recipe.materials.size());
-  // Those of a state that a recipe starts from were told before.
-  if (!start.empty()) {
+  // Those of a state that a recipe starts from were told before, and what shapes do on it is not
+  // known here.
+  if (!start.empty() && !recipe.start.state) {
     warn_of_narrow_features(shapes, frame, start);
     warn_of_idle_bodies(shapes, frame, start);
     warn_of_thin_layers(shapes, flat_layers(start), frame.spacing, speeds);
@@ -306,6 +361,10 @@ void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
     if (simplify) warn_of_long_facets(root, shapes, frame, start, *simplify);
   }
   Films(root, frame.spacing, speeds).warn(recipe.steps);
+  Masks masks(root, speeds, recipe.materials);
+  for (const Shape& shape : start)
+    if (const auto* const mask = std::get_if<MaskShape>(&shape)) masks.put(*mask);
+  masks.warn(recipe.steps);
 }
 
 }  // namespace scarp

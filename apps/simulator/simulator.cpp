@@ -12,7 +12,11 @@
 #include "levelset/grid/symmetry.h"
 #include "levelset/motion/advect.h"
 #include "levelset/motion/extend.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/fill.h"
+#include "levelset/operations/layer_sets.h"
+#include "levelset/operations/layer_steps.h"
+#include "levelset/operations/placed_shapes.h"
+#include "levelset/operations/strip.h"
 #include "levelset/start/shapes.h"
 
 namespace scarp {
@@ -85,21 +89,58 @@ void end_step(State& state, const ProcessStep& step) {
   state.step += step.round_end->steps_left;
 }
 
+// What operations do to the layers.
+class Operator {
+ public:
+  Operator(Layers& layers, const Materials& materials, Move& move)
+      : layers_(layers), materials_(materials), move_(move) {}
+
+  void operator()(const Planarise& plane) const {
+    planarise(layers_, plane_height(plane, layers_, materials_));
+  }
+  void operator()(const ConformalFilm& film) const {
+    if (film.on.empty()) {
+      move_.necks_left_out = coat(layers_, film.thickness);
+    } else {
+      coat_on(layers_, film.thickness, film.on);
+    }
+  }
+  void operator()(const Fill& filled) const {
+    const double height = filled.above ? highest_point(layers_) + *filled.above
+                                       : *filled.height + dilation * layers_.frame.spacing;
+    fill(layers_, height, {.narrower_than = filled.narrower_than, .on = filled.on});
+  }
+  void operator()(const MaskFilm& mask) const {
+    if (mask.planar) {
+      const std::array<Shape, 1> shapes{mask.shape};
+      return place_shapes(layers_, shapes);
+    }
+    const LevelSet earlier = layers_.top().copy();
+    move_.necks_left_out = coat(layers_, mask.shape.thickness);
+    keep_within(layers_, earlier,
+                outline_columns(layers_, mask.shape.outline, mask.shape.outlines));
+  }
+  void operator()(const Strip& stripped) const {
+    strip(layers_, stripped.material, stripped.buried);
+  }
+
+ private:
+  Layers& layers_;
+  const Materials& materials_;
+  Move& move_;
+};
+
 // A step that needs no time of its own: where it has a duration, nothing else happens in it.
 Move act_at_once(State& state, const ProcessStep& step, const Materials& materials) {
   Move move;
   move.dt = step.duration;
   {
     const auto measurement = move.timer.measure("advect");
-    if (const auto* film = std::get_if<ConformalFilm>(&*step.operation)) {
-      move.necks_left_out = coat(state.layers, film->thickness);
-    } else {
-      const auto& plane = std::get<Planarise>(*step.operation);
-      planarise(state.layers, plane_height(plane, state.layers, materials));
-    }
-    move.islands = remove_islands(state.layers);
+    std::visit(Operator(state.layers, materials, move), *step.operation);
+    if (!step.keep_free) move.islands = remove_islands(state.layers);
   }
-  const bool takes_away = std::holds_alternative<Planarise>(*step.operation);
+  const bool takes_away = std::holds_alternative<Planarise>(*step.operation) ||
+                          std::holds_alternative<Strip>(*step.operation);
   clear_residues(state, std::vector<bool>(state.layers.stack.size(), takes_away));
   count_islands(state, move.islands);
   state.mesh = {};
@@ -205,6 +246,7 @@ class Mover {
                       std::vector<Region>& islands, double& residue_volume) const {
     const auto measurement = result_.timer.measure("advect");
     residue_volume += advect(layers, band, dt, advection_.scheme);
+    if (step_.keep_free) return;
     const std::vector<Region> removed = remove_islands(layers);
     islands.insert(islands.end(), removed.begin(), removed.end());
   }
@@ -298,6 +340,19 @@ State start_state(const Frame& frame, const StartGeometry& start) {
     return part_of(start_state(whole_of(frame), start), {frame.half, frame.diagonal});
   if (start.state) {
     const State& left = *start.state->state;
+    if (!start.shapes.empty()) {
+      // What was kept of the surface is not that of the new one.
+      State state{.layers = left.layers.copy(),
+                  .origin = {left.time, left.time_step},
+                  .time = left.time,
+                  .step_start = left.time,
+                  .time_step = left.time_step,
+                  .feet_are_rounded = left.feet_are_rounded};
+      place_shapes(state.layers, start.shapes);
+      count_islands(state, remove_islands(state.layers));
+      remove_empty_layers(state.layers);
+      return state;
+    }
     return {.layers = left.layers.copy(),
             .origin = {left.time, left.time_step},
             .time = left.time,

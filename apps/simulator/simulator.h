@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "apps/simulator/survey.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 
 namespace scarp {
 

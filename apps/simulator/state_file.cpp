@@ -400,6 +400,7 @@ void write_state(const fs::path& file, const State& state, const Recipe& recipe,
   notes["materials"] = names_of(materials_of(state.layers), materials);
   notes["masks"] = names_of(recipe.metrology.masks, materials);
   notes["cd_heights_nm"] = joined(recipe.metrology.cd_heights);
+  notes["angle_heights_nm"] = joined(recipe.metrology.angle_heights);
   notes["seed"] = std::to_string(recipe.flux.options.seed);
   notes["recipe_hash"] = recipe_hash(recipe);
   notes["openings"] = joined(numbers_of(openings));

@@ -139,6 +139,17 @@ struct ShapeProblem {
 /// Everything that is wrong with a list of shapes; empty if nothing is.
 std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes);
 
+/// What shapes stand on that are applied to layers. Units: nm.
+struct Ground {
+  std::vector<MaterialId> materials{};
+  double lowest = 0;
+  double highest = 0;
+};
+
+/// The same of shapes that act on what is there (see place_shapes).
+std::vector<ShapeProblem> check_shapes_on(const Frame& frame, std::span<const Shape> shapes,
+                                          const Ground& ground);
+
 /// Openings, ridges and walls that are narrower than a width, of shapes that are a geometry. Of a
 /// shape that has several, the first.
 ///

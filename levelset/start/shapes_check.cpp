@@ -426,6 +426,12 @@ class StackLimits {
  public:
   StackLimits(double spacing, ShapeReport& report) : spacing_(spacing), report_(report) {}
 
+  void begin_on(const Ground& ground) {
+    layer_count_ = static_cast<double>(ground.materials.size());
+    lowest_ = ground.lowest;
+    highest_ = ground.highest;
+  }
+
   double lowest() const { return lowest_; }
   double highest() const { return highest_; }
 
@@ -472,8 +478,15 @@ class Checker {
         places_(frame, report_),
         stack_(frame.spacing, report_) {}
 
+  /// The shapes act on what is there already.
+  void begin_on(const Ground& ground) {
+    has_ground_ = true;
+    stack_.begin_on(ground);
+    materials_ = ground.materials;
+  }
+
   std::vector<ShapeProblem> run(std::span<const Shape> shapes) {
-    if (shapes.empty()) {
+    if (shapes.empty() && !has_ground_) {
       report_.report("shape", "there is no shape; the first must be a wafer");
     }
     if (shapes.size() > most_shapes) {
@@ -486,7 +499,9 @@ class Checker {
     for (std::size_t n = 0; n < shapes.size(); ++n) {
       report_.turn_to(n);
       const bool is_wafer = std::holds_alternative<WaferShape>(shapes[n]);
-      if (is_wafer != (n == 0)) {
+      if (is_wafer && has_ground_) {
+        report_.report("shape", "there is a wafer already; leave this one out");
+      } else if (is_wafer != (n == 0) && !has_ground_) {
         report_.report("shape", is_wafer ? "a wafer can only be the first shape"
                                          : "the first shape must be a wafer");
       }
@@ -525,6 +540,9 @@ class Checker {
       } else {
         report_.radius("bottom_radius", cut.bottom_radius, std::min(cut.depth, 0.5 * floor));
       }
+    }
+    if (cut.top_radius > 0 && has_ground_) {
+      report_.report("top_radius", "is known for the first wafer of a flow only; leave it out");
     }
     if (cut.top_radius > 0 && !cut.through.empty()) {
       report_.report("top_radius", "cannot be rounded where only some materials are cut (through)");
@@ -644,12 +662,20 @@ class Checker {
   PlaceChecks places_;
   StackLimits stack_;
   std::vector<MaterialId> materials_;
+  bool has_ground_ = false;
 };
 
 }  // namespace
 
 std::vector<ShapeProblem> check_shapes(const Frame& frame, std::span<const Shape> shapes) {
   return Checker(frame, thinnest).run(shapes);
+}
+
+std::vector<ShapeProblem> check_shapes_on(const Frame& frame, std::span<const Shape> shapes,
+                                          const Ground& ground) {
+  Checker checker(frame, thinnest);
+  checker.begin_on(ground);
+  return checker.run(shapes);
 }
 
 std::vector<ShapeProblem> narrow_features(const Frame& frame, std::span<const Shape> shapes,

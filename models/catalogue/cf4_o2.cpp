@@ -385,7 +385,8 @@ ModelDescription cf4_o2_description() {
           "theta_O = theta_F / 2.",
       .source = "ViennaPS; R. J. Belen et al., J. Vac. Sci. Technol. A 23, 99 (2005) for silicon",
       .parameters = parameters(),
-      .read = read};
+      .read = read,
+      .takes_blanket_rates = true};
 }
 
 }  // namespace scarp

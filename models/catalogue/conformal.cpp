@@ -11,15 +11,23 @@ const Parameter thickness{.name = "thickness",
                           .limits = {.minimum = 0, .maximum = longest_length, .exclusive = true},
                           .meaning = "of the film, measured along the normal"};
 
+const Parameter on{.name = "on",
+                   .kind = Parameter::Kind::material_list,
+                   .limits = {.fallback = "all"},
+                   .meaning = "the film grows where one of these materials is exposed"};
+
 std::span<const Parameter> parameters() {
-  static const std::array rows{thickness, Parameter{.name = "material",
-                                                    .kind = Parameter::Kind::material,
-                                                    .meaning = "what the film is made of"}};
+  static const std::array rows{thickness,
+                               Parameter{.name = "material",
+                                         .kind = Parameter::Kind::material,
+                                         .meaning = "what the film is made of"},
+                               on};
   return rows;
 }
 
 StepModel read(const RecipeTable& step, const StepScope& scope) {
-  const ConformalFilm film{.thickness = read_value(step, thickness)};
+  const ConformalFilm film{.thickness = read_value(step, thickness),
+                           .on = step.material_list_or("all", on.name, scope.materials)};
   return {.deposits = step.material("material", scope.materials), .operation = film};
 }
 
@@ -33,7 +41,8 @@ ModelDescription conformal_description() {
       .symbols =
           "The surface is that which gas from the source can reach, and only gas that is joined "
           "to the source becomes film: closed voids stay as they are. Convex edges are rounded, "
-          "gaps narrower than twice the thickness are filled.",
+          "gaps narrower than twice the thickness are filled. With on the film starts from these "
+          "materials alone, and grows sideways over their edges as far as upwards.",
       .limits =
           "Geometry, for films whose growth is not of interest: exact to the grid in one step, "
           "whatever the thickness. A cavity behind a neck is coated until the film shuts the neck, "

@@ -11,7 +11,7 @@
 #include "apps/simulator/simulator.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/apps/program.h"
 #include "tests/apps/recipe_text.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "apps/simulator/simulator.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/apps/recipe_text.h"
 
 namespace scarp {

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "core/error.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "models/model_description.h"
 #include "models/registry.h"
 #include "models/source_parameters.h"

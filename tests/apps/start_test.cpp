@@ -211,7 +211,7 @@ TEST_F(Start, AStateThatCannotBeUsedIsTold) {
   fs::copy(last_state("a"), folder_ / "states" / "end.vdb", fs::copy_options::overwrite_existing);
 
   EXPECT_THAT(check("geometry='[{ shape = \"wafer\", material = \"Si\" }]'").messages,
-              HasSubstr("geometry: start and [[geometry]] exclude each other"));
+              HasSubstr("geometry[0].shape: there is a wafer already"));
   EXPECT_THAT(check("step[0].until='{ gone = \"SiO2\" }'").messages,
               HasSubstr("until.gone: there is no SiO2 on the wafer when the step begins; there is "
                         "Si, ZrO2"));

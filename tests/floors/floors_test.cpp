@@ -47,6 +47,7 @@ const Below& rooms_below() {
       {"levelset/start", {"levelset/grid"}},
       {"levelset/surface", {"levelset/grid"}},
       {"levelset/motion", {"levelset/grid", "levelset/surface"}},
+      {"levelset/operations", {"levelset/grid", "levelset/surface", "levelset/start"}},
       {"levelset/metrology", {"levelset/grid", "levelset/surface"}},
       {"levelset/bath", {"levelset/grid"}},
       {"mesh", {}},

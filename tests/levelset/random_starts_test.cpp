@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/random.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/start/shapes.h"
 #include "tests/levelset/surfaces.h"
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "levelset/metrology/cross_section.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/start/shapes.h"
 #include "levelset/surface/extract_surface.h"
 

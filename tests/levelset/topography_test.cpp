@@ -14,7 +14,7 @@
 #include "levelset/grid/band.h"
 #include "levelset/motion/advect.h"
 #include "levelset/motion/extend.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 #include "surfaces.h"

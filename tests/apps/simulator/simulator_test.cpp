@@ -17,7 +17,7 @@
 #include "core/running_statistics.h"
 #include "core/system/temporary_folder.h"
 #include "flux/solve.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/apps/final_state.h"
 #include "tests/apps/recipe_text.h"
 

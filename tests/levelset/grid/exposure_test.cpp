@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "levelset/motion/extend.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/surface/extract_surface.h"
 #include "tests/levelset/speeds.h"
 #include "tests/levelset/surfaces.h"

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/surface/extract_surface.h"
 #include "tests/levelset/cross_sections.h"
 #include "tests/levelset/surfaces.h"

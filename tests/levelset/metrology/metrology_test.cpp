@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/parallel.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/levelset/contours.h"
 
 namespace scarp {
@@ -180,6 +180,33 @@ INSTANTIATE_TEST_SUITE_P(Metrology, Analytic,
                                            leaning("reentrant", 94), bowed(), scalloped(),
                                            faceted(), trenched(), rounded(), jar()),
                          [](const auto& info) { return info.param.name; });
+
+// Walls that lean differently above and below a kink, and on either side.
+TEST(Metrology, HasAnglesOfBothWallsAtHeights) {
+  const double upper = 5;  // degrees from the vertical
+  const double lower = 12;
+  const double at_kink = -12 + 30 * std::tan(upper * degree);
+  const ContourPoints contour{{-12, 0},
+                              {at_kink, -30},
+                              {at_kink + 30 * std::tan(lower * degree), -60},
+                              {14, -60},
+                              {14, 0}};
+  for (int n = 0; n < 8; ++n) {
+    const auto [dx, dz] = offset(n);
+    MetrologyOptions options;
+    options.angle_heights = {h * (dz - 15), h * (dz - 45), h * (dz - 59.9)};
+    const Metrology found = measure(stack_of(plane, {contour}, offset(n)), options);
+    ASSERT_EQ(found.openings.size(), 1U) << n;
+    const auto& angles = found.openings[0].angle_at;
+    ASSERT_EQ(angles.size(), 3U);
+    for (const auto& [which, expected] : {std::pair(0, 90 - upper), std::pair(1, 90 - lower)}) {
+      ASSERT_TRUE(angles[static_cast<std::size_t>(which)][0]) << n;
+      EXPECT_NEAR(*angles[static_cast<std::size_t>(which)][0] / degree, expected, 1) << n;
+      EXPECT_NEAR(*angles[static_cast<std::size_t>(which)][1] / degree, 90, 1) << n;
+    }
+    EXPECT_FALSE(angles[2][0]) << "below the floor";
+  }
+}
 
 /// A body of revolution or a trench in space: cells enough for holes 24 wide.
 constexpr Frame space{.spacing = h, .cells = {44, 40}};

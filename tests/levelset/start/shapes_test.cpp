@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "levelset/metrology/cross_section.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 #include "tests/levelset/surfaces.h"

@@ -1,4 +1,4 @@
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,9 @@
 #include "levelset/grid/exposure.h"
 #include "levelset/grid/images.h"
 #include "levelset/grid/redistance.h"
-#include "levelset/motion/necks.h"
+#include "levelset/operations/closed_voids.h"
+#include "levelset/operations/layer_sets.h"
+#include "levelset/operations/necks.h"
 #include "levelset/surface/connectivity.h"
 #include "levelset/surface/extract_surface.h"
 
@@ -30,27 +32,6 @@ Node nearest_node(const Frame& frame, Vec3d r) {
     node[axis] = static_cast<int>(std::lround(r[axis] / frame.spacing + frame.middle(axis)));
   }
   return node;
-}
-
-/// Whether a node lies in gas that is joined to the source.
-bool is_open_gas(const Band& band, const OpenGas& gas, const Node& node) {
-  const int i = band.fold(0, node[0]);
-  const int j = band.fold(1, node[1]);
-  const int leaf = band.find(i >> 3, j >> 3, node[2] >> 3);
-  if (leaf >= 0) {
-    return gas.is_open(static_cast<std::size_t>(leaf), leaf_offset(i, j, node[2]));
-  }
-  if (leaf == Band::missing_solid) {
-    return false;
-  }
-  // A missing leaf belongs to the gas at the foot of the next leaf above it, or to the source.
-  const auto [begin, end] = band.column(i >> 3, j >> 3);
-  for (std::size_t n = begin; n < end; ++n) {
-    if (band.leaves()[n].origin[2] > node[2]) {
-      return gas.is_open(n, leaf_offset(i, j, 0));
-    }
-  }
-  return true;
 }
 
 /// Distance from the surface that open gas sees, > 0 in that gas; closed voids count as solid.
@@ -91,20 +72,6 @@ class OpenDistance {
   TriangleTree tree_;
 };
 
-/// Nodes of closed voids, and of solid next to them: they hold the surface of the void.
-bool holds_void(const Band& band, const OpenGas& gas, const Node& node) {
-  const auto is_closed_gas = [&](const Node& at) {
-    return !(band.node(at[0], at[1], at[2]) < 0) && !is_open_gas(band, gas, at);
-  };
-  bool found = is_closed_gas(node);
-  for (int face = 0; !found && face < 6; ++face) {
-    Node other = node;
-    other[face / 2] += face % 2 == 0 ? -1 : 1;
-    found = is_closed_gas(other);
-  }
-  return found;
-}
-
 /// Lets a film grow that is not thicker than a spacing. In the band phi itself tells the distance,
 /// and unlike an extracted surface it knows arcs of such a radius from edges: films may be laid one
 /// upon another.
@@ -128,41 +95,6 @@ void coat_thinly(Band& band, const OpenGas& gas, float thickness) {
   for (std::size_t n = 0; n < held.size(); ++n) *held[n] = held_phi[n];
   band.trim();
   for (int pass = 0; pass < 2; ++pass) redistance(band);
-}
-
-/// Puts the voids of a band into another one where they are filled.
-void take_over_voids(const Band& from, const OpenGas& gas, Band& to) {
-  struct Value {
-    Node node;
-    float phi;
-  };
-  std::vector<Value> values;
-  std::vector<NewLeaf> added;
-  for (const Leaf& leaf : from.leaves()) {
-    const std::size_t before = values.size();
-    const int i_count = std::min(leaf_edge, from.node_count(0) - leaf.origin[0]);
-    const int j_count = std::min(leaf_edge, from.node_count(1) - leaf.origin[1]);
-    for (int node = 0; node < leaf_size; ++node) {
-      const int i = node >> 6;
-      const int j = (node >> 3) & 7;
-      const Node at = node_at(leaf, node);
-      if (i < i_count && j < j_count && holds_void(from, gas, at)) {
-        values.push_back({at, leaf.phi[node]});
-      }
-    }
-    const auto [i, j, k] = leaf.origin;
-    if (values.size() > before && to.find(i >> 3, j >> 3, k >> 3) < 0) {
-      added.push_back({.origin = leaf.origin, .solid = true});
-    }
-  }
-  to.change_leaves(added, {});
-  for (const Value& value : values) {
-    const auto [i, j, k] = value.node;
-    const auto leaf = static_cast<std::size_t>(to.find(i >> 3, j >> 3, k >> 3));
-    to.leaves()[leaf].phi[leaf_offset(i, j, k)] = value.phi;
-  }
-  to.trim();
-  redistance_fully(to);
 }
 
 void coat_freely(Layers& layers, const OpenGas& gas, const OpenDistance& distance,
@@ -287,6 +219,43 @@ NecksLeftOut coat(Layers& layers, double thickness, std::size_t most_nodes) {
   const double first = std::min(last + beyond * spacing, 0.5 * (last + thickness));
   coat_by(first);
   return coat(layers, thickness - first, most_nodes);
+}
+
+void coat_on(Layers& layers, double thickness, std::span<const MaterialId> materials) {
+  SCARP_ASSERT(thickness, >, 0.0);
+  TriMesh seen = extract_surface(layers, open_gas(layers));
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < seen.triangles.size(); ++f) {
+    if (std::ranges::find(materials, seen.materials[f]) == materials.end()) continue;
+    seen.triangles[kept] = seen.triangles[f];
+    seen.materials[kept++] = seen.materials[f];
+  }
+  if (kept == 0) return;
+  seen.triangles.resize(kept);
+  seen.materials.resize(kept);
+  const Frame& frame = layers.frame;
+  const double margin = LevelSet::half_width * frame.spacing;
+  // The band, and the middle of a leaf that may be in it.
+  const double limit = thickness + margin + 8 * frame.spacing;
+  const TriangleTree tree(seen);
+  const auto film_at = [&](Vec3d r) {
+    r = frame.in_section(r);
+    double nearest = limit;
+    bool is_behind = false;
+    const auto look_from = [&](Vec3d from) {
+      const ClosestPoint found = tree.closest(from, nearest);
+      if (!found.found()) return;
+      nearest = found.distance;
+      is_behind = dot(area_vector(seen, found.triangle), from - found.point) < 0;
+    };
+    look_from(r);
+    for (const Image& image : images_of(frame, r, limit)) look_from(image.r);
+    // What lies behind the facet is solid, or on the other side of a wall.
+    return is_behind ? nearest : nearest - thickness;
+  };
+  const LevelSet film(frame, film_at, layers.top().lower() - thickness - margin,
+                      layers.top().upper() + thickness + margin);
+  fill_gas(layers, film);
 }
 
 double highest_point(const Layers& layers, MaterialId material) {

@@ -1,4 +1,4 @@
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 
 #include <gtest/gtest.h>
 

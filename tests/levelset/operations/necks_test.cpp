@@ -1,4 +1,4 @@
-#include "levelset/motion/necks.h"
+#include "levelset/operations/necks.h"
 
 #include <gtest/gtest.h>
 

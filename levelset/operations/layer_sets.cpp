@@ -1,0 +1,127 @@
+#include "levelset/operations/layer_sets.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "levelset/grid/band.h"
+#include "levelset/grid/exposure.h"
+#include "levelset/grid/redistance.h"
+#include "levelset/operations/closed_voids.h"
+#include "levelset/start/sheets.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr std::size_t grain = 16;
+
+template <std::size_t count>
+using Bands = std::array<const Band*, count>;
+
+/// Makes the leaves that other bands have.
+template <std::size_t count>
+void add_leaves_of(Band& band, const Bands<count>& others) {
+  std::vector<NewLeaf> added;
+  for (const Band* other : others) {
+    if (other == nullptr) continue;
+    for (const Leaf& leaf : other->leaves()) {
+      const auto [i, j, k] = leaf.origin;
+      const int found = band.find(i >> 3, j >> 3, k >> 3);
+      if (found < 0)
+        added.push_back({.origin = leaf.origin, .solid = found == Band::missing_solid});
+    }
+  }
+  std::sort(added.begin(), added.end());
+  added.erase(std::unique(added.begin(), added.end()), added.end());
+  band.change_leaves(added, {});
+}
+
+/// phi := op(phi, phi of the others) at all nodes of a band and of the others. Where there is none,
+/// all is gas.
+template <std::size_t count, class Op>
+void combine(Band& band, const Bands<count>& others, const Op& op) {
+  add_leaves_of(band, others);
+  parallel_for(band.leaves().size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      Leaf& leaf = band.leaves()[n];
+      const auto [i, j, k] = leaf.origin;
+      std::array<const float*, count> values{};
+      for (std::size_t m = 0; m < count; ++m) {
+        const int found =
+            others[m] == nullptr ? Band::missing_gas : others[m]->find(i >> 3, j >> 3, k >> 3);
+        values[m] = found >= 0 ? others[m]->leaves()[static_cast<std::size_t>(found)].phi
+                               : missing_values(found);
+      }
+      for (int node = 0; node < leaf_size; ++node) {
+        std::array<float, count> at{};
+        for (std::size_t m = 0; m < count; ++m) at[m] = values[m][node];
+        leaf.phi[node] = op(leaf.phi[node], at);
+      }
+    }
+  });
+  band.trim();
+}
+
+/// What is left of a layer of which the materials from some layer to a last one are gas, but for
+/// what is kept. below: the layer under them.
+float without(float phi, float last, float below, float kept) {
+  // Where nothing lies on the last one, the layer below it comes out to the last bit.
+  const bool is_seen = last - phi <= same_phi;
+  return std::max(phi,
+                  is_seen ? std::min(std::max(last, kept), below) : std::min({-last, kept, below}));
+}
+
+}  // namespace
+
+void fill_gas(Layers& layers, const LevelSet& solid) {
+  Band& band = layers.top().band();
+  const OpenGas gas = open_gas(layers);
+  const std::unique_ptr<const Band> before = gas.voids.empty() ? nullptr : band.copy();
+  combine(band, Bands<1>{&solid.band()},
+          [](float phi, const auto& other) { return std::min(phi, other[0]); });
+  remove_sheets(layers.top());
+  redistance_fully(band);
+  if (before) take_over_voids(*before, gas, band);
+}
+
+void keep_within(Layers& layers, const LevelSet& earlier, const LevelSet& solid) {
+  Band& band = layers.top().band();
+  combine(band, Bands<2>{&earlier.band(), &solid.band()}, [](float phi, const auto& others) {
+    return std::min(others[0], std::max(phi, others[1]));
+  });
+  redistance_fully(band);
+}
+
+void take_away(Layers& layers, std::size_t first, std::size_t last, const LevelSet* kept) {
+  const LevelSet* const below = first > 0 ? &layers.stack[first - 1].phi : nullptr;
+  const LevelSet of_last = layers.stack[last].phi.copy();
+  for (std::size_t n = first; n < layers.stack.size(); ++n) {
+    Band& band = layers.stack[n].phi.band();
+    combine(band,
+            Bands<3>{&of_last.band(), below == nullptr ? nullptr : &below->band(),
+                     kept == nullptr ? nullptr : &kept->band()},
+            [is_among = n <= last](float phi, const auto& others) {
+              return without(phi, is_among ? phi : others[0], others[1], others[2]);
+            });
+    redistance_fully(band);
+  }
+  for (std::size_t n = layers.stack.size(); n-- > 1;)
+    cut(layers.stack[n - 1].phi, layers.stack[n].phi);
+}
+
+LevelSet top_without(const Layers& layers, std::size_t first, std::size_t last) {
+  SCARP_ASSERT(first, >, std::size_t{0});
+  LevelSet top = layers.top().copy();
+  combine(top.band(), Bands<2>{&layers.stack[last].phi.band(), &layers.stack[first - 1].phi.band()},
+          [](float phi, const auto& others) {
+            return without(phi, others[0], others[1], LevelSet::half_width);
+          });
+  return top;
+}
+
+}  // namespace scarp

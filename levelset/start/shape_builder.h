@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+
+#include "core/frame.h"
+#include "core/material.h"
+#include "levelset/grid/distance.h"
+#include "levelset/start/polygon_walls.h"
+#include "levelset/start/shapes.h"
+
+namespace scarp {
+
+/// Signed distance at any point, negative inside.
+using Solid = std::function<Distance(Vec3d)>;
+
+/// How far the distance to a composed solid may be above its bound: that to an edge of 60 degrees.
+inline constexpr double most_overestimate = 2;
+
+/// Distance to the common part with its edge rounded: that of the parts shrunk by the radius, grown
+/// again.
+Distance round_intersect(Distance a, Distance b, double radius);
+
+/// The region under and between the walls of a mask, images beyond the sides included.
+Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeights& heights);
+
+/// What shapes are applied to: layers, each of them solid together with those below it.
+///
+/// Heights in nm.
+class ShapeTarget {
+ public:
+  virtual ~ShapeTarget() = default;
+
+  virtual std::size_t layer_count() const = 0;
+  virtual MaterialId material(std::size_t layer) const = 0;
+  /// The highest solid, at least 0, and that of a material.
+  virtual double highest() const = 0;
+  virtual double top_of(MaterialId material) const = 0;
+  /// Of all that was added, cut or not, and of all that was cut.
+  virtual double upper() const = 0;
+  virtual double lower() const = 0;
+  /// Something of the surface lies there.
+  virtual void reach_down_to(double z) = 0;
+  /// Adds solid; it joins the top layer if that is of the same material.
+  virtual void grow(MaterialId material, double top, Solid solid) = 0;
+  /// Removes what is in gone from the materials first..last: layers below stay, layers above lose
+  /// only what is no material of their own. The radius is that of the top layer's edges around the
+  /// mouth.
+  virtual void cut_run(std::size_t first, std::size_t last, const Solid& gone, double radius) = 0;
+};
+
+/// Adds a shape, or cuts it out. enough: what is further from a surface than this is far from it,
+/// whatever is cut and rounded after. Units: nm.
+void apply_shape(const Frame& frame, double enough, const Shape& shape, ShapeTarget& target);
+
+}  // namespace scarp

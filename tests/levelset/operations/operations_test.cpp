@@ -1,0 +1,336 @@
+// What acts on layers at once: shapes on what is there, fills, strips, films on some materials.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "core/parallel.h"
+#include "levelset/grid/band.h"
+#include "levelset/metrology/cross_section.h"
+#include "levelset/operations/fill.h"
+#include "levelset/operations/layer_steps.h"
+#include "levelset/operations/placed_shapes.h"
+#include "levelset/operations/strip.h"
+#include "levelset/surface/connectivity.h"
+#include "tests/levelset/surfaces.h"
+
+namespace scarp {
+namespace {
+
+constexpr MaterialId si = 0;
+constexpr MaterialId oxide = 1;
+constexpr MaterialId resist = 2;
+constexpr MaterialId metal = 3;
+
+Frame section_frame(int cells) {
+  Frame frame{.spacing = 1, .cells = {cells, 1}};
+  frame.two_dimensional = true;
+  return frame;
+}
+
+Frame box_frame() {
+  return {.spacing = 1, .cells = {48, 40}, .boundary = {Boundary::periodic, Boundary::reflective}};
+}
+
+Shape trench_at(double centre, double width, double depth) {
+  TrenchShape shape{.width = width, .centre = centre};
+  shape.cut.depth = depth;
+  return shape;
+}
+
+Shape slot_mask(double centre, double width, double thickness,
+                MaskShape::Outlines kind = MaskShape::Outlines::opening) {
+  return MaskShape{.material = resist,
+                   .thickness = thickness,
+                   .outlines = kind,
+                   .outline = SlotOutline{.width = width, .centre = centre}};
+}
+
+std::map<MaterialId, double> volumes(const Layers& layers) {
+  const std::vector<double> of_layers = material_volumes(layers);
+  std::map<MaterialId, double> volumes;
+  for (std::size_t n = 0; n < of_layers.size(); ++n)
+    volumes[layers.stack[n].material] += of_layers[n];
+  return volumes;
+}
+
+bool is_next_to_surface(const Band& band, const Node& node) {
+  const bool is_solid = band.node(node[0], node[1], node[2]) < 0;
+  for (int face = 0; face < 6; ++face) {
+    Node other = node;
+    other[static_cast<std::size_t>(face / 2)] += face % 2 == 0 ? -1 : 1;
+    if ((band.node(other[0], other[1], other[2]) < 0) != is_solid) return true;
+  }
+  return false;
+}
+
+/// How far phi of the tops differ at nodes next to the surface. Units: spacings.
+double largest_difference(const Layers& a, const Layers& b) {
+  double largest = 0;
+  for (const Leaf& leaf : a.top().band().leaves())
+    for (int offset = 0; offset < leaf_size; ++offset) {
+      const Node at = node_at(leaf, offset);
+      if (at[0] > a.frame.cells[0] || at[1] > a.frame.cells[1]) continue;
+      if (!is_next_to_surface(a.top().band(), at)) continue;
+      largest = std::max(largest, std::abs(static_cast<double>(leaf.phi[offset]) -
+                                           static_cast<double>(b.top().node(at[0], at[1], at[2]))));
+    }
+  return largest;
+}
+
+Layers placed(const Frame& frame, std::vector<Shape> base, const std::vector<Shape>& more) {
+  Layers layers = build_layers(frame, base);
+  place_shapes(layers, more);
+  return layers;
+}
+
+Layers built(const Frame& frame, std::vector<Shape> base, const std::vector<Shape>& more) {
+  base.insert(base.end(), more.begin(), more.end());
+  return build_layers(frame, base);
+}
+
+// A shape on layers is what it is in a start geometry.
+TEST(PlacedShapes, AreThoseOfAStartGeometry) {
+  MaskShape holes{.material = resist, .thickness = 7.3};
+  holes.outline = CircleOutline{.radius = 8.2, .centre = {3, -2}};
+  HoleShape hole{.radius = 6.1, .centre = {-4, 3}};
+  hole.cut = {.depth = 11.4, .taper = 0.05};
+  TrenchShape through = std::get<TrenchShape>(trench_at(4.3, 12.2, 9));
+  through.cut.through = {oxide};
+  const std::vector<Shape> base{WaferShape{.material = si},
+                                LayerShape{.material = oxide, .thickness = 6.4}};
+  const std::vector<std::vector<Shape>> lists{
+      {holes},
+      {slot_mask(2.2, 14.4, 8.2)},
+      {slot_mask(0, 14.4, 8.2, MaskShape::Outlines::resist)},
+      {FinShape{.material = metal, .width = 9.3, .height = 12, .centre = 1.5}},
+      {LayerShape{.material = metal, .thickness = 3.7}},
+      {trench_at(3.3, 11.7, 13.2)},
+      {hole},
+      {through},
+      {slot_mask(0, 20.4, 8.2), through, LayerShape{.material = metal, .thickness = 4}}};
+  for (const Frame& frame : {box_frame(), section_frame(48)}) {
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+      if (frame.is_section() && (n == 0 || n == 6)) continue;
+      SCOPED_TRACE(n);
+      const Layers there = placed(frame, base, lists[n]);
+      const Layers here = built(frame, base, lists[n]);
+      ASSERT_TRUE(check_shapes_on(frame, lists[n], ground_of(build_layers(frame, base))).empty());
+      ASSERT_EQ(there.stack.size(), here.stack.size());
+      // Edges that two surfaces make are known to some hundredths of a spacing on a grid.
+      EXPECT_LT(largest_difference(there, here), 0.1);
+      const auto expected = volumes(here);
+      for (const auto& [material, volume] : volumes(there))
+        EXPECT_NEAR(volume, expected.at(material), 1e-3 * std::abs(expected.at(material)) + 0.5)
+            << material;
+    }
+  }
+}
+
+TEST(PlacedShapes, LeaveTheRestToTheBit) {
+  const std::vector<Shape> base{WaferShape{.material = si}, trench_at(-10, 8, 12)};
+  Layers layers = build_layers(section_frame(60), base);
+  const std::uint64_t wafer = layers.top().hash();
+  place_shapes(layers, std::vector<Shape>{slot_mask(12, 14, 8)});
+  EXPECT_EQ(layers.stack[0].phi.hash(), wafer);
+}
+
+TEST(PlacedShapes, OfAPlanarMaskFillATrenchAndKeepVoids) {
+  Layers layers = build_layers(
+      section_frame(60), std::vector<Shape>{WaferShape{.material = si}, trench_at(-10, 8, 20)});
+  const std::vector<double> before = material_volumes(layers);
+  place_shapes(layers, std::vector<Shape>{slot_mask(15, 12, 6)});
+  EXPECT_NEAR(volumes(layers)[resist], 6 * (60 - 12) + 8 * 20, 0.2);
+  EXPECT_NEAR(volumes(layers)[si], before[0], 1e-9);
+  EXPECT_NEAR(highest_point(layers), 6.001, 1e-3);
+
+  const double radius = 6.3;
+  Layers with_void = single_layer(
+      section_frame(60),
+      [&](Vec3d r) { return std::max(r.z - 0.2, radius - std::hypot(r.x, r.z + 12)); }, -24, 4);
+  const OpenGas gas = open_gas(with_void);
+  ASSERT_EQ(gas.voids.size(), 1U);
+  place_shapes(with_void, std::vector<Shape>{slot_mask(15, 12, 6)});
+  const OpenGas after = open_gas(with_void);
+  ASSERT_EQ(after.voids.size(), 1U);
+  EXPECT_EQ(after.voids[0].volume, gas.voids[0].volume);
+}
+
+TEST(Strip, OfAMaskLeavesWhatWasThere) {
+  const std::vector<Shape> base{WaferShape{.material = si},
+                                LayerShape{.material = oxide, .thickness = 6.4},
+                                trench_at(-10, 8, 20)};
+  for (const bool buried : {false, true}) {
+    Layers layers = build_layers(section_frame(60), base);
+    const Layers before = layers.copy();
+    place_shapes(layers, std::vector<Shape>{slot_mask(15, 12, 9)});
+    strip(layers, resist, buried);
+    remove_empty_layers(layers);
+    ASSERT_EQ(layers.stack.size(), 2U);
+    EXPECT_LT(largest_difference(layers, before), 1e-6);
+    EXPECT_LT(largest_difference(before, layers), 1e-6);
+    EXPECT_EQ(volumes(layers), volumes(before));
+  }
+}
+
+TEST(Strip, LeavesWhatIsBuriedUnlessAsked) {
+  // Oxide under a cap of metal over one half of the wafer; the other half is open to the gas.
+  const std::vector<Shape> base{WaferShape{.material = si},
+                                LayerShape{.material = oxide, .thickness = 8}};
+  const auto capped = [&] {
+    Layers layers = build_layers(section_frame(60), base);
+    place_shapes(layers, std::vector<Shape>{trench_at(0, 10, 8)});
+    add_layer(layers, metal);
+    coat(layers, 4);
+    return layers;
+  };
+  Layers layers = capped();
+  const std::uint64_t before = hash(layers);
+  strip(layers, oxide, false);
+  EXPECT_EQ(hash(layers), before);
+  strip(layers, oxide, true);
+  remove_empty_layers(layers);
+  EXPECT_EQ(volumes(layers).count(oxide), 0U);
+  EXPECT_NEAR(volumes(layers)[metal], volumes(capped())[metal], 0.5);
+  EXPECT_FALSE(open_gas(layers).voids.empty());
+}
+
+// From an opening in its cover the gas reaches all of a film, under the cover as well; what the
+// film held is free then.
+TEST(Strip, GoesUnderACover) {
+  Layers layers = build_layers(
+      section_frame(60),
+      std::vector<Shape>{WaferShape{.material = si}, LayerShape{.material = oxide, .thickness = 8},
+                         LayerShape{.material = metal, .thickness = 5}});
+  TrenchShape opening{.width = 10, .centre = 4};
+  opening.cut = {.depth = 5};
+  place_shapes(layers, std::vector<Shape>{opening});
+  strip(layers, oxide, false);
+  // Edges on a grid lack up to a third of a spacing squared each.
+  EXPECT_NEAR(volumes(layers)[metal], 5 * 50, 4.0 / 3);
+  const std::vector<Region> islands = remove_islands(layers);
+  double removed = 0;
+  for (const Region& island : islands) removed += island.volume;
+  EXPECT_NEAR(removed, 5 * 50, 4.0 / 3);
+  remove_empty_layers(layers);
+  ASSERT_EQ(layers.stack.size(), 1U);
+  EXPECT_NEAR(highest_point(layers), 0.001, 1e-3);
+}
+
+// A film between the nodes protects what lies below it, whatever its place.
+TEST(Strip, DoesNotPassAFilmThinnerThanASpacing) {
+  for (const double thick : {0.05, 0.3, 0.8}) {
+    for (int n = 0; n < 5; ++n) {
+      const double below = 6 + 0.2 * n;
+      Layers layers = build_layers(
+          section_frame(40), std::vector<Shape>{WaferShape{.material = si},
+                                                LayerShape{.material = oxide, .thickness = below},
+                                                LayerShape{.material = metal, .thickness = thick},
+                                                LayerShape{.material = oxide, .thickness = 7}});
+      strip(layers, oxide, false);
+      remove_empty_layers(layers);
+      SCOPED_TRACE(testing::Message() << thick << " nm on " << below << " nm");
+      EXPECT_NEAR(volumes(layers)[oxide], below * 40, 1e-3 * below * 40);
+      EXPECT_NEAR(volumes(layers)[metal], thick * 40, 0.01 * thick * 40);
+      EXPECT_NEAR(highest_point(layers), below + thick + 0.001, 2e-3);
+    }
+  }
+}
+
+TEST(Fill, IsFlatAndKeepsToItsHeight) {
+  Layers layers = build_layers(
+      section_frame(60), std::vector<Shape>{WaferShape{.material = si}, trench_at(-10, 8, 20)});
+  add_layer(layers, oxide);
+  fill(layers, -5);
+  EXPECT_NEAR(volumes(layers)[oxide], 8 * 15, 0.1);
+  fill(layers, 3);
+  EXPECT_NEAR(volumes(layers)[oxide], 8 * 20 + 60 * 3, 0.2);
+  EXPECT_NEAR(highest_point(layers), 3, 1e-6 + 1.1e-3);
+}
+
+TEST(Fill, OfNarrowOpeningsLeavesWideOnes) {
+  const std::vector<Shape> base{WaferShape{.material = si}, trench_at(-20, 8.3, 20),
+                                trench_at(12, 18.6, 20)};
+  for (const double limit : {7.0, 10.0, 16.0, 22.0}) {
+    Layers layers = build_layers(section_frame(72), base);
+    add_layer(layers, oxide);
+    fill(layers, 5, {.narrower_than = limit});
+    const double expected = (limit > 8.3 ? 8.3 * 20 : 0) + (limit > 18.6 ? 18.6 * 20 : 0);
+    EXPECT_NEAR(volumes(layers)[oxide], expected, 1) << limit;
+  }
+}
+
+// A hole that opens into a plaza: discs tell how far the hole goes.
+TEST(Fill, OfAHoleInSpace) {
+  HoleShape hole{.radius = 5.2, .centre = {-9, 0}};
+  hole.cut = {.depth = 12};
+  HoleShape wide{.radius = 11, .centre = {10, 0}};
+  wide.cut = {.depth = 12};
+  Layers layers =
+      build_layers(box_frame(), std::vector<Shape>{WaferShape{.material = si}, hole, wide});
+  add_layer(layers, oxide);
+  fill(layers, 0, {.narrower_than = 14});
+  EXPECT_NEAR(volumes(layers)[oxide], 3.14159265 * 5.2 * 5.2 * 12, 12);
+}
+
+TEST(Fill, OnChosenFloors) {
+  // A trench down to silicon beside one that ends in oxide.
+  TrenchShape deep = std::get<TrenchShape>(trench_at(-14, 9.2, 12));
+  const std::vector<Shape> base{WaferShape{.material = si},
+                                LayerShape{.material = oxide, .thickness = 12}, deep,
+                                trench_at(14, 9.2, 6)};
+  Layers layers = build_layers(section_frame(60), base);
+  add_layer(layers, metal);
+  const std::vector<MaterialId> on{si};
+  fill(layers, 12, {.on = on});
+  EXPECT_NEAR(volumes(layers)[metal], 9.2 * 12, 1);
+}
+
+TEST(CoatOn, GrowsOnChosenMaterialsAndOverTheirEdges) {
+  const double width = 10.4;
+  const double film = 5.3;
+  const std::vector<Shape> base{WaferShape{.material = si},
+                                LayerShape{.material = oxide, .thickness = 8},
+                                trench_at(0, width, 8)};
+  Layers layers = build_layers(section_frame(60), base);
+  add_layer(layers, metal);
+  const std::vector<MaterialId> on{si};
+  coat_on(layers, film, on);
+  // Where two materials meet, the one that is seen is known to half a spacing.
+  EXPECT_NEAR(volumes(layers)[metal], width * film, 0.5 * film * 2);
+
+  Layers pad = build_layers(section_frame(60), std::vector<Shape>{WaferShape{.material = si}});
+  MaskShape island{.material = oxide, .thickness = 2, .outlines = MaskShape::Outlines::resist};
+  island.outline = SlotOutline{.width = 20};
+  place_shapes(pad, std::vector<Shape>{island});
+  add_layer(pad, metal);
+  const std::vector<MaterialId> on_oxide{oxide};
+  coat_on(pad, film, on_oxide);
+  // Over the top, and beyond the edges a quarter of a disc and the wall of the pad.
+  const double beside = 2 * (3.14159265 * film * film / 4 + 2 * film);
+  EXPECT_NEAR(volumes(pad)[metal], 20 * film + beside, 0.03 * (20 * film + beside));
+}
+
+TEST(Operations, AreTheSameOnAnyNumberOfThreads) {
+  const auto make = [] {
+    Layers layers = placed(
+        box_frame(), {WaferShape{.material = si}, LayerShape{.material = oxide, .thickness = 6}},
+        {slot_mask(3, 14, 8), trench_at(3, 9, 12)});
+    strip(layers, resist, false);
+    add_layer(layers, metal);
+    fill(layers, 4, {.narrower_than = 12});
+    const std::vector<MaterialId> on{oxide};
+    coat_on(layers, 2.5, on);
+    return hash(layers);
+  };
+  const std::uint64_t alone = [&] {
+    const ThreadLimit one(1);
+    return make();
+  }();
+  const ThreadLimit four(4);
+  EXPECT_EQ(make(), alone);
+}
+
+}  // namespace
+}  // namespace scarp
