@@ -1,0 +1,237 @@
+#include "mesh/regions/remesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "core/triangle_tree.h"
+#include "mesh/regions/region_complex.h"
+
+namespace scarp {
+
+namespace {
+
+constexpr double small_altitude = 0.3;  ///< spacings; facets with less are collapsed if possible
+constexpr double short_edge = 0.4;      ///< likewise
+constexpr double poor_shape = 0.35;     ///< around vertices that are moved for it
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// All edges, each once, the shortest first.
+std::vector<Edge> edges_by_length(const RegionComplex& complex, double longest) {
+  std::vector<std::pair<double, Edge>> edges;
+  for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
+    if (!complex.has_facet(f)) continue;
+    const Triangle& t = complex.facet(f).corners;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const Edge edge = std::minmax(t[n], t[(n + 1) % 3]);
+      const double size = length(complex.position(edge.second) - complex.position(edge.first));
+      if (size < longest) edges.push_back({size, edge});
+    }
+  }
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<Edge> sorted;
+  for (const auto& [size, edge] : edges) sorted.push_back(edge);
+  return sorted;
+}
+
+bool collapse_either(RegionComplex& complex, std::uint32_t a, std::uint32_t b) {
+  return complex.collapse(b, a) || complex.collapse(a, b);
+}
+
+std::size_t collapse_short_edges(RegionComplex& complex, double longest) {
+  std::size_t count = 0;
+  for (const auto& [a, b] : edges_by_length(complex, longest))
+    if (!complex.star(a).empty() && !complex.star(b).empty() && collapse_either(complex, a, b))
+      ++count;
+  return count;
+}
+
+/// Facets that are too thin lose an edge, the shortest first.
+std::size_t collapse_thin_facets(RegionComplex& complex, double altitude) {
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
+    if (!complex.has_facet(f) || least_altitude(complex.corners_of(f)) >= altitude) continue;
+    const Triangle t = complex.facet(f).corners;
+    std::array<std::pair<double, std::size_t>, 3> edges;
+    for (std::size_t n = 0; n < 3; ++n)
+      edges[n] = {length(complex.position(t[(n + 1) % 3]) - complex.position(t[n])), n};
+    std::ranges::sort(edges);
+    for (const auto& [size, n] : edges) {
+      if (!collapse_either(complex, t[n], t[(n + 1) % 3])) continue;
+      ++count;
+      break;
+    }
+  }
+  return count;
+}
+
+std::size_t flip_edges(RegionComplex& complex) {
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
+    for (std::size_t n = 0; n < 3 && complex.has_facet(f); ++n) {
+      const Triangle t = complex.facet(f).corners;
+      if (t[n] < t[(n + 1) % 3] || complex.facet(f).side != RegionMesh::nothing)
+        count += complex.flip(t[n], t[(n + 1) % 3]) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+/// Vertices near edges and corners of surfaces move there.
+std::size_t move_to_edges(RegionComplex& complex, double spacing, double max_distance) {
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+    if (complex.star(v).empty()) continue;
+    if (complex.distance_around(v) <= 0.5 * max_distance) continue;
+    const Vec3d r = complex.position(v);
+    const NearestEdge edge = complex.nearest_edge(v, complex.spokes(v), r);
+    if (edge.planes == 0) continue;
+    const Vec3d step = edge.r - r;
+    if (length(step) > spacing || length(step) < 1e-6 * spacing) continue;
+    for (const double part : {1.0, 0.5}) {
+      if (!complex.move(v, r + part * step, false)) continue;
+      ++count;
+      break;
+    }
+  }
+  return count;
+}
+
+/// Vertices move to the middle of their neighbours, along the surface, where that makes facets
+/// better.
+std::size_t smooth(RegionComplex& complex) {
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+    if (complex.star(v).empty() || complex.worst_shape(v) > poor_shape) continue;
+    const std::vector<Spoke> spokes = complex.spokes(v);
+    const VertexPlace place = complex.place(v, spokes);
+    if (place == VertexPlace::corner) continue;
+    Vec3d middle;
+    double weight = 0;
+    for (const Spoke& spoke : spokes) {
+      if (place == VertexPlace::curve && !spoke.is_feature) continue;
+      middle += complex.position(spoke.other);
+      weight += 1;
+    }
+    middle = middle / weight;
+    const Vec3d r = complex.position(v);
+    for (const double part : {1.0, 0.5, 0.25}) {
+      const Vec3d wanted = r + part * (middle - r);
+      const Vec3d onto = complex.nearest_edge(v, spokes, wanted).r;
+      if (!complex.move(v, onto, true)) continue;
+      ++count;
+      break;
+    }
+  }
+  return count;
+}
+
+class Remesher {
+ public:
+  Remesher(const RegionMesh& mesh, std::span<const TriMesh> surfaces, const RemeshOptions& options)
+      : options_(options), complex_(mesh, surfaces, options) {}
+
+  RegionMesh run() {
+    const double h = options_.spacing;
+    constexpr int sharpening_rounds = 4;
+    for (int round = 0; round < sharpening_rounds; ++round) {
+      move_to_edges(complex_, h, options_.max_distance);
+      flip_edges(complex_);
+      collapse_thin_facets(complex_, small_altitude * h);
+      collapse_short_edges(complex_, short_edge * h);
+      smooth(complex_);
+    }
+    coarsen();
+    constexpr int last_rounds = 6;
+    for (int round = 0; round < last_rounds; ++round) {
+      std::size_t changes = flip_edges(complex_);
+      changes += collapse_thin_facets(complex_, small_altitude * h);
+      changes += smooth(complex_);
+      if (changes == 0) break;
+    }
+    return complex_.mesh();
+  }
+
+ private:
+  void coarsen() {
+    constexpr double growth = 1.4;
+    constexpr double short_part = 0.7;
+    for (double size = options_.spacing; size < options_.size; size *= growth) {
+      collapse_short_edges(complex_, short_part * std::min(size * growth, options_.size));
+      flip_edges(complex_);
+      smooth(complex_);
+    }
+  }
+
+  RemeshOptions options_;
+  RegionComplex complex_;
+};
+
+/// The places of a triangle as dense as the grid.
+template <class F>
+void for_each_place(const std::array<Vec3d, 3>& c, double spacing, const F& do_it) {
+  const double longest =
+      std::max({length(c[1] - c[0]), length(c[2] - c[1]), length(c[0] - c[2])});
+  const int parts = 2 * std::max(1, static_cast<int>(std::ceil(longest / spacing)));
+  for (int a = 0; a <= parts; ++a) {
+    for (int b = 0; a + b <= parts; ++b) {
+      const double u = static_cast<double>(a) / parts;
+      const double w = static_cast<double>(b) / parts;
+      do_it(u * c[0] + w * c[1] + (1 - u - w) * c[2]);
+    }
+  }
+}
+
+}  // namespace
+
+RegionMesh remesh(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
+                  const RemeshOptions& options) {
+  return Remesher(mesh, surfaces, options).run();
+}
+
+RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces, double spacing) {
+  RegionQuality quality{.least_altitude = 1e300};
+  for (const RegionMesh::Facet& facet : mesh.facets) {
+    const int region = mesh.bodies[static_cast<std::size_t>(facet.bodies[0])].region;
+    if (mesh.is_flat && !mesh.regions[static_cast<std::size_t>(region)].is_meshed) continue;
+    const double altitude = least_altitude(corners(mesh, facet));
+    quality.least_altitude = std::min(quality.least_altitude, altitude);
+    quality.thin_facets += altitude < thin_part * spacing ? 1 : 0;
+  }
+  std::vector<TriangleTree> trees;
+  for (const TriMesh& surface : surfaces) trees.emplace_back(surface);
+  const auto compare = [&](int layer, const Vec3d& r) {
+    const ClosestPoint closest = trees[static_cast<std::size_t>(layer)].closest(r);
+    if (closest.found()) quality.max_distance = std::max(quality.max_distance, closest.distance);
+  };
+  if (mesh.is_flat) {
+    for (const RegionLine& line : lines_of(mesh)) {
+      if (line.layer == RegionMesh::nothing) continue;
+      const Vec3d a = mesh.vertices[line.ends[0]];
+      const Vec3d b = mesh.vertices[line.ends[1]];
+      const int parts = 2 * std::max(1, static_cast<int>(std::ceil(length(b - a) / spacing)));
+      for (int n = 0; n <= parts; ++n) compare(line.layer, a + (static_cast<double>(n) / parts) * (b - a));
+    }
+    return quality;
+  }
+  TriMesh interfaces;
+  for (const Vec3d& r : mesh.vertices) interfaces.vertices.emplace_back(r);
+  for (const RegionMesh::Facet& facet : mesh.facets) {
+    if (facet.layer == RegionMesh::nothing) continue;
+    interfaces.triangles.push_back(facet.corners);
+    for_each_place(corners(mesh, facet), spacing,
+                   [&](const Vec3d& r) { compare(facet.layer, r); });
+  }
+  const TriangleTree tree(interfaces);
+  for (const TriMesh& surface : surfaces)
+    for (const Vec3f& r : surface.vertices)
+      quality.reverse_max_distance =
+          std::max(quality.reverse_max_distance, tree.closest(Vec3d(r)).distance);
+  return quality;
+}
+
+}  // namespace scarp
