@@ -152,13 +152,16 @@ void RegionComplex::add_fit(const RegionMesh::Facet& facet, const std::array<Vec
                             Fit& fit) const {
   if (facet.layer == RegionMesh::nothing) return;
   const auto layer = static_cast<std::size_t>(facet.layer);
-  const Vec3d n = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
+  const Vec3d area = cross(corners[1] - corners[0], corners[2] - corners[0]);
+  const Vec3d n = normalized(area);
   double cosine = 0;
+  double squares = 0;
   int count = 0;
   const auto compare = [&](const Vec3d& r) {
     const ClosestPoint closest = trees_[layer].closest(r);
     if (!closest.found()) return;
     fit.distance = std::max(fit.distance, closest.distance);
+    squares += closest.distance * closest.distance;
     cosine += dot(n, Vec3d(normals_[layer][closest.triangle]));
     ++count;
   };
@@ -175,7 +178,9 @@ void RegionComplex::add_fit(const RegionMesh::Facet& facet, const std::array<Vec
       compare(sample(corners, {u, w, 1 - u - w}));
     }
   }
-  if (count > 0) fit.cosine = std::min(fit.cosine, cosine / count);
+  if (count == 0) return;
+  fit.cosine = std::min(fit.cosine, cosine / count);
+  fit.total += length(area) * squares / count;
 }
 
 void RegionComplex::add_line_fit(int layer, const Vec3d& a, const Vec3d& b, Fit& fit) const {
@@ -185,7 +190,9 @@ void RegionComplex::add_line_fit(int layer, const Vec3d& a, const Vec3d& b, Fit&
     const double t = static_cast<double>(n) / parts;
     const ClosestPoint closest =
         trees_[static_cast<std::size_t>(layer)].closest((1 - t) * a + t * b);
-    if (closest.found()) fit.distance = std::max(fit.distance, closest.distance);
+    if (!closest.found()) continue;
+    fit.distance = std::max(fit.distance, closest.distance);
+    fit.total += length(b - a) * closest.distance * closest.distance / parts;
   }
 }
 
@@ -245,7 +252,8 @@ bool RegionComplex::fits(const Change& change) const {
   if (is_good && !change.is_for_distance) return true;
   const Fit before = fit_before(change);
   if (change.is_for_distance)
-    return after.distance < nearer * before.distance &&
+    return after.total < nearer * before.total &&
+           after.distance <= std::max(before.distance, options_.max_distance) &&
            (after.cosine >= least_cosine || after.cosine >= before.cosine);
   return after.distance <= std::max(before.distance, options_.max_distance) &&
          (after.cosine >= least_cosine || after.cosine >= before.cosine);
@@ -323,23 +331,24 @@ void RegionComplex::apply(const Change& change) {
   }
 }
 
-bool RegionComplex::collapse(std::uint32_t removed, std::uint32_t kept) {
-  if ((sides_[removed] & ~sides_[kept]) != 0) return false;
+std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t removed,
+                                                              std::uint32_t kept) const {
+  if ((sides_[removed] & ~sides_[kept]) != 0) return std::nullopt;
   const std::vector<Spoke> around = spokes(removed);
   const VertexPlace where = place(removed, around);
-  if (where == VertexPlace::corner) return false;
+  if (where == VertexPlace::corner) return std::nullopt;
   const auto edge = std::ranges::find(around, kept, &Spoke::other);
-  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature)) return false;
+  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature)) return std::nullopt;
   // What both are next to may only be the facets between them.
   const std::vector<Spoke> beyond = spokes(kept);
   std::vector<std::uint32_t> common;
   for (const Spoke& spoke : around) {
     const auto other = std::ranges::lower_bound(beyond, spoke.other, {}, &Spoke::other);
     if (other == beyond.end() || other->other != spoke.other) continue;
-    if (where == VertexPlace::curve && spoke.is_feature && other->is_feature) return false;
+    if (where == VertexPlace::curve && spoke.is_feature && other->is_feature) return std::nullopt;
     common.push_back(spoke.other);
   }
-  if (common.size() != edge->facet_count) return false;
+  if (common.size() != edge->facet_count) return std::nullopt;
   Change change{.removed = stars_[removed], .added = {}, .r = {}};
   for (const std::uint32_t f : stars_[removed]) {
     RegionMesh::Facet facet = facets_[f];
@@ -349,10 +358,30 @@ bool RegionComplex::collapse(std::uint32_t removed, std::uint32_t kept) {
       of_common += std::ranges::find(common, v) != common.end() ? 1 : 0;
       if (v == removed) v = kept;
     }
-    if (of_common == 2) return false;
+    if (of_common == 2) return std::nullopt;
     change.added.push_back(facet);
   }
-  return try_change(change);
+  return change;
+}
+
+bool RegionComplex::collapse(std::uint32_t removed, std::uint32_t kept) {
+  const auto change = collapsed(removed, kept);
+  return change && try_change(*change);
+}
+
+bool RegionComplex::collapse_and_move(std::uint32_t removed, std::uint32_t kept, const Vec3d& r) {
+  auto change = collapsed(removed, kept);
+  const auto target = on_its_sides(kept, r);
+  if (!change || !target) return false;
+  for (const std::uint32_t f : stars_[kept]) {
+    if (has(facets_[f].corners, removed)) continue;
+    change->removed.push_back(f);
+    change->added.push_back(facets_[f]);
+  }
+  change->vertex = kept;
+  change->r = *target;
+  change->is_for_distance = true;
+  return try_change(*change);
 }
 
 bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
@@ -388,15 +417,21 @@ bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
   return try_change(change);
 }
 
-bool RegionComplex::move(std::uint32_t v, const Vec3d& r, bool better) {
-  Change change{.removed = stars_[v], .added = {}, .vertex = v, .r = r};
+std::optional<Vec3d> RegionComplex::on_its_sides(std::uint32_t v, Vec3d r) const {
   for (int side = 0; side < RegionMesh::side_count; ++side) {
     if ((sides_[v] >> static_cast<unsigned>(side) & 1U) == 0) continue;
     const auto axis = static_cast<std::size_t>(side / 2);
-    change.r[side / 2] = side % 2 == 0 ? frame_.lower[axis] : frame_.upper[axis];
+    r[side / 2] = side % 2 == 0 ? frame_.lower[axis] : frame_.upper[axis];
   }
-  if (frame_.is_flat) change.r.y = positions_[v].y;
-  if ((sides_at(frame_, change.r) & ~sides_[v]) != 0) return false;
+  if (frame_.is_flat) r.y = positions_[v].y;
+  if ((sides_at(frame_, r) & ~sides_[v]) != 0) return std::nullopt;
+  return r;
+}
+
+bool RegionComplex::move(std::uint32_t v, const Vec3d& r, bool better) {
+  const auto target = on_its_sides(v, r);
+  if (!target) return false;
+  Change change{.removed = stars_[v], .added = {}, .vertex = v, .r = *target};
   for (const std::uint32_t f : stars_[v]) change.added.push_back(facets_[f]);
   if (better) {
     constexpr double margin = 1.02;

@@ -64,6 +64,8 @@ class RegionComplex {
 
   /// Each changes something and is true, or is not allowed to and is false.
   bool collapse(std::uint32_t removed, std::uint32_t kept);
+  /// The kept vertex moves, and interfaces have to become nearer to their surfaces.
+  bool collapse_and_move(std::uint32_t removed, std::uint32_t kept, const Vec3d& r);
   bool flip(std::uint32_t a, std::uint32_t b);
   /// better: only if the worst shape around the vertex becomes better.
   bool move(std::uint32_t v, const Vec3d& r, bool better);
@@ -90,7 +92,12 @@ class RegionComplex {
   struct Fit {
     double distance = 0;
     double cosine = 1;  ///< of normals
+    double total = 0;   ///< squares of distances over the area, or along lines
   };
+
+  std::optional<Change> collapsed(std::uint32_t removed, std::uint32_t kept) const;
+  /// Where a vertex may go next to some place; nothing if it would come onto another side.
+  std::optional<Vec3d> on_its_sides(std::uint32_t v, Vec3d r) const;
 
   const Vec3d& place_in(const Change& change, std::uint32_t v) const {
     return v == change.vertex ? change.r : positions_[v];

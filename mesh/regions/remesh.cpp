@@ -81,6 +81,30 @@ std::size_t flip_edges(RegionComplex& complex) {
   return count;
 }
 
+/// The neighbours of a vertex, the nearest to some place first.
+std::vector<std::uint32_t> nearest_neighbours(const RegionComplex& complex,
+                                              const std::vector<Spoke>& spokes, const Vec3d& r) {
+  std::vector<std::pair<double, std::uint32_t>> by_distance;
+  for (const Spoke& spoke : spokes)
+    by_distance.emplace_back(length(complex.position(spoke.other) - r), spoke.other);
+  std::ranges::sort(by_distance);
+  std::vector<std::uint32_t> neighbours;
+  for (const auto& [distance, v] : by_distance) neighbours.push_back(v);
+  return neighbours;
+}
+
+/// Moves a vertex some of the way, or has it take a neighbour's place as well.
+bool move_towards(RegionComplex& complex, std::uint32_t v, const std::vector<Spoke>& spokes,
+                  const Vec3d& step) {
+  const Vec3d r = complex.position(v);
+  if (complex.move(v, r + step, false)) return true;
+  constexpr std::size_t tried = 4;
+  const std::vector<std::uint32_t> neighbours = nearest_neighbours(complex, spokes, r + step);
+  for (std::size_t n = 0; n < std::min(tried, neighbours.size()); ++n)
+    if (complex.collapse_and_move(neighbours[n], v, r + step)) return true;
+  return complex.move(v, r + 0.5 * step, false) || complex.move(v, r + 0.25 * step, false);
+}
+
 /// Vertices near edges and corners of surfaces move there.
 std::size_t move_to_edges(RegionComplex& complex, double spacing, double max_distance) {
   std::size_t count = 0;
@@ -88,15 +112,13 @@ std::size_t move_to_edges(RegionComplex& complex, double spacing, double max_dis
     if (complex.star(v).empty()) continue;
     if (complex.distance_around(v) <= 0.5 * max_distance) continue;
     const Vec3d r = complex.position(v);
-    const NearestEdge edge = complex.nearest_edge(v, complex.spokes(v), r);
+    const std::vector<Spoke> spokes = complex.spokes(v);
+    const NearestEdge edge = complex.nearest_edge(v, spokes, r);
     if (edge.planes == 0) continue;
     const Vec3d step = edge.r - r;
-    if (length(step) > spacing || length(step) < 1e-6 * spacing) continue;
-    for (const double part : {1.0, 0.5}) {
-      if (!complex.move(v, r + part * step, false)) continue;
-      ++count;
-      break;
-    }
+    const double size = length(step);
+    if (size < 1e-6 * spacing) continue;
+    count += move_towards(complex, v, spokes, std::min(1.0, spacing / size) * step) ? 1 : 0;
   }
   return count;
 }
@@ -137,7 +159,7 @@ class Remesher {
 
   RegionMesh run() {
     const double h = options_.spacing;
-    constexpr int sharpening_rounds = 4;
+    constexpr int sharpening_rounds = 8;
     for (int round = 0; round < sharpening_rounds; ++round) {
       move_to_edges(complex_, h, options_.max_distance);
       flip_edges(complex_);
