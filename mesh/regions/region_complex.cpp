@@ -58,7 +58,10 @@ RegionComplex::RegionComplex(const RegionMesh& mesh, std::span<const TriMesh> su
     normals_.push_back(facet_normals(surface));
   }
   for (const Vec3d& r : positions_) sides_.push_back(sides_at(mesh, r));
-  for (std::uint32_t f = 0; f < facets_.size(); ++f) link(f);
+  for (std::uint32_t f = 0; f < facets_.size(); ++f) {
+    link(f);
+    if (!mesh.is_flat) fits_.push_back(fit_of(facets_[f], corners_of(f), 1e300));
+  }
 }
 
 std::array<Vec3d, 3> RegionComplex::corners_of(std::uint32_t f) const {
@@ -148,24 +151,31 @@ bool RegionComplex::faces_right(const RegionMesh::Facet& facet,
   return facet.side % 2 == 0 ? n[facet.side / 2] < 0 : n[facet.side / 2] > 0;
 }
 
-void RegionComplex::add_fit(const RegionMesh::Facet& facet, const std::array<Vec3d, 3>& corners,
-                            Fit& fit) const {
-  if (facet.layer == RegionMesh::nothing) return;
+/// Gives up where the distance is more than largest.
+RegionComplex::Fit RegionComplex::fit_of(const RegionMesh::Facet& facet,
+                                         const std::array<Vec3d, 3>& corners,
+                                         double largest) const {
+  Fit fit;
+  if (facet.layer == RegionMesh::nothing) return fit;
   const auto layer = static_cast<std::size_t>(facet.layer);
+  if (trees_[layer].empty()) return fit;
   const Vec3d area = cross(corners[1] - corners[0], corners[2] - corners[0]);
   const Vec3d n = normalized(area);
+  const double farthest = 4 * options_.spacing;
   double cosine = 0;
   double squares = 0;
   int count = 0;
   const auto compare = [&](const Vec3d& r) {
-    const ClosestPoint closest = trees_[layer].closest(r);
-    if (!closest.found()) return;
-    fit.distance = std::max(fit.distance, closest.distance);
-    squares += closest.distance * closest.distance;
-    cosine += dot(n, Vec3d(normals_[layer][closest.triangle]));
+    const ClosestPoint closest = trees_[layer].closest(r, farthest);
+    const double distance = closest.found() ? closest.distance : farthest;
+    fit.distance = std::max(fit.distance, distance);
+    squares += distance * distance;
+    if (closest.found()) cosine += dot(n, Vec3d(normals_[layer][closest.triangle]));
     ++count;
+    return fit.distance <= largest;
   };
-  for (std::size_t s = 0; s < 4; ++s) compare(sample(corners, facet_samples[s]));
+  for (std::size_t s = 0; s < 4; ++s)
+    if (!compare(sample(corners, facet_samples[s]))) return fit;
   // Of facets larger than cells of the grid more.
   const double longest =
       std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]),
@@ -175,12 +185,12 @@ void RegionComplex::add_fit(const RegionMesh::Facet& facet, const std::array<Vec
     for (int b = 0; a + b <= parts; ++b) {
       const double u = static_cast<double>(a) / parts;
       const double w = static_cast<double>(b) / parts;
-      compare(sample(corners, {u, w, 1 - u - w}));
+      if (!compare(sample(corners, {u, w, 1 - u - w}))) return fit;
     }
   }
-  if (count == 0) return;
-  fit.cosine = std::min(fit.cosine, cosine / count);
-  fit.total += length(area) * squares / count;
+  fit.cosine = cosine / count;
+  fit.total = length(area) * squares / count;
+  return fit;
 }
 
 void RegionComplex::add_line_fit(int layer, const Vec3d& a, const Vec3d& b, Fit& fit) const {
@@ -232,31 +242,32 @@ RegionComplex::Fit RegionComplex::fit_before(const Change& change) const {
     return flat_fit(facets, nullptr);
   }
   Fit fit;
-  for (const std::uint32_t f : change.removed) add_fit(facets_[f], corners_of(f), fit);
+  for (const std::uint32_t f : change.removed) fit.add(fits_[f]);
   return fit;
 }
 
-RegionComplex::Fit RegionComplex::fit_after(const Change& change) const {
+/// Gives up where the distance is more than largest.
+RegionComplex::Fit RegionComplex::fit_after(Change& change, double largest) const {
   if (frame_.is_flat) return flat_fit(change.added, &change);
   Fit fit;
-  for (const RegionMesh::Facet& facet : change.added)
-    add_fit(facet, corners_in(change, facet), fit);
+  change.fits.clear();
+  for (const RegionMesh::Facet& facet : change.added) {
+    change.fits.push_back(fit_of(facet, corners_in(change, facet), largest));
+    fit.add(change.fits.back());
+    if (fit.distance > largest) break;
+  }
   return fit;
 }
 
-bool RegionComplex::fits(const Change& change) const {
+bool RegionComplex::fits(Change& change) const {
   constexpr double least_cosine = 0.5;
   constexpr double nearer = 0.9;
-  const Fit after = fit_after(change);
-  const bool is_good = after.distance <= options_.max_distance && after.cosine >= least_cosine;
-  if (is_good && !change.is_for_distance) return true;
   const Fit before = fit_before(change);
-  if (change.is_for_distance)
-    return after.total < nearer * before.total &&
-           after.distance <= std::max(before.distance, options_.max_distance) &&
-           (after.cosine >= least_cosine || after.cosine >= before.cosine);
-  return after.distance <= std::max(before.distance, options_.max_distance) &&
-         (after.cosine >= least_cosine || after.cosine >= before.cosine);
+  const double largest = std::max(before.distance, options_.max_distance);
+  const Fit after = fit_after(change, largest);
+  return after.distance <= largest &&
+         (after.cosine >= least_cosine || after.cosine >= before.cosine) &&
+         (!change.is_for_distance || after.total < nearer * before.total);
 }
 
 bool RegionComplex::has_good_shape(const Change& change) const {
@@ -311,7 +322,7 @@ bool RegionComplex::collides(const Change& change) const {
   return false;
 }
 
-bool RegionComplex::try_change(const Change& change) {
+bool RegionComplex::try_change(Change& change) {
   if (!has_good_shape(change) || !fits(change) || collides(change)) return false;
   apply(change);
   return true;
@@ -326,6 +337,7 @@ void RegionComplex::apply(const Change& change) {
   for (std::size_t n = 0; n < change.added.size(); ++n) {
     const std::uint32_t f = change.removed[n];
     facets_[f] = change.added[n];
+    if (!frame_.is_flat) fits_[f] = change.fits[n];
     is_alive_[f] = true;
     link(f);
   }
@@ -365,7 +377,7 @@ std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t remo
 }
 
 bool RegionComplex::collapse(std::uint32_t removed, std::uint32_t kept) {
-  const auto change = collapsed(removed, kept);
+  auto change = collapsed(removed, kept);
   return change && try_change(*change);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -73,6 +74,19 @@ class RegionComplex {
   RegionMesh mesh() const;
 
  private:
+  /// To the surfaces of their layers.
+  struct Fit {
+    double distance = 0;
+    double cosine = 1;  ///< of normals
+    double total = 0;   ///< squares of distances over the area, or along lines
+
+    void add(const Fit& other) {
+      distance = std::max(distance, other.distance);
+      cosine = std::min(cosine, other.cosine);
+      total += other.total;
+    }
+  };
+
   struct Change {
     std::vector<std::uint32_t> removed;
     std::vector<RegionMesh::Facet> added;
@@ -81,18 +95,13 @@ class RegionComplex {
     double least_shape = 0;  ///< that it has to give
     /// Facets may become worse if interfaces become nearer to their surfaces.
     bool is_for_distance = false;
+    std::vector<Fit> fits{};  ///< of the added facets, as soon as they are known
   };
 
   /// Shape and place of some facets.
   struct Worst {
     double altitude = 1e300;
     double shape = 1e300;
-  };
-  /// To the surfaces of their layers.
-  struct Fit {
-    double distance = 0;
-    double cosine = 1;  ///< of normals
-    double total = 0;   ///< squares of distances over the area, or along lines
   };
 
   std::optional<Change> collapsed(std::uint32_t removed, std::uint32_t kept) const;
@@ -105,16 +114,16 @@ class RegionComplex {
   std::array<Vec3d, 3> corners_in(const Change& change, const RegionMesh::Facet& facet) const;
   bool same_patch(std::uint32_t f, std::uint32_t g) const;
   bool faces_right(const RegionMesh::Facet& facet, const std::array<Vec3d, 3>& corners) const;
-  void add_fit(const RegionMesh::Facet& facet, const std::array<Vec3d, 3>& corners,
-               Fit& fit) const;
+  Fit fit_of(const RegionMesh::Facet& facet, const std::array<Vec3d, 3>& corners,
+             double largest) const;
   void add_line_fit(int layer, const Vec3d& a, const Vec3d& b, Fit& fit) const;
   Fit fit_before(const Change& change) const;
-  Fit fit_after(const Change& change) const;
+  Fit fit_after(Change& change, double largest) const;
   Fit flat_fit(const std::vector<RegionMesh::Facet>& facets, const Change* change) const;
-  bool fits(const Change& change) const;
+  bool fits(Change& change) const;
   bool has_good_shape(const Change& change) const;
   bool collides(const Change& change) const;
-  bool try_change(const Change& change);
+  bool try_change(Change& change);
   void apply(const Change& change);
   void link(std::uint32_t f);
   void unlink(std::uint32_t f);
@@ -127,6 +136,7 @@ class RegionComplex {
   std::vector<std::uint8_t> sides_;
   std::vector<RegionMesh::Facet> facets_;
   std::vector<bool> is_alive_;
+  std::vector<Fit> fits_;  ///< of facets in space
   std::vector<std::vector<std::uint32_t>> stars_;
   FacetGrid grid_;
 };
