@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 
 namespace scarp {
 
@@ -104,9 +103,9 @@ std::optional<double> distance_along(const Vec3d& from, const Vec3d& u,
 
 }  // namespace
 
-std::vector<Vec3d> inner_points(const RegionMesh& mesh) {
+std::vector<std::optional<Vec3d>> inner_points(const RegionMesh& mesh) {
   constexpr std::size_t tried = 8;  // of the largest facets
-  std::vector<Vec3d> points;
+  std::vector<std::optional<Vec3d>> points;
   for (std::size_t body = 0; body < mesh.bodies.size(); ++body) {
     std::vector<std::pair<double, std::size_t>> largest;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -118,7 +117,7 @@ std::vector<Vec3d> inner_points(const RegionMesh& mesh) {
     std::ranges::sort(largest);
     largest.resize(std::min(largest.size(), tried));
     double deepest = 0;
-    Vec3d point;
+    std::optional<Vec3d> point;
     for (const auto& [altitude, f] : largest) {
       const auto [a, b, c] = corners(mesh, mesh.facets[f]);
       const Vec3d centre = (a + b + c) / 3.0;

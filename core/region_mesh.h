@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -82,9 +83,9 @@ struct RegionLine {
 /// In the order of the facets.
 std::vector<RegionLine> lines_of(const RegionMesh& flat);
 
-/// A place well inside of each body, for programs that fill closed surfaces.
+/// A place well inside of each body that is closed, for programs that fill closed surfaces.
 ///
 /// Cost: for each body as much as to look at every facet a few times.
-std::vector<Vec3d> inner_points(const RegionMesh& mesh);
+std::vector<std::optional<Vec3d>> inner_points(const RegionMesh& mesh);
 
 }  // namespace scarp
