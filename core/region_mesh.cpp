@@ -15,6 +15,14 @@ double least_altitude(const std::array<Vec3d, 3>& corners) {
   return longest > 0 ? length(cross(a, b)) / longest : 0;
 }
 
+double shape_of(const std::array<Vec3d, 3>& corners) {
+  const Vec3d a = corners[1] - corners[0];
+  const Vec3d b = corners[2] - corners[0];
+  const Vec3d c = corners[2] - corners[1];
+  const double longest = std::max({dot(a, a), dot(b, b), dot(c, c)});
+  return longest > 0 ? length(cross(a, b)) / longest : 0;
+}
+
 std::array<Vec3d, 3> corners(const RegionMesh& mesh, const RegionMesh::Facet& facet) {
   return {mesh.vertices[facet.corners[0]], mesh.vertices[facet.corners[1]],
           mesh.vertices[facet.corners[2]]};

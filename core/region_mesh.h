@@ -64,6 +64,9 @@ struct RegionMesh {
 /// The height of a triangle above its longest edge: the smallest of the three.
 double least_altitude(const std::array<Vec3d, 3>& corners);
 
+/// The same in parts of the longest edge: 0.87 at most.
+double shape_of(const std::array<Vec3d, 3>& corners);
+
 std::array<Vec3d, 3> corners(const RegionMesh& mesh, const RegionMesh::Facet& facet);
 
 /// Of each region that is meshed; zero for others. Units: nm^3; of a flat mesh nm^2.

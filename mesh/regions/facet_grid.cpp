@@ -71,7 +71,7 @@ void FacetGrid::near(const Box& box, std::vector<std::uint32_t>& facets) const {
   facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
 }
 
-bool passes_through(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t) {
+bool pierces(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t) {
   const double above = volume(t[0], t[1], t[2], p);
   const double below = volume(t[0], t[1], t[2], q);
   if (!(above * below < 0)) return false;
@@ -107,12 +107,12 @@ bool collide(const PlacedTriangle& a, const PlacedTriangle& b) {
   if (shared == 1) {
     const std::size_t n = first(a_is_shared, true);
     const std::size_t m = first(b_is_shared, true);
-    return passes_through(a.r[(n + 1) % 3], a.r[(n + 2) % 3], b.r) ||
-           passes_through(b.r[(m + 1) % 3], b.r[(m + 2) % 3], a.r);
+    return pierces(a.r[(n + 1) % 3], a.r[(n + 2) % 3], b.r) ||
+           pierces(b.r[(m + 1) % 3], b.r[(m + 2) % 3], a.r);
   }
   for (std::size_t n = 0; n < 3; ++n) {
-    if (passes_through(a.r[n], a.r[(n + 1) % 3], b.r)) return true;
-    if (passes_through(b.r[n], b.r[(n + 1) % 3], a.r)) return true;
+    if (pierces(a.r[n], a.r[(n + 1) % 3], b.r)) return true;
+    if (pierces(b.r[n], b.r[(n + 1) % 3], a.r)) return true;
   }
   return false;
 }

@@ -32,7 +32,7 @@ class FacetGrid {
 
 /// Whether the segment from p to q passes through the inside of a triangle; touching does not
 /// count.
-bool passes_through(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t);
+bool pierces(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t);
 
 /// A triangle by its vertices, to be compared with others that share some of them.
 struct PlacedTriangle {

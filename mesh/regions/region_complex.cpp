@@ -10,14 +10,6 @@ namespace {
 
 constexpr std::uint32_t none = ~std::uint32_t{0};
 
-double shape_of(const std::array<Vec3d, 3>& c) {
-  const Vec3d a = c[1] - c[0];
-  const Vec3d b = c[2] - c[0];
-  const Vec3d d = c[2] - c[1];
-  const double longest = std::max({dot(a, a), dot(b, b), dot(d, d)});
-  return longest > 0 ? length(cross(a, b)) / longest : 0;
-}
-
 bool has(const Triangle& triangle, std::uint32_t v) {
   return triangle[0] == v || triangle[1] == v || triangle[2] == v;
 }
@@ -260,8 +252,8 @@ RegionComplex::Fit RegionComplex::fit_after(Change& change, double largest) cons
 }
 
 bool RegionComplex::fits(Change& change) const {
-  constexpr double least_cosine = 0.5;
-  constexpr double nearer = 0.9;
+  const double least_cosine = change.is_for_distance ? 0 : 0.5;
+  constexpr double nearer = 0.98;
   const Fit before = fit_before(change);
   const double largest = std::max(before.distance, options_.max_distance);
   const Fit after = fit_after(change, largest);
@@ -273,7 +265,7 @@ bool RegionComplex::fits(Change& change) const {
 bool RegionComplex::has_good_shape(const Change& change) const {
   constexpr double good_altitude = 0.3;  // spacings
   constexpr double good_shape = 0.25;
-  constexpr double least_altitude_for_distance = 0.03;
+  constexpr double least_altitude_for_distance = 0.1;
   Worst before;
   for (const std::uint32_t f : change.removed) {
     const std::array<Vec3d, 3> c = corners_of(f);

@@ -71,6 +71,9 @@ class RegionComplex {
   /// better: only if the worst shape around the vertex becomes better.
   bool move(std::uint32_t v, const Vec3d& r, bool better);
 
+  /// How far interfaces may be from their surfaces from now on.
+  void allow_distance(double distance) { options_.max_distance = distance; }
+
   RegionMesh mesh() const;
 
  private:

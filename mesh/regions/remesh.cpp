@@ -16,6 +16,7 @@ namespace {
 constexpr double small_altitude = 0.3;  ///< spacings; facets with less are collapsed if possible
 constexpr double short_edge = 0.4;      ///< likewise
 constexpr double poor_shape = 0.35;     ///< around vertices that are moved for it
+constexpr double any_shape = 1;
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -51,10 +52,14 @@ std::size_t collapse_short_edges(RegionComplex& complex, double longest) {
 }
 
 /// Facets that are too thin lose an edge, the shortest first.
-std::size_t collapse_thin_facets(RegionComplex& complex, double altitude) {
+///
+/// @param shape of facets that are long for their altitude
+std::size_t collapse_thin_facets(RegionComplex& complex, double altitude, double shape) {
   std::size_t count = 0;
   for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
-    if (!complex.has_facet(f) || least_altitude(complex.corners_of(f)) >= altitude) continue;
+    if (!complex.has_facet(f)) continue;
+    const std::array<Vec3d, 3> corners = complex.corners_of(f);
+    if (least_altitude(corners) >= altitude && shape_of(corners) >= shape) continue;
     const Triangle t = complex.facet(f).corners;
     std::array<std::pair<double, std::size_t>, 3> edges;
     for (std::size_t n = 0; n < 3; ++n)
@@ -69,13 +74,14 @@ std::size_t collapse_thin_facets(RegionComplex& complex, double altitude) {
   return count;
 }
 
-std::size_t flip_edges(RegionComplex& complex) {
+/// Flips edges of facets of a worse shape.
+std::size_t flip_edges(RegionComplex& complex, double shape) {
   std::size_t count = 0;
   for (std::uint32_t f = 0; f < complex.facet_count(); ++f) {
+    if (!complex.has_facet(f) || shape_of(complex.corners_of(f)) >= shape) continue;
     for (std::size_t n = 0; n < 3 && complex.has_facet(f); ++n) {
       const Triangle t = complex.facet(f).corners;
-      if (t[n] < t[(n + 1) % 3] || complex.facet(f).side != RegionMesh::nothing)
-        count += complex.flip(t[n], t[(n + 1) % 3]) ? 1 : 0;
+      count += complex.flip(t[n], t[(n + 1) % 3]) ? 1 : 0;
     }
   }
   return count;
@@ -123,12 +129,12 @@ std::size_t move_to_edges(RegionComplex& complex, double spacing, double max_dis
   return count;
 }
 
-/// Vertices move to the middle of their neighbours, along the surface, where that makes facets
-/// better.
-std::size_t smooth(RegionComplex& complex) {
+/// Vertices with a facet of a worse shape move to the middle of their neighbours, along the
+/// surface, where that makes facets better.
+std::size_t smooth(RegionComplex& complex, double shape) {
   std::size_t count = 0;
   for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
-    if (complex.star(v).empty() || complex.worst_shape(v) > poor_shape) continue;
+    if (complex.star(v).empty() || complex.worst_shape(v) > shape) continue;
     const std::vector<Spoke> spokes = complex.spokes(v);
     const VertexPlace place = complex.place(v, spokes);
     if (place == VertexPlace::corner) continue;
@@ -162,30 +168,46 @@ class Remesher {
     constexpr int sharpening_rounds = 8;
     for (int round = 0; round < sharpening_rounds; ++round) {
       move_to_edges(complex_, h, options_.max_distance);
-      flip_edges(complex_);
-      collapse_thin_facets(complex_, small_altitude * h);
+      flip_edges(complex_, any_shape);
+      collapse_thin_facets(complex_, small_altitude * h, 0);
       collapse_short_edges(complex_, short_edge * h);
-      smooth(complex_);
+      smooth(complex_, poor_shape);
     }
     coarsen();
     constexpr int last_rounds = 6;
     for (int round = 0; round < last_rounds; ++round) {
-      std::size_t changes = flip_edges(complex_);
-      changes += collapse_thin_facets(complex_, small_altitude * h);
-      changes += smooth(complex_);
+      std::size_t changes = flip_edges(complex_, any_shape);
+      changes += collapse_thin_facets(complex_, small_altitude * h, 0);
+      changes += smooth(complex_, poor_shape);
       if (changes == 0) break;
     }
+    repair();
     return complex_.mesh();
   }
 
  private:
+  /// What is still thin costs some distance.
+  void repair() {
+    const double h = options_.spacing;
+    constexpr double thin_altitude = 1.5 * thin_part;
+    constexpr double thin_shape = 0.1;
+    constexpr int rounds = 4;
+    for (int round = 1; round <= rounds; ++round) {
+      complex_.allow_distance(options_.max_distance + (largest_repair * h - options_.max_distance) *
+                                                          round / rounds);
+      collapse_thin_facets(complex_, thin_altitude * h, thin_shape);
+      flip_edges(complex_, thin_shape);
+      smooth(complex_, thin_shape);
+    }
+  }
+
   void coarsen() {
     constexpr double growth = 1.4;
     constexpr double short_part = 0.7;
     for (double size = options_.spacing; size < options_.size; size *= growth) {
       collapse_short_edges(complex_, short_part * std::min(size * growth, options_.size));
-      flip_edges(complex_);
-      smooth(complex_);
+      flip_edges(complex_, any_shape);
+      smooth(complex_, poor_shape);
     }
   }
 

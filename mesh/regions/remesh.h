@@ -20,6 +20,10 @@ struct RemeshOptions {
 /// spacing.
 inline constexpr double thin_part = 0.1;
 
+/// To remove what is still thin at the end, interfaces may be this far from their surfaces, in
+/// spacings.
+inline constexpr double largest_repair = 0.25;
+
 /// Makes the facets of a region mesh well shaped, without any change to what touches what.
 ///
 /// Edges collapse and flip, and vertices move, only if afterwards no facet is turned over or
