@@ -111,12 +111,13 @@ bool move_towards(RegionComplex& complex, std::uint32_t v, const std::vector<Spo
   return complex.move(v, r + 0.5 * step, false) || complex.move(v, r + 0.25 * step, false);
 }
 
-/// Vertices near edges and corners of surfaces move there.
-std::size_t move_to_edges(RegionComplex& complex, double spacing, double max_distance) {
+/// Vertices near edges and corners of surfaces move there, others onto the surface, where facets
+/// are further from it than is good.
+std::size_t move_to_edges(RegionComplex& complex, double spacing, double good_distance) {
   std::size_t count = 0;
   for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
     if (complex.star(v).empty()) continue;
-    if (complex.distance_around(v) <= 0.5 * max_distance) continue;
+    if (complex.distance_around(v) <= good_distance) continue;
     const Vec3d r = complex.position(v);
     const std::vector<Spoke> spokes = complex.spokes(v);
     const NearestEdge edge = complex.nearest_edge(v, spokes, r);
@@ -167,7 +168,9 @@ class Remesher {
     const double h = options_.spacing;
     constexpr int sharpening_rounds = 8;
     for (int round = 0; round < sharpening_rounds; ++round) {
-      move_to_edges(complex_, h, options_.max_distance);
+      // Cuts of the long edges of tetrahedra lie beside curved surfaces: all on the same side.
+      const double good_part = round < 2 ? 0.1 : 0.5;
+      move_to_edges(complex_, h, good_part * options_.max_distance);
       flip_edges(complex_, any_shape);
       collapse_thin_facets(complex_, small_altitude * h, 0);
       collapse_short_edges(complex_, short_edge * h);
