@@ -321,15 +321,36 @@ bool RegionComplex::try_change(Change& change) {
 }
 
 void RegionComplex::apply(const Change& change) {
+  before_ = {};
+  before_.facets = change.removed;
   for (const std::uint32_t f : change.removed) {
+    before_.removed.push_back(facets_[f]);
+    if (!frame_.is_flat) before_.fits.push_back(fits_[f]);
     unlink(f);
     is_alive_[f] = false;
   }
-  if (change.vertex != none) positions_[change.vertex] = change.r;
+  if (change.vertex != none) {
+    before_.vertex = change.vertex;
+    before_.r = positions_[change.vertex];
+    positions_[change.vertex] = change.r;
+  }
   for (std::size_t n = 0; n < change.added.size(); ++n) {
     const std::uint32_t f = change.removed[n];
     facets_[f] = change.added[n];
     if (!frame_.is_flat) fits_[f] = change.fits[n];
+    is_alive_[f] = true;
+    link(f);
+  }
+}
+
+void RegionComplex::take_back() {
+  for (const std::uint32_t f : before_.facets)
+    if (is_alive_[f]) unlink(f);
+  if (before_.vertex != none) positions_[before_.vertex] = before_.r;
+  for (std::size_t n = 0; n < before_.facets.size(); ++n) {
+    const std::uint32_t f = before_.facets[n];
+    facets_[f] = before_.removed[n];
+    if (!frame_.is_flat) fits_[f] = before_.fits[n];
     is_alive_[f] = true;
     link(f);
   }
@@ -386,6 +407,57 @@ bool RegionComplex::collapse_and_move(std::uint32_t removed, std::uint32_t kept,
   change->r = *target;
   change->is_for_distance = true;
   return try_change(*change);
+}
+
+Wedge RegionComplex::narrowest_wedge(std::uint32_t v, const std::vector<Spoke>& spokes) const {
+  Wedge narrowest;
+  const auto compare = [&](const Vec3d& a, const Vec3d& b, std::uint32_t p, std::uint32_t q) {
+    const double cosine = dot(normalized(a), normalized(b));
+    if (cosine > narrowest.cosine) narrowest = {.cosine = cosine, .beyond = {p, q}};
+  };
+  const Vec3d& r = positions_[v];
+  for (std::size_t n = 0; n < spokes.size(); ++n) {
+    if (!spokes[n].is_feature) continue;
+    const Vec3d along = positions_[spokes[n].other] - r;
+    if (frame_.is_flat) {
+      for (std::size_t m = 0; m < n; ++m)
+        if (spokes[m].is_feature)
+          compare(along, positions_[spokes[m].other] - r, spokes[n].other, spokes[m].other);
+      continue;
+    }
+    std::vector<std::uint32_t> apexes;
+    for (const std::uint32_t f : stars_[v])
+      if (has(facets_[f].corners, spokes[n].other))
+        for (const std::uint32_t w : facets_[f].corners)
+          if (w != v && w != spokes[n].other) apexes.push_back(w);
+    const auto across = [&](std::uint32_t w) {
+      const Vec3d d = positions_[w] - r;
+      return d - dot(d, along) / dot(along, along) * along;
+    };
+    for (std::size_t i = 0; i < apexes.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        compare(across(apexes[i]), across(apexes[j]), apexes[i], apexes[j]);
+  }
+  return narrowest;
+}
+
+bool RegionComplex::widen_wedge(std::uint32_t removed, std::uint32_t kept, const Vec3d& r) {
+  auto change = collapsed(removed, kept);
+  const auto target = on_its_sides(kept, r);
+  if (!change || !target) return false;
+  for (const std::uint32_t f : stars_[kept]) {
+    if (has(facets_[f].corners, removed)) continue;
+    change->removed.push_back(f);
+    change->added.push_back(facets_[f]);
+  }
+  change->vertex = kept;
+  change->r = *target;
+  const double before = narrowest_wedge(kept, spokes(kept)).cosine;
+  if (!try_change(*change)) return false;
+  constexpr double wider = 0.02;  // of the cosine
+  if (narrowest_wedge(kept, spokes(kept)).cosine < before - wider) return true;
+  take_back();
+  return false;
 }
 
 bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {

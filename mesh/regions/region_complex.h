@@ -36,6 +36,14 @@ struct NearestEdge {
   int planes = 0;  ///< 1 on smooth surfaces, 2 on an edge, 3 at a corner; 0 without any surface
 };
 
+/// The narrowest place of a body next to a vertex: between two of its facets that share an edge,
+/// or, in a flat mesh, between two lines.
+struct Wedge {
+  double cosine = -1;  ///< of the angle
+  /// The other corners there that are not on the edge: where the body becomes thicker.
+  std::array<std::uint32_t, 2> beyond{};
+};
+
 /// A region mesh that changes step by step and stays valid: see remesh().
 class RegionComplex {
  public:
@@ -63,6 +71,9 @@ class RegionComplex {
   /// How far the interfaces around a vertex are from their surfaces.
   double distance_around(std::uint32_t v) const;
 
+  /// Among the edges at a vertex where bodies meet.
+  Wedge narrowest_wedge(std::uint32_t v, const std::vector<Spoke>& spokes) const;
+
   /// Each changes something and is true, or is not allowed to and is false.
   bool collapse(std::uint32_t removed, std::uint32_t kept);
   /// The kept vertex moves, and interfaces have to become nearer to their surfaces.
@@ -70,6 +81,9 @@ class RegionComplex {
   bool flip(std::uint32_t a, std::uint32_t b);
   /// better: only if the worst shape around the vertex becomes better.
   bool move(std::uint32_t v, const Vec3d& r, bool better);
+
+  /// The kept vertex moves, and the narrowest wedge has to become wider.
+  bool widen_wedge(std::uint32_t removed, std::uint32_t kept, const Vec3d& r);
 
   /// How far interfaces may be from their surfaces from now on.
   void allow_distance(double distance) { options_.max_distance = distance; }
@@ -128,6 +142,15 @@ class RegionComplex {
   bool collides(const Change& change) const;
   bool try_change(Change& change);
   void apply(const Change& change);
+  /// What is left of the change before the last.
+  struct Before {
+    std::vector<std::uint32_t> facets;
+    std::vector<RegionMesh::Facet> removed;
+    std::vector<Fit> fits;
+    std::uint32_t vertex = ~std::uint32_t{0};
+    Vec3d r;
+  };
+  void take_back();
   void link(std::uint32_t f);
   void unlink(std::uint32_t f);
 
@@ -142,6 +165,7 @@ class RegionComplex {
   std::vector<Fit> fits_;  ///< of facets in space
   std::vector<std::vector<std::uint32_t>> stars_;
   FacetGrid grid_;
+  Before before_;  ///< the last change
 };
 
 }  // namespace scarp

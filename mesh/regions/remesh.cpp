@@ -159,6 +159,34 @@ std::size_t smooth(RegionComplex& complex, double shape) {
   return count;
 }
 
+/// Where a body ends in a tongue along another one, the tongue becomes shorter: unions of layers
+/// let it end at a node of the grid only.
+std::size_t shorten_tongues(RegionComplex& complex) {
+  constexpr double narrow = 0.94;  // 20 degrees
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+    if (complex.star(v).empty()) continue;
+    const std::vector<Spoke> spokes = complex.spokes(v);
+    if (complex.place(v, spokes) == VertexPlace::patch) continue;
+    const Wedge wedge = complex.narrowest_wedge(v, spokes);
+    if (wedge.cosine < narrow) continue;
+    const Vec3d r = complex.position(v);
+    std::vector<std::uint32_t> others(wedge.beyond.begin(), wedge.beyond.end());
+    for (const Spoke& spoke : spokes)
+      if (spoke.is_feature) others.push_back(spoke.other);
+    for (const std::uint32_t other : others) {
+      const Vec3d to = complex.position(other);
+      const Vec3d onto = complex.nearest_edge(v, spokes, to).r;
+      if (!complex.widen_wedge(other, v, to) && !complex.widen_wedge(other, v, onto) &&
+          !complex.widen_wedge(v, other, to) && !complex.widen_wedge(other, v, r))
+        continue;
+      ++count;
+      break;
+    }
+  }
+  return count;
+}
+
 class Remesher {
  public:
   Remesher(const RegionMesh& mesh, std::span<const TriMesh> surfaces, const RemeshOptions& options)
@@ -171,6 +199,7 @@ class Remesher {
       // Cuts of the long edges of tetrahedra lie beside curved surfaces: all on the same side.
       const double good_part = round < 2 ? 0.1 : 0.5;
       move_to_edges(complex_, h, good_part * options_.max_distance);
+      shorten_tongues(complex_);
       flip_edges(complex_, any_shape);
       collapse_thin_facets(complex_, small_altitude * h, 0);
       collapse_short_edges(complex_, short_edge * h);

@@ -85,8 +85,11 @@ TEST(RegionSurface, ASphereOfOneMaterialInAnother) {
   const double ball = 4.0 / 3 * std::numbers::pi * radius * radius * radius;
   const std::vector<double> volumes = region_volumes(mesh);
   const double wafer = 24 * 24 * (18 - 12.2);
-  EXPECT_NEAR(volumes[0], wafer + ball, 0.01 * ball);
-  EXPECT_NEAR(volumes[1], 24 * 24 * (11.4 + 12.2) - ball, 0.01 * ball);
+  // The surface of the layer has chords within its cells: 1 % of this ball.
+  EXPECT_NEAR(volumes[0], wafer + ball, 0.015 * ball);
+  EXPECT_NEAR(volumes[1], 24 * 24 * (11.4 + 12.2) - ball, 0.015 * ball);
+  const std::vector<double> of_layers = material_volumes(layers);
+  EXPECT_NEAR(volumes[1], of_layers[1], 0.002 * ball);
   for (const RegionMesh::Facet& facet : mesh.facets) {
     const auto [a, b, c] = corners(mesh, facet);
     const Vec3d centre = (a + b + c) / 3.0;
@@ -163,7 +166,7 @@ TEST_P(Regions, FilmsInATrenchThatTheSidesCut) {
       frame(),
       std::vector<Shape>{
           WaferShape{},
-          TrenchShape{.width = 16.3, .centre = 15, .cut = {.depth = 21.4, .taper = 0.05}}});
+          TrenchShape{.width = 16.3, .centre = 14, .cut = {.depth = 21.4, .taper = 0.05}}});
   add_layer(layers, 1);
   coat(layers, 0.4);
   add_layer(layers, 2);
