@@ -39,7 +39,8 @@ std::vector<double> region_volumes(const RegionMesh& mesh) {
     for (int n = 0; n < 2; ++n) {
       const int body = facet.bodies[static_cast<std::size_t>(n)];
       if (body == RegionMesh::nothing) continue;
-      const auto region = static_cast<std::size_t>(mesh.bodies[static_cast<std::size_t>(body)].region);
+      const auto region =
+          static_cast<std::size_t>(mesh.bodies[static_cast<std::size_t>(body)].region);
       volumes[region] += n == 0 ? volume : -volume;
     }
   }

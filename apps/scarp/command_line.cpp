@@ -408,9 +408,10 @@ void add_arguments(CLI::App& command, VolumeArguments& arguments) {
       .add_option("where", arguments.where,
                   "Result folder of a run, for its newest state, or a state (.vdb)")
       ->required();
-  add_output(command, arguments.output,
-             "All materials in one mesh with shared interfaces: .msh (gmsh 4.1) .smesh (tetgen) .vtu; "
-             "or NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp (default: volume.stl)");
+  add_output(
+      command, arguments.output,
+      "All materials in one mesh with shared interfaces: .msh (gmsh 4.1) .smesh (tetgen) .vtu; "
+      "or NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp (default: volume.stl)");
   command.add_option("--bottom", arguments.bottom,
                      "Height at which the wafer ends, for example '-2 um' (default: ten spacings "
                      "below its lowest point)");

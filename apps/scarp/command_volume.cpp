@@ -45,10 +45,10 @@ fs::path file_of(const fs::path& output, const std::string& material) {
 
 /// Options of one mesh for all regions.
 void refuse_options_of_regions(const VolumeArguments& arguments) {
-  const char* const option = arguments.gas               ? "--gas"
-                             : arguments.tetrahedra      ? "--tetrahedra"
+  const char* const option = arguments.gas             ? "--gas"
+                             : arguments.tetrahedra    ? "--tetrahedra"
                              : !arguments.size.empty() ? "--size"
-                                                         : nullptr;
+                                                       : nullptr;
   if (option == nullptr) return;
   throw InputError(fmt::format(
       "{}: only meshes of all materials in one have it; write -o NAME.msh or NAME.vtu", option));

@@ -27,8 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double default_room = 10;  ///< spacings below and above the surfaces
-constexpr double default_size = 4;   ///< spacings
+constexpr double default_room = 10;    ///< spacings below and above the surfaces
+constexpr double default_size = 4;     ///< spacings
 constexpr double max_distance = 0.05;  ///< spacings
 
 double length_of(const std::string& option, const std::string& text) {
@@ -44,10 +44,9 @@ std::string ending_of(const std::string& file) { return fs::path(file).extension
 RegionMesh cut(const VolumeArguments& arguments, const Layers& layers) {
   const double room = default_room * layers.frame.spacing;
   RegionOptions options;
-  options.bottom =
-      arguments.bottom.empty()
-          ? bounding_box(extract_surface(layers.stack.front().phi)).lower.z - room
-          : length_of("--bottom", arguments.bottom);
+  options.bottom = arguments.bottom.empty()
+                       ? bounding_box(extract_surface(layers.stack.front().phi)).lower.z - room
+                       : length_of("--bottom", arguments.bottom);
   if (arguments.gas) {
     options.lid = arguments.top.empty() ? bounding_box(extract_surface(layers.top())).upper.z + room
                                         : length_of("--top", arguments.top);
@@ -83,11 +82,11 @@ std::vector<double> volumes_of(const RegionMesh& mesh, const Frame& frame) {
   std::vector<double> volumes(mesh.regions.size());
   for (const RegionMesh::Facet& facet : mesh.facets) {
     const auto [a, b, c] = corners(mesh, facet);
-    const auto region = static_cast<std::size_t>(
-        mesh.bodies[static_cast<std::size_t>(facet.bodies[0])].region);
+    const auto region =
+        static_cast<std::size_t>(mesh.bodies[static_cast<std::size_t>(facet.bodies[0])].region);
     if (mesh.regions[region].is_meshed)
-      volumes[region] += 2 * std::numbers::pi * (a.x + b.x + c.x) / 3 *
-                         length(cross(b - a, c - a)) / 2;
+      volumes[region] +=
+          2 * std::numbers::pi * (a.x + b.x + c.x) / 3 * length(cross(b - a, c - a)) / 2;
   }
   return volumes;
 }
@@ -172,14 +171,13 @@ void refuse_sections(const VolumeArguments& arguments, const Frame& frame) {
   if (arguments.tetrahedra)
     throw InputError(fmt::format("--tetrahedra: a section has none; {}", remedy));
   if (ending_of(arguments.output) == ".smesh")
-    throw InputError(fmt::format("-o: tetgen fills surfaces in space, and this is a section; {}",
-                                 remedy));
+    throw InputError(
+        fmt::format("-o: tetgen fills surfaces in space, and this is a section; {}", remedy));
 }
 
 /// A section around an axis stays flat only where programs take it so.
 bool is_revolved(const VolumeArguments& arguments, const Frame& frame) {
-  return frame.axisymmetric &&
-         (arguments.tetrahedra || ending_of(arguments.output) == ".smesh");
+  return frame.axisymmetric && (arguments.tetrahedra || ending_of(arguments.output) == ".smesh");
 }
 
 void write(const VolumeArguments& arguments, const Written& written) {
@@ -224,8 +222,7 @@ ExitCode write_regions(const VolumeArguments& arguments, const CommonOptions& co
   written.volumes = volumes_of(written.mesh, layers.frame);
   written.warnings = warnings_of(written, layers);
   for (const std::string& warning : written.warnings) std::cerr << "warning: " << warning << '\n';
-  written.named =
-      arguments.tetrahedra ? filled_by_program(written.mesh) : named_mesh(written.mesh);
+  written.named = arguments.tetrahedra ? filled_by_program(written.mesh) : named_mesh(written.mesh);
   write(arguments, written);
 
   const bool is_slice = layers.frame.is_slice();
@@ -237,11 +234,11 @@ ExitCode write_regions(const VolumeArguments& arguments, const CommonOptions& co
       fmt::print("{}: {:.6g} {}\n", region["name"].get<std::string>(),
                  region[is_slice ? "area_nm2" : "volume_nm3"].get<double>(),
                  is_slice ? "nm^2" : "nm^3");
-    fmt::print("{}: {} vertices, {} facets, {} tetrahedra; altitudes from {:.3g} nm, interfaces "
-               "within {:.3g} nm\n",
-               shown(arguments.output), written.named.vertices.size(), count_of(written.named, 2),
-               count_of(written.named, 3), written.quality.least_altitude,
-               written.quality.max_distance);
+    fmt::print(
+        "{}: {} vertices, {} facets, {} tetrahedra; altitudes from {:.3g} nm, interfaces "
+        "within {:.3g} nm\n",
+        shown(arguments.output), written.named.vertices.size(), count_of(written.named, 2),
+        count_of(written.named, 3), written.quality.least_altitude, written.quality.max_distance);
   }
   return done;
 }

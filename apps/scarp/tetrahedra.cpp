@@ -50,9 +50,9 @@ std::optional<int> run_program(const std::vector<std::string>& words, const fs::
 [[noreturn]] void fail(const std::string& program, int exit_code, const fs::path& printed) {
   const std::string text = read_file(printed);
   constexpr std::size_t shown_length = 600;
-  throw NumericalError(fmt::format(
-      "{} ended with exit code {}: {}", program, exit_code,
-      printable(text.substr(text.size() - std::min(text.size(), shown_length)))));
+  throw NumericalError(
+      fmt::format("{} ended with exit code {}: {}", program, exit_code,
+                  printable(text.substr(text.size() - std::min(text.size(), shown_length)))));
 }
 
 /// The first body of each region.
@@ -85,9 +85,9 @@ std::optional<ReadTets> filled_by_gmsh(const RegionMesh& mesh, const fs::path& f
   write_msh(folder / "wafer.msh", named_mesh(mesh));
   const fs::path printed = folder / "gmsh.txt";
   const fs::path filled = folder / "filled.msh";
-  const auto exit_code = run_program({"gmsh", "-3", "-format", "msh41", "-o", filled.string(),
-                                      (folder / "wafer.msh").string()},
-                                     printed);
+  const auto exit_code = run_program(
+      {"gmsh", "-3", "-format", "msh41", "-o", filled.string(), (folder / "wafer.msh").string()},
+      printed);
   if (!exit_code) return std::nullopt;
   if (*exit_code != 0 || !fs::exists(filled)) fail("gmsh", *exit_code, printed);
   return read_gmsh_tets(filled);

@@ -56,10 +56,10 @@ class Heights {
  public:
   Heights(const Stack& stack, double spacing, double bottom, double top) {
     constexpr double room = 3;  // spacings around the surfaces
-    const int lowest = static_cast<int>(
-        std::ceil(std::max(stack.lower / spacing - room, bottom / spacing + 0.5)));
-    const int highest = static_cast<int>(
-        std::floor(std::min(stack.upper / spacing + room, top / spacing - 0.5)));
+    const int lowest =
+        static_cast<int>(std::ceil(std::max(stack.lower / spacing - room, bottom / spacing + 0.5)));
+    const int highest =
+        static_cast<int>(std::floor(std::min(stack.upper / spacing + room, top / spacing - 0.5)));
     for (double z : graded(lowest * spacing, bottom, -spacing)) {
       z_.insert(z_.begin(), z);
       grid_.insert(grid_.begin(), below);
@@ -177,10 +177,11 @@ class RegionCut {
     const int grid = heights_.grid(n[2]);
     for (std::size_t m = 0; m < stack_.layers.size(); ++m) {
       constexpr double far = LevelSet::half_width;
-      double value = grid == Heights::below   ? -far
-                     : grid == Heights::above ? far
-                                              : static_cast<double>(stack_.layers[m]->phi.node(
-                                                    n[0] + first_, n[1], grid));
+      double value =
+          grid == Heights::below ? -far
+          : grid == Heights::above
+              ? far
+              : static_cast<double>(stack_.layers[m]->phi.node(n[0] + first_, n[1], grid));
       if (m > 0 && values[m - 1] - value < thinnest_meshed_film) value = values[m - 1];
       values[m] = value;
     }
@@ -301,12 +302,8 @@ class RegionCut {
   }
 
   /// The six tetrahedra of a cell lie around its diagonal: along three axes in any order.
-  static constexpr std::array<std::array<unsigned, 4>, 6> tetrahedra{{{0, 1, 3, 7},
-                                                                      {0, 3, 2, 7},
-                                                                      {0, 2, 6, 7},
-                                                                      {0, 6, 4, 7},
-                                                                      {0, 4, 5, 7},
-                                                                      {0, 5, 1, 7}}};
+  static constexpr std::array<std::array<unsigned, 4>, 6> tetrahedra{
+      {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
 
   void cut_cells() {
     is_cut_.resize(node_count());
@@ -471,8 +468,7 @@ class RegionCut {
     for (std::uint32_t t = 0; t < tets_.size(); ++t)
       label.try_emplace(pieces_.lowest(t), tets_[t].label);
     for (CutTet& tet : tets_) {
-      const auto found =
-          into.find(pieces_.lowest(static_cast<std::uint32_t>(&tet - tets_.data())));
+      const auto found = into.find(pieces_.lowest(static_cast<std::uint32_t>(&tet - tets_.data())));
       if (found != into.end()) tet.label = label.at(found->second);
     }
     for (const auto& [body, other] : into) pieces_.join(body, other);
@@ -480,8 +476,8 @@ class RegionCut {
 
   double area(const Face& face) const {
     const Vec3d a = vertices_.position(face.sorted[0]);
-    return length(cross(vertices_.position(face.sorted[1]) - a,
-                        vertices_.position(face.sorted[2]) - a));
+    return length(
+        cross(vertices_.position(face.sorted[1]) - a, vertices_.position(face.sorted[2]) - a));
   }
 
   template <class F>
@@ -498,8 +494,7 @@ class RegionCut {
         number_body(piece(inner_node(cell)), labels_[node(inner_node(cell))]);
     });
     // Gas that the top does not belong to is closed in.
-    const int open =
-        bodies_.at(pieces_.lowest(piece({0, 0, nodes_[2] - 1})));
+    const int open = bodies_.at(pieces_.lowest(piece({0, 0, nodes_[2] - 1})));
     bool has_voids = false;
     for (std::size_t n = 0; n < body_list_.size(); ++n) {
       if (body_list_[n].region != gas_region() || static_cast<int>(n) == open) continue;
@@ -509,7 +504,8 @@ class RegionCut {
     for (const MaterialId material : materials_)
       regions_.push_back({.kind = MeshRegion::Kind::material, .material = material});
     regions_.push_back({.kind = MeshRegion::Kind::gas, .is_meshed = has_lid_});
-    if (has_voids) regions_.push_back({.kind = MeshRegion::Kind::closed_void, .is_meshed = has_lid_});
+    if (has_voids)
+      regions_.push_back({.kind = MeshRegion::Kind::closed_void, .is_meshed = has_lid_});
   }
 
   void number_body(std::uint32_t piece, int label) {
@@ -521,8 +517,7 @@ class RegionCut {
   int body_of(std::uint32_t piece) { return bodies_.at(pieces_.lowest(piece)); }
 
   bool is_kept(int body) const {
-    const auto region =
-        static_cast<std::size_t>(body_list_[static_cast<std::size_t>(body)].region);
+    const auto region = static_cast<std::size_t>(body_list_[static_cast<std::size_t>(body)].region);
     return regions_[region].is_meshed || frame_.is_section();
   }
 
@@ -579,8 +574,7 @@ class RegionCut {
   /// Of a label among all layers.
   int layer_index(int label) const {
     if (label == stack_.count()) return static_cast<int>(layers_.stack.size());
-    return static_cast<int>(stack_.layers[static_cast<std::size_t>(label)] -
-                            layers_.stack.data());
+    return static_cast<int>(stack_.layers[static_cast<std::size_t>(label)] - layers_.stack.data());
   }
 
   void add_uncut_sides(RegionMesh& mesh) {
@@ -630,12 +624,12 @@ class RegionCut {
   Heights heights_;
   CutVertices vertices_;
   Cell nodes_{};
-  std::vector<std::uint8_t> labels_;     ///< of nodes
-  std::vector<bool> is_mixed_;           ///< of cells, by their lowest nodes
-  std::vector<bool> is_cut_;             ///< likewise
-  std::vector<std::uint32_t> numbers_;   ///< of nodes that are vertices
-  std::vector<Cell> grid_nodes_;         ///< of vertices that are nodes
-  std::vector<bool> is_moved_;           ///< likewise
+  std::vector<std::uint8_t> labels_;    ///< of nodes
+  std::vector<bool> is_mixed_;          ///< of cells, by their lowest nodes
+  std::vector<bool> is_cut_;            ///< likewise
+  std::vector<std::uint32_t> numbers_;  ///< of nodes that are vertices
+  std::vector<Cell> grid_nodes_;        ///< of vertices that are nodes
+  std::vector<bool> is_moved_;          ///< likewise
   std::vector<CutTet> tets_;
   std::vector<Face> faces_;
   DisjointSets pieces_{0};

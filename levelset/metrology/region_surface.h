@@ -8,7 +8,7 @@
 namespace scarp {
 
 struct RegionOptions {
-  double bottom = 0;           ///< height at which the wafer ends
+  double bottom = 0;            ///< height at which the wafer ends
   std::optional<double> lid{};  ///< height at which the gas above ends; none: it is empty space
 };
 

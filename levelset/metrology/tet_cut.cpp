@@ -50,10 +50,14 @@ void split(Prism prism, std::vector<Tet>& tets) {
 /// The same tetrahedron with another vertex first.
 Tet from_vertex(const Tet& t, std::size_t n) {
   switch (n) {
-    case 0: return t;
-    case 1: return {t[1], t[0], t[3], t[2]};
-    case 2: return {t[2], t[3], t[0], t[1]};
-    default: return {t[3], t[2], t[1], t[0]};
+    case 0:
+      return t;
+    case 1:
+      return {t[1], t[0], t[3], t[2]};
+    case 2:
+      return {t[2], t[3], t[0], t[1]};
+    default:
+      return {t[3], t[2], t[1], t[0]};
   }
 }
 
@@ -63,9 +67,8 @@ void cut_off_first(const Tet& t, int surface, CutVertices& vertices, std::vector
   Prism rest;
   for (std::size_t n = 0; n < 3; ++n) {
     rest.b[n] = t[n + 1];
-    rest.a[n] = vertices.value(t[n + 1], surface) == 0
-                    ? t[n + 1]
-                    : vertices.between(t[0], t[n + 1], surface);
+    rest.a[n] = vertices.value(t[n + 1], surface) == 0 ? t[n + 1]
+                                                       : vertices.between(t[0], t[n + 1], surface);
   }
   first.push_back({t[0], rest.a[0], rest.a[1], rest.a[2]});
   split(rest, others);

@@ -39,7 +39,8 @@ class CutVertices {
   std::vector<Vec3d> positions_;
   std::vector<std::uint8_t> sides_;
   std::vector<double> values_;
-  std::vector<std::unordered_map<std::uint64_t, std::uint32_t>> cuts_;  ///< of each surface, by ends
+  std::vector<std::unordered_map<std::uint64_t, std::uint32_t>>
+      cuts_;  ///< of each surface, by ends
 };
 
 /// Values at part t between two places, of which the surface is one that has its zero there. What
@@ -47,7 +48,8 @@ class CutVertices {
 void values_between(const double* a, const double* b, double t, int surface, int count,
                     double least, double* values);
 
-/// A tetrahedron of positive volume, and the lowest surface that it lies inside of, or their number.
+/// A tetrahedron of positive volume, and the lowest surface that it lies inside of, or their
+/// number.
 struct CutTet {
   std::array<std::uint32_t, 4> v{};
   int label = 0;

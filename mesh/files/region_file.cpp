@@ -178,8 +178,7 @@ class MshText {
   std::string volumes() const {
     std::string text = "// Volumes between the surfaces of the mesh; gmsh reads this with it.\n";
     for (std::size_t body = 0; body < mesh_.bodies.size(); ++body) {
-      const MeshRegion& region =
-          mesh_.regions[static_cast<std::size_t>(mesh_.bodies[body].region)];
+      const MeshRegion& region = mesh_.regions[static_cast<std::size_t>(mesh_.bodies[body].region)];
       if (!region.is_meshed) continue;
       std::string loop;
       for (std::size_t n = 0; n < mesh_.groups.size(); ++n) {
@@ -200,8 +199,8 @@ class MshText {
           tags.append(tags.empty() ? "" : ", ").append(std::to_string(body + 1));
       }
       if (tags.empty()) continue;
-      text += "Physical Volume(\"" + name + "\", " + std::to_string(number) + ") = {" + tags +
-              "};\n";
+      text +=
+          "Physical Volume(\"" + name + "\", " + std::to_string(number) + ") = {" + tags + "};\n";
     }
     return text;
   }
@@ -367,8 +366,8 @@ void write_smesh(const std::filesystem::path& file, const RegionMesh& mesh) {
       holes += text_of(++hole_count) + ' ' + place_text(*points[body]) + '\n';
     }
   }
-  write_file(file, text + text_of(hole_count) + '\n' + holes + text_of(region_count) + '\n' +
-                       regions);
+  write_file(file,
+             text + text_of(hole_count) + '\n' + holes + text_of(region_count) + '\n' + regions);
 }
 
 namespace {
@@ -380,8 +379,7 @@ class VtuText {
   void add(const std::string& name, const char* type, int components,
            const std::vector<T>& values) {
     xml_ += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" + name + '"';
-    if (components > 1)
-      xml_ += " NumberOfComponents=\"" + std::to_string(components) + '"';
+    if (components > 1) xml_ += " NumberOfComponents=\"" + std::to_string(components) + '"';
     xml_ += " format=\"appended\" offset=\"" + text_of(appended_.size()) + "\"/>\n";
     const std::uint64_t size = values.size() * sizeof(T);
     appended_.append(reinterpret_cast<const char*>(&size), sizeof(size));  // NOLINT

@@ -169,9 +169,8 @@ RegionComplex::Fit RegionComplex::fit_of(const RegionMesh::Facet& facet,
   for (std::size_t s = 0; s < 4; ++s)
     if (!compare(sample(corners, facet_samples[s]))) return fit;
   // Of facets larger than cells of the grid more.
-  const double longest =
-      std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]),
-                length(corners[0] - corners[2])});
+  const double longest = std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]),
+                                   length(corners[0] - corners[2])});
   const int parts = static_cast<int>(std::ceil(longest / (1.5 * options_.spacing)));
   for (int a = 0; parts > 1 && a <= parts; ++a) {
     for (int b = 0; a + b <= parts; ++b) {
@@ -186,8 +185,7 @@ RegionComplex::Fit RegionComplex::fit_of(const RegionMesh::Facet& facet,
 }
 
 void RegionComplex::add_line_fit(int layer, const Vec3d& a, const Vec3d& b, Fit& fit) const {
-  const int parts =
-      2 * std::max(2, static_cast<int>(std::ceil(length(b - a) / options_.spacing)));
+  const int parts = 2 * std::max(2, static_cast<int>(std::ceil(length(b - a) / options_.spacing)));
   for (int n = 0; n <= parts; ++n) {
     const double t = static_cast<double>(n) / parts;
     const ClosestPoint closest =
@@ -207,8 +205,7 @@ RegionComplex::Fit RegionComplex::flat_fit(const std::vector<RegionMesh::Facet>&
       const std::uint32_t a = facet.corners[n];
       const std::uint32_t b = facet.corners[(n + 1) % 3];
       const auto is_beyond = [&](const RegionMesh::Facet& other) {
-        return has(other.corners, a) && has(other.corners, b) &&
-               other.bodies[0] != facet.bodies[0];
+        return has(other.corners, a) && has(other.corners, b) && other.bodies[0] != facet.bodies[0];
       };
       const RegionMesh::Facet* beyond = nullptr;
       for (const std::uint32_t f : stars_[a]) {
@@ -363,7 +360,8 @@ std::optional<RegionComplex::Change> RegionComplex::collapsed(std::uint32_t remo
   const VertexPlace where = place(removed, around);
   if (where == VertexPlace::corner) return std::nullopt;
   const auto edge = std::ranges::find(around, kept, &Spoke::other);
-  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature)) return std::nullopt;
+  if (edge == around.end() || (where == VertexPlace::curve && !edge->is_feature))
+    return std::nullopt;
   // What both are next to may only be the facets between them.
   const std::vector<Spoke> beyond = spokes(kept);
   std::vector<std::uint32_t> common;
@@ -483,8 +481,7 @@ bool RegionComplex::flip(std::uint32_t a, std::uint32_t b) {
   second.corners = {d, b, c};
   Change change{.removed = {f, g}, .added = {first, second}, .r = {}};
   constexpr double better = 1.05;
-  change.least_shape =
-      better * std::min(shape_of(corners_of(f)), shape_of(corners_of(g)));
+  change.least_shape = better * std::min(shape_of(corners_of(f)), shape_of(corners_of(g)));
   if (try_change(change)) return true;
   if (frame_.is_flat || facets_[f].layer == RegionMesh::nothing) return false;
   change.least_shape = 0;
@@ -525,8 +522,7 @@ double RegionComplex::distance_around(std::uint32_t v) const {
 NearestEdge RegionComplex::nearest_edge(std::uint32_t v, const std::vector<Spoke>& spokes,
                                         const Vec3d& r) const {
   // Planes n (x - q) = 0, by their weights, in the directions in which the vertex may move.
-  std::array<bool, 3> is_fixed{(sides_[v] & 0x03U) != 0,
-                               (sides_[v] & 0x0cU) != 0 || frame_.is_flat,
+  std::array<bool, 3> is_fixed{(sides_[v] & 0x03U) != 0, (sides_[v] & 0x0cU) != 0 || frame_.is_flat,
                                (sides_[v] & 0x30U) != 0};
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -556,8 +552,7 @@ NearestEdge RegionComplex::nearest_edge(std::uint32_t v, const std::vector<Spoke
       if (facets_[f].layer == RegionMesh::nothing) continue;
       const std::array<Vec3d, 3> c = corners_of(f);
       const double area = length(cross(c[1] - c[0], c[2] - c[0]));
-      for (std::size_t s = 4; s < 7; ++s)
-        add(facets_[f].layer, sample(c, facet_samples[s]), area);
+      for (std::size_t s = 4; s < 7; ++s) add(facets_[f].layer, sample(c, facet_samples[s]), area);
     }
   }
   if (!(weight > 0)) return {.r = r};

@@ -225,8 +225,8 @@ class Remesher {
     constexpr double thin_shape = 0.1;
     constexpr int rounds = 4;
     for (int round = 1; round <= rounds; ++round) {
-      complex_.allow_distance(options_.max_distance + (largest_repair * h - options_.max_distance) *
-                                                          round / rounds);
+      complex_.allow_distance(options_.max_distance +
+                              (largest_repair * h - options_.max_distance) * round / rounds);
       collapse_thin_facets(complex_, thin_altitude * h, thin_shape);
       flip_edges(complex_, thin_shape);
       smooth(complex_, thin_shape);
@@ -250,8 +250,7 @@ class Remesher {
 /// The places of a triangle as dense as the grid.
 template <class F>
 void for_each_place(const std::array<Vec3d, 3>& c, double spacing, const F& do_it) {
-  const double longest =
-      std::max({length(c[1] - c[0]), length(c[2] - c[1]), length(c[0] - c[2])});
+  const double longest = std::max({length(c[1] - c[0]), length(c[2] - c[1]), length(c[0] - c[2])});
   const int parts = 2 * std::max(1, static_cast<int>(std::ceil(longest / spacing)));
   for (int a = 0; a <= parts; ++a) {
     for (int b = 0; a + b <= parts; ++b) {
@@ -290,7 +289,8 @@ RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
       const Vec3d a = mesh.vertices[line.ends[0]];
       const Vec3d b = mesh.vertices[line.ends[1]];
       const int parts = 2 * std::max(1, static_cast<int>(std::ceil(length(b - a) / spacing)));
-      for (int n = 0; n <= parts; ++n) compare(line.layer, a + (static_cast<double>(n) / parts) * (b - a));
+      for (int n = 0; n <= parts; ++n)
+        compare(line.layer, a + (static_cast<double>(n) / parts) * (b - a));
     }
     return quality;
   }
@@ -299,8 +299,7 @@ RegionQuality quality(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
   for (const RegionMesh::Facet& facet : mesh.facets) {
     if (facet.layer == RegionMesh::nothing) continue;
     interfaces.triangles.push_back(facet.corners);
-    for_each_place(corners(mesh, facet), spacing,
-                   [&](const Vec3d& r) { compare(facet.layer, r); });
+    for_each_place(corners(mesh, facet), spacing, [&](const Vec3d& r) { compare(facet.layer, r); });
   }
   const TriangleTree tree(interfaces);
   for (const TriMesh& surface : surfaces)

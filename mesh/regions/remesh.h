@@ -44,7 +44,7 @@ RegionMesh remesh(const RegionMesh& mesh, std::span<const TriMesh> surfaces,
 struct RegionQuality {
   double least_altitude = 0;  ///< in nm
   std::size_t thin_facets = 0;
-  double max_distance = 0;  ///< from interfaces to the surfaces of their layers, in nm
+  double max_distance = 0;          ///< from interfaces to the surfaces of their layers, in nm
   double reverse_max_distance = 0;  ///< from vertices of the surfaces to interfaces, in nm
 };
 

@@ -43,8 +43,9 @@ MshNames names_of(const std::string& file) {
 
 double volume(const ReadTets& read, const BodyTet& tet) {
   const Vec3d a = read.vertices[tet.corners[0]];
-  return std::abs(dot(read.vertices[tet.corners[1]] - a,
-                      cross(read.vertices[tet.corners[2]] - a, read.vertices[tet.corners[3]] - a))) /
+  return std::abs(
+             dot(read.vertices[tet.corners[1]] - a,
+                 cross(read.vertices[tet.corners[2]] - a, read.vertices[tet.corners[3]] - a))) /
          6;
 }
 
@@ -277,9 +278,8 @@ TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
   // Each material of these is in one piece.
   if (of_bodies.size() != volumes.size()) return;
   for (const auto& [name, value] : volumes) {
-    const bool is_there = std::ranges::any_of(of_bodies, [&](const auto& body) {
-      return std::abs(body.second - value) < 1e-3 * value;
-    });
+    const bool is_there = std::ranges::any_of(
+        of_bodies, [&](const auto& body) { return std::abs(body.second - value) < 1e-3 * value; });
     EXPECT_TRUE(is_there) << name;
   }
 }

@@ -22,22 +22,19 @@ void expect_volumes_of(const Layers& layers, const RegionMesh& mesh, double part
   const double thickness = mesh.is_flat ? layers.frame.spacing : 1;
   for (std::size_t n = 0; n < mesh.regions.size(); ++n) {
     if (mesh.regions[n].kind != MeshRegion::Kind::material) continue;
-    double wanted =
-        n == 0 ? -mesh.lower[2] * layers.frame.sides().area() / thickness : 0;
+    double wanted = n == 0 ? -mesh.lower[2] * layers.frame.sides().area() / thickness : 0;
     for (std::size_t k = 0; k < of_layers.size(); ++k)
-      if (layers.stack[k].material == mesh.regions[n].material)
-        wanted += of_layers[k] / thickness;
+      if (layers.stack[k].material == mesh.regions[n].material) wanted += of_layers[k] / thickness;
     EXPECT_NEAR(volumes[n], wanted, part * wanted) << "region " << n;
   }
 }
 
 Layers mask_on_wafer(const Frame& frame) {
   return build_layers(
-      frame,
-      std::vector<Shape>{WaferShape{}, MaskShape{.material = 1,
-                                                 .thickness = 5.2,
-                                                 .outlines = MaskShape::Outlines::resist,
-                                                 .outline = CircleOutline{.radius = 7.3}}});
+      frame, std::vector<Shape>{WaferShape{}, MaskShape{.material = 1,
+                                                        .thickness = 5.2,
+                                                        .outlines = MaskShape::Outlines::resist,
+                                                        .outline = CircleOutline{.radius = 7.3}}});
 }
 
 TEST(RegionSurface, AFlatStackHasExactVolumes) {
@@ -78,7 +75,8 @@ TEST(RegionSurface, ASphereOfOneMaterialInAnother) {
   };
   Layers layers{.frame = frame, .stack = {}};
   layers.stack.push_back({0, LevelSet(frame, wafer_and_sphere, -20, 20)});
-  layers.stack.push_back({1, LevelSet(frame, [](Vec3d r) { return r.z - 11.4; }, -20, 20)});
+  layers.stack.push_back({1, LevelSet(
+                                 frame, [](Vec3d r) { return r.z - 11.4; }, -20, 20)});
   const RegionMesh mesh = remeshed(layers, {.bottom = -18});
   expect_sound(mesh, 1);
   ASSERT_EQ(mesh.bodies.size(), 4U);  // wafer, sphere, what is around it, gas
@@ -127,8 +125,7 @@ TEST(RegionSurface, EdgesOfATrenchAreSharp) {
       {.spacing = 1, .cells = {30, 12}},
       std::vector<Shape>{WaferShape{}, TrenchShape{.width = 13.4, .cut = {.depth = 14.6}}});
   const std::vector<TriMesh> surfaces = layer_surfaces(layers);
-  const RegionQuality before =
-      quality(region_surface(layers, {.bottom = -25}), surfaces, 1);
+  const RegionQuality before = quality(region_surface(layers, {.bottom = -25}), surfaces, 1);
   const RegionMesh mesh = remeshed(layers, {.bottom = -25}, 4);
   const RegionQuality after = quality(mesh, surfaces, 1);
   expect_sound(mesh, 1);

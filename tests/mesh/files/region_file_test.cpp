@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/system/atomic_file.h"
 #include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
-#include "core/system/atomic_file.h"
 
 namespace scarp {
 namespace {
@@ -20,8 +20,9 @@ RegionMesh two_tetrahedra() {
   RegionMesh mesh;
   mesh.lower = {0, 0, -1};
   mesh.upper = {1, 1, 1};
-  mesh.regions = {{.name = "Si"}, {.name = "SiO2"}, {.kind = MeshRegion::Kind::gas, .name = "gas",
-                                                    .is_meshed = false}};
+  mesh.regions = {{.name = "Si"},
+                  {.name = "SiO2"},
+                  {.kind = MeshRegion::Kind::gas, .name = "gas", .is_meshed = false}};
   mesh.bodies = {{0}, {1}, {2}};
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.1, 0.1, -1}, {0.1, 0.1, 1}};
   const auto add = [&](const Triangle& corners, std::array<int, 2> bodies) {
@@ -33,8 +34,7 @@ RegionMesh two_tetrahedra() {
   mesh.facets[1].side = 0;
   mesh.facets[2].side = 4;
   mesh.facets[3].side = 2;
-  for (const Triangle t : {Triangle{2, 0, 4}, Triangle{1, 2, 4}, Triangle{0, 1, 4}})
-    add(t, {1, 2});
+  for (const Triangle t : {Triangle{2, 0, 4}, Triangle{1, 2, 4}, Triangle{0, 1, 4}}) add(t, {1, 2});
   return mesh;
 }
 
@@ -50,8 +50,8 @@ TEST_F(RegionFile, GroupsAreNamedAfterWhatTheyAreBetween) {
   const NamedMesh named = named_mesh(two_tetrahedra());
   std::vector<std::string> names;
   for (const ElementGroup& group : named.groups) names.push_back(group.name);
-  EXPECT_THAT(names, ::testing::UnorderedElementsAre("Si_SiO2", "Si_x_min", "Si_bottom",
-                                                     "Si_y_min", "SiO2_gas"));
+  EXPECT_THAT(names, ::testing::UnorderedElementsAre("Si_SiO2", "Si_x_min", "Si_bottom", "Si_y_min",
+                                                     "SiO2_gas"));
   EXPECT_FALSE(named.is_filled());
 }
 
@@ -109,7 +109,8 @@ TEST_F(RegionFile, AnUnstructuredGridNamesItsRegions) {
   const std::string surface = read_file(folder_ / "surface.vtu");
   EXPECT_THAT(surface, HasSubstr("NumberOfPoints=\"5\" NumberOfCells=\"7\""));
   EXPECT_THAT(surface, HasSubstr("Name=\"region_in_front\""));
-  EXPECT_THAT(surface, HasSubstr("Name=\"region_names\" NumberOfTuples=\"3\" format=\"ascii\"> 83 105 0 "));
+  EXPECT_THAT(surface,
+              HasSubstr("Name=\"region_names\" NumberOfTuples=\"3\" format=\"ascii\"> 83 105 0 "));
   write_vtu(folder_ / "filled.vtu", filled_mesh(mesh, mesh.vertices, tets));
   const std::string filled = read_file(folder_ / "filled.vtu");
   EXPECT_THAT(filled, HasSubstr("NumberOfPoints=\"5\" NumberOfCells=\"2\""));

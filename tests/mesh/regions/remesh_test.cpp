@@ -26,8 +26,7 @@ RegionMesh sheet(std::uint32_t cells, const F& height) {
     for (std::uint32_t i = 0; i < cells; ++i) {
       const std::uint32_t v = j * (cells + 1) + i;
       const auto add = [&](const Triangle& corners) {
-        mesh.facets.push_back(
-            {.corners = corners, .bodies = {0, 1}, .side = nothing, .layer = 0});
+        mesh.facets.push_back({.corners = corners, .bodies = {0, 1}, .side = nothing, .layer = 0});
       };
       add({v, v + 1, v + cells + 2});
       add({v, v + cells + 2, v + cells + 1});
@@ -55,8 +54,7 @@ double area(const RegionMesh& mesh) {
 TEST(Remesh, AFlatSheetBecomesCoarse) {
   const RegionMesh mesh = sheet(24, [](double, double) { return 1.0; });
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
-  const RegionMesh coarse =
-      remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
+  const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(6 * coarse.facets.size(), mesh.facets.size());
   EXPECT_NEAR(area(coarse), 24 * 24, 1e-9);
   const RegionQuality found = quality(coarse, surfaces, 1);
@@ -68,8 +66,7 @@ TEST(Remesh, AFlatSheetBecomesCoarse) {
 TEST(Remesh, AWaveKeepsItsDistance) {
   const RegionMesh mesh = sheet(24, [](double x, double y) { return std::sin(x / 3) + y / 10; });
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
-  const RegionMesh coarse =
-      remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
+  const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.05});
   EXPECT_LT(coarse.facets.size(), mesh.facets.size());
   const RegionQuality found = quality(coarse, surfaces, 1);
   EXPECT_LE(found.max_distance, 0.1);
@@ -86,8 +83,7 @@ TEST(Remesh, VerticesMoveToAnEdge) {
     if (r.x == 7) r = {edge, r.y, 5};
   const std::vector<TriMesh> surfaces{surface_of(exact)};
   EXPECT_GT(quality(mesh, surfaces, 1).max_distance, 0.2);
-  const RegionMesh sharp =
-      remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
+  const RegionMesh sharp = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
   EXPECT_LE(quality(sharp, surfaces, 1).max_distance, 0.05);
   EXPECT_LE(quality(sharp, surfaces, 1).reverse_max_distance, 0.05);
 }
@@ -97,8 +93,7 @@ TEST(Remesh, ANeedleGoes) {
   mesh.vertices[4 * 9 + 4] = {4.95, 4.02, 0};
   const std::vector<TriMesh> surfaces{surface_of(mesh)};
   EXPECT_LT(quality(mesh, surfaces, 1).least_altitude, 0.1);
-  const RegionMesh good =
-      remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
+  const RegionMesh good = remesh(mesh, surfaces, {.spacing = 1, .size = 1, .max_distance = 0.05});
   EXPECT_GE(quality(good, surfaces, 1).least_altitude, 0.3);
   EXPECT_NEAR(area(good), 64, 1e-9);
 }
@@ -118,8 +113,7 @@ TEST(Remesh, SheetsDoNotCross) {
     facet.layer = 1;
     mesh.facets.push_back(facet);
   }
-  const RegionMesh coarse =
-      remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.3});
+  const RegionMesh coarse = remesh(mesh, surfaces, {.spacing = 1, .size = 4, .max_distance = 0.3});
   for (const RegionMesh::Facet& facet : coarse.facets) {
     const auto [a, b, c] = corners(coarse, facet);
     const Vec3d n = cross(b - a, c - a);
