@@ -26,8 +26,8 @@ void split(Prism prism, std::vector<Tet>& tets) {
     prism = {{prism.b[0], prism.b[2], prism.b[1]}, {prism.a[0], prism.a[2], prism.a[1]}};
   }
   while (prism.a[0] != lowest) {
-    std::ranges::rotate(prism.a, prism.a.begin() + 1);
-    std::ranges::rotate(prism.b, prism.b.begin() + 1);
+    std::rotate(prism.a.begin(), prism.a.begin() + 1, prism.a.end());
+    std::rotate(prism.b.begin(), prism.b.begin() + 1, prism.b.end());
   }
   const auto [a1, a2, a3] = prism.a;
   const auto [b1, b2, b3] = prism.b;

@@ -277,10 +277,11 @@ TEST_P(MeshedConfigs, GmshAndTetgenFillThem) {
   EXPECT_NEAR(sum, sum_of_tetgen, 1e-4 * sum);
   // Each material of these is in one piece.
   if (of_bodies.size() != volumes.size()) return;
-  for (const auto& [name, value] : volumes) {
-    const bool is_there = std::ranges::any_of(
-        of_bodies, [&](const auto& body) { return std::abs(body.second - value) < 1e-3 * value; });
-    EXPECT_TRUE(is_there) << name;
+  for (const auto& region : volumes) {
+    const bool is_there = std::ranges::any_of(of_bodies, [&](const auto& body) {
+      return std::abs(body.second - region.second) < 1e-3 * region.second;
+    });
+    EXPECT_TRUE(is_there) << region.first;
   }
 }
 
