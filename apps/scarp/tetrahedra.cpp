@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <map>
@@ -13,8 +14,6 @@
 #include "core/printable.h"
 #include "core/system/read_file.h"
 #include "core/system/temporary_folder.h"
-
-extern char** environ;  // NOLINT(readability-redundant-declaration): not in every <unistd.h>
 
 namespace scarp {
 
@@ -27,6 +26,7 @@ namespace fs = std::filesystem;
 std::optional<int> run_program(const std::vector<std::string>& words, const fs::path& printed) {
   std::vector<std::string> copies = words;
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : copies) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

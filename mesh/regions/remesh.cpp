@@ -35,6 +35,7 @@ std::vector<Edge> edges_by_length(const RegionComplex& complex, double longest) 
   std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   std::vector<Edge> sorted;
+  sorted.reserve(edges.size());
   for (const auto& [size, edge] : edges) sorted.push_back(edge);
   return sorted;
 }
@@ -91,10 +92,12 @@ std::size_t flip_edges(RegionComplex& complex, double shape) {
 std::vector<std::uint32_t> nearest_neighbours(const RegionComplex& complex,
                                               const std::vector<Spoke>& spokes, const Vec3d& r) {
   std::vector<std::pair<double, std::uint32_t>> by_distance;
+  by_distance.reserve(spokes.size());
   for (const Spoke& spoke : spokes)
     by_distance.emplace_back(length(complex.position(spoke.other) - r), spoke.other);
   std::ranges::sort(by_distance);
   std::vector<std::uint32_t> neighbours;
+  neighbours.reserve(spokes.size());
   for (const auto& [distance, v] : by_distance) neighbours.push_back(v);
   return neighbours;
 }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numbers>
+#include <set>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -236,6 +238,31 @@ TEST(RegionSurface, ASectionIsFlat) {
     EXPECT_NEAR(areas[0] + areas[1] + areas[2], 40 * 50, 1e-9);
     EXPECT_LE(quality(mesh, layer_surfaces(layers), 1).max_distance, 0.1);
     for (const Vec3d& r : mesh.vertices) EXPECT_EQ(r.y, mesh.vertices.front().y);
+  }
+}
+
+TEST(RegionSurface, MasksOfASectionMeetItInPoints) {
+  for (const double width : {13.2, 13.9, 14.4, 14.8}) {
+    SCOPED_TRACE(width);
+    const Layers layers = build_layers(
+        {.spacing = 1, .cells = {40, 1}, .two_dimensional = true},
+        std::vector<Shape>{WaferShape{}, MaskShape{.material = 1,
+                                                   .thickness = 6.3,
+                                                   .outlines = MaskShape::Outlines::resist,
+                                                   .outline = SlotOutline{.width = width}}});
+    const RegionMesh mesh = remeshed(layers, {.bottom = -20});
+    expect_sound(mesh, 1);
+    std::map<std::uint32_t, std::set<int>> bodies;
+    for (const RegionMesh::Facet& facet : mesh.facets)
+      for (const std::uint32_t v : facet.corners) bodies[v].insert(facet.bodies[0]);
+    std::vector<double> places;
+    for (const auto& [v, around] : bodies) {
+      if (around.size() < 3) continue;
+      places.push_back(std::abs(mesh.vertices[v].x));
+      EXPECT_NEAR(mesh.vertices[v].z, 0, 0.1);
+      EXPECT_NEAR(places.back(), width / 2, 0.1);
+    }
+    EXPECT_EQ(places.size(), 2U);
   }
 }
 
