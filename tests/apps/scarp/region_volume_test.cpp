@@ -76,7 +76,7 @@ class RegionVolume : public Program {
   }
 };
 
-constexpr const char* lined_trench = R"(
+constexpr const char* coated_trench = R"(
 [domain]
 spacing = "10 nm"
 extent = ["400 nm", "100 nm"]
@@ -96,7 +96,7 @@ thickness = "25 nm"
 class LinedTrench : public RegionVolume {
  protected:
   void SetUp() override {
-    write("trench.toml", lined_trench);
+    write("trench.toml", coated_trench);
     run(path("trench.toml"));
   }
 };
@@ -174,7 +174,7 @@ TEST_F(LinedTrench, WhatCannotBeIsRefusedWithTheRemedy) {
 }
 
 TEST_F(RegionVolume, ASectionIsFlatAndRefusesTetrahedra) {
-  write("trench.toml", lined_trench);
+  write("trench.toml", coated_trench);
   run(path("trench.toml") + " --set domain.mode='\"2d\"' --set domain.extent='[\"400 nm\"]'");
   const Outcome outcome = volume_of("device.msh", "--bottom '-500 nm'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.messages;

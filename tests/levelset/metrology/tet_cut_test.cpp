@@ -45,8 +45,9 @@ TEST(TetCut, PiecesFitAndFillTheWhole) {
     for (std::size_t m = 1; m < 3; ++m)
       values[m] = values[m - 1] - (random() % 3 == 0 ? 0 : draw() / 2);
     if (random() % 4 == 0) values[2] = std::min(0.0, values[1]);
-    vertices.add({1.0 * (n % nodes), 1.0 * (n / nodes % nodes), 1.0 * (n / nodes / nodes)}, 0,
-                 values.data());
+    vertices.add({1.0 * (n % nodes), 1.0 * static_cast<int>(n / nodes % nodes),
+                  1.0 * static_cast<int>(n / nodes / nodes)},
+                 0, values.data());
   }
   std::vector<CutTet> pieces;
   for (std::uint32_t n = 0; n < nodes * nodes * nodes; ++n) {
