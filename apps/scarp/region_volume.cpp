@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string_view>
 
 #include "apps/run/restart.h"
 #include "apps/scarp/tetrahedra.h"
@@ -51,7 +52,12 @@ RegionMesh cut(const VolumeArguments& arguments, const Layers& layers) {
     options.lid = arguments.top.empty() ? bounding_box(extract_surface(layers.top())).upper.z + room
                                         : length_of("--top", arguments.top);
   }
-  return region_surface(layers, options);
+  try {
+    return region_surface(layers, options);
+  } catch (const InputError& error) {
+    const bool is_top = std::string_view(error.what()).starts_with("the lid");
+    throw InputError(fmt::format("{}: {}", is_top ? "--top" : "--bottom", error.what()));
+  }
 }
 
 /// Volumes of materials in the run, from the bottom of the mesh on. Of a section areas.

@@ -170,7 +170,10 @@ TEST_F(LinedTrench, WhatCannotBeIsRefusedWithTheRemedy) {
   EXPECT_THAT(small.messages, HasSubstr("--size: 1 nm is less than the spacing of 10 nm"));
   const Outcome bottom = volume_of("device.msh", "--bottom '-200 nm'");
   EXPECT_EQ(bottom.exit_code, 2);
-  EXPECT_THAT(bottom.messages, HasSubstr("the bottom at -200 nm is not a spacing below"));
+  EXPECT_THAT(bottom.messages, HasSubstr("--bottom: the bottom at -200 nm is not a spacing below"));
+  const Outcome top = volume_of("device.msh", "--gas --top '30 nm'");
+  EXPECT_EQ(top.exit_code, 2);
+  EXPECT_THAT(top.messages, HasSubstr("--top: the lid at 30 nm is not a spacing above"));
 }
 
 TEST_F(RegionVolume, ASectionIsFlatAndRefusesTetrahedra) {
