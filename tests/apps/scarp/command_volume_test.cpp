@@ -109,6 +109,27 @@ for ending, reader in readers:
   EXPECT_EQ(printed, "stl 0 True\nobj 0 True\nvtp 0 True\n");
 }
 
+TEST_F(VolumeCommand, VtkReadsRegionsOfOneMesh) {
+  if (!has_module("vtkmodules.vtkIOXML")) GTEST_SKIP() << "no VTK for Python (python3-vtk9)";
+  ASSERT_EQ(volume(path("device.vtu")).exit_code, 0);
+  const std::string printed = python(R"(
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(')" + path("device.vtu") +
+                                     R"(')
+reader.Update()
+grid = reader.GetOutput()
+names = [grid.GetFieldData().GetAbstractArray('region_names').GetValue(n) for n in range(3)]
+def sheet(behind, front):
+    cells = grid.GetCellData()
+    pairs = zip(*([int(cells.GetArray(a).GetValue(n)) for n in range(grid.GetNumberOfCells())]
+                  for a in ('region_behind', 'region_in_front')))
+    return sum(pair == (behind, front) for pair in pairs) > 0
+print(names, sheet(0, 1), sheet(1, 2), sheet(1, -1), sheet(0, 2), sheet(2, -1))
+)");
+  EXPECT_EQ(printed, "['Si', 'SiO2', 'gas'] True True True False False\n");
+}
+
 TEST_F(VolumeCommand, ParaViewOpensTheSeriesOfARun) {
   if (!has_module("paraview.simple")) GTEST_SKIP() << "no ParaView for Python (python3-paraview)";
   const std::string printed = python(R"(
