@@ -419,12 +419,23 @@ void add_arguments(CLI::App& command, VolumeArguments& arguments) {
       .add_option("where", arguments.where,
                   "Result folder of a run, for its newest state, or a state (.vdb)")
       ->required();
-  add_output(command, arguments.output,
-             "Writes NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp .vtu "
-             "(default: volume.stl)");
+  add_output(
+      command, arguments.output,
+      "All materials in one mesh with shared interfaces: .msh (gmsh 4.1) .smesh (tetgen) .vtu; "
+      "or NAME_MATERIAL.ENDING for each material: .stl .obj .ply .vtp (default: volume.stl)");
   command.add_option("--bottom", arguments.bottom,
                      "Height at which the wafer ends, for example '-2 um' (default: ten spacings "
                      "below its lowest point)");
+  command.add_flag("--gas", arguments.gas, "The gas above is a region, too, and closed voids are");
+  command
+      .add_option("--top", arguments.top,
+                  "Height at which the gas ends (default: ten spacings above the highest point)")
+      ->needs("--gas");
+  command.add_option("--size", arguments.size,
+                     "Length of edges where the surface is flat, for example '40 nm' (default: "
+                     "four spacings)");
+  command.add_flag("--tetrahedra", arguments.tetrahedra,
+                   "Fill the regions with tetrahedra, by tetgen or gmsh: .msh .vtu");
 }
 
 void add_arguments(CLI::App& command, ModelsArguments& arguments) {

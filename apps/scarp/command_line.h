@@ -101,6 +101,11 @@ struct VolumeArguments {
   std::string where;  ///< a result folder or a state
   std::string output = "volume.stl";
   std::string bottom;  ///< a height with its unit; empty: below the wafer
+  // Of all regions in one mesh:
+  bool gas = false;
+  std::string top;   ///< where the gas ends, likewise; empty: above the wafer
+  std::string size;  ///< of edges, a length; empty: four spacings
+  bool tetrahedra = false;
 };
 
 struct RenderArguments {
