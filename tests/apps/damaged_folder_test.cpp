@@ -96,7 +96,7 @@ TEST_F(DamagedFolder, NoticesDigitsThatWereChangedInAResumedRun) {
     fs::remove(folder_ / "cut" / "summary.json");
   }
   write("cut/metrics.csv", with_other_digit(read_file(folder_ / "cut" / "metrics.csv"), 1));
-  EXPECT_THAT(resume().messages, HasSubstr("are not those that stood there when"));
+  EXPECT_THAT(resume().messages, HasSubstr("have changed since"));
 }
 
 // Moved away, as the message says.
