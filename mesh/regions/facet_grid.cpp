@@ -16,7 +16,7 @@ Box box_of(const std::array<Vec3d, 3>& corners) {
 /// Cosine of the angle at which facets at an edge count as folded onto each other: 3 degrees.
 constexpr double folded = 0.9986;
 
-/// Twice the volume of a tetrahedron times three.
+/// Six times that of a tetrahedron.
 double volume(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
   return dot(b - a, cross(c - a, d - a));
 }
@@ -74,7 +74,13 @@ void FacetGrid::near(const Box& box, std::vector<std::uint32_t>& facets) const {
 bool pierces(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 3>& t) {
   const double above = volume(t[0], t[1], t[2], p);
   const double below = volume(t[0], t[1], t[2], q);
-  if (!(above * below < 0)) return false;
+  // In one plane rounding alone gives signs.
+  constexpr double rounding = 1e-12;
+  const Vec3d n = cross(t[1] - t[0], t[2] - t[0]);
+  const double least = rounding * dot(n, n);
+  if (!(above * below < 0) || above * above < least * dot(p - t[0], p - t[0]) ||
+      below * below < least * dot(q - t[0], q - t[0]))
+    return false;
   const double a = volume(p, q, t[0], t[1]);
   const double b = volume(p, q, t[1], t[2]);
   const double c = volume(p, q, t[2], t[0]);
