@@ -27,6 +27,9 @@ constexpr double image_reach = 16;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
+/// From walls that are nowhere. Units: nm.
+constexpr double far_inside = 1e12;
+
 Solid below(double z) {
   return [z](Vec3d r) { return Distance{r.z - z, {0, 0, 1}}; };
 }
@@ -235,6 +238,10 @@ class Builder {
 
   void apply(const TrenchShape& shape) {
     const double z = cut_from(shape.cut);
+    if (shape.is_everywhere) {
+      cut(shape.cut, z, {}, [](Vec3d) { return Distance{-far_inside, {1, 0, 0}}; });
+      return;
+    }
     const int across = 1 - shape.along;
     const Solid walls = slab(across, shape.centre, shape.width, z, shape.cut.taper);
     cut(shape.cut, z,

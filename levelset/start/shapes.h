@@ -64,6 +64,7 @@ struct TrenchShape {
   int along = 1;
   Cut cut{};
   Repeat repeat{};
+  bool is_everywhere = false;  ///< no walls in the domain: all of it is cut
 };
 
 /// A round hole.
@@ -113,6 +114,7 @@ struct MaskShape {
   double taper = 0;
   Outlines outlines = Outlines::opening;
   Outline outline{};
+  bool is_ridge = false;  ///< part of the structure: no mask that metrology looks below
 };
 
 /// What is inside a closed mesh, or below an open patch that covers the domain. Of a material, it

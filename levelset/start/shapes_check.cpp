@@ -331,10 +331,13 @@ class OutlineChecks {
   /// The walls must stand on their own at the foot and at the top.
   void check(const std::string& prefix, const PolygonOutline& outline, double growth) {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
-    const std::string key = prefix + (is_list ? "points" : "file");
+    const std::string key = prefix + (outline.is_section ? "shape" : is_list ? "points" : "file");
     if (places_.is_lopsided(prefix)) return;
-    if (frame_.is_section()) {
-      report_.report(prefix + "shape", "polygons need three dimensions");
+    if (frame_.is_section() && !outline.is_section) {
+      report_.report(
+          prefix + "shape",
+          "polygons and layouts need three dimensions, or the line of the cross-section: "
+          "domain.cut = \"from X, Y to X, Y\"");
       return;
     }
     if (is_list) {
@@ -345,7 +348,12 @@ class OutlineChecks {
     }
     if (places_.is_endless(key, outline.loops)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
-    if (foot.empty()) {
+    // A line may miss an outline, or lie in it altogether.
+    if (outline.is_section && (foot.empty() || covers_domain(foot))) return;
+    if (foot.empty() && !outline.sizing.is_none()) {
+      report_.report(prefix + (outline.sizing.grow < 0 ? "grow" : "corner_radius"),
+                     "leaves nothing of the outline in the domain");
+    } else if (foot.empty()) {
       places_.report_outside(key);
     } else if (covers_domain(foot)) {
       report_.report(key, prefix == "opening."
@@ -573,6 +581,10 @@ class Checker {
   }
 
   void check(const TrenchShape& s) {
+    if (s.is_everywhere) {
+      cut(s.cut, 0, false);
+      return;
+    }
     const bool is_good = report_.feature("width", s.width, Between::walls);
     if (is_good)
       places_.row("", s.along, s.centre, widest(s.width, s.cut), s.repeat, Between::walls);

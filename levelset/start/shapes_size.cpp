@@ -41,6 +41,7 @@ double perimeter(const Sides& sides, const PolygonOutline& s) {
 }
 
 double walls(const Sides& sides, const TrenchShape& s) {
+  if (s.is_everywhere) return 0;
   return 2 * sides.width(s.along) * copies(s.repeat) * s.cut.depth;
 }
 double walls(const Sides&, const HoleShape& s) {
