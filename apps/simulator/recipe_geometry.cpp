@@ -11,6 +11,11 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/recipe/number_table.h"
+#include "core/recipe/quantity.h"
+#include "core/trimmed.h"
+#include "levelset/grid/welded.h"
+#include "levelset/metrology/cross_section.h"
 #include "levelset/start/gds.h"
 #include "levelset/start/layer_formula.h"
 #include "mesh/files/mesh_file.h"
@@ -452,23 +457,147 @@ std::shared_ptr<const TriMesh> load_mesh(const RecipeTable& table, const std::st
   return std::make_shared<const TriMesh>(std::move(mesh));
 }
 
+/// What is inside lines of a cross-section; nothing where they are cut through.
+std::optional<ProfileShape> profile_of(const std::vector<Polyline>& lines) {
+  ProfileShape profile;
+  for (const Polyline& line : lines) {
+    const bool is_closed = line.points.size() > 3 && line.points.front() == line.points.back();
+    if (!is_closed && lines.size() > 1) return std::nullopt;
+    profile.is_line = !is_closed;
+    profile.loops.emplace_back(line.points.begin(), line.points.end() - (is_closed ? 1 : 0));
+  }
+  return profile;
+}
+
+/// Reads a contour: x and z of a point per line, along the surface.
+ProfileShape read_contour(const RecipeTable& table) {
+  const std::array columns{Column{.name = "x", .dimension = Dimension::length},
+                           Column{.name = "z", .dimension = Dimension::length}};
+  const std::string file = table.file("file");
+  if (!table.ok("file")) return {};
+  Polyline contour;
+  try {
+    for (const auto& row : read_csv(file, table.content("file", file), columns).values)
+      contour.points.push_back({row[0], row[1]});
+    if (contour.points.size() < 2) table.error("file", "has fewer than two points");
+  } catch (const InputError& error) {
+    table.error("file", error.what());
+  }
+  return table.ok("file") ? *profile_of({contour}) : ProfileShape{};
+}
+
+/// A line goes from one side of the domain to the other.
+void reach_sides(const RecipeTable& table, ProfileShape& profile, const Frame& frame) {
+  if (!profile.is_line || profile.loops.empty() || !(frame.spacing > 0)) return;
+  Loop& line = profile.loops[0];
+  if (line.front()[0] > line.back()[0]) std::ranges::reverse(line);
+  const Sides sides = frame.sides();
+  if (line.front()[0] > sides.lower[0] + frame.spacing ||
+      line.back()[0] < sides.upper[0] - frame.spacing) {
+    table.error("file",
+                fmt::format("goes from x = {} to {} nm and is not closed; it has to reach "
+                            "both sides of the domain, {} and {} nm",
+                            rounded_number(line.front()[0]), rounded_number(line.back()[0]),
+                            rounded_number(sides.lower[0]), rounded_number(sides.upper[0])));
+    return;
+  }
+  // Straight on beyond the sides, where it is cut.
+  line.insert(line.begin(),
+              {sides.lower[0] - frame.spacing - std::abs(line.front()[0]), line.front()[1]});
+  line.push_back({sides.upper[0] + frame.spacing + std::abs(line.back()[0]), line.back()[1]});
+}
+
+Shape read_profile(const RecipeTable& table, const GeometryScope& scope) {
+  ProfileShape profile;
+  if (table.has("file")) {
+    if (table.has("points")) {
+      table.error("file", "points says already what the profile is; leave one of them out");
+      table.polygons("points");
+    }
+    profile = read_contour(table);
+  } else {
+    profile.loops = table.polygons("points");
+  }
+  if (!table.ok("file") || !table.ok("points")) profile.loops.clear();
+  reach_sides(table, profile, scope.frame);
+  if (table.flag("cut", false)) return profile;
+  profile.material = table.material("material", scope.materials);
+  return profile;
+}
+
+/// "y = 0 nm": the plane in which a mesh is cut for a section.
+std::optional<CutPlane> read_plane(const RecipeTable& table, const GeometryScope& scope) {
+  const std::string text = table.text("section");
+  if (!table.ok("section")) return std::nullopt;
+  if (!scope.frame.is_slice()) {
+    table.error("section", "is the plane of a cross-section, mode = \"2d\"; leave it out");
+  } else if (scope.cut) {
+    table.error("section", "domain.cut says already where the mesh is cut; leave this out");
+  }
+  const std::size_t equals = text.find('=');
+  const std::string_view axis = trimmed(std::string_view(text).substr(0, equals));
+  if (equals == std::string::npos || (axis != "x" && axis != "y")) {
+    table.error("section",
+                fmt::format("\"{}\" is no plane; write \"y = 0 nm\" or \"x = 0 nm\"", text));
+    return std::nullopt;
+  }
+  try {
+    return CutPlane::across(
+        axis == "x" ? 0 : 1,
+        parse_quantity(trimmed(std::string_view(text).substr(equals + 1)), Dimension::length));
+  } catch (const InputError& error) {
+    table.error("section", error.what());
+    return std::nullopt;
+  }
+}
+
+/// What a plane meets of a mesh. Bodies may overlap.
+ProfileShape cut_mesh(const RecipeTable& table, const TriMesh& mesh, const CutPlane& plane,
+                      const Frame& frame) {
+  const std::vector<Polyline> lines = cross_section(welded(mesh), plane);
+  if (lines.empty()) table.warning("file", "the plane of the section meets nothing of it");
+  std::optional<ProfileShape> profile = profile_of(lines);
+  if (!profile) {
+    table.error("file",
+                "is open where the plane of the section cuts it; close the mesh, or let one patch "
+                "reach from side to side");
+    return {};
+  }
+  if (profile->is_line) {
+    reach_sides(table, *profile, frame);
+    return *profile;
+  }
+  // The gas lies to the left of the lines.
+  for (Loop& loop : profile->loops) std::ranges::reverse(loop);
+  profile->loops = region_grid(frame).combined(profile->loops, {}, RegionGrid::Combination::sum);
+  return *profile;
+}
+
 Shape read_mesh_shape(const RecipeTable& table, const GeometryScope& scope) {
   const std::string file = table.file("file");
   const double unit = table.length(
       "unit", {.fallback = "1 nm", .minimum = 0, .maximum = 2 * longest_length, .exclusive = true});
   const std::vector<double> offset =
       table.quantities("offset", Dimension::length, {3, 3}, any_position);
-  MeshShape shape{.mesh = load_mesh(table, file, unit, offset)};
-  if (table.flag("cut", false)) return shape;
-  shape.material = table.material("material", scope.materials);
-  return shape;
+  const auto mesh = load_mesh(table, file, unit, offset);
+  std::optional<MaterialId> material;
+  const bool is_flat = scope.frame.is_slice() && (scope.cut || table.has("section"));
+  std::optional<CutPlane> plane;
+  if (table.has("section") || (is_flat && !scope.cut)) plane = read_plane(table, scope);
+  if (scope.cut) plane = CutPlane{.origin = scope.cut->middle, .along = scope.cut->along};
+  if (!table.flag("cut", false)) material = table.material("material", scope.materials);
+  if (!is_flat) return MeshShape{.mesh = mesh, .material = material};
+  ProfileShape profile;
+  if (table.ok() && plane) profile = cut_mesh(table, *mesh, *plane, scope.frame);
+  profile.material = material;
+  return profile;
 }
 
 using ShapeReader = Shape (*)(const RecipeTable&, const GeometryScope&);
 const Choices<ShapeReader> readers{
-    {"wafer", read_wafer},           {"layer", read_layer},    {"stack", read_stack},
-    {"trench", read_trench},         {"hole", read_hole},      {"fin", read_fin},
-    {"mask", read_mask_in_geometry}, {"mesh", read_mesh_shape}};
+    {"wafer", read_wafer},           {"layer", read_layer},     {"stack", read_stack},
+    {"trench", read_trench},         {"hole", read_hole},       {"fin", read_fin},
+    {"mask", read_mask_in_geometry}, {"mesh", read_mesh_shape}, {"profile", read_profile}};
 
 /// The shape, or of a section what the line meets of it.
 std::vector<Shape> in_section(const RecipeTable& table, const Shape& shape,

@@ -127,8 +127,17 @@ struct MeshShape {
   std::optional<MaterialId> material{};
 };
 
+/// What is inside closed loops of a cross-section, or below a line from side to side. Of a
+/// material, it is added to what is there; without one, what is inside, or above the line, is
+/// removed. Sides mirror or repeat it.
+struct ProfileShape {
+  std::vector<Loop> loops{};  ///< of (x, z); inside, an odd number of them surrounds a place
+  bool is_line = false;       ///< one loop, which is open
+  std::optional<MaterialId> material{};
+};
+
 using Shape = std::variant<WaferShape, LayerShape, StackShape, TrenchShape, HoleShape, FinShape,
-                           MaskShape, MeshShape>;
+                           MaskShape, MeshShape, ProfileShape>;
 
 /// What is wrong with one key of one shape; key is as in a recipe ("width", "opening.width").
 struct ShapeProblem {

@@ -6,6 +6,7 @@
 #include "levelset/grid/welded.h"
 #include "levelset/start/mesh_solid.h"
 #include "levelset/start/polygon_walls.h"
+#include "levelset/start/shape_builder.h"
 #include "levelset/start/shapes.h"
 
 namespace scarp {
@@ -455,7 +456,8 @@ class StackLimits {
   }
 
   /// The stack reaches from the lowest cut to the top of what was added.
-  void reach(const std::string& key, double lowest, double highest) {
+  /// Whether all so far is low enough.
+  bool reach(const std::string& key, double lowest, double highest) {
     const double limit = most_levels * spacing_;
     const bool was_fine = highest_ - lowest_ <= limit;
     lowest_ = std::min(lowest_, lowest);
@@ -465,6 +467,7 @@ class StackLimits {
                               " grid spacings high; at most " + whole_text(most_levels) + ": " +
                               in_nm(limit));
     }
+    return highest_ - lowest_ <= limit;
   }
 
  private:
@@ -626,7 +629,9 @@ class Checker {
 
   void check(const MeshShape& s) {
     if (frame_.is_section()) {
-      report_.report("shape", "meshes need three dimensions");
+      report_.report("shape",
+                     "meshes need three dimensions, or a plane in which they are cut: section = "
+                     "\"y = 0 nm\"");
     } else {
       const TriMesh mesh = welded(*s.mesh);
       if (const auto fault = mesh_fault(frame_, mesh)) {
@@ -639,6 +644,35 @@ class Checker {
     }
     stack_.add_layers("material", s.material ? 1 : 0);
     if (s.material) materials_.push_back(*s.material);
+  }
+
+  void check(const ProfileShape& s) {
+    if (!frame_.is_slice()) {
+      report_.report("shape", "a profile needs mode = \"2d\"");
+    } else if (!s.loops.empty()) {
+      profile(s);
+    }
+    stack_.add_layers("material", s.material ? 1 : 0);
+    if (s.material) materials_.push_back(*s.material);
+  }
+
+  /// The walls of a profile cross nowhere and are far enough from each other.
+  void profile(const ProfileShape& s) {
+    const auto [lower, upper] = heights_of(s);
+    if (!stack_.reach("points", lower, upper)) return;
+    const double far = 32 * frame_.spacing;
+    const std::vector<Loop> loops = closed_profile(s, s.material ? lower - far : upper + far);
+    if (const auto fault = polygon_fault(loops)) {
+      report_.report("points", *fault);
+      return;
+    }
+    const Frame plane = profile_frame(frame_, loops);
+    const std::vector<Loop> walls = domain_loops(plane, {loops});
+    if (walls.empty()) {
+      places_.report_outside("points");
+    } else if (const auto fault = thin_feature(plane, walls, report_.narrow())) {
+      report_.report_narrow("points", *fault, Between::sides);
+    }
   }
 
   /// Something of a mesh is in the domain, and no body of it is lost between the nodes.

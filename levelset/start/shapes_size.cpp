@@ -58,6 +58,7 @@ double walls(const Sides&, const WaferShape&) { return 0; }
 double walls(const Sides&, const LayerShape&) { return 0; }
 double walls(const Sides&, const StackShape&) { return 0; }
 double walls(const Sides&, const MeshShape&) { return 0; }
+double walls(const Sides&, const ProfileShape&) { return 0; }
 
 }  // namespace
 

@@ -145,7 +145,12 @@ const std::vector<ShapeKeys> shapes{
       mask("resist",
            "shape = \"gds\"\nfile = \"none.gds\"\nlayers = \"1 + 2\"\n"
            "window = [[\"0 um\", \"0 um\"], [\"1 um\", \"1 um\"]]\n")}},
-    {"mesh", {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\n"}},
+    {"mesh",
+     {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\nsection = \"y = 0 nm\"\n"}},
+    {"profile",
+     {"shape = \"profile\"\nfile = \"none.csv\"\nmaterial = \"Si\"\n",
+      "shape = \"profile\"\nmaterial = \"Si\"\n"
+      "points = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 um\"]]\n"}},
 };
 
 TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {

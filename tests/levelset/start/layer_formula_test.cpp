@@ -29,8 +29,7 @@ std::string fault(const std::string& text) {
 
 TEST(LayerFormula, NamesEachLayerOnce) {
   const LayerFormula formula("1/0 + 5 - (1/0 & 1)");
-  const std::vector<GdsLayer> wanted{
-      {.layer = 1, .datatype = 0}, {.layer = 5}, {.layer = 1}};
+  const std::vector<GdsLayer> wanted{{.layer = 1, .datatype = 0}, {.layer = 5}, {.layer = 1}};
   EXPECT_EQ(formula.layers(), wanted);
 }
 

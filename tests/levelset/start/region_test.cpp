@@ -57,8 +57,8 @@ TEST(Region, HasPartsWithTheirHoles) {
 TEST(Region, GrowsWithSharpOrRoundCorners) {
   const double round = std::numbers::pi * 9;
   EXPECT_NEAR(sized_area({square(0, 0, 10)}, {.grow = 3}), 26 * 26, 1e-9);
-  EXPECT_NEAR(sized_area({square(0, 0, 10)}, {.grow = 3, .is_round = true}),
-              400 + 4 * 60 + round, 0.003 * round);
+  EXPECT_NEAR(sized_area({square(0, 0, 10)}, {.grow = 3, .is_round = true}), 400 + 4 * 60 + round,
+              0.003 * round);
   // The inner corner stays sharp either way; five outer ones.
   EXPECT_NEAR(sized_area({corner_piece}, {.grow = 3}), 26 * 26 - 100, 1e-9);
   EXPECT_NEAR(sized_area({corner_piece}, {.grow = 3, .is_round = true}),
