@@ -127,7 +127,7 @@ std::vector<double> read_line_extent(const RecipeTable& table, const DrawnLine& 
   if (!table.ok("spacing")) return {line.length};
   const double cells = std::max(std::round(line.length / spacing), 2.0);
   const double length = cells * spacing;
-  if (std::abs(length - line.length) > 1e-6 * spacing)
+  if (std::abs(length - line.length) > 0.01 * spacing)
     table.warning("cut",
                   fmt::format("the line is {} long, {:.6g} spacings; the section is {} long, "
                               "with the same middle",

@@ -132,17 +132,21 @@ std::vector<std::vector<Loop>> RegionGrid::parts(const std::vector<Loop>& region
   return parts;
 }
 
-Loop RegionGrid::corner(const Point2& at, const Point2& before, const Point2& after, double by,
-                        bool is_round) const {
+/// What an edge's end becomes where two edges with these outward normals meet.
+void RegionGrid::add_corner(const Point2& at, const Point2& before, const Point2& after, double by,
+                            bool is_round, Loop& loop) const {
   const double cosine = before[0] * after[0] + before[1] * after[1];
-  Loop loop{at, shifted(at, before, by)};
-  if (!is_round && cosine > least_mitre_cosine) {
-    loop.push_back(shifted(at, {before[0] + after[0], before[1] + after[1]}, by / (1 + cosine)));
+  loop.push_back(shifted(at, before, by));
+  if (before[0] * after[1] - before[1] * after[0] <= 0) {
+    // An inner corner: moved edges cross, and what is wound the other way is cut off there.
+    loop.push_back(at);
+  } else if (!is_round && cosine > least_mitre_cosine) {
+    loop.back() = shifted(at, {before[0] + after[0], before[1] + after[1]}, by / (1 + cosine));
+    return;
   } else {
     add_arc(at, before, after, by, loop);
   }
   loop.push_back(shifted(at, after, by));
-  return loop;
 }
 
 /// Halved until it is as good as round: a mirrored corner gets mirrored points, and square roots
@@ -159,24 +163,26 @@ void RegionGrid::add_arc(const Point2& at, const Point2& before, const Point2& a
   add_arc(at, middle, after, by, loop);
 }
 
-/// The region together with a rectangle on every edge and what fills the corners between them.
+/// Loops whose edges are moved outwards, and what they surround counterclockwise.
 std::vector<Loop> RegionGrid::grown(const std::vector<Loop>& region, double by, bool is_round,
                                     const Loop& box) const {
-  std::vector<Loop> pieces = region;
+  const Integers integers(unit_);
+  ClipperLib::Clipper clipper(ClipperLib::ioStrictlySimple);
   for (const Loop& loop : region) {
     const std::size_t count = loop.size();
+    Loop moved;
     for (std::size_t p = 0; p < count; ++p) {
-      const Point2& a = loop[(p + count - 1) % count];
-      const Point2& b = loop[p];
-      const Point2& c = loop[(p + 1) % count];
-      const Point2 before = outward(a, b);
-      const Point2 after = outward(b, c);
-      pieces.push_back({a, shifted(a, before, by), shifted(b, before, by), b});
-      if (before[0] * after[1] - before[1] * after[0] > 0)
-        pieces.push_back(corner(b, before, after, by, is_round));
+      const Point2& at = loop[p];
+      add_corner(at, outward(loop[(p + count - 1) % count], at), outward(at, loop[(p + 1) % count]),
+                 by, is_round, moved);
     }
+    clipper.AddPath(integers.path(moved), ClipperLib::ptSubject, true);
   }
-  return clipped(pieces, box, Fill::non_zero);
+  clipper.AddPath(integers.path(box), ClipperLib::ptClip, true);
+  ClipperLib::Paths result;
+  clipper.Execute(ClipperLib::ctIntersection, result, ClipperLib::pftPositive,
+                  ClipperLib::pftNonZero);
+  return integers.loops(result);
 }
 
 std::vector<Loop> RegionGrid::shrunk(const std::vector<Loop>& region, double by, bool is_round,

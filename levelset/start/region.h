@@ -79,9 +79,8 @@ class RegionGrid {
                           const Loop& box) const;
   std::vector<Loop> shrunk(const std::vector<Loop>& region, double by, bool is_round,
                            const Loop& box) const;
-  /// The corner at which edges with these outward normals meet, moved outwards.
-  Loop corner(const Point2& at, const Point2& before, const Point2& after, double by,
-              bool is_round) const;
+  void add_corner(const Point2& at, const Point2& before, const Point2& after, double by,
+                  bool is_round, Loop& loop) const;
   void add_arc(const Point2& at, const Point2& before, const Point2& after, double by,
                Loop& loop) const;
 

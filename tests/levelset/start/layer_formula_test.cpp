@@ -16,9 +16,9 @@ namespace {
 
 using testing::HasSubstr;
 
-const RegionGrid grid = region_grid({.spacing = 1, .cells = {100, 100}});
+const RegionGrid formula_grid = region_grid({.spacing = 1, .cells = {100, 100}});
 
-std::string fault(const std::string& text) {
+std::string formula_fault(const std::string& text) {
   try {
     LayerFormula{text};
   } catch (const InputError& error) {
@@ -44,10 +44,10 @@ TEST(LayerFormula, SaysWhatIsWrong) {
                                   {"(1 + 2", "has a bracket that nothing closes"},
                                   {"1 + 2)", "has a bracket that nothing opens"},
                                   {"65536", "has a number above 65535"}}) {
-    EXPECT_THAT(fault(text), HasSubstr(why)) << text;
-    EXPECT_THAT(fault(text), HasSubstr("for example \"1/0 + (2 - 3/0)\"")) << text;
+    EXPECT_THAT(formula_fault(text), HasSubstr(why)) << text;
+    EXPECT_THAT(formula_fault(text), HasSubstr("for example \"1/0 + (2 - 3/0)\"")) << text;
   }
-  EXPECT_THAT(fault(std::string(1000, '(')), HasSubstr("has more than 100 brackets"));
+  EXPECT_THAT(formula_fault(std::string(1000, '(')), HasSubstr("has more than 100 brackets"));
 }
 
 /// Layers 0 to 4, of rectangles that overlap.
@@ -63,7 +63,7 @@ std::vector<std::vector<Loop>> random_layers(std::mt19937& random) {
   return layers;
 }
 
-bool holds(const std::vector<Loop>& boxes, double x, double y) {
+bool any_holds(const std::vector<Loop>& boxes, double x, double y) {
   return std::ranges::any_of(boxes, [&](const Loop& box) {
     return box[0][0] < x && x < box[2][0] && box[0][1] < y && y < box[2][1];
   });
@@ -75,13 +75,13 @@ TEST(LayerFormula, HoldsWhatItSaysOfRandomLayers) {
   for (int seed = 0; seed < 20; ++seed) {
     const auto drawn = random_layers(random);
     std::vector<std::vector<Loop>> regions;
-    for (const auto& layer : drawn) regions.push_back(grid.united(layer));
+    for (const auto& layer : drawn) regions.push_back(formula_grid.united(layer));
     const auto area_of = [&](const std::string& text) {
       const LayerFormula formula(text);
       std::vector<std::vector<Loop>> chosen;
       for (const GdsLayer& layer : formula.layers())
         chosen.push_back(regions[static_cast<std::size_t>(layer.layer)]);
-      return area(formula.region(grid, chosen));
+      return area(formula.region(formula_grid, chosen));
     };
     int sum = 0;
     int loose = 0;
@@ -89,7 +89,7 @@ TEST(LayerFormula, HoldsWhatItSaysOfRandomLayers) {
     for (int x = -60; x < 80; ++x) {
       for (int y = -60; y < 80; ++y) {
         std::array<bool, 5> in{};
-        for (std::size_t n = 0; n < 5; ++n) in[n] = holds(drawn[n], x + 0.5, y + 0.5);
+        for (std::size_t n = 0; n < 5; ++n) in[n] = any_holds(drawn[n], x + 0.5, y + 0.5);
         sum += in[0] || in[1] ? 1 : 0;
         loose += ((in[0] && !in[1]) || (in[2] && in[3])) && !in[4] ? 1 : 0;
         bracketed += in[0] && !((in[1] || in[2]) && in[3]) ? 1 : 0;
