@@ -11,6 +11,9 @@ namespace {
 /// A wall that the line meets at a smaller angle counts as parallel to it.
 constexpr double least_sine = 1e-9;
 
+/// Strips go on this far beyond the section, in spacings: further than walls are seen.
+constexpr double strip_length = 64;
+
 /// So far reaches what is endless. Units: nm.
 constexpr double endless = 1e12;
 
@@ -116,7 +119,7 @@ bool covers(const Frame& frame, const std::vector<Interval>& joined) {
 
 PolygonOutline strips(const Frame& frame, const std::vector<Interval>& intervals) {
   PolygonOutline outline{.loops = {}, .rule = PolygonOutline::Rule::any};
-  const double reach = 8 * frame.spacing;
+  const double reach = strip_length * frame.spacing;
   for (const auto& [lower, upper] : intervals)
     outline.loops.push_back(box_loop({lower, -reach}, {upper, reach}));
   outline.is_section = true;

@@ -134,6 +134,26 @@ std::vector<Loop> mirrored(std::vector<Loop> loops, int axis, double wall) {
   return loops;
 }
 
+/// Together with the mirror images beyond both sides, as far as a reach: images of images, where
+/// the domain is narrower than that.
+std::vector<Loop> with_mirror_images(std::vector<Loop> loops, const Sides& sides, int axis,
+                                     double reach) {
+  double lower = sides.lower[axis];
+  double upper = sides.upper[axis];
+  do {
+    std::vector<Loop> images = loops;
+    for (const double wall : {lower, upper}) {
+      const std::vector<Loop> image = mirrored(loops, axis, wall);
+      images.insert(images.end(), image.begin(), image.end());
+    }
+    loops = std::move(images);
+    const double width = upper - lower;
+    lower -= width;
+    upper += width;
+  } while (sides.lower[axis] - lower < reach);
+  return loops;
+}
+
 std::vector<Loop> shifted(std::vector<Loop> loops, int axis, double shift) {
   for (Loop& loop : loops) {
     for (Point2& point : loop) point[axis] += shift;
@@ -248,16 +268,17 @@ namespace {
 std::vector<std::vector<Loop>> separate_shapes(const Frame& frame, const PolygonOutline& outline) {
   if (outline.rule == PolygonOutline::Rule::even_odd) return {outline.loops};
   const RegionGrid grid = region_grid(frame);
+  const bool is_periodic = std::find(frame.boundary.begin(), frame.boundary.end(),
+                                     Boundary::periodic) != frame.boundary.end();
   std::vector<std::vector<Loop>> shapes;
   if (outline.rule == PolygonOutline::Rule::region) {
+    if (!is_periodic) return {outline.loops};
     shapes = grid.parts(outline.loops);
   } else {
     // Each by itself first: where one crosses itself or goes the other way, others do not cancel
     // it.
     for (const Loop& loop : outline.loops) shapes.push_back(grid.untangled(loop));
   }
-  const bool is_periodic = std::find(frame.boundary.begin(), frame.boundary.end(),
-                                     Boundary::periodic) != frame.boundary.end();
   if (is_periodic) {
     const Loop domain = box(frame.sides(), {0, 0});
     std::erase_if(shapes, [&](const auto& shape) { return !meet(grid, shape, domain); });
@@ -273,7 +294,8 @@ std::vector<Loop> unsized_loops(const Frame& frame, const PolygonOutline& outlin
   // Cut at reflective sides alone: elsewhere no edge gets a new end.
   Point2 margin{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    if (frame.boundary[axis] == Boundary::periodic) margin[axis] = reach;
+    const bool is_endless = axis == 1 && outline.is_section;
+    if (is_endless || frame.boundary[axis] == Boundary::periodic) margin[axis] = reach;
   }
   const Loop kept = box(sides, margin);
   std::vector<Loop> all;
@@ -287,13 +309,7 @@ std::vector<Loop> unsized_loops(const Frame& frame, const PolygonOutline& outlin
   }
   if (!even_odd) all = grid.clipped(all, kept, Fill::non_zero);
   for (int axis = 0; axis < 2; ++axis) {
-    if (frame.boundary[axis] == Boundary::periodic) continue;
-    std::vector<Loop> images = all;
-    for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
-      const std::vector<Loop> image = mirrored(all, axis, wall);
-      images.insert(images.end(), image.begin(), image.end());
-    }
-    all = std::move(images);
+    if (margin[axis] == 0) all = with_mirror_images(std::move(all), sides, axis, reach);
   }
   return grid.clipped(all, box(sides, {reach, reach}), Fill::non_zero);
 }

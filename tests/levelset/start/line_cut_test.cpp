@@ -158,6 +158,18 @@ TEST(LineCut, RidgesAndMasksBecomeFilmsOfTheirWidths) {
   EXPECT_TRUE(cut_shape(flat_section, mask, {.middle = {0, 90}}).empty());
 }
 
+TEST(LineCut, WallsOfStripsAreAsFarAsTheyLook) {
+  const MaskShape mask{.material = 1,
+                       .thickness = 20,
+                       .outlines = MaskShape::Outlines::resist,
+                       .outline = CircleOutline{.radius = 50, .centre = {20, 30}}};
+  std::vector<Shape> shapes = cut_shape(flat_section, mask, {});
+  shapes.insert(shapes.begin(), WaferShape{.material = 0});
+  const Layers layers = build_layers(flat_section, shapes);
+  for (const double x : {-22.5, -20.0, -17.5, 57.5, 60.0, 62.5})
+    EXPECT_NEAR(layers.top().distance({x, 0, 10}), std::abs(x - 20) - 40, 0.01) << x;
+}
+
 /// Whether the line is in a random layout, at many points against what was cut.
 TEST(LineCut, StripsAreWhatAPointwiseLookFinds) {
   for (int seed = 0; seed < 40; ++seed) {
