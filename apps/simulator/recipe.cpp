@@ -55,6 +55,35 @@ void require_memory(const RecipeTable& table, std::string_view key, std::string_
                                what, 1e-9 * needed, 1e-9 * there));
 }
 
+// The line through a layout along which a section lies.
+struct DrawnLine {
+  LineCut cut;
+  double length = 0;
+};
+
+std::optional<DrawnLine> read_line(const RecipeTable& table, bool is_section) {
+  const std::string_view key = "cut";
+  if (!table.has(key)) return std::nullopt;
+  const std::string text = table.text(key);
+  if (!table.ok(key)) return std::nullopt;
+  if (!is_section) {
+    table.error(key, "is a line for mode = \"2d\"; leave it out to simulate the whole layout");
+    return std::nullopt;
+  }
+  try {
+    const auto [from, to] = parse_line(text);
+    const double dx = to[0] - from[0];
+    const double dy = to[1] - from[1];
+    const double length = std::sqrt(dx * dx + dy * dy);
+    return DrawnLine{.cut = {.middle = {0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])},
+                             .along = {dx / length, dy / length}},
+                     .length = length};
+  } catch (const InputError& error) {
+    table.error(key, error.what());
+    return std::nullopt;
+  }
+}
+
 // A number of cells from an extent; at least two, or a mirror plane would meet its neighbour.
 int read_cells(const RecipeTable& table, double extent, double spacing, std::size_t axis) {
   const auto text = [](double length) { return format_quantity(length, Dimension::length); };
@@ -78,7 +107,35 @@ int read_cells(const RecipeTable& table, double extent, double spacing, std::siz
   return static_cast<int>(whole);
 }
 
-Frame read_frame(const RecipeTable& table) {
+// The extent of a section along a line: as long as the line, in whole spacings, or as its own key
+// has it.
+std::vector<double> read_line_extent(const RecipeTable& table, const DrawnLine& line,
+                                     double spacing) {
+  const auto text = [](double length) { return format_quantity(length, Dimension::length); };
+  if (table.has("extent")) {
+    std::vector<double> extent =
+        table.quantities("extent", Dimension::length,
+                         {.minimum = 1, .maximum = 1, .why = " with mode = \"2d\""}, lengths);
+    if (table.ok("extent") && table.ok("spacing") &&
+        std::abs(extent[0] - line.length) > 0.5 * spacing * (1 + 1e-6))
+      table.error("extent[0]",
+                  fmt::format("{} is not the length of the line, {}; leave extent out, or write "
+                              "extent = [\"{}\"]",
+                              text(extent[0]), text(line.length), text(line.length)));
+    return extent;
+  }
+  if (!table.ok("spacing")) return {line.length};
+  const double cells = std::max(std::round(line.length / spacing), 2.0);
+  const double length = cells * spacing;
+  if (std::abs(length - line.length) > 0.01 * spacing)
+    table.warning("cut",
+                  fmt::format("the line is {} long, {:.6g} spacings; the section is {} long, "
+                              "with the same middle",
+                              text(line.length), line.length / spacing, text(length)));
+  return {length};
+}
+
+Frame read_frame(const RecipeTable& table, std::optional<LineCut>& cut) {
   enum class Mode { solid, section, round };
   const Choices<Mode> modes{
       {"3d", Mode::solid}, {"2d", Mode::section}, {"axisymmetric", Mode::round}};
@@ -93,7 +150,11 @@ Frame read_frame(const RecipeTable& table) {
                       .why = frame.axisymmetric      ? " with mode = \"axisymmetric\""
                              : frame.two_dimensional ? " with mode = \"2d\""
                                                      : " with mode = \"3d\""};
-  const std::vector<double> extent = table.quantities("extent", Dimension::length, axes, lengths);
+  const std::optional<DrawnLine> line = read_line(table, mode == Mode::section);
+  if (line) cut = line->cut;
+  const std::vector<double> extent =
+      line ? read_line_extent(table, *line, frame.spacing)
+           : table.quantities("extent", Dimension::length, axes, lengths);
   const std::vector<Boundary> boundary =
       table.choices<Boundary>("boundary", boundaries, axes, "reflective");
   frame.cells = {2, 1};
@@ -119,9 +180,10 @@ Frame read_frame(const RecipeTable& table) {
 }
 
 Domain read_domain(const RecipeTable& table) {
-  const Frame frame = read_frame(table);
+  std::optional<LineCut> cut;
+  const Frame frame = read_frame(table, cut);
   const bool asks = table.choice<bool>("symmetry", {{"none", false}, {"auto", true}}, "none");
-  return {.frame = frame, .uses_symmetry = asks || frame.is_around_axis()};
+  return {.frame = frame, .uses_symmetry = asks || frame.is_around_axis(), .cut = cut};
 }
 
 Simplification read_simplify(const RecipeTable& table, const Frame& frame) {
@@ -399,7 +461,7 @@ class StepReader {
     StepModel made = read_model(
         table,
         {recipe_.materials, reachable_, recipe_.domain.frame, [this](const RecipeTable& mask) {
-           return read_mask(mask, recipe_.materials, recipe_.domain.frame);
+           return read_mask(mask, {recipe_.materials, recipe_.domain.frame, recipe_.domain.cut});
          }});
     if (made.model == nullptr && !made.operation) return {};
     if (own_duration) {
@@ -614,7 +676,8 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
     if (std::ranges::find(masks, name) == masks.end()) masks.push_back(name);
   };
   for (const Shape& shape : start)
-    if (const auto* const mask = std::get_if<MaskShape>(&shape)) add(*mask);
+    if (const auto* const mask = std::get_if<MaskShape>(&shape); mask && !mask->is_ridge)
+      add(*mask);
   for (const ProcessStep& step : steps)
     if (const auto* const mask = step.operation ? std::get_if<MaskFilm>(&*step.operation) : nullptr)
       add(mask->shape);
@@ -636,6 +699,13 @@ MetrologyOptions read_metrology(const RecipeTable& table, std::span<const Shape>
   return options;
 }
 
+// What the line of a section makes of a shape may have other keys than its table.
+void note_problem(const RecipeTable& table, const ShapeProblem& problem) {
+  const bool is_of_hole = problem.key == "width" && table.has("radius");
+  const bool is_of_fin = problem.key == "resist.shape" && !table.has("resist");
+  table.error(is_of_hole ? "radius" : is_of_fin ? "width" : problem.key, problem.message);
+}
+
 // That the shapes make a geometry, by themselves or on what a state has, and that the machine can
 // hold it.
 void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables,
@@ -647,27 +717,32 @@ void check_geometry(const RecipeTable& root, std::span<const RecipeTable> tables
   for (const ShapeProblem& problem : problems) {
     if (tables.empty()) {
       root.error("geometry", problem.message);
+    } else if (shapes.empty()) {
+      tables[0].error(problem.key, problem.message);
     } else {
-      tables[problem.shape].error(problem.key, problem.message);
+      note_problem(tables[start.tables[problem.shape]], problem);
     }
   }
   const double cell = frame.spacing * frame.spacing;
-  for (std::size_t n = 0; n < tables.size(); ++n) {
+  for (std::size_t n = 0; n < shapes.size(); ++n) {
     const double cells = wall_area(frame, shapes[n]) / cell;
-    require_memory(tables[n], "", fmt::format("walls of {:.3g} grid cells", cells), cells);
+    require_memory(tables[start.tables[n]], "", fmt::format("walls of {:.3g} grid cells", cells),
+                   cells);
   }
 }
 
-StartGeometry read_start_geometry(const RecipeFile& file, const Frame& frame,
+StartGeometry read_start_geometry(const RecipeFile& file, const Domain& domain,
                                   const Materials& materials, const LoadStart& load_start) {
   const RecipeTable root = file.root();
-  StartGeometry start;
+  const Frame& frame = domain.frame;
+  std::optional<StartState> state;
   if (root.has("start")) {
-    start.state = read_start(root, frame, materials, load_start);
-    if (!root.has("geometry")) return start;
+    state = read_start(root, frame, materials, load_start);
+    if (!root.has("geometry")) return {.shapes = {}, .tables = {}, .state = std::move(state)};
   }
   const std::vector<RecipeTable> tables = root.tables("geometry");
-  start.shapes = read_geometry(tables, materials, frame);
+  StartGeometry start = read_geometry(tables, {materials, frame, domain.cut});
+  start.state = std::move(state);
   if (file.ok()) check_geometry(root, tables, frame, start);
   return start;
 }
@@ -718,7 +793,7 @@ Recipe read_recipe(const RecipeSource& source, const LoadStart& load_start) {
   recipe.domain = read_domain(root.table("domain"));
   const Frame& frame = recipe.domain.frame;
   read_materials(root.table("materials"), recipe.materials);
-  recipe.start = read_start_geometry(file, frame, recipe.materials, load_start);
+  recipe.start = read_start_geometry(file, recipe.domain, recipe.materials, load_start);
   recipe.simplification = read_simplify(root.table("simplify"), frame);
   recipe.flux = read_flux_plan(root.table("flux"), frame);
   recipe.advection = read_advection(root.table("advection"));

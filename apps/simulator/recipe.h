@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -16,7 +17,7 @@
 #include "flux/solve.h"
 #include "levelset/grid/scheme.h"
 #include "levelset/metrology/metrology.h"
-#include "levelset/start/shapes.h"
+#include "levelset/start/line_cut.h"
 #include "mesh/simplify/simplify.h"
 #include "models/surface_model.h"
 
@@ -64,13 +65,15 @@ struct ProcessStep {
 /// The grid that a recipe runs on.
 struct Domain {
   Frame frame;
-  bool uses_symmetry = false;  ///< runs on the half or quarter of a wafer that is its own image
+  bool uses_symmetry = false;    ///< runs on the half or quarter of a wafer that is its own image
+  std::optional<LineCut> cut{};  ///< a section through a layout, along this line
 };
 
 /// What is there before the first step: the state that another run left, if there is one, and
 /// shapes, which act on it.
 struct StartGeometry {
   std::vector<Shape> shapes;
+  std::vector<std::size_t> tables;  ///< of the recipe, one for each shape
   std::optional<StartState> state;
 };
 

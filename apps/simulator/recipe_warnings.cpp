@@ -346,7 +346,9 @@ void warn_of_long_facets(const RecipeTable& root, std::span<const RecipeTable> s
 }  // namespace
 
 void judge_coarseness(const RecipeTable& root, const Recipe& recipe) {
-  const std::vector<RecipeTable> shapes = root.tables("geometry");
+  const std::vector<RecipeTable> tables = root.tables("geometry");
+  std::vector<RecipeTable> shapes;  // the table of each shape
+  for (const std::size_t table : recipe.start.tables) shapes.push_back(tables[table]);
   const Frame& frame = recipe.domain.frame;
   const std::vector<Shape>& start = recipe.start.shapes;
   OpenSpeeds speeds(recipe.steps, recipe.materials.size());

@@ -23,6 +23,10 @@ constexpr const char* how_to_write =
   throw InputError(fmt::format("\"{}\" {}; {}", text, why, how_to_write));
 }
 
+[[noreturn]] void refuse_line(std::string_view text, const std::string& why) {
+  throw InputError(fmt::format("\"{}\" {}; write \"from -1 um, 0 um to 1 um, 2 um\"", text, why));
+}
+
 /// What stands before and behind a separator; nothing where there is none.
 std::optional<std::array<std::string_view, 2>> parts(std::string_view text,
                                                      std::string_view separator) {
@@ -55,16 +59,11 @@ SectionLine across(std::string_view text, const std::array<std::string_view, 2>&
 }
 
 SectionLine between(std::string_view text, const Sides& sides) {
-  const auto ends = parts(trimmed(text).substr(std::string_view("from").size()), " to ");
-  if (!ends) refuse(text, "has no end");
-  std::array<std::array<double, 2>, 2> places{};
-  for (std::size_t n = 0; n < 2; ++n) {
-    const auto numbers = parts((*ends)[n], ",");
-    if (!numbers) refuse(text, "has an end without a comma");
+  auto places = parse_line(text);
+  for (auto& place : places) {
     for (int axis = 0; axis < 2; ++axis) {
-      places[n][axis] = parse_quantity((*numbers)[axis], Dimension::length);
-      require_inside(text, axis, places[n][axis], sides);
-      places[n][axis] = just_inside(places[n][axis], sides.lower[axis], sides.upper[axis]);
+      require_inside(text, axis, place[axis], sides);
+      place[axis] = just_inside(place[axis], sides.lower[axis], sides.upper[axis]);
     }
   }
   const double dx = places[1][0] - places[0][0];
@@ -78,6 +77,25 @@ SectionLine between(std::string_view text, const Sides& sides) {
 }
 
 }  // namespace
+
+std::array<std::array<double, 2>, 2> parse_line(std::string_view text) {
+  const std::string_view line = trimmed(text);
+  if (!line.starts_with("from")) refuse_line(text, "does not begin with \"from\"");
+  const auto ends = parts(line.substr(std::string_view("from").size()), " to ");
+  if (!ends) refuse_line(text, "has no end");
+  std::array<std::array<double, 2>, 2> places{};
+  for (std::size_t n = 0; n < 2; ++n) {
+    const auto numbers = parts((*ends)[n], ",");
+    if (!numbers) refuse_line(text, "has an end without a comma");
+    for (int axis = 0; axis < 2; ++axis) {
+      places[n][axis] = parse_quantity((*numbers)[axis], Dimension::length);
+      if (!(std::abs(places[n][axis]) <= longest_length))
+        refuse_line(text, "has an end more than 1 m away");
+    }
+  }
+  if (places[0] == places[1]) refuse_line(text, "has no length");
+  return places;
+}
 
 SectionLine parse_section(std::string_view text, const Frame& frame) {
   const Sides sides = frame.sides();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -26,6 +27,12 @@ struct SectionLine {
 ///
 /// Throws: InputError that says what is wrong and how it is written; it names no place.
 SectionLine parse_section(std::string_view text, const Frame& frame);
+
+/// Reads the ends of "from -1 um, 0 um to 1 um, 2 um".
+///
+/// Units:  nm.
+/// Throws: as parse_section.
+std::array<std::array<double, 2>, 2> parse_line(std::string_view text);
 
 /// The outline of one layer in a cross-section.
 struct LayerProfile {

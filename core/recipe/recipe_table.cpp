@@ -260,6 +260,25 @@ std::vector<std::vector<std::array<double, 2>>> RecipeTable::polygons(std::strin
   return all;
 }
 
+std::array<std::array<double, 2>, 2> RecipeTable::corners(std::string_view key) const {
+  const auto item = find(*node_, key);
+  if (!item) {
+    note_missing(
+        *node_, key,
+        "write for example " + std::string(key) + R"( = [["0 um", "0 um"], ["1 um", "1 um"]])");
+    return {};
+  }
+  node_->record->set(key, format_toml(item->value));
+  const std::vector<std::array<double, 2>> points = read_points(*item, {2, 2});
+  if (points.size() != 2) return {};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (points[0][axis] < points[1][axis] || !ok(key)) continue;
+    error(key, "the first corner has to lie below and left of the second one");
+    break;
+  }
+  return {points[0], points[1]};
+}
+
 std::string RecipeTable::file(std::string_view key) const {
   const std::string name = text(key);
   if (name.empty() || node_->content->load_file) return name;

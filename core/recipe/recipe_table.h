@@ -78,6 +78,8 @@ class RecipeTable {
   /// Polygons of at least three points, each up to a metre away: one, [["0 um", "0 um"], ...], or a
   /// list of such lists.
   std::vector<std::vector<std::array<double, 2>>> polygons(std::string_view key) const;
+  /// The lower and the upper corner of a box: [["0 um", "0 um"], ["1 um", "1 um"]].
+  std::array<std::array<double, 2>, 2> corners(std::string_view key) const;
   /// The name of a file; of one in a folder its absolute path, so that the resolved recipe finds it
   /// from anywhere.
   std::string file(std::string_view key) const;

@@ -186,9 +186,13 @@ std::vector<Item> read_list(const Item& item, ListSize size) {
 }
 
 std::vector<std::array<double, 2>> read_polygon(const Item& item) {
+  return read_points(item, {.minimum = 3});
+}
+
+std::vector<std::array<double, 2>> read_points(const Item& item, ListSize size) {
   constexpr Limits limits{.minimum = -longest_length, .maximum = longest_length};
   std::vector<std::array<double, 2>> points;
-  for (const Item& point : read_list(item, {.minimum = 3})) {
+  for (const Item& point : read_list(item, size)) {
     const std::vector<Item> coordinates = read_list(point, {2, 2});
     if (coordinates.empty()) continue;
     points.push_back({read_quantity(coordinates[0], Dimension::length, limits).value_or(0),

@@ -68,6 +68,9 @@ std::vector<Item> read_list(const Item& item, ListSize size);
 
 std::vector<std::array<double, 2>> read_polygon(const Item& item);
 
+/// The same of a list of that size.
+std::vector<std::array<double, 2>> read_points(const Item& item, ListSize size);
+
 /// Rows of numbers that stand in the recipe, and those of the CSV file that it names.
 std::optional<NumberTable> read_rows(const Item& item, std::span<const Column> columns);
 std::optional<NumberTable> read_csv_noted(const Item& item, std::span<const Column> columns,

@@ -539,4 +539,17 @@ Layout read_gds(const std::filesystem::path& file, std::string_view content,
   return Flattener(file, library, selection).run(chosen_cell(file, library, selection.cell));
 }
 
+std::vector<Layout> read_gds_layers(const std::filesystem::path& file, std::string_view content,
+                                    GdsSelection selection, std::span<const GdsLayer> layers) {
+  const GdsLibrary library = read_gds_library(file, content);
+  const std::string cell = chosen_cell(file, library, selection.cell);
+  std::vector<Layout> layouts;
+  for (const GdsLayer& layer : layers) {
+    selection.layer = layer.layer;
+    selection.datatype = layer.datatype;
+    layouts.push_back(Flattener(file, library, selection).run(cell));
+  }
+  return layouts;
+}
+
 }  // namespace scarp

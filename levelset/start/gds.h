@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,14 @@
 #include "levelset/start/polygon.h"
 
 namespace scarp {
+
+/// A layer of a layout.
+struct GdsLayer {
+  int layer = 0;
+  std::optional<int> datatype{};  ///< empty: all
+
+  friend bool operator==(const GdsLayer&, const GdsLayer&) = default;
+};
 
 /// What to take from a GDSII file.
 struct GdsSelection {
@@ -41,5 +50,11 @@ struct Layout {
 ///         layer within the window, or points beyond 1 m.
 Layout read_gds(const std::filesystem::path& file, std::string_view content,
                 const GdsSelection& selection);
+
+/// The same of several layers.
+///
+/// Shape: one per layer; selection says all but these.
+std::vector<Layout> read_gds_layers(const std::filesystem::path& file, std::string_view content,
+                                    GdsSelection selection, std::span<const GdsLayer> layers);
 
 }  // namespace scarp

@@ -203,7 +203,8 @@ void refuse_layout(const std::filesystem::path& file, const std::string& text) {
 GdsLibrary read_gds_library(const std::filesystem::path& file, std::string_view content) {
   constexpr std::string_view oasis = "%SEMI-OASIS";
   if (content.starts_with(oasis))
-    refuse_layout(file, "is an OASIS file; write it as GDSII, as KLayout and others can");
+    refuse_layout(file,
+                  "is an OASIS file; convert it to GDSII, for example with strm2gds of KLayout");
   std::string unpacked;
   if (is_gzip(content)) {
     unpacked = unpacked_content(file, content);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <polyclipping/clipper.hpp>
 
 #include "core/recipe/quantity.h"
 #include "levelset/start/box_pairs.h"
@@ -17,6 +16,9 @@ constexpr double image_reach = 24;
 
 /// Points are rounded to this fraction of a spacing.
 constexpr double units_per_spacing = 65536;
+
+/// How far the chords of arcs may be from them, in spacings. Each of up to four offsets adds some.
+constexpr double arc_tolerance = 0.0025;
 
 struct NamedEdge {
   std::size_t loop = 0;
@@ -132,6 +134,26 @@ std::vector<Loop> mirrored(std::vector<Loop> loops, int axis, double wall) {
   return loops;
 }
 
+/// Together with the mirror images beyond both sides, as far as a reach: images of images, where
+/// the domain is narrower than that.
+std::vector<Loop> with_mirror_images(std::vector<Loop> loops, const Sides& sides, int axis,
+                                     double reach) {
+  double lower = sides.lower[axis];
+  double upper = sides.upper[axis];
+  do {
+    std::vector<Loop> images = loops;
+    for (const double wall : {lower, upper}) {
+      const std::vector<Loop> image = mirrored(loops, axis, wall);
+      images.insert(images.end(), image.begin(), image.end());
+    }
+    loops = std::move(images);
+    const double width = upper - lower;
+    lower -= width;
+    upper += width;
+  } while (sides.lower[axis] - lower < reach);
+  return loops;
+}
+
 std::vector<Loop> shifted(std::vector<Loop> loops, int axis, double shift) {
   for (Loop& loop : loops) {
     for (Point2& point : loop) point[axis] += shift;
@@ -140,81 +162,16 @@ std::vector<Loop> shifted(std::vector<Loop> loops, int axis, double shift) {
 }
 
 Loop box(const Sides& sides, Point2 margin) {
-  const double left = sides.lower[0] - margin[0];
-  const double right = sides.upper[0] + margin[0];
-  const double front = sides.lower[1] - margin[1];
-  const double back = sides.upper[1] + margin[1];
-  return {{left, front}, {right, front}, {right, back}, {left, back}};
+  return box_loop({sides.lower[0] - margin[0], sides.lower[1] - margin[1]},
+                  {sides.upper[0] + margin[0], sides.upper[1] + margin[1]});
 }
 
-/// False if the loop lies wholly on one side of the box and changes nothing in it.
-bool may_meet(const Loop& loop, const Loop& box) {
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    const auto by_axis = [&](const Point2& a, const Point2& b) { return a[axis] < b[axis]; };
-    const auto [least, most] = std::minmax_element(loop.begin(), loop.end(), by_axis);
-    if ((*most)[axis] < box[0][axis] || (*least)[axis] > box[2][axis]) return false;
-  }
-  return true;
-}
-
-/// Loops in whole units, as the library for them wants them.
-class Integers {
- public:
-  explicit Integers(double unit) : unit_(unit) {}
-
-  ClipperLib::Path path(const Loop& loop) const {
-    ClipperLib::Path path;
-    path.reserve(loop.size());
-    for (const auto& [x, y] : loop)
-      path.emplace_back(std::llround(x / unit_), std::llround(y / unit_));
-    return path;
-  }
-
-  std::vector<Loop> loops(const ClipperLib::Paths& paths) const {
-    std::vector<Loop> loops;
-    for (const ClipperLib::Path& path : paths) {
-      Loop& loop = loops.emplace_back();
-      for (const ClipperLib::IntPoint& point : path)
-        loop.push_back(
-            {static_cast<double>(point.X) * unit_, static_cast<double>(point.Y) * unit_});
-    }
-    return loops;
-  }
-
- private:
-  double unit_;
-};
-
-using Fill = ClipperLib::PolyFillType;
-
-/// The part of what loops surround that lies in a box.
-std::vector<Loop> clipped(double unit, const std::vector<Loop>& loops, const Loop& box, Fill fill) {
-  const Integers integers(unit);
-  ClipperLib::Clipper clipper(ClipperLib::ioStrictlySimple);
-  for (const Loop& loop : loops)
-    if (may_meet(loop, box)) clipper.AddPath(integers.path(loop), ClipperLib::ptSubject, true);
-  clipper.AddPath(integers.path(box), ClipperLib::ptClip, true);
-  ClipperLib::Paths result;
-  clipper.Execute(ClipperLib::ctIntersection, result, fill, ClipperLib::pftNonZero);
-  return integers.loops(result);
-}
-
-/// What a loop surrounds, whichever way and however often, as loops with the interior on the left.
-std::vector<Loop> untangled(double unit, Loop loop) {
-  if (loop.size() == 3) {
-    if (area(std::span(&loop, 1)) < 0) std::reverse(loop.begin(), loop.end());
-    return {std::move(loop)};
-  }
-  const Integers integers(unit);
-  ClipperLib::Paths result;
-  ClipperLib::SimplifyPolygon(integers.path(loop), result, ClipperLib::pftNonZero);
-  return integers.loops(result);
-}
+using Fill = RegionGrid::Fill;
 
 /// Whether some of what loops surround lies in a box.
-bool meet(double unit, const std::vector<Loop>& loops, const Loop& box) {
+bool meet(const RegionGrid& grid, const std::vector<Loop>& loops, const Loop& box) {
   return std::ranges::any_of(loops, [&](const Loop& loop) { return may_meet(loop, box); }) &&
-         !clipped(unit, loops, box, ClipperLib::pftNonZero).empty();
+         !grid.clipped(loops, box, Fill::non_zero).empty();
 }
 
 /// By how much loops have to be shifted for their copies beyond periodic sides to come into a box.
@@ -300,56 +257,82 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
   return fault;
 }
 
-std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline, double growth) {
-  const Sides sides = frame.sides();
-  const double unit = frame.spacing / units_per_spacing;
-  const double reach = image_reach * frame.spacing + 2 * std::abs(growth);
-  const bool even_odd = outline.rule == PolygonOutline::Rule::even_odd;
+RegionGrid region_grid(const Frame& frame) {
+  return {frame.spacing / units_per_spacing, arc_tolerance * frame.spacing};
+}
+
+namespace {
+
+/// The loops of an outline in groups that belong together; those of a layout that lie wholly
+/// outside the domain are left out where copies of them would come into it.
+std::vector<std::vector<Loop>> separate_shapes(const Frame& frame, const PolygonOutline& outline) {
+  if (outline.rule == PolygonOutline::Rule::even_odd) return {outline.loops};
+  const RegionGrid grid = region_grid(frame);
   const bool is_periodic = std::find(frame.boundary.begin(), frame.boundary.end(),
                                      Boundary::periodic) != frame.boundary.end();
-  // Each by itself first: where one crosses itself or goes the other way, others do not cancel it.
   std::vector<std::vector<Loop>> shapes;
-  if (even_odd) {
-    shapes.push_back(outline.loops);
+  if (outline.rule == PolygonOutline::Rule::region) {
+    if (!is_periodic) return {outline.loops};
+    shapes = grid.parts(outline.loops);
   } else {
-    const Loop domain = box(sides, {0, 0});
-    for (const Loop& loop : outline.loops) {
-      std::vector<Loop> shape = untangled(unit, loop);
-      if (!is_periodic || meet(unit, shape, domain)) shapes.push_back(std::move(shape));
-    }
+    // Each by itself first: where one crosses itself or goes the other way, others do not cancel
+    // it.
+    for (const Loop& loop : outline.loops) shapes.push_back(grid.untangled(loop));
   }
+  if (is_periodic) {
+    const Loop domain = box(frame.sides(), {0, 0});
+    std::erase_if(shapes, [&](const auto& shape) { return !meet(grid, shape, domain); });
+  }
+  return shapes;
+}
+
+/// The outline with its images, up to a distance from the sides, as it is drawn.
+std::vector<Loop> unsized_loops(const Frame& frame, const PolygonOutline& outline, double reach) {
+  const Sides sides = frame.sides();
+  const RegionGrid grid = region_grid(frame);
+  const bool even_odd = outline.rule == PolygonOutline::Rule::even_odd;
   // Cut at reflective sides alone: elsewhere no edge gets a new end.
   Point2 margin{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    if (frame.boundary[axis] == Boundary::periodic) margin[axis] = reach;
+    const bool is_endless = axis == 1 && outline.is_section;
+    if (is_endless || frame.boundary[axis] == Boundary::periodic) margin[axis] = reach;
   }
   const Loop kept = box(sides, margin);
   std::vector<Loop> all;
-  for (const std::vector<Loop>& shape : shapes) {
+  for (const std::vector<Loop>& shape : separate_shapes(frame, outline)) {
     for (const Point2& shift : shifts_into(frame, shape, kept)) {
       std::vector<Loop> copy = shifted(shifted(shape, 0, shift[0]), 1, shift[1]);
-      if (even_odd) copy = clipped(unit, copy, kept, ClipperLib::pftEvenOdd);
+      if (even_odd) copy = grid.clipped(copy, kept, Fill::even_odd);
       all.insert(all.end(), std::make_move_iterator(copy.begin()),
                  std::make_move_iterator(copy.end()));
     }
   }
-  if (!even_odd) all = clipped(unit, all, kept, ClipperLib::pftNonZero);
+  if (!even_odd) all = grid.clipped(all, kept, Fill::non_zero);
   for (int axis = 0; axis < 2; ++axis) {
-    if (frame.boundary[axis] == Boundary::periodic) continue;
-    std::vector<Loop> images = all;
-    for (const double wall : {sides.lower[axis], sides.upper[axis]}) {
-      const std::vector<Loop> image = mirrored(all, axis, wall);
-      images.insert(images.end(), image.begin(), image.end());
-    }
-    all = std::move(images);
+    if (margin[axis] == 0) all = with_mirror_images(std::move(all), sides, axis, reach);
   }
-  return clipped(unit, all, box(sides, {reach, reach}), ClipperLib::pftNonZero);
+  return grid.clipped(all, box(sides, {reach, reach}), Fill::non_zero);
 }
 
-double area(std::span<const Loop> loops) {
-  double twice = 0;
-  for (const NamedEdge& e : edges_of(loops)) twice += e.a[0] * e.b[1] - e.a[1] * e.b[0];
-  return 0.5 * twice;
+}  // namespace
+
+std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline, double growth) {
+  const double reach = image_reach * frame.spacing + 2 * std::abs(growth);
+  if (outline.sizing.is_none()) return unsized_loops(frame, outline, reach);
+  const Sides sides = frame.sides();
+  const double further = reach + outline.sizing.reach();
+  const RegionGrid grid = region_grid(frame);
+  return grid.clipped(grid.sized(unsized_loops(frame, outline, further),
+                                 box(sides, {further, further}), outline.sizing),
+                      box(sides, {reach, reach}), Fill::non_zero);
+}
+
+SizingLosses sizing_losses(const Frame& frame, const PolygonOutline& outline) {
+  if (outline.sizing.is_none()) return {};
+  const Sides sides = frame.sides();
+  const double reach = image_reach * frame.spacing + outline.sizing.reach();
+  return region_grid(frame).losses(unsized_loops(frame, outline, reach), box(sides, {reach, reach}),
+                                   box(sides, {0, 0}), outline.sizing);
 }
 
 }  // namespace scarp

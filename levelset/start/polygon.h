@@ -1,19 +1,14 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/frame.h"
+#include "levelset/start/region.h"
 
 namespace scarp {
-
-using Point2 = std::array<double, 2>;
-
-/// A closed polygon; the last point is joined to the first.
-using Loop = std::vector<Point2>;
 
 /// A region of the x-y plane between polygons.
 ///
@@ -21,10 +16,14 @@ using Loop = std::vector<Point2>;
 struct PolygonOutline {
   /// even_odd: a point is inside if an odd number of loops surround it, so a loop within a loop is
   /// a hole. any: inside if any loop surrounds it, whichever way; loops may overlap, touch and
-  /// cross themselves.
-  enum class Rule { even_odd, any };
+  /// cross themselves. region: loops that neither cross nor overlap, interior on the left.
+  enum class Rule { even_odd, any, region };
   std::vector<Loop> loops;
   Rule rule = Rule::even_odd;
+  /// Acts on what the domain shows: loops together with their images beyond the sides.
+  Sizing sizing{};
+  /// Strips along y: what a line through a layout meets. Sections take no other ones.
+  bool is_section = false;
 };
 
 /// The first thing that is wrong with an even-odd outline: a loop of less than three points, points
@@ -54,7 +53,10 @@ std::optional<std::string> thin_feature(const Frame& frame, std::span<const Loop
 std::vector<Loop> domain_loops(const Frame& frame, const PolygonOutline& outline,
                                double growth = 0);
 
-/// Area enclosed by loops with the interior on the left.
-double area(std::span<const Loop> loops);
+/// What the sizing of an outline leaves nothing of, in the domain.
+SizingLosses sizing_losses(const Frame& frame, const PolygonOutline& outline);
+
+/// That on which outlines are combined.
+RegionGrid region_grid(const Frame& frame);
 
 }  // namespace scarp

@@ -27,6 +27,12 @@ constexpr double image_reach = 16;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
+/// What is no part of a profile is this many spacings away: further than walls are seen.
+constexpr double profile_reach = 32;
+
+/// From walls that are nowhere. Units: nm.
+constexpr double far_inside = 1e12;
+
 Solid below(double z) {
   return [z](Vec3d r) { return Distance{r.z - z, {0, 0, 1}}; };
 }
@@ -212,6 +218,49 @@ Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeight
                      repeated(box.repeat, box.centre, upright_below(walls, slope)));
 }
 
+std::array<double, 2> heights_of(const ProfileShape& shape) {
+  std::array<double, 2> heights{infinite, -infinite};
+  for (const Loop& loop : shape.loops) {
+    for (const Point2& r : loop) heights = {std::min(heights[0], r[1]), std::max(heights[1], r[1])};
+  }
+  return heights;
+}
+
+std::vector<Loop> closed_profile(const ProfileShape& shape, double end) {
+  std::vector<Loop> loops = shape.loops;
+  if (!shape.is_line) return loops;
+  loops[0].push_back({loops[0].back()[0], end});
+  loops[0].push_back({loops[0].front()[0], end});
+  return loops;
+}
+
+Frame profile_frame(const Frame& frame, const std::vector<Loop>& loops) {
+  double highest = 0;
+  for (const Loop& loop : loops)
+    for (const Point2& r : loop) highest = std::max(highest, std::abs(r[1]));
+  Frame plane = frame;
+  plane.two_dimensional = false;
+  plane.cells[1] = 2 * static_cast<int>(std::ceil(highest / frame.spacing) + profile_reach);
+  plane.boundary[1] = Boundary::reflective;
+  return plane;
+}
+
+Solid profile_solid(const Frame& frame, const ProfileShape& shape, double end) {
+  const std::vector<Loop> loops = closed_profile(shape, end);
+  const Frame plane = profile_frame(frame, loops);
+  // Walls over the profile laid flat, looked at half way up, far from where they end.
+  const double high = profile_reach * frame.spacing;
+  const auto walls = std::make_shared<const PolygonWalls>(
+      plane, domain_loops(plane, {loops}),
+      WallHeights{.foot = -high, .top = high, .lowest = -high, .slope = 0});
+  return [walls](Vec3d r) {
+    const Distance found = (*walls)({r.x, r.z, 0});
+    // Far from all walls there is no direction: upwards, as walls have it.
+    if (found.normal.x == 0 && found.normal.y == 0) return Distance{found.value, {0, 0, 1}};
+    return Distance{found.value, {found.normal.x, 0, found.normal.y}};
+  };
+}
+
 namespace {
 
 /// Adds shapes to a target, and cuts them out of it.
@@ -235,6 +284,10 @@ class Builder {
 
   void apply(const TrenchShape& shape) {
     const double z = cut_from(shape.cut);
+    if (shape.is_everywhere) {
+      cut(shape.cut, z, {}, [](Vec3d) { return Distance{-far_inside, {1, 0, 0}}; });
+      return;
+    }
     const int across = 1 - shape.along;
     const Solid walls = slab(across, shape.centre, shape.width, z, shape.cut.taper);
     cut(shape.cut, z,
@@ -300,6 +353,20 @@ class Builder {
     } else {
       stack_.cut_run(0, stack_.layer_count() - 1,
                      is_patch ? outside(std::move(solid)) : std::move(solid), 0);
+    }
+  }
+
+  void apply(const ProfileShape& shape) {
+    const auto [lower, upper] = heights_of(shape);
+    stack_.reach_down_to(lower);
+    const double far = profile_reach * frame_.spacing;
+    const double end = shape.material ? std::min(lower, stack_.lower()) - far
+                                      : std::max(upper, stack_.upper()) + far;
+    Solid solid = profile_solid(frame_, shape, end);
+    if (shape.material) {
+      stack_.grow(*shape.material, upper, std::move(solid));
+    } else {
+      stack_.cut_run(0, stack_.layer_count() - 1, std::move(solid), 0);
     }
   }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <functional>
+#include <vector>
 
 #include "core/frame.h"
 #include "core/material.h"
@@ -22,6 +24,18 @@ Distance round_intersect(Distance a, Distance b, double radius);
 
 /// The region under and between the walls of a mask, images beyond the sides included.
 Solid outline_solid(const Frame& frame, const Outline& outline, const WallHeights& heights);
+
+/// The lowest and the highest point of a profile.
+std::array<double, 2> heights_of(const ProfileShape& shape);
+
+/// Its loops, a line from side to side closed at a height beyond all that is there.
+std::vector<Loop> closed_profile(const ProfileShape& shape, double end);
+
+/// The plane of a section as one seen from above: z is its second axis.
+Frame profile_frame(const Frame& frame, const std::vector<Loop>& loops);
+
+/// What is inside a profile, images beyond the sides included.
+Solid profile_solid(const Frame& frame, const ProfileShape& shape, double end);
 
 /// What shapes are applied to: layers, each of them solid together with those below it.
 ///

@@ -64,6 +64,7 @@ struct TrenchShape {
   int along = 1;
   Cut cut{};
   Repeat repeat{};
+  bool is_everywhere = false;  ///< no walls in the domain: all of it is cut
 };
 
 /// A round hole.
@@ -113,6 +114,7 @@ struct MaskShape {
   double taper = 0;
   Outlines outlines = Outlines::opening;
   Outline outline{};
+  bool is_ridge = false;  ///< part of the structure: no mask that metrology looks below
 };
 
 /// What is inside a closed mesh, or below an open patch that covers the domain. Of a material, it
@@ -125,8 +127,17 @@ struct MeshShape {
   std::optional<MaterialId> material{};
 };
 
+/// What is inside closed loops of a cross-section, or below a line from side to side. Of a
+/// material, it is added to what is there; without one, what is inside, or above the line, is
+/// removed. Sides mirror or repeat it.
+struct ProfileShape {
+  std::vector<Loop> loops{};  ///< of (x, z); inside, an odd number of them surrounds a place
+  bool is_line = false;       ///< one loop, which is open
+  std::optional<MaterialId> material{};
+};
+
 using Shape = std::variant<WaferShape, LayerShape, StackShape, TrenchShape, HoleShape, FinShape,
-                           MaskShape, MeshShape>;
+                           MaskShape, MeshShape, ProfileShape>;
 
 /// What is wrong with one key of one shape; key is as in a recipe ("width", "opening.width").
 struct ShapeProblem {

@@ -6,6 +6,7 @@
 #include "levelset/grid/welded.h"
 #include "levelset/start/mesh_solid.h"
 #include "levelset/start/polygon_walls.h"
+#include "levelset/start/shape_builder.h"
 #include "levelset/start/shapes.h"
 
 namespace scarp {
@@ -331,10 +332,13 @@ class OutlineChecks {
   /// The walls must stand on their own at the foot and at the top.
   void check(const std::string& prefix, const PolygonOutline& outline, double growth) {
     const bool is_list = outline.rule == PolygonOutline::Rule::even_odd;
-    const std::string key = prefix + (is_list ? "points" : "file");
+    const std::string key = prefix + (outline.is_section ? "shape" : is_list ? "points" : "file");
     if (places_.is_lopsided(prefix)) return;
-    if (frame_.is_section()) {
-      report_.report(prefix + "shape", "polygons need three dimensions");
+    if (frame_.is_section() && !outline.is_section) {
+      report_.report(
+          prefix + "shape",
+          "polygons and layouts need three dimensions, or the line of the cross-section: "
+          "domain.cut = \"from X, Y to X, Y\"");
       return;
     }
     if (is_list) {
@@ -345,7 +349,12 @@ class OutlineChecks {
     }
     if (places_.is_endless(key, outline.loops)) return;
     const std::vector<Loop> foot = domain_loops(frame_, outline, growth);
-    if (foot.empty()) {
+    // A line may miss an outline, or lie in it altogether.
+    if (outline.is_section && (foot.empty() || covers_domain(foot))) return;
+    if (foot.empty() && !outline.sizing.is_none()) {
+      report_.report(prefix + (outline.sizing.grow < 0 ? "grow" : "corner_radius"),
+                     "leaves nothing of the outline in the domain");
+    } else if (foot.empty()) {
       places_.report_outside(key);
     } else if (covers_domain(foot)) {
       report_.report(key, prefix == "opening."
@@ -447,7 +456,8 @@ class StackLimits {
   }
 
   /// The stack reaches from the lowest cut to the top of what was added.
-  void reach(const std::string& key, double lowest, double highest) {
+  /// Whether all so far is low enough.
+  bool reach(const std::string& key, double lowest, double highest) {
     const double limit = most_levels * spacing_;
     const bool was_fine = highest_ - lowest_ <= limit;
     lowest_ = std::min(lowest_, lowest);
@@ -457,6 +467,7 @@ class StackLimits {
                               " grid spacings high; at most " + whole_text(most_levels) + ": " +
                               in_nm(limit));
     }
+    return highest_ - lowest_ <= limit;
   }
 
  private:
@@ -573,6 +584,10 @@ class Checker {
   }
 
   void check(const TrenchShape& s) {
+    if (s.is_everywhere) {
+      cut(s.cut, 0, false);
+      return;
+    }
     const bool is_good = report_.feature("width", s.width, Between::walls);
     if (is_good)
       places_.row("", s.along, s.centre, widest(s.width, s.cut), s.repeat, Between::walls);
@@ -614,7 +629,9 @@ class Checker {
 
   void check(const MeshShape& s) {
     if (frame_.is_section()) {
-      report_.report("shape", "meshes need three dimensions");
+      report_.report("shape",
+                     "meshes need three dimensions, or a plane in which they are cut: section = "
+                     "\"y = 0 nm\"");
     } else {
       const TriMesh mesh = welded(*s.mesh);
       if (const auto fault = mesh_fault(frame_, mesh)) {
@@ -627,6 +644,35 @@ class Checker {
     }
     stack_.add_layers("material", s.material ? 1 : 0);
     if (s.material) materials_.push_back(*s.material);
+  }
+
+  void check(const ProfileShape& s) {
+    if (!frame_.is_slice()) {
+      report_.report("shape", "a profile needs mode = \"2d\"");
+    } else if (!s.loops.empty()) {
+      profile(s);
+    }
+    stack_.add_layers("material", s.material ? 1 : 0);
+    if (s.material) materials_.push_back(*s.material);
+  }
+
+  /// The walls of a profile cross nowhere and are far enough from each other.
+  void profile(const ProfileShape& s) {
+    const auto [lower, upper] = heights_of(s);
+    if (!stack_.reach("points", lower, upper)) return;
+    const double far = 32 * frame_.spacing;
+    const std::vector<Loop> loops = closed_profile(s, s.material ? lower - far : upper + far);
+    if (const auto fault = polygon_fault(loops)) {
+      report_.report("points", *fault);
+      return;
+    }
+    const Frame plane = profile_frame(frame_, loops);
+    const std::vector<Loop> walls = domain_loops(plane, {loops});
+    if (walls.empty()) {
+      places_.report_outside("points");
+    } else if (const auto fault = thin_feature(plane, walls, report_.narrow())) {
+      report_.report_narrow("points", *fault, Between::sides);
+    }
   }
 
   /// Something of a mesh is in the domain, and no body of it is lost between the nodes.

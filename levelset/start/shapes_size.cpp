@@ -41,6 +41,7 @@ double perimeter(const Sides& sides, const PolygonOutline& s) {
 }
 
 double walls(const Sides& sides, const TrenchShape& s) {
+  if (s.is_everywhere) return 0;
   return 2 * sides.width(s.along) * copies(s.repeat) * s.cut.depth;
 }
 double walls(const Sides&, const HoleShape& s) {
@@ -57,6 +58,7 @@ double walls(const Sides&, const WaferShape&) { return 0; }
 double walls(const Sides&, const LayerShape&) { return 0; }
 double walls(const Sides&, const StackShape&) { return 0; }
 double walls(const Sides&, const MeshShape&) { return 0; }
+double walls(const Sides&, const ProfileShape&) { return 0; }
 
 }  // namespace
 

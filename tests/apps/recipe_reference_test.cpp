@@ -91,6 +91,7 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryTable) {
   known.erase("[[step]]");
   EXPECT_EQ(known.size(), 7U);
   known["Top level"]["start"] = "none";
+  known["[domain]"]["cut"] = "none";
   known["[flux]"]["rays"] = "none";
   known["[flux]"]["position_error"] = "none";
   known["[output]"]["sections"] = "none";
@@ -136,8 +137,19 @@ const std::vector<ShapeKeys> shapes{
       mask("resist",
            "shape = \"polygon\"\n"
            "points = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 um\"]]\n"),
-      mask("resist", "shape = \"gds\"\nfile = \"none.gds\"\nlayer = 1\ndatatype = 0\n")}},
-    {"mesh", {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\n"}},
+      mask("resist", "shape = \"gds\"\nfile = \"none.gds\"\nlayer = 1\ndatatype = 0\n"),
+      mask("resist",
+           "shape = \"gds\"\nfile = \"none.gds\"\nlayers = \"1 + 2\"\n"
+           "center = [\"0 um\", \"0 um\"]\n"),
+      mask("resist",
+           "shape = \"gds\"\nfile = \"none.gds\"\nlayers = \"1 + 2\"\n"
+           "window = [[\"0 um\", \"0 um\"], [\"1 um\", \"1 um\"]]\n")}},
+    {"mesh",
+     {"shape = \"mesh\"\nfile = \"none.stl\"\nmaterial = \"Si\"\nsection = \"y = 0 nm\"\n"}},
+    {"profile",
+     {"shape = \"profile\"\nfile = \"none.csv\"\nmaterial = \"Si\"\n",
+      "shape = \"profile\"\nmaterial = \"Si\"\n"
+      "points = [[\"0 um\", \"0 um\"], [\"1 um\", \"0 um\"], [\"0 um\", \"1 um\"]]\n"}},
 };
 
 TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
@@ -150,7 +162,7 @@ TEST(RecipeReference, HasTheKeysAndDefaultsOfEveryShape) {
     sections[shape.section].emplace("shape", "");
     for (const std::string& text : shape.texts) {
       const RecipeFile file({"[[geometry]]\n" + text, "r.toml"});
-      read_geometry(file.root().tables("geometry"), Materials(), Frame{});
+      read_geometry(file.root().tables("geometry"), {Materials(), Frame{}});
       const Keys given = tables_of("[[geometry]]\n" + text);
       for (const auto& [table, keys] : tables_of(file.resolved())) {
         if (table != "[[geometry]]") read.insert(table.substr(10, table.size() - 11));

@@ -27,7 +27,7 @@ struct Point {
   double z = 0;
 };
 
-struct Strip {
+struct FlatStrip {
   Point a, b;
   double length() const { return std::hypot(b.x - a.x, b.z - a.z); }
 };
@@ -36,7 +36,7 @@ double distance(Point a, Point b) { return std::hypot(b.x - a.x, b.z - a.z); }
 
 /// The part of what leaves strip i diffusely that arrives at strip j, in the plane: Hottel's
 /// crossed strings.
-double view_factor(const Strip& i, const Strip& j) {
+double view_factor(const FlatStrip& i, const FlatStrip& j) {
   const double crossed = distance(i.a, j.a) + distance(i.b, j.b);
   const double uncrossed = distance(i.a, j.b) + distance(i.b, j.a);
   return 0.5 * std::abs(crossed - uncrossed) / i.length();
@@ -46,7 +46,7 @@ double view_factor(const Strip& i, const Strip& j) {
 Means exact_means(double sticking) {
   constexpr int along_wall = 240;
   constexpr int along_bottom = 60;
-  std::vector<Strip> strips;
+  std::vector<FlatStrip> strips;
   for (const double x : {0.0, 1.0}) {
     for (int n = 0; n < along_wall; ++n) {
       strips.push_back(
@@ -57,7 +57,7 @@ Means exact_means(double sticking) {
     strips.push_back(
         {{1.0 * n / along_bottom, -aspect_ratio}, {1.0 * (n + 1) / along_bottom, -aspect_ratio}});
   }
-  const Strip opening{{0, 0}, {1, 0}};
+  const FlatStrip opening{{0, 0}, {1, 0}};
   const std::size_t count = strips.size();
   std::vector<double> direct(count), seen(count * count);
   for (std::size_t i = 0; i < count; ++i) {

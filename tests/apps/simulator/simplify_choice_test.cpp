@@ -60,7 +60,7 @@ every = "10 s"
 }
 
 const std::string wide = "[\"300 nm\", \"300 nm\"]";
-const std::string narrow = "[\"200 nm\", \"100 nm\"]";
+const std::string narrow_extent = "[\"200 nm\", \"100 nm\"]";
 
 TEST(SimplifyChoice, DependsOnWhatTracesRaysAndOnTheNumberOfFacets) {
   const Recipe recipe = read_text(trench(wide, "\"auto\""));
@@ -164,8 +164,8 @@ TEST_F(SimplifyChoiceOfARun, IsTheSameAfterAnInterruption) {
 }
 
 TEST_F(SimplifyChoiceOfARun, OfASmallSurfaceIsTheFullMesh) {
-  const std::string messages = run(narrow, "\"auto\"", "r");
-  run(narrow, "false", "full");
+  const std::string messages = run(narrow_extent, "\"auto\"", "r");
+  run(narrow_extent, "false", "full");
   EXPECT_EQ(summary("r")["state_hash"], summary("full")["state_hash"]);
   EXPECT_THAT(cells("r", "simplify_left_out", "2"), Each("few_facets"));
   EXPECT_GT(summary("r")["simplify_left_out"]["few_facets"], 0);

@@ -335,7 +335,9 @@ TEST_F(Gds, CompressedFilesAreRead) {
 }
 
 TEST_F(Gds, OasisIsRefusedByName) {
-  EXPECT_THAT(message("%SEMI-OASIS\r\n", {.layer = 1}), HasSubstr("is an OASIS file"));
+  EXPECT_THAT(
+      message("%SEMI-OASIS\r\n", {.layer = 1}),
+      HasSubstr("is an OASIS file; convert it to GDSII, for example with strm2gds of KLayout"));
 }
 
 TEST_F(Gds, AUnionIsThatOfEachShapeByItself) {

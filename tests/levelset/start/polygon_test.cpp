@@ -77,6 +77,12 @@ TEST(Polygon, SidesMirrorOrRepeatWhatTheyCut) {
   EXPECT_EQ(domain_loops(periodic, {{square(20, 0, 5), square(-20, 0, 5)}, Rule::any}).size(), 2U);
 }
 
+TEST(Polygon, ANarrowDomainHasImagesOfImages) {
+  const Frame two_cells{.spacing = 1, .cells = {160, 2}};
+  // A strip across all of it goes on to the reach of images, 24 spacings either way.
+  EXPECT_DOUBLE_EQ(area_of({{square(0, 0, 10)}}, two_cells), 20 * 50);
+}
+
 TEST(Polygon, OfALayoutWhatLiesBesideTheDomainStaysOutside) {
   // One that touches the side, one over it, and one that is drawn by hand.
   EXPECT_TRUE(domain_loops(periodic, {{square(25, 0, 5)}, Rule::any}).empty());
