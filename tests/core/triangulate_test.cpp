@@ -94,11 +94,11 @@ TEST(Triangulate, ManyHolesOfAnyShapeStayOpen) {
       const int count = 3 + static_cast<int>(random.uniform() * 9);
       const double x = 10 * (n % 6) + 5;
       const double y = 10 * (n / 6) + 5;
-      const double first = 6 * random.uniform_double();
+      const double first = 6 * random.uniform();
       const std::size_t before = points.size();
       for (int k = 0; k < count; ++k) {
         const double angle = first - 2 * std::numbers::pi * k / count;
-        const double radius = 0.5 + 4.3 * random.uniform_double();
+        const double radius = 0.5 + 4.3 * random.uniform();
         add(hole, x + radius * std::cos(angle), y + radius * std::sin(angle));
       }
       for (std::size_t k = before; k < points.size(); ++k) {
