@@ -29,7 +29,8 @@ class ProfileCases : public Program {
     EXPECT_EQ(preview.exit_code, 0) << preview.messages;
     std::vector<double> areas;
     if (preview.exit_code != 0) return {0, 0};
-    for (const auto& layer : json_of(preview)["layers"])
+    const auto document = json_of(preview);
+    for (const auto& layer : document["layers"])
       areas.push_back(layer["volume_nm3"].get<double>() / 10);
     return areas;
   }
