@@ -67,7 +67,7 @@ TEST_F(ProfileCases, AContourIsChecked) {
                         "to reach both sides of the domain, -400 and 400 nm"));
   EXPECT_THAT(check(recipe(contour + "\npoints = [[\"0 nm\", \"0 nm\"], [\"9 nm\", \"0 nm\"], "
                                      "[\"0 nm\", \"9 nm\"]]")),
-              HasSubstr("geometry[1].points: file says already what the profile is"));
+              HasSubstr("geometry[1].file: points says already what the profile is"));
 }
 
 TEST_F(ProfileCases, AClosedContourIsABody) {
