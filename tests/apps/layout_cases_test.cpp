@@ -78,7 +78,7 @@ TEST_F(LayoutCases, LayersAreCombined) {
 
 TEST_F(LayoutCases, FormulasAreCheckedByName) {
   EXPECT_THAT(check(solid("layers = \"1 - 7/0\"" + centred)),
-              HasSubstr("resist.layers: a.gds: cell TOP has nothing on layer 7/0; it has "
+              HasSubstr("a.gds: cell TOP has nothing on layer 7/0; it has "
                         "layer/datatype 1/0, 2/0, 3/1"));
   EXPECT_THAT(check(solid("layers = \"1 -\"" + centred)),
               HasSubstr("resist.layers: \"1 -\" ends too early; write layers"));
@@ -110,7 +110,7 @@ TEST_F(LayoutCases, WhatVanishesIsSaid) {
   EXPECT_THAT(check(solid("layers = \"1 - 2\", grow = \"-50 nm\"" + centred)),
               HasSubstr("resist.grow: leaves nothing of the outline in the domain"));
   EXPECT_THAT(check(solid("layers = \"1 - 2\", grow = \"100 nm\"" + centred)),
-              HasSubstr("warning: r.toml:15:62: geometry[1].resist.grow: 1 of 2 gaps and holes "
+              HasSubstr("geometry[1].resist.grow: 1 of 2 gaps and holes "
                         "close in the domain"));
   EXPECT_THAT(check(solid("layers = \"1 - 2\", grow = \"10 nm\"" + centred)),
               Not(HasSubstr("warning")));
@@ -203,6 +203,32 @@ opening = { shape = "gds", file = "a.gds", layers = "1 - 2", origin = ["1 um", "
   const Outcome preview = scarp("preview " + path("s.toml") + " --json -o " + path("p"));
   const double silicon_nm3 = json_of(preview)["layers"][0]["volume_nm3"];
   EXPECT_NEAR(silicon_nm3, -10 * 160 * 100, 2000);
+}
+
+TEST_F(LayoutCases, ACutOfALinePatternIsTheSectionOfItsSolid) {
+  GdsWriter lines;
+  lines.cell("TOP", [&] {
+    lines.rectangle(1, -250, -5000, -110, 5000);
+    lines.rectangle(1, 90, -5000, 270, 5000);
+  });
+  write("a.gds", lines.finish());
+  const auto run = [&](const std::string& domain, const std::string& folder) {
+    write("l.toml", "[domain]\nspacing = \"20 nm\"\n" + domain +
+                        "\n[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n[[geometry]]\n"
+                        "shape = \"mask\"\nmaterial = \"resist\"\nthickness = \"100 nm\"\n"
+                        "resist = { shape = \"gds\", file = \"a.gds\", layer = 1 }\n[[step]]\n"
+                        "model = \"isotropic\"\nduration = \"60 s\"\n"
+                        "etch_rate = { Si = \"1 nm/s\", resist = \"0 nm/s\" }\n");
+    const Outcome outcome = scarp("run " + path("l.toml") + " -o " + path(folder));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.messages;
+  };
+  run("extent = [\"800 nm\", \"80 nm\"]", "solid");
+  run("mode = \"2d\"\ncut = \"from -400 nm, 10 nm to 400 nm, 10 nm\"", "cut");
+  const Outcome compared =
+      scarp("compare " + path("solid") + " " + path("cut") + " --json -o " + path("c"));
+  ASSERT_EQ(compared.exit_code, 0) << compared.messages;
+  for (const char* const way : {"forward", "reverse"})
+    EXPECT_LT(json_of(compared)["distance"].back()[way]["max"], 0.25) << way;
 }
 
 TEST_F(LayoutCases, TheFlowOfTheReferenceIsCut) {

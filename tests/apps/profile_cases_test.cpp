@@ -29,7 +29,8 @@ class ProfileCases : public Program {
     EXPECT_EQ(preview.exit_code, 0) << preview.messages;
     std::vector<double> areas;
     if (preview.exit_code != 0) return {0, 0};
-    for (const auto& layer : json_of(preview)["layers"])
+    const auto document = json_of(preview);
+    for (const auto& layer : document["layers"])
       areas.push_back(layer["volume_nm3"].get<double>() / 10);
     return areas;
   }
@@ -66,7 +67,7 @@ TEST_F(ProfileCases, AContourIsChecked) {
                         "to reach both sides of the domain, -400 and 400 nm"));
   EXPECT_THAT(check(recipe(contour + "\npoints = [[\"0 nm\", \"0 nm\"], [\"9 nm\", \"0 nm\"], "
                                      "[\"0 nm\", \"9 nm\"]]")),
-              HasSubstr("geometry[1].points: file says already what the profile is"));
+              HasSubstr("geometry[1].file: points says already what the profile is"));
 }
 
 TEST_F(ProfileCases, AClosedContourIsABody) {

@@ -20,11 +20,11 @@ using ::testing::Not;
 
 namespace fs = std::filesystem;
 
-using Restart = Program;
+using RestartedRun = Program;
 
 // As if the process had died between two outputs: what came after the last checkpoint is done
 // again.
-TEST_F(Restart, AResumedRunGivesTheSameBits) {
+TEST_F(RestartedRun, AResumedRunGivesTheSameBits) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
   fs::copy(folder_ / "whole", folder_ / "cut", fs::copy_options::recursive);
   for (const char* late :
@@ -39,7 +39,7 @@ TEST_F(Restart, AResumedRunGivesTheSameBits) {
 }
 
 // Two cycles, each of a film and an etch with ions; the process dies in the second one.
-TEST_F(Restart, IonsInCyclesGoOnWithTheSameBits) {
+TEST_F(RestartedRun, IonsInCyclesGoOnWithTheSameBits) {
   write("cycles.toml", R"(
 [domain]
 spacing = "20 nm"
@@ -91,14 +91,14 @@ angular = "enhanced"
   expect_same_bits("whole", "cut");
 }
 
-TEST_F(Restart, ResumingAFinishedRunChangesNothing) {
+TEST_F(RestartedRun, ResumingAFinishedRunChangesNothing) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const auto before = fs::last_write_time(folder_ / "r" / "summary.json");
   EXPECT_EQ(scarp("run " + small_trench("--resume -o " + path("r"))).exit_code, 0);
   EXPECT_EQ(fs::last_write_time(folder_ / "r" / "summary.json"), before);
 }
 
-TEST_F(Restart, ResumingAFinishedRunNamesWhatItLacks) {
+TEST_F(RestartedRun, ResumingAFinishedRunNamesWhatItLacks) {
   const std::string section = "--set output.sections='[\"x = 1 um\"]' ";
   ASSERT_EQ(scarp("run " + small_trench(section + "-o " + path("r"))).exit_code, 0);
   const auto resume = [&] {
@@ -122,7 +122,7 @@ TEST_F(Restart, ResumingAFinishedRunNamesWhatItLacks) {
                                   "profile_0002.svg, profile_0003.svg, section_1.svg and 4 more"));
 }
 
-TEST_F(Restart, ResumingNamesEarlierFilesThatAreMissing) {
+TEST_F(RestartedRun, ResumingNamesEarlierFilesThatAreMissing) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   // What the next output writes anew is not missed.
   for (const char* name : {"summary.json", "state_0003.vdb", "surface.pvd", "profiles.svg"})
@@ -139,7 +139,7 @@ TEST_F(Restart, ResumingNamesEarlierFilesThatAreMissing) {
                         "profile_0002.csv; run without --resume"));
 }
 
-TEST_F(Restart, ResumingNamesEarlierFilesThatWereChanged) {
+TEST_F(RestartedRun, ResumingNamesEarlierFilesThatWereChanged) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const std::string metrology = read_file(folder_ / "r" / "metrology.csv");
   for (const char* name : {"summary.json", "state_0003.vdb"})
@@ -160,7 +160,7 @@ TEST_F(Restart, ResumingNamesEarlierFilesThatWereChanged) {
   EXPECT_EQ(read_file(folder_ / "r" / "metrology.csv"), metrology);
 }
 
-TEST_F(Restart, RowsWithTheLineEndsOfWindowsAreThoseOfTheRun) {
+TEST_F(RestartedRun, RowsWithTheLineEndsOfWindowsAreThoseOfTheRun) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const std::string rows = read_file(folder_ / "r" / "metrics.csv");
   for (const char* name : {"summary.json", "state_0003.vdb"})
@@ -174,7 +174,7 @@ TEST_F(Restart, RowsWithTheLineEndsOfWindowsAreThoseOfTheRun) {
   EXPECT_EQ(read_file(folder_ / "r" / "metrics.csv").find('\r'), std::string::npos);
 }
 
-TEST_F(Restart, ARowThatIsMissingIsNamed) {
+TEST_F(RestartedRun, ARowThatIsMissingIsNamed) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   for (const char* name : {"summary.json", "state_0003.vdb"})
     ASSERT_TRUE(fs::remove(folder_ / "r" / name));
@@ -186,7 +186,7 @@ TEST_F(Restart, ARowThatIsMissingIsNamed) {
               HasSubstr("state_0002.vdb: line 3 of metrics.csv is not the row of time step 1,"));
 }
 
-TEST_F(Restart, AFolderOrAPipeInThePlaceOfAFileIsRefused) {
+TEST_F(RestartedRun, AFolderOrAPipeInThePlaceOfAFileIsRefused) {
   const std::string run = "run " + small_trench("-o " + path("r"));
   ASSERT_EQ(scarp(run).exit_code, 0);
   for (const char* name : {"summary.json", "state_0003.vdb", "surface_0003.vtp"})
@@ -203,7 +203,7 @@ TEST_F(Restart, AFolderOrAPipeInThePlaceOfAFileIsRefused) {
   EXPECT_TRUE(fs::exists(folder_ / "r" / "state_0002.vdb"));
 }
 
-TEST_F(Restart, ADamagedRecipeOfTheRunIsWrittenAnew) {
+TEST_F(RestartedRun, ADamagedRecipeOfTheRunIsWrittenAnew) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const std::string recipe = read_file(folder_ / "r" / "recipe.toml");
   ASSERT_TRUE(fs::remove(folder_ / "r" / "summary.json"));
@@ -215,7 +215,7 @@ TEST_F(Restart, ADamagedRecipeOfTheRunIsWrittenAnew) {
   EXPECT_EQ(read_file(folder_ / "r" / "recipe.toml"), recipe);
 }
 
-TEST_F(Restart, ResumingAFinishedRunTellsOfDigitsThatWereChanged) {
+TEST_F(RestartedRun, ResumingAFinishedRunTellsOfDigitsThatWereChanged) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   const std::string rows = with_other_digit(read_file(folder_ / "r" / "metrics.csv"), 1);
   write("r/metrics.csv", rows);
@@ -225,7 +225,7 @@ TEST_F(Restart, ResumingAFinishedRunTellsOfDigitsThatWereChanged) {
   EXPECT_EQ(read_file(folder_ / "r" / "metrics.csv"), rows);
 }
 
-TEST_F(Restart, ResumingAnotherRecipeIsRefused) {
+TEST_F(RestartedRun, ResumingAnotherRecipeIsRefused) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   fs::remove(folder_ / "r" / "summary.json");
   const Outcome other =
@@ -236,7 +236,7 @@ TEST_F(Restart, ResumingAnotherRecipeIsRefused) {
 }
 
 // Of a recipe elsewhere a name relative to where one stands would be another file.
-TEST_F(Restart, AStateToStartFromIsNamedByItsWholePath) {
+TEST_F(RestartedRun, AStateToStartFromIsNamedByItsWholePath) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("r"))).exit_code, 0);
   fs::remove(folder_ / "r" / "summary.json");
   const std::string from_here = fs::relative(folder_ / "r").string();
@@ -246,7 +246,7 @@ TEST_F(Restart, AStateToStartFromIsNamedByItsWholePath) {
       HasSubstr("start = \"" + (fs::canonical(folder_ / "r") / "state_0003.vdb").string() + '"'));
 }
 
-TEST_F(Restart, AnInterruptedRunLeavesACheckpointAndGoesOn) {
+TEST_F(RestartedRun, AnInterruptedRunLeavesACheckpointAndGoesOn) {
   ASSERT_EQ(scarp("run " + small_trench("-o " + path("whole"))).exit_code, 0);
   const std::string run = "run " + small_trench("-o " + path("cut"));
   const std::string line = "timeout --foreground --signal=INT --preserve-status 0.3 " +
@@ -297,7 +297,7 @@ material = "SiO2"
 every = "2 s"
 )";
 
-TEST_F(Restart, VoidsAndIslandsAreReportedAndKeptThroughAnInterruption) {
+TEST_F(RestartedRun, VoidsAndIslandsAreReportedAndKeptThroughAnInterruption) {
   write("r.toml", falling_strip_and_void);
   const Outcome run = scarp("run " + path("r.toml") + " -o " + path("whole"));
   ASSERT_EQ(run.exit_code, 0) << run.messages;
@@ -328,7 +328,7 @@ TEST_F(Restart, VoidsAndIslandsAreReportedAndKeptThroughAnInterruption) {
 }
 
 // Every time step is an output here, which has its own checkpoint.
-TEST_F(Restart, AnInterruptAtAnOutputEndsTheRun) {
+TEST_F(RestartedRun, AnInterruptAtAnOutputEndsTheRun) {
   // In the foreground, or timeout would send the signal twice, and the second one kills.
   const std::string line =
       "timeout --foreground --signal=INT --kill-after=5 1 " + std::string(SCARP_BINARY) + " run " +
