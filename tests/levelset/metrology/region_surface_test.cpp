@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "levelset/motion/layer_steps.h"
+#include "levelset/operations/layer_steps.h"
 #include "tests/levelset/region_checks.h"
 #include "tests/levelset/surfaces.h"
 
