@@ -530,7 +530,7 @@ TEST_F(CompareCommand, SaysWhatItCannotCompare) {
   const Outcome flat = scarp("compare " + path("film.toml"));
   EXPECT_EQ(flat.exit_code, 2);
   EXPECT_THAT(flat.messages, HasSubstr("in two dimensions the mesh is not simplified"));
-  EXPECT_THAT(flat.messages, HasSubstr("--modes 3d,2d compares"));
+  EXPECT_THAT(flat.messages, HasSubstr("use --modes 3d,2d to compare"));
   write("hole.toml",
         "[domain]\nspacing = \"20 nm\"\nextent = [\"600 nm\", \"600 nm\"]\n"
         "[[geometry]]\nshape = \"wafer\"\nmaterial = \"Si\"\n"
