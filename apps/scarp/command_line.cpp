@@ -553,8 +553,7 @@ std::variant<CommandLine, ExitCode> read_command_line(int argc, char** argv) {
   add_command<RenderArguments>(app, "render",
                                "A picture of a run or a state in space, cut open (.png)", line);
   add_command<VolumeArguments>(
-      app, "volume", "The materials of a run or a state as solids, for other tools",
-      line);
+      app, "volume", "The materials of a run or a state as solids, for other tools", line);
   add_command<ModelsArguments>(app, "models",
                                "The process models with their parameters, units and sources", line);
   try {
